@@ -16,8 +16,8 @@ constexpr int kAngles = 8 * kSide;
 constexpr int kRings = 2 * kSide;
 constexpr double kStep = 2 * std::numbers::pi / kAngles;
 
-// Where a share in 0..1 lies between the values of an ascending list from 0 to 1: the index before
-// it and the fraction of the way to the next.
+// Position of a share in 0..1 in an ascending list from 0 to 1: the index before it and the
+// fraction of the way to the next value.
 template <class T>
 double place_of(double share, const std::vector<T>& ascending) {
     share = std::clamp(share, 0.0, 1 - 0x1p-30);

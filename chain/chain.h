@@ -12,50 +12,50 @@
 
 namespace postchain {
 
-// What a pass leaves of an object that its matte covers (docs/layers.md): all of it as it is, or
-// its place while the shutter is open.
+// How a pass treats an object that its matte covers (docs/layers.md): leaves it unblurred, or holds
+// it in its place while the shutter is open.
 enum class MatteEffect { unblurred, unmoved };
 
 struct ChainLink {
     const PassType* type = nullptr;  // owned by the registry
     std::unique_ptr<Pass> pass;
-    // Name of what covers objects that this pass treats apart (docs/layers.md); empty: none. Who
-    // makes the frame's description finds it and says which of the frame's mattes it is.
+    // Name of the matte over objects that this pass treats differently (docs/layers.md); empty:
+    // none. The code that describes the frame finds it among the frame's mattes.
     std::string matte = {};
     std::optional<MatteEffect> matte_effect = {};  // unset: unblurred
 
     bool keeps_still() const { return matte_effect == MatteEffect::unmoved; }
-    // Errors (chain): an effect without a matte; unmoved where the pass reads no motion.
+    // Errors (chain): an effect without a matte; unmoved if the pass reads no motion.
     Status check_matte() const;
     std::string values_text() const;  // "samples=25 ... matte=hero"
     std::string text() const;         // "motion_blur: samples=25 ..."
 
     ChainLink clone() const;  // with a pass of its own
-    // This link as it is set if it keeps the promise, else by the first of its variants that does;
-    // nothing when it has none.
+    // This link as it is set if it keeps the promise, otherwise with the settings of the first
+    // variant that does; empty if none does.
     std::optional<ChainLink> that_promises(const std::function<bool(const Promises&)>& kept) const;
 };
 
 struct Chain {
     std::vector<ChainLink> links;
-    Camera camera;    // what the chain file says; unset members come from the frame
-    Origins origins;  // of its values that are stated, for the record; no part of its text
+    Camera camera;    // from the chain file; unset members come from the frame
+    Origins origins;  // origins of its stated values, for the record; not part of its text
 
     // A copy with passes of its own.
     Chain clone() const;
     // Appends a pass with default parameters; nullptr when the registry has no such type.
     Pass* append(const PassRegistry& registry, std::string_view type);
-    std::vector<std::string> types() const;  // of the passes, in order
+    std::vector<std::string> types() const;  // types of the passes, in order
     // Planes any pass requires or can use.
     RoleSet required() const;
     RoleSet optional() const;
-    // Of all passes together; of a chain without passes, everything.
+    // The promises of all passes together; a chain without passes promises everything.
     Promises promises() const;
     Reach reach(const FrameDescription& frame) const;
-    // Every link that_promises(); nothing when one cannot.
+    // Every link that_promises(); empty if one cannot.
     std::optional<Chain> that_promises(const std::function<bool(const Promises&)>& kept) const;
     std::string text() const;  // canonical
-    uint64_t hash() const;     // of text()
+    uint64_t hash() const;     // hash of text()
 };
 
 }  // namespace postchain

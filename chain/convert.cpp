@@ -7,13 +7,13 @@
 namespace postchain {
 namespace {
 
-constexpr float kLargestHalf = 65504.0f;
+constexpr float kMaxHalf = 65504.0f;
 
 bool finite(float value) {
     return (std::bit_cast<uint32_t>(value) & 0x7f800000u) != 0x7f800000u;
 }
 
-// What the walk finds: bounds, and what is wrong with the input.
+// Results of the walk: bounds, and faults of the input.
 class Findings {
   public:
     Findings(FrameBounds& of_frame, int width) : bounds(of_frame), width_(width) {}
@@ -33,7 +33,7 @@ class Findings {
     size_t first_ = kNone;
 };
 
-// What one walk over the colors shows. Written so that it vectorises.
+// Results of one walk over the colors. Written so that it vectorizes.
 struct ColorScan {
     std::array<float, 4> low = {}, high = {};
     bool finite = true;
@@ -72,7 +72,7 @@ bool is_half(float value) {
     return value * 0x1p24f == std::nearbyint(value * 0x1p24f);  // a subnormal half
 }
 
-// `frame_pixels`: of one of the planes that stand in `color`.
+// `frame_pixels`: of one of the planes stacked in `color`.
 void replace_nonfinite(ImageF& color, const ConvertOptions& options, size_t frame_pixels,
                        Findings& findings) {
     for (size_t pixel = 0; pixel < color.pixels(); ++pixel) {
@@ -83,7 +83,7 @@ void replace_nonfinite(ImageF& color, const ConvertOptions& options, size_t fram
             bad = true;
             const bool clamp =
                 options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
-            rgba[c] = clamp ? std::copysign(kLargestHalf, rgba[c]) : 0.0f;
+            rgba[c] = clamp ? std::copysign(kMaxHalf, rgba[c]) : 0.0f;
         }
         if (bad) findings.nonfinite(findings.health.nonfinite_color, pixel % frame_pixels);
     }
@@ -169,7 +169,7 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
         float& value = depth.data[pixel];
         float w = 0;
         if (!finite(value)) {
-            // +Inf is a usual way to write "nothing there" for a distance; NaN never is.
+            // +Inf is a usual way to write "empty" as a distance; NaN never is.
             if (!distance || value != std::numeric_limits<float>::infinity())
                 findings.nonfinite(findings.health.nonfinite_depth, pixel);
         } else if (distance) {
@@ -280,7 +280,7 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                 if (planes.count(Role::color))
                     convert_layers(plane, planes.at(Role::color), options, findings);
                 break;
-            default:  // planes that no file has; those of a neighbor were converted with it
+            default:  // planes that files do not have; a neighbor's were converted with it
                 break;
         }
     }

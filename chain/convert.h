@@ -33,9 +33,9 @@ enum class MotionUnit {
     fraction,  // of the image's width and height (uv, or ndc with scale 0.5)
 };
 
-// canonical = scale * (stored - bias), times the image size where the unit is a fraction. The
-// sign of each scale turns direction and axis into the canonical ones (+x right, +y down,
-// this frame to the next).
+// canonical = scale * (stored - bias), times the image size if the unit is a fraction. The sign of
+// each scale turns direction and axis into the canonical ones (+x right, +y down, this frame to the
+// next).
 struct MotionConvention {
     MotionUnit unit = MotionUnit::pixels;
     double scale_x = 1;
@@ -55,11 +55,10 @@ struct ConvertOptions {
 };
 
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
-// and motion_back (2, still in the file's convention). Others, those of a neighbor among them, are
-// canonical already and stay as they are. Fills frame.width, height, planes, bounds.
-// frame.camera, display size, origin, frame_number and bounds.camera_cut are read. Errors: chain
-// (near = 0 with a buffer encoding, a camera value missing), input (sizes that differ, channel
-// counts).
+// and motion_back (2, still in the file's convention). Other planes, a neighbor's among them, are
+// already canonical and stay as they are. Fills frame.width, height, planes, bounds. frame.camera,
+// display size, origin, frame_number and bounds.camera_cut are read. Errors: chain (near = 0 with a
+// buffer encoding, a camera value missing), input (sizes that differ, channel counts).
 Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                                   const ConvertOptions& options);
 

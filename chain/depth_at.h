@@ -1,4 +1,4 @@
-// What lies at a place of the picture, for passes whose focus is a place: a fact of the frame.
+// The depth at a place in the frame, for passes whose focus is a place: a fact of the frame.
 #pragma once
 
 #include "chain/chain.h"
@@ -7,12 +7,12 @@
 namespace postchain {
 
 // The median inverse depth of the 5 x 5 pixels around a place of the display window, fractions from
-// the top left; at a data window's border of those that there are, beyond it of the nearest pixels.
-// The sky counts as 0. `inverse_depth`: canonical, of the size of `frame`.
+// the top left; at a data window's border over the pixels that exist, beyond it over the nearest
+// pixels. The sky counts as 0. `inverse_depth`: canonical, of the size of `frame`.
 double inverse_depth_at(const ImageF& inverse_depth, const FrameDescription& frame, Place place);
 
-// Enters into frame.bounds.inverse_depth_at every place that a pass of the chain asks for. Without
-// the plane there is nothing to enter.
+// Enters the depth at every place that a pass of the chain needs into
+// frame.bounds.inverse_depth_at. Enters nothing if the plane is missing.
 void find_depths(const Chain& chain, const PlaneView& planes, FrameDescription& frame);
 
 }  // namespace postchain

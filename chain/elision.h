@@ -1,9 +1,9 @@
-// What is elided, and by which rule: as data. People read "left out"; the words are made here, from
-// the fields, when they are printed.
+// Elided work and the rules that elide it, as data. The sentences that people read ("left out") are
+// made here from the fields.
 //
-// A rule has a name, under which it is switched off or on (--no-elide=RULES, --elide RULES) and
-// under which plans, sidecars and reports say what it did. The rules here judge steps, planes and
-// whole passes; those of one pass are in PassType::rules.
+// A rule has a name. It switches the rule off or on (--no-elide=RULES, --elide RULES), and plans,
+// sidecars and reports use it. The rules here judge steps, planes and whole passes; those of one
+// pass are in PassType::rules.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@
 namespace postchain {
 
 struct ElisionRule {
-    std::string name;              // of this rule alone in a registry
-    bool on_by_default = true;     // those that are not are used only when asked for
-    std::string help;              // what it leaves out, one line
+    std::string name;              // unique in a registry
+    bool on_by_default = true;     // other rules are used only if requested
+    std::string help;              // the work it elides, one line
     std::string former_name = {};  // still accepted, with a warning (docs/compatibility.md)
 };
 
@@ -35,7 +35,7 @@ inline constexpr const char* kRuleMissingPlane = "missing_plane";
 // Names of rules; one of them is found without a string being made.
 using RuleNames = std::set<std::string, std::less<>>;
 
-// Those that belong to no pass.
+// The rules that belong to no pass.
 const std::vector<ElisionRule>& chain_rules();
 
 enum class ElisionKind {
@@ -47,15 +47,15 @@ enum class ElisionKind {
 };
 const char* name_of(ElisionKind kind);
 
-// Why: a name in plain words, with what was found and the limit it was held against where these
-// are numbers. "largest half-velocity", 0.31, at_most, 0.5, "px".
+// The reason: a name in plain words, and if they are numbers, the value found and the limit it was
+// compared with. "largest half-velocity", 0.31, at_most, 0.5, "px".
 struct Fact {
     enum class Relation { at_most, below, at_least };
 
     std::string name;
     std::optional<double> value = {};
     std::optional<double> limit = {};
-    std::string unit = {};  // of both; empty = none
+    std::string unit = {};  // of value and limit; empty = none
     Relation relation = Relation::at_most;
     bool operator==(const Fact&) const = default;
 };
@@ -65,7 +65,7 @@ const char* name_of(Fact::Relation relation);  // "<=", "<", ">="
 std::string text_of(const Fact& fact);
 
 struct Saving {
-    uint64_t bytes = 0;  // of textures
+    uint64_t bytes = 0;  // size of textures
     int dispatches = 0;
     uint64_t taps = 0;  // texture fetches
 
@@ -82,16 +82,16 @@ struct Elision {
     Fact fact = {};
     Saving saving = {};
 
-    // Of ElisionKind::blocks: the list of the blocks that are elided, or, with `outside`, of those
-    // that are not. The saving is unknown until the list is counted (found_in, chain/plan.h).
+    // For ElisionKind::blocks: the list of the elided blocks, or with `outside`, of the other
+    // blocks. The saving is unknown until the list is counted (found_in, chain/plan.h).
     int work_list = -1;  // index into Plan::textures
     bool outside = false;
     uint64_t taps_per_block = 0;
     bool operator==(const Elision&) const = default;
 };
 
-// "motion_blur", "motion_blur.tile_variance", "input.motion"; "passes[2].motion_blur" where that
-// pass is in the chain more than once. `passes`: the types of the chain's passes, in order.
+// "motion_blur", "motion_blur.tile_variance", "input.motion"; "passes[2].motion_blur" if the chain
+// has that pass more than once. `passes`: the types of the chain's passes, in order.
 std::string item_text(const Elision& elision, const std::vector<std::string>& passes);
 
 // Keys as in docs/sidecar.md. `what`: its item_text(); empty: no such key.

@@ -1,4 +1,4 @@
-// The canonical frame: what the chain knows about one frame besides its pixels.
+// The canonical frame: the description of one frame besides its pixels.
 //
 // Every input is converted once, at the border (chain/convert.h), into the planes of
 // chain/role.h. No pass ever sees another convention. Described in docs/frame.md.
@@ -20,8 +20,8 @@
 
 namespace postchain {
 
-// Of an inverse depth in 1/scene units: the sky, and what writers put there (distances from 1e9
-// on).
+// True for an inverse depth (1/scene units) of the sky, and of the distances that writers use for
+// it (1e9 and more).
 inline constexpr bool is_infinitely_far(float inverse_depth) {
     return inverse_depth <= 1e-9f;
 }
@@ -38,22 +38,23 @@ struct Camera {
     std::optional<double> far_clip;        // scene units
     std::optional<double> shutter_frames;  // open time in frames, centered on the frame
     std::optional<double> meters_per_unit;
-    // The aperture, as it is seen in a highlight behind the focus; before it, turned by half a
-    // turn. Unset: a disc. A picture stands in place of blades and their curvature.
+    // The aperture as seen in a highlight behind the focus; before the focus it is turned by half a
+    // turn. Unset: a disc. An image replaces blades and their curvature.
     std::optional<int> aperture_blades;  // below 3: a disc
     ApertureImage aperture_image;
     std::optional<double> aperture_rotation_deg;  // counterclockwise
-    std::optional<double> aperture_curvature;     // of the blades: 0 straight .. 1 a disc
+    std::optional<double> aperture_curvature;     // curvature of the blades: 0 straight .. 1 a disc
     std::optional<double> aperture_ratio;         // height over width
     std::optional<double> cats_eye;  // how far the lens barrel cuts into it in the corners, 0 .. 1
     // The focus of a file's metadata, meters. While no focus distance is stated, that is this one
     // in the scene units that are known.
     std::optional<double> metadata_focus_m;
 
-    // This camera with every value that `over` has put in place of its own. A picture of the
-    // aperture also replaces blades and curvature, and either of these a picture.
+    // This camera with every value that is set in `over` replaced by it. An image of the aperture
+    // also replaces blades and curvature, and either of these an image.
     Camera overlaid_by(const Camera& over) const;
-    // "key=value" of every row, canonical, for hashes; a picture that is read is its values.
+    // "key=value" of every row, canonical, for hashes; an image that was read is written as its
+    // values.
     std::string text() const;
     bool operator==(const Camera&) const = default;
 };
@@ -66,31 +67,32 @@ inline constexpr double kDefaultMetersPerUnit = 1.0;
 
 using Place = std::array<double, 2>;  // x, y in the display window, fractions from the top left
 
-// What a plan may rest on: bounds over a frame's pixels, found while they are converted. They say
-// nothing of its neighbors' planes. As default constructed nothing is known, as in an engine that
-// reads nothing back: then no rule holds by it.
+// Facts that a plan may rest on: bounds over a frame's pixels, found while they are converted. They
+// do not cover its neighbors' planes. A default-constructed object knows nothing, as in an engine
+// that reads nothing back: then no rule applies by it.
 struct FrameBounds {
     static constexpr double kUnknown = std::numeric_limits<double>::infinity();
     double max_speed_px = kUnknown;       // largest |motion|, pixels per frame
-    double max_speed_back_px = kUnknown;  // the same of motion_back
+    double max_speed_back_px = kUnknown;  // largest |motion_back|
     double min_inverse_depth = 0;         // over all pixels, sky included
     double max_inverse_depth = kUnknown;
-    std::map<Place, double> inverse_depth_at;  // chain/depth_at.h, where a pass asks for it
+    std::map<Place, double> inverse_depth_at;  // chain/depth_at.h, at the places that passes need
     std::array<double, 4> min_color = {-kUnknown, -kUnknown, -kUnknown, -kUnknown};  // RGBA
     std::array<double, 4> max_color = {kUnknown, kUnknown, kUnknown, kUnknown};
     bool one_color = false;        // all pixels have the same color, and no channel is -0
     bool color_is_half = false;    // a half holds every color value
-    bool layers_are_half = false;  // and every value of the further layers
+    bool layers_are_half = false;  // and every value of the extra layers
     bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
 };
 
-// Of a frame's pixels, each times what a matte leaves of it; pixels per frame.
+// Largest speeds over a frame's pixels, each times the part of it outside a matte; pixels per
+// frame.
 struct Speeds {
     double px = 0;       // largest |motion|
     double back_px = 0;  // largest |motion_back|
 };
 
-// What was wrong with a frame's input. Counts are pixels.
+// Faults of a frame's input. Counts are pixels.
 struct InputHealth {
     uint64_t nonfinite_color = 0;  // replaced on conversion
     uint64_t nonfinite_depth = 0;
@@ -117,14 +119,13 @@ struct FrameDescription {
     int frame_number = 0;   // seeds come from it
     RoleSet planes;         // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;  // others that its files have and no pass needs
-    int layers = 0;         // further color layers: the plane Role::layers holds so many
+    int layers = 0;         // extra color layers: their number in the plane Role::layers
     // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
-    // -1, or beyond the end: none.
+    // -1, or beyond the end: no matte.
     std::vector<int> mattes;
-    // Largest speeds of what is beside a matte, by its index, where they are known
-    // (chain/hold_still.h).
+    // Largest speeds beside a matte, by its index, if they are known (chain/hold_still.h).
     std::map<int, Speeds> speeds_beside;
-    // Why a neighbor brings none: "frame 4 is not on disk".
+    // Why a neighbor brings no planes: "frame 4 is not on disk".
     std::map<Neighbor, std::string> missing_neighbors;
     Camera camera;
     FrameBounds bounds;
@@ -132,17 +133,18 @@ struct FrameDescription {
     std::array<double, 3> luma_weights = {0.2126, 0.7152, 0.0722};
 };
 
-// How many planes of this role stand in one (is_stacked()); 0: it is a single plane.
+// The number of planes stacked in one of this role (is_stacked()); 0: it is a single plane.
 int stacked_planes(Role role, const FrameDescription& frame);
 
-// Planes of one frame on the CPU, all of one size; channels as channels_of(role) says. Of a role
-// that is_stacked() it is a plane as wide, in which they lie one below another (chain/layers.h).
+// Planes of one frame on the CPU, all of one size; channels as channels_of(role) says. For a role
+// that is_stacked(), one plane as wide as the frame, with the planes one below another
+// (chain/layers.h).
 using FramePlanes = std::map<Role, ImageF>;
 
-// The same where frames share them: the planes of one are `before` and `after` to others.
+// Planes that frames share: the planes of one frame are `before` and `after` to others.
 using SharedPlanes = std::map<Role, std::shared_ptr<const ImageF>>;
 
-// Either of them, to read; as long as the planes are there.
+// A read-only view of either; valid as long as the planes exist.
 class PlaneView {
   public:
     PlaneView() = default;
@@ -152,7 +154,7 @@ class PlaneView {
     PlaneView(const SharedPlanes& planes) {
         for (const auto& [role, plane] : planes) planes_[role] = plane.get();
     }
-    // Null where there is none.
+    // Null if there is none.
     const ImageF* find(Role role) const {
         const auto found = planes_.find(role);
         return found == planes_.end() ? nullptr : found->second;

@@ -5,9 +5,9 @@
 namespace postchain {
 namespace {
 
-// Of one storage: the last steps that wrote and read it; -1 = none.
+// The last steps that wrote and read one storage; -1 = none.
 struct Use {
-    TextureId texture = -1;  // that was written
+    TextureId texture = -1;  // texture that was written
     int written = -1;
     int read = -1;
 };
@@ -16,8 +16,8 @@ class Waits {
   public:
     explicit Waits(size_t steps) : waits_(steps, 0) {}
 
-    // Between step `from` and step `to` stands a barrier for this use. One that stands there
-    // already does it too, whatever it was for.
+    // Puts a barrier for this use between step `from` and step `to`. An existing one there serves
+    // too, whatever it was for.
     void need(uint32_t wait, int from, int to) {
         if (from < 0) return;
         uint32_t between = 0;

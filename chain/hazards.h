@@ -1,5 +1,5 @@
-// What each step of a plan has to wait for before it runs: pure, so that it can be checked where no
-// device shows a barrier that is missing.
+// The uses that each step of a plan has to wait for: a pure function, so that it can be tested on
+// devices that do not show a missing barrier.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,19 @@
 
 namespace postchain {
 
-// Of what earlier steps wrote, or read in a texture that is written now. Bits of a set.
+// Waits for results of earlier steps, or for their reads of a texture that is now written. Bits of
+// a set.
 enum Wait : uint32_t {
     kWaitFetch = 1,   // before it is fetched through a sampler
-    kWaitImage = 2,   // before it is written as an image, where its storage was another texture
+    kWaitImage = 2,   // before it is written as an image, if its storage was another texture
     kWaitList = 4,    // before a work list is read or filled
     kWaitLaunch = 8,  // before a work list launches a step
 };
 
-// One set for each step; steps that wait are as few as their order allows, and each waits for all
-// that those up to the next that waits need. `storage`: for each of the plan's textures the number
-// of what holds it; textures that live one after the other may share one. Steps that write one
-// texture together write different pixels of it, and wait for none of each other.
+// One set for each step. As few steps wait as their order allows, and each waits for everything
+// that the steps up to the next waiting one need. `storage`: the number of the storage of each
+// texture of the plan; textures with disjoint lifetimes may share one. Steps that write one texture
+// together write different pixels of it, and do not wait for each other.
 std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage);
 
 }  // namespace postchain

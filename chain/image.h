@@ -39,7 +39,7 @@ struct Image {
 using ImageF = Image<float>;
 using ImageD = Image<double>;
 
-// The same pixels in another number type.
+// Converts pixels to another number type.
 template <class To, class From>
 Image<To> image_cast(const Image<From>& from) {
     Image<To> to;

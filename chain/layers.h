@@ -1,15 +1,15 @@
-// Further color layers of a frame (light groups, diffuse, specular, emission, ...) and mattes: how
-// they are handed in and out. What is done with them: docs/layers.md.
+// Extra color layers of a frame (light groups, diffuse, specular, emission, ...) and mattes: how
+// they are handed in and out. How they are filtered: docs/layers.md.
 //
 // A layer is a plane of four channels that is filtered as color is, with the weights that color
 // has: each of its channels is the same linear function of that channel in the input. So layers
-// that sum to color sum to it when they are filtered. It is color as the role `color` is:
-// scene-linear, premultiplied, as large, every value finite. Its fourth channel is whatever is to
-// be filtered like an alpha: its own, or 0.
+// that sum to color sum to it when they are filtered. It is color like the role `color`:
+// scene-linear, premultiplied, of the same size, every value finite. Its fourth channel is filtered
+// like an alpha: its own, or 0.
 //
-// The planes of all layers stand in one plane of the role `layers`, one below another: as wide as
-// the frame and FrameDescription::layers times as high. So do mattes, of one channel, in that of
-// the role `mattes`.
+// The planes of all layers are stacked in one plane of the role `layers`, one below another: as
+// wide as the frame and FrameDescription::layers times as high. Mattes, of one channel, are stacked
+// likewise in the role `mattes`.
 #pragma once
 
 #include <vector>
@@ -18,7 +18,7 @@
 
 namespace postchain {
 
-// Images of one size, one below another.
+// Stacks images of one size, one below another.
 ImageF stack_planes(const std::vector<ImageF>& planes);
 
 // Plane `index` of such a stack, each `height` rows high.

@@ -6,7 +6,7 @@
 namespace postchain {
 namespace {
 
-// How many levels a step has to stand after an earlier one; -1: any order will do.
+// The number of levels that a step has to follow an earlier one by; -1: any order will do.
 int distance_between(const Step& earlier, const Step& later) {
     int distance = -1;
     for (const Binding& a : earlier.bindings)
@@ -22,7 +22,7 @@ int distance_between(const Step& earlier, const Step& later) {
 
 std::vector<int> levels_of(const Plan& plan) {
     const size_t count = plan.steps.size();
-    // From the last step to the first: how many levels come after each.
+    // From the last step to the first: the number of levels after each.
     std::vector<int> after(count, 0);
     for (size_t i = count; i-- > 0;)
         for (size_t later = i + 1; later < count; ++later)

@@ -12,14 +12,14 @@ namespace postchain {
 namespace {
 
 // If less of a pixel than this is not the object, the filtered color fades to the pixel's own.
-constexpr double kLeastCoverage = 1.0 / 32;
+constexpr double kMinCoverage = 1.0 / 32;
 
 // Beside the object a soft pixel shows the mean of the pixels around it, each weighted by a
 // Gaussian of its distance times (1 - m)^16. Its own color weighs kOwn (1 - m)^16/m, and what the
-// sum of weights lacks of kLeast.
+// sum of weights lacks of kMinWeight.
 constexpr int kAround = 2;
 constexpr double kSpreadPx = 1.25;
-constexpr double kOwn = 1.0 / 16, kLeast = 1.0 / 16;
+constexpr double kOwn = 1.0 / 16, kMinWeight = 1.0 / 16;
 
 // The roles of the planes that hold_out() replaces.
 constexpr std::array<Role, 3> kHeldRoles = {Role::layers, Role::layers_before, Role::layers_after};
@@ -49,8 +49,8 @@ ImageD held_reference(const std::map<Role, ImageD>& planes, Role color_role, Rol
                 parts.push_back({i, j, near * std::pow(1 - other, 16)});
                 total += parts.back().weight;
             }
-        parts.push_back({x, y, std::max(kLeast - total, 0.0)});
-        for (Part& part : parts) part.weight /= std::max(total, kLeast);
+        parts.push_back({x, y, std::max(kMinWeight - total, 0.0)});
+        for (Part& part : parts) part.weight /= std::max(total, kMinWeight);
         return parts;
     };
     for (int y = 0; y < height; ++y)
@@ -142,7 +142,7 @@ void lay_over_reference(std::map<Role, ImageD>& planes, const std::map<Role, Ima
         for (int x = 0; x < width; ++x) {
             const double kept = held.at(x, y + height);
             const double coverage = filtered.at(x, y + height);
-            const double trust = std::clamp(coverage / kLeastCoverage, 0.0, 1.0);
+            const double trust = std::clamp(coverage / kMinCoverage, 0.0, 1.0);
             const auto lay = [&](ImageD& result, int row, const ImageD& own, int held_row) {
                 for (int c = 0; c < 4; ++c) {
                     const double behind = coverage > 0 ? filtered.at(x, held_row, c) / coverage : 0;

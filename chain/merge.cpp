@@ -15,8 +15,8 @@ std::vector<int> last_writers(const Plan& plan) {
     return last;
 }
 
-// The steps that write a texture together with this one (each its own blocks of the picture), this
-// one among them, in order.
+// The steps that write a texture together (each its own blocks of the frame), this step among them,
+// in order.
 std::vector<int> writers_together(const Plan& plan, int step) {
     std::set<TextureId> written;
     std::set<int> steps = {step};
@@ -93,8 +93,8 @@ class Merger {
         return TextureId(merged_.plan.textures.size()) - 1;
     }
 
-    // Does step `in_a` of A do what step `in_b` of B does? What B's step reads must be finished by
-    // steps that are shared already, in B and in A.
+    // True if step `in_a` of A does the same as step `in_b` of B. The inputs of B's step must be
+    // finished by steps that are already shared, in B and in A.
     bool same(int in_b, int in_a) const {
         const Step& step = b_.steps[size_t(in_b)];
         const Step& mine = a_.steps[size_t(in_a)];
@@ -122,7 +122,7 @@ class Merger {
         return true;
     }
 
-    // Finds steps of A that do what these of B do, and maps what they write.
+    // Finds steps of A that do the same as these of B, and maps their results.
     bool share(const std::vector<int>& group) {
         for (int first = 0; first < int(a_.steps.size()); ++first) {
             if (!same(group.front(), first)) continue;

@@ -1,4 +1,4 @@
-// Where a value is from, and the values that a pass works with on a frame: what stands on record.
+// The origin of a value, and the values that a pass uses on a frame, for the record.
 #pragma once
 
 #include <map>
@@ -21,7 +21,7 @@ inline constexpr const char* kFromMetadata = "metadata";
 inline constexpr const char* kFromDefault = "default";
 inline constexpr const char* kFromFrame = "frame";  // found in its pixels, or follows from others
 
-// By name of the value: "f_stop", in a chain "camera.f_stop" and "passes[0].samples".
+// By the value's name: "f_stop", in a chain "camera.f_stop" and "passes[0].samples".
 using Origins = std::map<std::string, Origin>;
 
 // A value as a pass uses it.

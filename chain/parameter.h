@@ -67,13 +67,13 @@ using ParameterValue =
 // "[0.5,0.25]", "unset".
 std::string text_of(const ParameterValue& value);
 
-// What a row has to do with sampling error: how far a filter of few samples is from the same filter
-// of many (docs/report.md, "bench"). To measure the latter, code sets and averages
-// these rows without knowing the pass.
+// How a row relates to sampling error, the distance of a filter with few samples from the same
+// filter with many (docs/report.md, "bench"). Code that measures it sets and averages these rows
+// without knowing the pass.
 enum class Convergence {
     none,
     set,       // the filter converges as this value goes to Parameter::converged
-    averaged,  // random numbers alone depend on it: the mean over many values is the filter
+    averaged,  // only random numbers depend on it: the mean over many values is the filter
 };
 
 // Names that a row had before. They are accepted for one more version, with a warning
@@ -88,24 +88,24 @@ std::string former_name_text(std::string_view former, std::string_view name);
 struct Parameter {
     std::string key;
     ParameterType type = ParameterType::number;
-    std::string unit;  // "px", "frames", "mm", ...; of a text its form: "FILE"; empty = none
+    std::string unit;  // "px", "frames", "mm", ...; a text's form: "FILE"; empty = none
     std::string help;  // one line
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
     bool min_excluded = false;  // min itself is out of range
-    double soft_min = min;      // what is worth trying: sliders, random tests
+    double soft_min = min;      // values worth trying: sliders, random tests
     double soft_max = max;
     bool odd = false;                  // integer must be odd
     std::vector<int64_t> allowed;      // integer: the only values; empty = all in min..max
     std::vector<std::string> choices;  // choice: the names
     FormerNames former;                // names of older versions, which are still accepted
     bool optional = false;             // may be left unset
-    std::string implied;               // text: what naming the key alone means; empty = an error
-    std::string group;                 // of a table whose users take some rows only
+    std::string implied;               // text: the value of a key without one; empty = an error
+    std::string group;                 // in a table whose users take only some rows
     std::string unset_means;           // "the camera's shutter_frames"
     std::string excludes;              // key that must not be set together with this one
     Convergence convergence = Convergence::none;
-    double converged = 0;  // of Convergence::set: where the filter counts as converged
+    double converged = 0;  // Convergence::set: the value at which the filter counts as converged
     ParameterValue default_value;
 
     std::function<ParameterValue(ConstParameterRef)> get;
@@ -113,8 +113,8 @@ struct Parameter {
 
     // "an odd integer in 1..1023", "one of guertin, single", "a number > 0"
     std::string domain() const;
-    // Is `value` of the right type and in range? An integer is accepted where a number is asked
-    // for. The message reads "24 is even; samples is an odd integer in 1..1023".
+    // Is `value` of the right type and in range? A row of type number accepts an integer. The
+    // message reads "24 is even; samples is an odd integer in 1..1023".
     Status check(const ParameterValue& value) const;
     // The value by its current name.
     ParameterValue current(const ParameterValue& value) const;
@@ -130,8 +130,8 @@ class ParameterTable {
     const std::vector<Parameter>& rows() const { return rows_; }
     // By the key or a former key.
     const Parameter* find(std::string_view key) const;
-    // Checks, then sets. StatusCode::chain with a message when the key is unknown (the nearest
-    // known key is named) or the value is not of the row's domain.
+    // Checks, then sets. StatusCode::chain if the key is unknown (the message suggests the closest
+    // one) or the value is outside the row's domain.
     Status set(ParameterRef parameters, std::string_view key, const ParameterValue& value) const;
     // Cross-row rule `excludes`.
     Status check(ConstParameterRef parameters) const;
@@ -142,10 +142,10 @@ class ParameterTable {
     std::vector<Parameter> rows_;
 };
 
-// The known word nearest to `word` by edit distance, or empty when none is near.
+// The known word closest to `word` by edit distance; empty if none is close.
 std::string nearest_word(std::string_view word, const std::vector<std::string>& known);
 
-// FNV-1a, 64 bit. For identity of chains and plans, not for security.
+// FNV-1a, 64 bit. Identifies chains and plans; not for security.
 uint64_t hash_text(std::string_view text, uint64_t seed = 14695981039346656037ull);
 std::string hex_of(uint64_t hash);  // 16 digits
 
@@ -166,7 +166,7 @@ struct RowOptions {
     std::string implied = {};
     std::string group = {};
     FormerNames former = {};
-    bool required = false;  // of a text, which else may be left unset
+    bool required = false;  // for a text, which otherwise may be left unset
     Convergence convergence = Convergence::none;
     double converged = 0;
 };
@@ -213,7 +213,7 @@ class ParameterTableBuilder {
         };
         return finish(std::move(row));
     }
-    // The same, which may be unset.
+    // An enum class that may be unset.
     template <class E>
     ParameterTableBuilder& choice(std::string key, std::optional<E> P::*member,
                                   std::vector<std::string> names, RowOptions options) {
@@ -250,7 +250,8 @@ class ParameterTableBuilder {
         };
         return finish(std::move(row));
     }
-    // A value that is read from a file elsewhere, F: a text that names it. F(text) and F::file().
+    // A value F that other code reads from a file: a text that names the file. F(text) and
+    // F::file().
     template <class F>
     ParameterTableBuilder& file(std::string key, F P::*member, RowOptions options) {
         Parameter row = start(ParameterType::text, std::move(key), std::move(options));

@@ -194,7 +194,7 @@ class ResolvedPass {
   public:
     template <std::derived_from<PassOnFrame> T>
     ResolvedPass(T pass) : pass_(new (bytes_) T(std::move(pass))) {
-        static_assert(sizeof(T) <= kMostBytes && alignof(T) <= alignof(std::max_align_t));
+        static_assert(sizeof(T) <= kMaxBytes && alignof(T) <= alignof(std::max_align_t));
         move_ = [](PassOnFrame& from, std::byte* to) -> const PassOnFrame* {
             return new (to) T(std::move(static_cast<T&>(from)));
         };
@@ -215,7 +215,7 @@ class ResolvedPass {
     const PassOnFrame& operator*() const { return *pass_; }
 
   private:
-    static constexpr size_t kMostBytes = 512;
+    static constexpr size_t kMaxBytes = 512;
     explicit ResolvedPass(const PassOnFrame* pass) : pass_(pass) {}
     void destroy() {
         if (move_) pass_->~PassOnFrame();
@@ -227,7 +227,7 @@ class ResolvedPass {
 
     const PassOnFrame* pass_ = nullptr;
     const PassOnFrame* (*move_)(PassOnFrame& from, std::byte* to) = nullptr;  // null: not held
-    alignas(std::max_align_t) std::byte bytes_[kMostBytes];
+    alignas(std::max_align_t) std::byte bytes_[kMaxBytes];
 };
 
 // Plans a pass and checks that one which hands on another color hands on other layers too.

@@ -1,4 +1,4 @@
-// The plan: what will run for one frame, as plain data.
+// The plan: the work for one frame, as plain data.
 //
 // make_plan() (chain/planner.h) is a pure function: chain + facts about the frame -> Plan. A Plan
 // can be printed, compared and hashed, and links without GL; the executor walks it and adds
@@ -21,8 +21,9 @@
 
 namespace postchain {
 
-// A work list is a buffer: the blocks of pixels that one step has to do, filled on the device by an
-// earlier step (shaders/common/work_list.glsl). Its width is how many it can hold, its height 1.
+// A work list is a buffer of the blocks of pixels that one step has to do, filled on the device by
+// an earlier step (shaders/common/work_list.glsl). Its width is its capacity in blocks, its height
+// 1.
 enum class Format {
     rgba32f,
     rgba16f,
@@ -38,10 +39,10 @@ enum class Format {
     work_list
 };
 const char* name_of(Format format);
-int bytes_per_pixel(Format format);  // of a work list: per block
-int channels_of(Format format);      // of a work list: 0
+int bytes_per_pixel(Format format);  // for a work list: per block
+int channels_of(Format format);      // 0 for a work list
 
-// What a work list holds before its first block: work groups x, y, z, and the number of blocks.
+// The header of a work list: work groups x, y, z, and the number of blocks.
 inline constexpr uint64_t kWorkListHeaderBytes = 16;
 
 // Storage of a plane with 1, 2 or 4 channels at the chain's precision.
@@ -55,10 +56,10 @@ struct PlanTexture {
     int width = 0;
     int height = 0;
     bool imported = false;    // handed in by the caller, never in the pool
-    Role role = Role::color;  // of an imported texture
+    Role role = Role::color;  // role of an imported texture
     int first_step = -1;      // first and last step that touch it; -1 = none
-    int last_step = -1;       // of an output: one past the plan's last step
-    int layers = 0;           // of an array of planes (chain/layers.h); 0: a single one, no array
+    int last_step = -1;       // for an output: one past the plan's last step
+    int layers = 0;           // in an array of planes (chain/layers.h); 0: not an array
 
     uint64_t bytes() const {
         return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) *
@@ -68,8 +69,8 @@ struct PlanTexture {
     bool operator==(const PlanTexture&) const = default;
 };
 
-// How a step sees a texture: `layout(binding = unit)` of a sampler2D or of an image2D; of an array
-// of planes sampler2DArray and image2DArray.
+// How a step sees a texture: `layout(binding = unit)` of a sampler2D or image2D; for an array of
+// planes, of a sampler2DArray or image2DArray.
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
     sample_linear,   // sampler2D, bilinear, clamp to edge
@@ -102,11 +103,12 @@ struct Step {
     std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
-    int first_layer = 0;       // of the arrays that it reads and writes it does this one and those
-    int layers = 0;            // after it; 0: of arrays too it does every layer
+    int first_layer = 0;       // first and number of the array layers that
+    int layers = 0;            // the step does; 0: all layers
     bool operator==(const Step&) const = default;
 
-    // Does it change what the binding holds? A step fills the lists it binds, but its own.
+    // True if the step changes the bound texture. A step fills the lists that it binds, except its
+    // own.
     bool writes(const Binding& binding) const {
         return binding.access == Access::write ||
                (binding.access == Access::list && binding.texture != work_list);
@@ -143,14 +145,14 @@ struct Plan {
     Precision precision = Precision::fp32;
     uint64_t chain_hash = 0;
     bool uses_frame_number = false;  // another frame's plan may have other values
-    std::vector<PlanPass> passes;    // of the chain, in order, elided or not
+    std::vector<PlanPass> passes;    // passes of the chain, in order, elided or not
     std::vector<PlanTexture> textures;
     std::vector<Step> steps;
     std::vector<Elision> elisions;
     RoleSet reads;  // imported planes that some step reads
-    // Those that a pass which runs could have used, and why they are not there.
+    // Neighbors that a pass which runs could have used, and why they are missing.
     std::map<Neighbor, std::string> missing_neighbors;
-    std::map<Place, double> inverse_depth_at;  // what its passes were told, 1/scene units
+    std::map<Place, double> inverse_depth_at;  // depths given to its passes, 1/scene units
     std::map<Role, TextureId> outputs;         // at least color
 
     std::vector<std::string> types() const;  // of the passes
@@ -167,16 +169,16 @@ struct WorkDone {
     unsigned of = 0;      // blocks in all
 };
 
-// An entry of plan.elisions when the plan has run: with the taps of the blocks that the device
-// found, and nothing where it found none. Others stay as they are.
+// An entry of plan.elisions after the plan has run: with the taps of the blocks that the device
+// found, or empty if it found none. Other entries are unchanged.
 std::optional<Elision> found_in(const Elision& elision, const Plan& plan,
                                 const std::vector<WorkDone>& done);
 
 // item_text() of one of the plan's entries.
 std::string item_text(const Elision& elision, const Plan& plan);
 
-// Sets first and last step of every texture. `outputs`: those that are read when the last step is
-// done; their last step is one past it.
+// Sets first and last step of every texture. `outputs`: textures read after the last step; their
+// last step is one past it.
 void find_lifetimes(Plan& plan, const std::vector<TextureId>& outputs);
 
 }  // namespace postchain

@@ -11,7 +11,7 @@ StepBytes bytes_of(const Plan& plan, const Step& step) {
     for (const Binding& binding : step.bindings)
         (step.writes(binding) ? written : read).insert(binding.texture);
     StepBytes bytes;
-    // Of an array the layers that the step does.
+    // The layers of an array that the step does.
     const auto of = [&](TextureId id) {
         const PlanTexture& texture = plan.textures[size_t(id)];
         if (texture.layers == 0 || step.layers == 0) return texture.bytes();
@@ -22,7 +22,7 @@ StepBytes bytes_of(const Plan& plan, const Step& step) {
     return bytes;
 }
 
-// Of the lists that one step fills those that do not move most.
+// The lists of one step other than the one whose steps move most.
 std::set<TextureId> empty_lists(const Plan& plan, const std::vector<StepBytes>& bytes) {
     std::map<TextureId, uint64_t> by_list;
     for (size_t i = 0; i < plan.steps.size(); ++i)

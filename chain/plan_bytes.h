@@ -3,7 +3,7 @@
 // Each texture counts once for each step that reads it and once for each that writes it, whole,
 // however often and wherever its pixels are fetched: caches hold what is fetched again nearby. A
 // block is in one of the work lists that a step fills; all blocks count for the list whose steps
-// move most, so that nothing in the picture makes a plan move more.
+// move most, so that no frame makes a plan move more.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct StepBytes {
 // One for each step, of all blocks.
 std::vector<StepBytes> bytes_of_steps(const Plan& plan);
 
-// Of a pass, by its index, or of all of them; bytes for each pixel of the picture.
+// Bytes of a pass, by its index, or of all passes, per pixel of the frame.
 double bytes_per_pixel(const Plan& plan, int pass);
 double bytes_per_pixel(const Plan& plan);
 

@@ -10,7 +10,7 @@
 namespace postchain {
 namespace {
 
-// Of a mid-range GPU, 400 GB/s: what the bound of a pass is printed for.
+// The bandwidth of a mid-range GPU, for which the bound of a pass is printed.
 constexpr double kBytesPerMicrosecond = 4e5;
 
 std::string megabytes(uint64_t bytes) {
@@ -20,7 +20,7 @@ std::string megabytes(uint64_t bytes) {
     return text;
 }
 
-// " (saves 2 dispatches, 1.84 MB, 1296 taps)", of what there is.
+// " (saves 2 dispatches, 1.84 MB, 1296 taps)", without zeros.
 std::string savings(const Saving& saving) {
     std::string text;
     const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
@@ -53,7 +53,7 @@ std::string layers_of(const Step& step) {
     return concat("  layers ", step.first_layer, "..", step.first_layer + step.layers - 1);
 }
 
-// "28.00", of a pixel of the picture.
+// "28.00", per pixel of the frame.
 std::string per_pixel(double bytes) {
     char text[32];
     std::snprintf(text, sizeof(text), "%.2f", bytes);

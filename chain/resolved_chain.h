@@ -11,10 +11,10 @@ namespace postchain {
 
 struct PlanOptions;
 
-// What the passes of a chain do on a frame, as far as programs, textures, bindings and groups
-// depend on the frame's camera, bounds and number. Frames that are equal but for these three have
-// plans of one shape if their PlanShapes are equal: such plans differ in bytes of uniform blocks,
-// in counts of taps and in the numbers of what is elided.
+// The decisions about a frame from which programs, textures, bindings and groups of its plan
+// follow, so far as they depend on its camera, bounds and number. Frames that differ only in these
+// three and have equal PlanShapes have plans of one shape: such plans differ in bytes of uniform
+// blocks, in counts of taps and in the numbers of elisions.
 struct PlanShape {
     struct OfPass {
         RoleSet available, wanted;  // PlanContext
@@ -83,7 +83,7 @@ std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
 // Planes that exist for passes after one that moves color too far: without those of other frames.
 RoleSet without_neighbors(RoleSet planes);
 
-// Planes that the pass requires and the frame does not have: what was found instead.
+// The planes that a pass requires and the frame does not have, and the ones found instead.
 std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescription& frame);
 
 // The frame with the chain's own camera laid over its.

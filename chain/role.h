@@ -21,10 +21,10 @@ enum class Role : uint8_t {
     inverse_depth_after,
     motion_after,
     motion_back_after,
-    layers,  // further color layers, each RGBA, filtered as color is (chain/layers.h)
+    layers,  // extra color layers, each RGBA, filtered as color is (chain/layers.h)
     layers_before,
     layers_after,
-    mattes,  // one channel each, 0..1: what passes leave as it is (chain/layers.h)
+    mattes,  // one channel each, 0..1: objects that passes leave as they are (chain/layers.h)
     mattes_before,
     mattes_after,
 };
@@ -49,7 +49,7 @@ inline constexpr std::array<Role, 19> kAllRoles = {Role::color,
                                                    Role::mattes_before,
                                                    Role::mattes_after};
 
-// What the files of one frame can have, one plane each.
+// Planes that the files of one frame can have, one plane each.
 inline constexpr std::array<Role, 4> kFileRoles = {Role::color, Role::inverse_depth, Role::motion,
                                                    Role::motion_back};
 
@@ -58,7 +58,7 @@ enum class Neighbor : uint8_t { before, after };
 inline constexpr std::array<Neighbor, 2> kNeighbors = {Neighbor::before, Neighbor::after};
 const char* name_of(Neighbor neighbor);
 
-// What is seen of another frame: the same, its layers and mattes.
+// Planes that are read of another frame: the file's, its layers and mattes.
 inline constexpr std::array<Role, 6> kNeighborRoles = {
     Role::color, Role::inverse_depth, Role::motion, Role::motion_back, Role::layers, Role::mattes};
 
@@ -73,9 +73,8 @@ constexpr Role role_of(Neighbor neighbor, Role role) {
 }
 
 const char* name_of(Role role);
-int channels_of(
-    Role role);  // 4, 1, 2, 2, 2, and the same of a neighbor; of a layer 4, of a matte 1
-// Planes of this role lie one below another: FrameDescription says how many.
+int channels_of(Role role);  // 4, 1, 2, 2, 2, likewise of a neighbor; a layer 4, a matte 1
+// Planes of this role are stacked one below another: FrameDescription has their number.
 constexpr bool is_stacked(Role role) {
     return role == Role::layers || role == Role::layers_before || role == Role::layers_after ||
            role == Role::mattes || role == Role::mattes_before || role == Role::mattes_after;

@@ -9,7 +9,7 @@
 namespace postchain {
 namespace {
 
-constexpr double kCap = 0.25;   // what was hidden in one of the frames must not decide
+constexpr double kCap = 0.25;   // surfaces occluded in one of the frames must not decide
 constexpr double kApart = 0.5;  // pixels between two ends of a vector that differ
 
 double compressed(double value) {
@@ -87,7 +87,7 @@ void SignChecker::add(const PlaneView& planes, const Strip& strip, const ImageF&
             for (int sign_x : {1, -1})
                 for (int sign_y : {1, -1})
                     if (planes.find(role)) sums.candidates.push_back({{role, sign_x, sign_y}});
-    // From a row of the picture to one of each image.
+    // From a row of the frame to a row of each image.
     const int offset = next_top, last_row = next_top + next.height - 1;
     const auto difference_at = [&](int x, int y, double px, double py) {
         return difference(now, x, y - strip.top, next, px, py - offset);
@@ -102,14 +102,14 @@ void SignChecker::add(const PlaneView& planes, const Strip& strip, const ImageF&
             const float* v = motion.pixel(x, y - strip.top);
             const double vx = std::abs(v[0]), vy = std::abs(v[1]);
             if (vx * vx + vy * vy < 1) continue;
-            // The same pixels for every candidate: those that stay inside under each sign.
+            // Every candidate is measured over the pixels that stay inside under each sign.
             if (x - vx < 0 || x + vx > now.width - 1 || y - vy < offset || y + vy > last_row) {
                 ++sums.leaving;
                 continue;
             }
             ++sums.pixels;
             sums.still_error += difference_at(x, y, x, y);
-            // Of the conversion as it stands.
+            // The error of the conversion as it is.
             const double converted = error_of(x, y, v[0], v[1]);
             for (auto& candidate : sums.candidates) {
                 const float* w = planes.at(candidate.is.plane).pixel(x, y - strip.top);

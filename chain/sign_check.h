@@ -17,8 +17,8 @@ struct SignCandidate {
     int sign_y = 1;
     double error = 0;  // mean difference of the warped colors, after x/(1+x), capped at 0.25
     // Pixels where this candidate points elsewhere than the conversion (by half a pixel or more),
-    // and over those alone its error divided by that of the conversion: > 1 = the conversion is
-    // the better one. Constant motion has motion_back = motion, and a pan has no y to have a sign.
+    // and its error over those pixels divided by that of the conversion: > 1 = the conversion is
+    // better. Constant motion has motion_back = motion, and a pan has no y to have a sign.
     size_t pixels_apart = 0;
     double margin = 1;
 
@@ -28,7 +28,7 @@ struct SignCandidate {
 
 enum class SignVerdict {
     confirmed,     // every candidate that can be told apart is worse by kSignMargin
-    undecided,     // some is not, or nothing can be told apart
+    undecided,     // some is not, or none can be told apart
     contradicted,  // some is better by kSignMargin
 };
 const char* name_of(SignVerdict verdict);
@@ -37,26 +37,26 @@ inline constexpr double kSignMargin = 1.1;
 struct SignCheck {
     std::vector<SignCandidate> candidates;  // best first; eight, or four without motion_back
     size_t pixels = 0;                      // that move by at least a pixel and stay in the image
-    double still_error = 0;                 // of no warp at all, over the same pixels
-    std::string why_not;                    // there are no candidates; else empty
+    double still_error = 0;                 // error without a warp, over the same pixels
+    std::string why_not;                    // why there are no candidates; otherwise empty
 
-    // A candidate counts when at least one moving pixel in fifty tells it apart.
+    // A candidate counts if at least one moving pixel in fifty tells it apart.
     bool told_apart(const SignCandidate& candidate) const {
         return candidate.pixels_apart * 50 >= pixels && candidate.pixels_apart > 0;
     }
-    double margin() const;  // the smallest of those that count; 1 when none does
+    double margin() const;  // the smallest over the candidates that count; 1 if none does
     SignVerdict verdict() const;
 };
 
-// The check of a picture, strip by strip: every pixel is compared with the rows of the next frame
+// The check of a frame, strip by strip: every pixel is compared with the rows of the next frame
 // that its vector reaches.
 class SignChecker {
   public:
     SignChecker();
     ~SignChecker();
     // Rows of a strip's planes (color, motion, motion_back if there is one) that count, and rows of
-    // the next frame's color from the picture's row `next_top` on. Vectors that lead out of those
-    // are left out.
+    // the next frame's color from row `next_top` on. Vectors that lead out of these rows are
+    // skipped.
     void add(const PlaneView& planes, const Strip& strip, const ImageF& next, int next_top);
     SignCheck result() const;
 
@@ -66,8 +66,8 @@ class SignChecker {
 };
 
 // `planes` canonical (color, motion, motion_back if there is one), `next` the color of the next
-// frame at the same place (io::placed()). No candidates where nothing moves by a pixel, all that
-// moves leaves the picture, or sizes differ.
+// frame at the same place (io::placed()). No candidates if nothing moves by a pixel, everything
+// that moves leaves the frame, or sizes differ.
 SignCheck check_signs(PlaneView planes, const ImageF& next);
 
 }  // namespace postchain

@@ -19,10 +19,10 @@ enum class StatusCode {
     usage,     // an argument of the caller is wrong
     chain,     // the chain or its parameters are invalid
     input,     // an input is missing, unreadable, or lacks a plane a pass needs
-    memory,    // an input takes more memory than there is, or than is allowed
+    memory,    // an input takes more memory than is available or allowed
     output,    // an output cannot be written
     gl,        // no usable GL, out of GL memory, or a GL error
-    health,    // non-finite values where the caller asked for none
+    health,    // non-finite values although the caller forbids them
     canceled,  // stopped by the caller
     internal,  // a defect of postchain itself
 };
@@ -47,13 +47,13 @@ class [[nodiscard]] Status {
     std::string message_;
 };
 
-// "place: not enough memory". Where not even this text can be had, a shorter one.
+// "place: not enough memory", or a shorter message if not even this one fits into memory.
 Status out_of_memory(const std::string& place) noexcept;
-// The exception now being handled: out_of_memory(), else StatusCode::internal with what it says.
-// Call in a catch block only.
+// The exception now being handled: out_of_memory(), otherwise StatusCode::internal with its
+// message. Call in a catch block only.
 Status status_of_exception(const std::string& place) noexcept;
 
-// A value, or the Status that says why there is none.
+// A value, or the Status that explains its absence.
 template <class T>
 class [[nodiscard]] Result {
   public:
@@ -77,7 +77,7 @@ class [[nodiscard]] Result {
 template <class... Args>
 std::string concat(const Args&... args) {
     std::ostringstream out;
-    // Else a stream swallows want of memory, and the text ends early.
+    // Otherwise a stream hides a lack of memory, and the text ends early.
     out.exceptions(std::ios::badbit);
     out.imbue(std::locale::classic());
     (out << ... << args);

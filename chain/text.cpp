@@ -27,8 +27,9 @@ CodePoint code_point(std::string_view text, size_t at) {
         if ((byte(i) & 0xc0) != 0x80) return {};
         value = value << 6 | (byte(i) & 0x3f);
     }
-    static constexpr uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
-    if (value < kLeast[count] || value > 0x10ffff || (value >= 0xd800 && value < 0xe000)) return {};
+    static constexpr uint32_t kMinCode[] = {0, 0, 0x80, 0x800, 0x10000};
+    if (value < kMinCode[count] || value > 0x10ffff || (value >= 0xd800 && value < 0xe000))
+        return {};
     return {value, count};
 }
 

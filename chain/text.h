@@ -11,7 +11,7 @@ namespace postchain {
 // "a, b, c"
 std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
 
-// The code point that begins at text[at], and how many bytes it takes; 0 bytes where it is no UTF-8
+// The code point that begins at text[at], and how many bytes it takes; 0 bytes if it is not UTF-8
 // (RFC 3629: no overlong forms, no surrogates, nothing above U+10FFFF).
 struct CodePoint {
     uint32_t value = 0;
@@ -19,12 +19,12 @@ struct CodePoint {
 };
 CodePoint code_point(std::string_view text, size_t at);
 
-// Control characters and marks of the direction of writing: what moves a cursor, changes a color or
-// shows text in another order.
+// True for control characters and marks of writing direction: they move a cursor, change a color or
+// reorder text.
 bool acts_on_a_terminal(uint32_t code_point);
 
-// In double quotes, valid in JSON and YAML whatever the bytes are: quotes, backslashes and what
-// acts on a terminal are escaped, bytes that are no UTF-8 become U+FFFD.
+// In double quotes, valid in JSON and YAML whatever the bytes are: quotes, backslashes and
+// characters that act on a terminal are escaped; bytes that are not UTF-8 become U+FFFD.
 std::string quoted(std::string_view text);
 
 }  // namespace postchain

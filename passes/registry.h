@@ -1,4 +1,4 @@
-// Every pass this build has. The list is made from passes/CMakeLists.txt.
+// All passes of this build. The list is made from passes/CMakeLists.txt.
 #pragma once
 
 #include "chain/pass.h"

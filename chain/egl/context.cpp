@@ -96,8 +96,8 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
                                  found.size(), " (see `postchain info`)"));
         candidates = {found[size_t(options.device)]};
     } else {
-        // Surfaceless may be the GPU where that has a Mesa driver: who asks for software gets the
-        // software device where there is one.
+        // Surfaceless may be the GPU if that has a Mesa driver: for software rendering the software
+        // device is used if there is one.
         const bool wants_software = options.device == ContextOptions::kSoftware;
         for (size_t i = 0; i < found.size(); ++i)
             if (describe(found[i], int(i)).software == wants_software)

@@ -1,8 +1,8 @@
 // An OpenGL 4.5 core context without a window, by EGL.
 //
-// A device of EGL_EXT_platform_device when there is a GPU (a device that is not
-// EGL_MESA_device_software: llvmpipe is listed there too), Mesa's surfaceless platform (llvmpipe)
-// otherwise. No display server is needed. Use: one thread, make_current() once.
+// A device of EGL_EXT_platform_device if there is a GPU (a device that is not
+// EGL_MESA_device_software: llvmpipe is listed there too), otherwise Mesa's surfaceless platform
+// (llvmpipe). No display server is needed. Use: one thread, make_current() once.
 #pragma once
 
 #include <memory>
@@ -24,17 +24,18 @@ struct DeviceInfo {
 std::vector<DeviceInfo> list_devices();
 
 struct ContextOptions {
-    // -1: the first GPU, else software. kSoftware: software. n >= 0: EGL device n.
+    // -1: the first GPU, otherwise software. kSoftware: software. n >= 0: EGL device n.
     static constexpr int kAutomatic = -1;
     static constexpr int kSoftware = -2;
     int device = kAutomatic;
     bool debug = false;   // KHR_debug messages go to `log`
-    gl::LogCallback log;  // what the library has to say besides errors; may be empty
+    gl::LogCallback log;  // messages of the library other than errors; may be empty
 };
 
 class Context {
   public:
-    // Makes a context and makes it current on this thread. StatusCode::gl with what was tried.
+    // Makes a context and makes it current on this thread. StatusCode::gl with a list of the
+    // attempts.
     static Result<std::unique_ptr<Context>> create(const ContextOptions& options = {});
     ~Context();
     Context(const Context&) = delete;

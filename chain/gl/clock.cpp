@@ -60,7 +60,7 @@ bool Clock::read(Sequence& sequence) {
                     .count();
         return true;
     }
-    // Timestamps are taken in order: when the last is there, all are.
+    // Timestamps are taken in order: if the last is available, all are.
     GLint ready = GL_FALSE;
     glGetQueryObjectiv(sequence.queries[sequence.marks - 1], GL_QUERY_RESULT_AVAILABLE, &ready);
     if (!ready) return false;

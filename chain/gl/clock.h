@@ -36,8 +36,8 @@ class Clock {
     void begin(uint64_t frame);  // start of a sequence of marks
     // End of an interval and start of the next: "pass", or "pass.step".
     void mark(int pass, std::string_view name, std::string_view step = {});
-    // The newest sequence that the device has finished, intervals of one pass and name added up
-    // where the first of them stood; null: none. Never waits.
+    // The newest sequence that the device has finished, with intervals of the same pass and name
+    // summed at the place of the first; null: none. Never waits.
     const Times* newest();
     // The sequence that was begun last is forgotten.
     void cancel();
@@ -50,7 +50,7 @@ class Clock {
     static constexpr size_t kSequences = 4;
     struct Sequence {
         Times times;
-        size_t marks = 0;  // 0: there is none; the first is its start
+        size_t marks = 0;  // 0: none; the first is its start
         std::vector<unsigned> queries;
         std::vector<std::chrono::steady_clock::time_point> walls;
     };

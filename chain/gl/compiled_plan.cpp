@@ -62,9 +62,9 @@ CompiledPlan::~CompiledPlan() {
     for (Texture* texture : textures_) --texture->plans;
 }
 
-// Textures are taken at their first step and given back after their last, as if the steps ran: so
-// those that live one after the other share one. Given back where a step waits in any case: sharing
-// must not make another wait.
+// Textures are acquired at their first step and released after their last, as if the steps ran, so
+// that textures with disjoint lifetimes share storage. They are released only where a step waits in
+// any case: sharing must not make another step wait.
 Status CompiledPlan::take_textures(bool labels) {
     const size_t count = plan_.textures.size();
     std::vector<int> own(count);
@@ -152,8 +152,8 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
         }
         if (step.work_list >= 0) used_.lists = std::max(used_.lists, 1);
     }
-    if (std::max({used_.textures, used_.images, used_.lists}) > kMostUnits)
-        return Status(StatusCode::internal, concat("a step uses more than ", kMostUnits, " units"));
+    if (std::max({used_.textures, used_.images, used_.lists}) > kMaxUnits)
+        return Status(StatusCode::internal, concat("a step uses more than ", kMaxUnits, " units"));
     return Status();
 }
 

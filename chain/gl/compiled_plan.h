@@ -1,9 +1,9 @@
 // A plan made ready for a device: programs, storage of its textures, barriers, and the bytes of its
 // uniform blocks, so that running it allocates nothing.
 //
-// What it runs by is of two kinds. The shape (programs, textures, bindings, groups, barriers) is
-// settled when it is made. The values (bytes of uniform blocks, names of imported textures) may be
-// replaced before every run.
+// It has two parts. The shape (programs, textures, bindings, groups, barriers) is fixed when it is
+// made. The values (bytes of uniform blocks, names of imported textures) may be replaced before
+// every run.
 #pragma once
 
 #include <cstddef>
@@ -28,10 +28,10 @@ struct UsedUnits {
     int lists = 0;  // storage buffers; > 0: the indirect buffer too
 };
 
-// Do both plans differ in values alone? Names of passes and of what is left out do not count.
+// True if both plans differ only in values. Names of passes and elisions do not count.
 bool same_shape(const Plan& a, const Plan& b);
 
-// What a run may do besides.
+// Options of a run.
 struct RunOptions {
     Clock* clock = nullptr;   // marks intervals; begun by the caller
     bool time_steps = false;  // each step, not each pass
@@ -44,11 +44,12 @@ struct RunOptions {
 class CompiledPlan {
   public:
     // The most units of a kind that a step may use.
-    static constexpr int kMostUnits = 16;
+    static constexpr int kMaxUnits = 16;
 
-    // Takes the plan's textures from the pool, with which they stay: plans that do not run at the
-    // same time share them. Programs are compiled unless they are there. Errors of both, and
-    // StatusCode::internal where a step's block is not its program's. The pool must outlive it.
+    // Takes the plan's textures from the pool, which keeps them: plans that do not run at the same
+    // time share them. Compiles the programs that are not yet compiled. Errors: those of pool and
+    // compiler, and StatusCode::internal if a step's block is not its program's. The pool must
+    // outlive it.
     static Result<CompiledPlan> make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                      RunObjects& objects, bool labels);
     CompiledPlan(CompiledPlan&&) = default;
@@ -58,10 +59,10 @@ class CompiledPlan {
     const Plan& plan() const { return plan_; }
     UsedUnits used() const { return used_; }
     uint32_t barriers() const { return barriers_; }
-    // GL's name of a texture or work list; 0 where no step uses it, or it was not imported yet.
+    // GL's name of a texture or work list; 0 if no step uses it, or it was not imported yet.
     unsigned name_of(TextureId texture) const { return names_[size_t(texture)]; }
 
-    // Takes over what a plan of the same shape has of its own.
+    // Takes the values of a plan of the same shape.
     void take_values(Plan plan);
     // Lets `write` change bytes of the plan's blocks in place, and takes them over.
     template <class Write>
@@ -71,17 +72,17 @@ class CompiledPlan {
     }
     // The uniform block of a step, as many bytes as it has.
     void set_uniforms(int step, std::span<const std::byte> bytes);
-    // The texture that stands for one that is imported, and its GL format where it is written to.
+    // Sets the texture of an imported one, and its GL format if it is written to.
     void import(TextureId texture, unsigned name, unsigned image_format = 0);
 
-    // Dispatches every step; then everything that they wrote can be used by anybody. Where a step
-    // fails, by `after_step`, no further one runs.
+    // Dispatches every step; afterwards their results can be used by any GL command. If
+    // `after_step` fails, no further step runs.
     Status run(RunObjects& objects, const RunOptions& options = {});
 
   private:
     struct Command {
         unsigned program = 0;
-        size_t uniforms = 0;  // where in bytes_
+        size_t uniforms = 0;  // offset in bytes_
         size_t uniforms_bytes = 0;
         unsigned barriers = 0;  // before it
     };
@@ -95,8 +96,8 @@ class CompiledPlan {
 
     Plan plan_;
     TexturePool* pool_;
-    std::vector<Texture*> textures_;       // of the pool, each once
-    std::vector<unsigned> names_;          // of the plan's textures
+    std::vector<Texture*> textures_;       // textures of the pool, each once
+    std::vector<unsigned> names_;          // names of the plan's textures
     std::vector<unsigned> image_formats_;  // likewise
     std::vector<TextureId> lists_;
     std::vector<Command> commands_;

@@ -1,4 +1,4 @@
-// GL's error flag, and what GL debuggers show.
+// GL's error flag, and labels for GL debuggers.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace postchain::gl {
 
-// The GL error flag as a Status, and cleared: out of memory is named as such. There is one flag for
-// everybody, and reading it may wait for the driver.
+// The GL error flag as a Status, and cleared: out of memory is named as such. The flag is shared
+// with the host, and reading it may wait for the driver.
 Status check_error(const std::string& doing);
 void forget_errors();
 

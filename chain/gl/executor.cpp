@@ -7,7 +7,8 @@
 namespace postchain {
 namespace {
 
-// One frame of the pool, however it ends: then what the last frames did not use is freed.
+// One frame of the pool: at its end, whatever happens, textures that the last frames did not use
+// are freed.
 class PoolFrame {
   public:
     PoolFrame(gl::TexturePool& pool, uint64_t kept) : pool_(pool), kept_(kept) {
@@ -29,7 +30,7 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
       programs_(device.log, gl::shader_folder_of_environment()),
       clock_(device) {}
 
-// What the step was the last to write.
+// Textures that this step is the last to write.
 Status Executor::show(const Plan& plan, int step, const StageObserver& observer) {
     for (const auto& binding : plan.steps[size_t(step)].bindings) {
         if (binding.access != Access::write) continue;

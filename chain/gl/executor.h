@@ -1,9 +1,8 @@
-// The executor walks a plan with GL: textures from the pool, programs from the cache, one
-// dispatch per step. It knows no pass, and works on the context that is current, no matter who
-// created it.
+// The executor walks a plan with GL: textures from the pool, programs from the cache, one dispatch
+// per step. It knows no pass, and works on the current context, no matter who created it.
 //
-// run() reads nothing back, and GL's error flag only where GL refuses an allocation. filter()
-// clears the flag when it begins and checks all it does.
+// run() reads nothing back, and GL's error flag only if GL refuses an allocation. filter() clears
+// the flag when it begins and checks each of its calls.
 #pragma once
 
 #include <functional>
@@ -35,7 +34,7 @@ struct ExecutorCounters {
 
 struct PassTime {
     int pass = 0;      // index into Plan::passes
-    std::string name;  // "motion_blur"; of a step "motion_blur.gather"
+    std::string name;  // "motion_blur", or a step: "motion_blur.gather"
     double milliseconds = 0;
 };
 
@@ -44,13 +43,13 @@ using StageObserver =
     std::function<Status(const Step& step, const PlanTexture& texture, const ImageF& pixels)>;
 
 struct ExecutorOptions {
-    uint64_t frames_kept = 8;  // a texture that so many frames did not use is freed
+    uint64_t frames_kept = 8;  // a texture unused for this many frames is freed
     bool labels = false;       // names of steps and textures for GL debuggers (KHR_debug)
 };
 
 class Executor {
   public:
-    // `device`: of the context that is current now and at every call.
+    // `device`: describes the context that is current now and at every call.
     explicit Executor(const gl::Device& device, const ExecutorOptions& options = {});
     Executor(const Executor&) = delete;
     Executor& operator=(const Executor&) = delete;
@@ -68,8 +67,8 @@ class Executor {
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
                                          const StageObserver& observer = {});
 
-    // How many blocks the lists of the plan given to the last filter() held when it was done; run()
-    // reads nothing back.
+    // The number of blocks in each list of the plan after the last filter(); run() reads nothing
+    // back.
     std::vector<WorkDone> work_done() const { return work_done_; }
 
     // Time of each pass, or of each step, in the last run; empty unless timing was on, and while

@@ -13,9 +13,9 @@
 
 namespace postchain::gl {
 
-// The text of `file` (a path under shaders/) with every `#include "path"` replaced by that file
-// and #line directives kept. `folder`: where they are read from; empty: those that are embedded.
-// Errors name file and line: missing file, include circle.
+// The text of `file` (a path under shaders/) with every `#include "path"` replaced by that file and
+// #line directives kept. `folder`: where they are read from; empty: the embedded files. Errors name
+// file and line: missing file, include circle.
 Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
                                      std::vector<std::string>* files = nullptr);
 
@@ -31,17 +31,17 @@ std::string shader_folder_of_environment();
 
 class ProgramCache {
   public:
-    // `folder`: of the sources; empty: those that are embedded.
+    // `folder`: of the sources; empty: the embedded files.
     explicit ProgramCache(LogCallback log = {}, std::string folder = {})
         : log_(std::move(log)), folder_(std::move(folder)) {}
     ~ProgramCache();
     ProgramCache(const ProgramCache&) = delete;
     ProgramCache& operator=(const ProgramCache&) = delete;
     // The program, compiled on first use. StatusCode::gl with the compiler's log, its file numbers
-    // replaced by names. In development mode a changed file is compiled again; when that fails the
-    // last good program stays and `log` is told once.
+    // replaced by names. In development mode a changed file is compiled again; if that fails the
+    // last good program stays and `log` gets one message.
     Result<Program> get(const ProgramKey& key);
-    // Is it compiled? Embedded sources alone: a folder may have changed.
+    // True if it is compiled. Only for embedded sources: files in a folder may have changed.
     bool has(const ProgramKey& key) const { return entries_.count(key.text()) > 0; }
     size_t compiled() const { return compiled_; }
     // Its programs went with their context.

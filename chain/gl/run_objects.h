@@ -18,13 +18,14 @@ class RunObjects {
     RunObjects(const RunObjects&) = delete;
     RunObjects& operator=(const RunObjects&) = delete;
 
-    // Room for frames of so many bytes. StatusCode::memory. The buffer is made anew where it was
-    // smaller.
+    // Reserves room for frames of this many bytes; makes a new buffer if it was smaller. Errors:
+    // StatusCode::memory.
     Status reserve(size_t bytes);
-    // Puts a frame's blocks behind those of the last; its offset. At most what was reserved.
+    // Puts a frame's blocks after the last frame's and returns their offset. At most the reserved
+    // size.
     size_t upload(std::span<const std::byte> bytes);
     unsigned buffer() const { return buffer_; }
-    // What offsets of blocks are multiples of.
+    // Offsets of blocks are multiples of this.
     size_t alignment() const { return alignment_; }
     // Clamps to the edge; not mipmapped.
     unsigned sampler(bool linear) const { return samplers_[linear]; }

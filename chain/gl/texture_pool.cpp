@@ -54,7 +54,7 @@ uint64_t bytes_of(const Texture& texture) {
     return like.bytes();
 }
 
-// Does the texture have storage now? GL's error flag is not asked: it is the host's.
+// True if the texture has storage now. GL's error flag is not read: it is the host's.
 bool create(Texture& texture) {
     GLint made = GL_FALSE;
     if (texture.format == Format::work_list) {

@@ -12,15 +12,15 @@
 
 namespace postchain::gl {
 
-// GL's name of a format: of texture storage and of image bindings.
+// GL's name of a format, for texture storage and image bindings.
 unsigned internal_format(Format format);
 
 struct Texture {
-    unsigned name = 0;  // GL texture, immutable storage, one level; of a work list: a GL buffer
+    unsigned name = 0;  // GL texture, immutable storage, one level; for a work list a GL buffer
     Format format = Format::rgba32f;
     int width = 0;
     int height = 0;
-    int layers = 0;  // of an array; 0: none
+    int layers = 0;  // layers of an array; 0: not an array
     bool in_use = false;
     int plans = 0;  // that are compiled and write into it
     uint64_t last_used = 0;
@@ -32,9 +32,9 @@ class TexturePool {
     ~TexturePool();
     TexturePool(const TexturePool&) = delete;
     TexturePool& operator=(const TexturePool&) = delete;
-    // A texture of undefined content, or a work list. StatusCode::memory when GL has no memory left
-    // or the budget is spent, StatusCode::gl when the size limit is exceeded. GL's error flag is
-    // read only where GL refuses, so that nothing stays in it.
+    // A texture of undefined content, or a work list. StatusCode::memory if GL has no memory left
+    // or the budget is spent, StatusCode::gl if the size limit is exceeded. GL's error flag is read
+    // only if GL refuses, so that no error stays in it.
     Result<Texture*> acquire(Format format, int width, int height, int layers = 0);
     void release(Texture* texture);
     void begin_frame();

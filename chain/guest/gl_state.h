@@ -17,7 +17,7 @@ class GlState {
     static void reset(const gl::UsedUnits& used);
 
   private:
-    static constexpr size_t kMost = gl::CompiledPlan::kMostUnits;
+    static constexpr size_t kMost = gl::CompiledPlan::kMaxUnits;
     struct Buffer {
         int name;
         int64_t start, size;

@@ -289,9 +289,8 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame
     std::vector<ProgramKey> programs = programs_of(chain, description, options_of(frame));
     const RoleSet read = (chain.required() | chain.optional()) & description.planes;
     const bool exposure = frame.exposure.name != 0;
-    if (frame.output.name != 0 || !frame.top_left() || exposure)
-        programs.push_back(export_program(exposure));
     // Gain, scale of motion and matrices may come and go; a plane that the frame has may be unread.
+    programs.push_back(export_program(exposure));
     const bool color_in_place = frame.top_left() && frame.color.whole && !exposure;
     const bool depth = read.has(Role::inverse_depth) && !frame.depth_in_place();
     const bool motion = read.has(Role::motion);

@@ -223,9 +223,9 @@ typedef struct pc_frame {
  * pc_check_motion(). */
 PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 
-/* [GL] Plans this frame, and the same with a cut, a closed shutter, and other focus and f-stops,
- * and compiles all of their programs; makes this frame's textures. wait = 0: compiles one program
- * at most, and returns PC_PENDING until none is left. */
+/* [GL] Compiles the programs of every frame of this kind (textures, formats, conventions, size),
+ * whatever its lens, shutter, bounds, cut, matrices and gain; makes this frame's textures. wait =
+ * 0: compiles one program at most, and returns PC_PENDING until none is left. */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is
  * valid until the next pc_run(), or color itself if there was nothing to do and no output was

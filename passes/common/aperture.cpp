@@ -9,7 +9,7 @@ namespace postchain::lens {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kSteps = 256;  // of half a blade
+constexpr int kSteps = 256;  // steps of half a blade
 
 bool is_disc(const Aperture& aperture) {
     return aperture.blades < 3 || aperture.curvature == 1;
@@ -32,13 +32,13 @@ const ParameterTable& aperture_parameter_table() {
                     {.min = -360,
                      .max = 360,
                      .unit = "degrees",
-                     .help = "turns the aperture counterclockwise, as it is seen in what is "
-                             "behind the focus",
+                     .help = "turns the aperture counterclockwise, as seen in highlights behind "
+                             "the focus",
                      .unset_means = camera})
             .number("aperture_curvature", &P::aperture_curvature,
                     {.min = 0,
                      .max = 1,
-                     .help = "of the blades, in inverse radii of the aperture: 0 "
+                     .help = "curvature of the blades, in inverse radii of the aperture: 0 "
                              "straight, 1 a disc",
                      .unset_means = camera,
                      .excludes = "aperture_image"})
@@ -54,8 +54,8 @@ const ParameterTable& aperture_parameter_table() {
                     {.min = 0,
                      .max = 1,
                      .unit = "radii",
-                     .help = "how far the circle of the lens barrel, which cuts the "
-                             "aperture, is moved in the corners of the picture; 0: not cut",
+                     .help = "shift of the lens barrel's circle, which cuts the aperture, in the "
+                             "corners of the frame; 0: not cut",
                      .unset_means = camera})
             .table();
     return rows;
@@ -146,7 +146,8 @@ double barrel_per_px(const Aperture& aperture, const FrameDescription& frame) {
 }
 
 // r e(angle) on the circle of radius 1/c through the corners e(+-pi/n). With b the distance of its
-// middle from ours, times c and against the blade: c r^2 + 2 b cos(angle) r = 2 b cos(pi/n) + c.
+// center from the aperture's, times c, away from the blade: c r^2 + 2 b cos(angle) r = 2 b
+// cos(pi/n) + c.
 double blade_radius(int blades, double curvature, double angle) {
     const double c = curvature;
     const double cosine = std::cos(kPi / blades), sine = std::sin(kPi / blades);
@@ -178,7 +179,7 @@ std::array<double, 2> Outline::at(double turn) const {
     const int blades = aperture_.blades;
     const double place = (turn - std::floor(turn)) * blades;
     const double blade = std::floor(place);
-    // Of this blade: its middle is at 0, its corners at -1 and 1.
+    // Position on this blade: its center is at 0, its corners at -1 and 1.
     const double side = 2 * (place - blade) - 1;
     const auto above = std::upper_bound(swept_.begin(), swept_.end() - 1, std::abs(side));
     const double low = *(above - 1), high = *above;

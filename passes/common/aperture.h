@@ -1,8 +1,9 @@
-// The aperture: the shape of the lens, and with it of highlights out of focus.
+// The aperture: the shape of the lens, and so of out-of-focus highlights.
 //
-// Points of it are in radii of the circle of confusion, x to the right and y down, as they are seen
-// in a highlight behind the focus; one before it shows them turned by half a turn. The corners of
-// the blades are on the unit circle, as in Cycles. Described in docs/depth_of_field.md, "Aperture".
+// Its points are in radii of the circle of confusion, x to the right and y down, as seen in a
+// highlight behind the focus; a highlight before the focus shows them turned by half a turn. The
+// corners of the blades are on the unit circle, as in Cycles. Described in docs/depth_of_field.md,
+// "Aperture".
 #pragma once
 
 #include <array>
@@ -15,7 +16,7 @@
 
 namespace postchain::lens {
 
-// As a pass is told of it. Unset = the camera's.
+// The aperture's parameters of a pass. Unset = the camera's.
 struct ApertureParameters {
     std::optional<int> aperture_blades;
     std::optional<double> aperture_rotation_deg;
@@ -24,39 +25,39 @@ struct ApertureParameters {
     std::optional<double> cats_eye;
 };
 
-// Its rows, for the table of a pass whose filter has the shape of the lens.
+// Rows for the table of a pass whose filter has the shape of the lens.
 const ParameterTable& aperture_parameter_table();
 
-// Errors (chain): the camera has a picture of its aperture, and it or the pass has blades or their
-// curvature too; the picture has not been read.
+// Errors (chain): the camera has an image of its aperture, and camera or pass also have blades or
+// their curvature; the image has not been read.
 Status check_aperture(const ApertureParameters& parameters, const Camera& camera);
 
 struct Aperture {
     int blades = 0;            // below 3: a disc
-    ApertureImage image = {};  // in place of blades and curvature
+    ApertureImage image = {};  // replaces blades and curvature
     double rotation_deg = 0;   // counterclockwise
-    double curvature = 0;      // of the blades: 0 straight .. 1 a disc
+    double curvature = 0;      // curvature of the blades: 0 straight .. 1 a disc
     double ratio = 1;          // height over width; the longer of them has the whole radius
-    double cats_eye = 0;       // how far the barrel's circle is moved in the corners, radii
+    double cats_eye = 0;       // shift of the barrel's circle in the corners, radii
 
     // Half-width and half-height of the ellipse around it, the larger 1.
     std::array<double, 2> half_size() const;
 };
 
-// Of all of its values: equal numbers, the same points of the lens.
+// Hash of all values: equal hashes mean the same lens samples.
 uint64_t hash_of(const Aperture& aperture);
 
 Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera);
 
-// Its shape as it is resolved; a disc is blades 0. A picture stands alone.
+// Its resolved shape; a disc is blades 0. With an image only the image.
 std::vector<UsedValue> used_values(const ApertureParameters& parameters, const Camera& camera);
 
-// The barrel's front, a unit circle, is seen moved by this much of a ray's place in the picture,
-// radii per pixel from the middle. The place of a ray is that of its direction: through a point l
-// of the lens a pixel p sees, at infinity, what is at p - R l, R the radius there.
+// The barrel's front, a unit circle, is shifted by this times a ray's place in the frame, radii per
+// pixel from the center. A ray's place follows from its direction: through the lens point l, pixel
+// p sees at infinity the point p - R l, R the radius there.
 double barrel_per_px(const Aperture& aperture, const FrameDescription& frame);
 
-// The boundary of an aperture, for points that are even over its area.
+// The boundary of an aperture, for points spread evenly over its area.
 class Outline {
   public:
     explicit Outline(const Aperture& aperture);
@@ -69,7 +70,7 @@ class Outline {
     std::vector<double> swept_;  // share of half a blade's area up to equal steps of the angle
 };
 
-// Distance of a blade's edge from the middle, at `angle` from the middle of the blade, radians
+// Distance of a blade's edge from the center, at `angle` from the center of the blade, radians
 // within pi/blades. An arc of the given curvature through the two corners.
 double blade_radius(int blades, double curvature, double angle);
 

@@ -15,7 +15,7 @@ constexpr double kGpuRelativeError = 10.0 / 16777216.0;
 // fp32 must hold the gain; |R| reaches max_radius_px long before it matters.
 constexpr double kMaxGain = 1e30;
 
-constexpr double kFarthest = 1e30;  // scene units; fp32 holds it
+constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it
 
 // `keys`: "f_stop, focus_distance".
 Status not_known(const std::string& keys, bool several) {
@@ -37,7 +37,7 @@ Result<double> lens_value(const char* key, const char* unit, const std::optional
     return *value;
 }
 
-// Scene units, infinite where the sky is in focus.
+// Scene units, infinite if the sky is in focus.
 Result<double> focus_distance(const char* key, const std::optional<double>& own,
                               const Parameters& p, const FrameDescription& frame) {
     if (own || !p.focus_at)
@@ -62,7 +62,7 @@ Status check_ascending(const char* low_key, double low, const char* high_key, do
                "far_blurry, in scene units"));
 }
 
-// Of the thin lens, all that are stated nowhere.
+// An error that names all values of the thin lens that are not known.
 Status all_known(const Parameters& p, const Camera& camera) {
     std::string keys;
     int count = 0;
@@ -141,7 +141,7 @@ Status resolve_range(const Parameters& p, const FrameDescription& frame, CircleO
     coc.near_span = coc.far_span = p.range;
     coc.near_radius_px = coc.far_radius_px = coc.max_radius_px;
     if (std::isinf(*focus)) {  // nothing is behind the sky
-        coc.near_sharp = coc.far_sharp = kFarthest;
+        coc.near_sharp = coc.far_sharp = kMaxDistance;
         coc.far_radius_px = 0;
     }
     return Status();
@@ -226,8 +226,8 @@ Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
 
 namespace {
 
-// Inverse depths between which |R| is at most `radius`: {of the far limit, of the near one}; 0 is
-// infinitely far, infinite is at the camera.
+// Inverse depths between which |R| is at most `radius`: {far limit, near limit}; 0 is infinitely
+// far, infinite is at the camera.
 std::array<double, 2> sharp_between(const CircleOfConfusion& coc, double radius) {
     constexpr double kNoLimit = std::numeric_limits<double>::infinity();
     if (coc.max_radius_px <= radius) return {0, kNoLimit};

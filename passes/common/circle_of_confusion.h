@@ -1,5 +1,5 @@
-// The signed circle of confusion, in double precision: what the plan decides by and what the
-// uniform blocks of shaders/common/circle_of_confusion.glsl are filled from.
+// The signed circle of confusion in double precision: the plan decides by it, and the uniform
+// blocks of shaders/common/circle_of_confusion.glsl are filled from it.
 //
 // Described in docs/depth_of_field.md, "Circle of confusion". Radius R in pixels of the full
 // image, half the diameter c; R > 0 behind the focus plane, R < 0 in front of it. With w = 1/d:
@@ -26,7 +26,7 @@
 namespace postchain::lens {
 
 struct CircleOfConfusion {
-    bool lens = true;  // else planes
+    bool lens = true;  // otherwise planes
     // lens
     double gain_px = 0;        // pixels times scene units
     double focus_inverse = 0;  // 1/s, 1/scene units
@@ -49,38 +49,39 @@ struct CircleOfConfusion {
     // An upper bound of |R| over all depths.
     double largest_radius_px() const;
     // lens: the larger of |R| at infinity and at kTypicalFocalLengths; a function of the camera
-    // alone, continuous in each of its values. Focus up to twice kTypicalFocalLengths away makes
-    // it the radius of infinity; focus at infinity, where that is 0, the radius of the foreground.
+    // alone, continuous in each of its values. With the focus up to twice kTypicalFocalLengths away
+    // it is the radius at infinity; with the focus at infinity, whose radius is 0, that of the
+    // foreground.
     double typical_radius_px() const;
 };
 
 // Distance of a typical foreground, in focal lengths: 1 m for 50 mm. A ratio of two lengths, so it
-// knows no world units.
+// has no world units.
 inline constexpr double kTypicalFocalLengths = 20;
 
 // max_radius_px or its default for this frame.
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame);
 
-// Where the depth must be known: Pass::depth_places().
+// Places whose depth must be known: Pass::depth_places().
 std::vector<Place> depth_places(const Parameters& parameters);
 
-// All values known and checked. Errors: StatusCode::chain; the message starts with the parameter
-// and says what it is, where it came from and what to do.
+// All values known and checked. Errors: StatusCode::chain; the message has the parameter, its
+// value, its origin and the remedy.
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
                                               const FrameDescription& frame);
 
-// A circle of confusion of this kind, with the values of no lens: for the programs, which depend on
-// the kind only.
+// A circle of confusion of this kind, without the values of a lens: for listing programs, which
+// depend only on the kind.
 CircleOfConfusion any_circle_of_confusion(const Parameters& parameters);
 
-// The lens as it is resolved; the diameter of the largest circle of confusion on this frame, where
-// its depths are known; and from where to where all is sharp: circles of at most `sharp_radius_px`.
-// A far limit without a value: all beyond the near one.
+// The resolved lens; the diameter of the largest circle of confusion on this frame, if its depths
+// are known; and the limits of sharpness, circles of at most `sharp_radius_px`. A far limit without
+// a value: everything beyond the near limit is sharp.
 std::vector<UsedValue> used_values(const Parameters& parameters, const CircleOfConfusion& coc,
                                    const FrameDescription& frame, double sharp_radius_px);
 
-// Fills the members of the circle of confusion of a uniform block. fp32 has no infinity to
-// multiply by: what is larger than kMaxFactor is that.
+// Fills the members of the circle of confusion of a uniform block. fp32 cannot multiply by
+// infinity: larger values become kMaxFactor.
 template <class Block>
 void set_uniforms(const CircleOfConfusion& coc, Block& uniforms) {
     constexpr double kMaxFactor = 1e30;

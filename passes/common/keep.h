@@ -5,7 +5,7 @@
 
 namespace postchain {
 
-// What the blocks keep, and where it goes; -1 = not there.
+// The textures that the blocks keep, and their targets; -1 = none.
 struct Kept {
     TextureId color = -1;       // takes the pass's input color, bit for bit
     TextureId given_hint = -1;  // goes to `hint`; without it the hint is 0

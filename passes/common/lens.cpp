@@ -38,8 +38,8 @@ const ParameterTable& parameter_table() {
                    {.min = 0,
                     .max = 1,
                     .unit = "display sizes",
-                    .help = "coc: lens, range; in focus is what each frame shows at this place, "
-                            "from the top left",
+                    .help = "coc: lens, range; place in each frame, from the top left, whose "
+                            "surface is in focus",
                     .unset_means = "focus_distance decides",
                     .excludes = "focus_distance"})
             .number("sensor_width_mm", &Parameters::sensor_width_mm,
@@ -58,14 +58,14 @@ const ParameterTable& parameter_table() {
                      .soft_min = 0.01,
                      .soft_max = 20,
                      .unit = "scene units",
-                     .help = "coc: planes; at this distance and nearer the near blur is largest"})
+                     .help = "coc: planes; at this distance and closer the near blur is largest"})
             .number("near_sharp", &Parameters::near_sharp,
                     {.min = 0,
                      .max = kMaxDistance,
                      .soft_min = 0.01,
                      .soft_max = 20,
                      .unit = "scene units",
-                     .help = "coc: planes; the near blur begins nearer than this distance"})
+                     .help = "coc: planes; the near blur begins closer than this distance"})
             .number("far_sharp", &Parameters::far_sharp,
                     {.min = 0,
                      .max = kMaxDistance,

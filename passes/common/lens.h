@@ -1,4 +1,5 @@
-// The lens, as a pass is told of it: what makes the circle of confusion (circle_of_confusion.h).
+// The lens parameters of a pass, from which the circle of confusion follows
+// (circle_of_confusion.h).
 #pragma once
 
 #include <optional>
@@ -19,7 +20,7 @@ struct Parameters {
     std::optional<double> focal_length_mm;
     std::optional<double> f_stop;
     std::optional<double> focus_distance;  // scene units
-    std::optional<Place> focus_at;         // in place of it: in focus is what lies there
+    std::optional<Place> focus_at;         // instead: a place in the frame that is in focus
     std::optional<double> sensor_width_mm;
     bool breathing = false;  // refocus like a thin lens: radius times s/(s - f)
 
@@ -38,7 +39,7 @@ struct Parameters {
     std::optional<double> max_radius_px;  // unset = 3 % of the display width
 };
 
-// Its rows, for the table of a pass that has a lens.
+// Rows for the table of a pass that has a lens.
 const ParameterTable& parameter_table();
 
 }  // namespace postchain::lens

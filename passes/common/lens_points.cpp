@@ -10,14 +10,14 @@
 namespace postchain::lens {
 namespace {
 
-constexpr int kMostSets = 64;  // more show no difference
+constexpr int kMaxSets = 64;  // more show no difference
 constexpr double kSteps = 32767;
 
 int16_t packed(double x) {
     return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kSteps));
 }
 
-// Of a picture: as by an outline, but equal steps are equal shares of light.
+// A point of an image: as by an outline, but equal steps are equal shares of light.
 std::array<double, 2> image_point(const Aperture& aperture, double within, double turns) {
     const auto [x, y] = aperture.image.point(within, turns);
     const double angle = aperture.rotation_deg * std::numbers::pi / 180;
@@ -34,7 +34,7 @@ std::array<double, 2> Points::at(int point, int set) const {
 }
 
 int sets_of(int count) {
-    return std::min(kMostSets, LENS_POINTS_MAX / count);
+    return std::min(kMaxSets, LENS_POINTS_MAX / count);
 }
 
 Points lens_points(const Aperture& aperture, int count, int more) {

@@ -1,4 +1,4 @@
-// Points of the lens: where light passes through it, for filters that take samples.
+// Lens samples: points at which light passes through the lens.
 #pragma once
 
 #include <array>
@@ -9,12 +9,12 @@
 
 namespace postchain::lens {
 
-// Sets of points, each spread evenly over the aperture on its own and all of them together.
-// How many sets of `count` points there are.
+// Sets of points; each set, and all sets together, are spread evenly over the aperture. The number
+// of sets of `count` points.
 int sets_of(int count);
 
 struct Points {
-    int count = 0;  // of a set
+    int count = 0;  // points of a set
     int sets = 0;
     std::vector<std::array<int16_t, 2>> packed;  // set after set; x, y in steps of 1/32767
 
@@ -24,12 +24,12 @@ struct Points {
 // The largest count that a table holds.
 inline constexpr int kMaxPoints = 1023;
 
-// `count` in 1..kMaxPoints. Of each set the points go outward, on a Fermat spiral of the golden
-// angle (H. Vogel, A better way to construct the sunflower head, 1979), drawn into the outline of
-// the aperture so that equal areas stay equal, or into a picture of it so that equal shares of
+// `count` in 1..kMaxPoints. The points of a set go outward on a Fermat spiral of the golden angle
+// (H. Vogel, A better way to construct the sunflower head, 1979). The spiral is mapped to the
+// outline of the aperture so that equal areas stay equal, or to its image so that equal shares of
 // light do: by angle, and along each direction by radius. The sets turn the spiral, not the
-// aperture. The barrel cuts none of the points. A picture must be read. `more` points of each set
-// follow on a spiral of their own; both together are at most kMaxPoints.
+// aperture. The barrel cuts no points. An image must be read. `more` points of each set follow on a
+// spiral of their own; both together are at most kMaxPoints.
 Points lens_points(const Aperture& aperture, int count, int more = 0);
 
 // Adds the texture "lens_points", count by sets, x and y in [-1, 1], and the step that fills it.

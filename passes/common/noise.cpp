@@ -87,7 +87,8 @@ class VoidAndCluster {
         return table[size_t((distance + kSize) % kSize)];
     }
 
-    // The set pixel of highest energy, or the free pixel of lowest; the first in row order.
+    // The set pixel with the highest energy, or the free pixel with the lowest; on a tie the first
+    // in row order.
     int extreme(bool among_set) const {
         int best = -1;
         for (int i = 0; i < kPixels; ++i) {

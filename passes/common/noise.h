@@ -1,5 +1,5 @@
 // Random numbers: two per pixel, independent of each other, from tables of 128 x 128 pixels that
-// repeat over the picture. Same seed, same table.
+// repeat over the frame. Same seed, same table.
 //
 //   x: tile value in [0, 1): whether a pixel takes the neighboring tile, which points of the lens
 //   y: tap value in [-1, 1): shifts its taps or times
@@ -31,7 +31,7 @@ struct Parameters {
     bool animate_noise = false;
 };
 
-// Its rows, for the table of a pass that needs random numbers.
+// Rows for the table of a pass that needs random numbers.
 const ParameterTable& parameter_table();
 
 inline constexpr int kSize = 128;
@@ -41,7 +41,7 @@ inline constexpr int kBlueSize = 64;
 std::array<int, 2> shift_of(const Parameters& parameters, int frame_number);
 
 // Rank 0..4095 of each pixel of the blue noise pattern, row-major; made on first use (about 50 ms),
-// in integers, so that it is the same on every machine.
+// in integers, so that every machine makes the same pattern.
 const std::array<uint16_t, kBlueSize * kBlueSize>& blue_ranks();
 
 // Adds the texture "noise" and the step that fills it; -1 for Kind::none.

@@ -21,7 +21,7 @@ const ParameterTable& parameter_table() {
                      .max = 3600,
                      .soft_max = 1440,
                      .unit = "degrees",
-                     .help = "the same as an angle: 360 degrees are one frame",
+                     .help = "open time as an angle: 360 degrees are one frame",
                      .unset_means = "shutter_frames decides",
                      .excludes = "shutter_frames"})
             .table();

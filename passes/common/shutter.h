@@ -1,4 +1,4 @@
-// The shutter, as a pass is told of it.
+// The shutter parameters of a pass.
 #pragma once
 
 #include <optional>
@@ -15,15 +15,15 @@ struct Parameters {
     std::optional<double> shutter_angle_deg;
 };
 
-// Its rows, for the table of a pass that has a shutter.
+// Rows for the table of a pass that has a shutter.
 const ParameterTable& parameter_table();
 
-// Time the shutter is open, in frames: the pass's own value (frames, or degrees / 360), else the
-// camera's, else kDefaultShutterFrames.
+// Time the shutter is open, in frames: the pass's own value (frames, or degrees / 360), otherwise
+// the camera's, otherwise kDefaultShutterFrames.
 double open_frames(const Parameters& parameters, const Camera& camera);
 
-// That, and the longest streak on this frame where its speeds are known. `max_half_px`: what half
-// of a streak is cut to.
+// The open time, and the longest streak on this frame if its speeds are known. `max_half_px`: limit
+// of half a streak.
 std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame,
                                    double max_half_px);
 

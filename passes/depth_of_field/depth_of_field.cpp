@@ -14,8 +14,8 @@ const ParameterTable& table() {
         ParameterTableBuilder<Parameters>()
             .choice("method", &Parameters::method, {"gilham", "inverse_warp"},
                     {.help = "gilham: a downsampled Gaussian blur, mixed in by the circle of "
-                             "confusion; inverse_warp: for every point of the lens the surface "
-                             "that it sees at the pixel, in the shape of its aperture"})
+                             "confusion; inverse_warp: the surface that each lens sample sees at "
+                             "the pixel, in the shape of the aperture"})
             .rows(&Parameters::lens, lens::parameter_table())
             .integer("downsample", &Parameters::downsample,
                      {.min = 1,
@@ -37,8 +37,8 @@ const ParameterTable& table() {
                                     "focal lengths if that is larger; planes, range: 1/2 of the "
                                     "largest radius; always at least downsample / 2"})
             .choice("leak", &Parameters::leak, {"none", "depth", "coc"},
-                    {.help = "neighbors kept out of the blur: none, those in front, or those "
-                             "sharper than the pixel"})
+                    {.help = "neighbors kept out of the blur: none, neighbors in front, or "
+                             "neighbors sharper than the pixel"})
             .boolean("hdr_weight", &Parameters::hdr_weight,
                      {.help = "downsample with weights 1/(1 + max(rgb)): highlights flicker "
                               "less and lose energy"})
@@ -47,13 +47,13 @@ const ParameterTable& table() {
                       .max = lens::kMaxPoints,
                       .soft_max = 128,
                       .unit = "points",
-                      .help = "inverse_warp: points of the lens for each pixel",
+                      .help = "inverse_warp: lens samples per pixel",
                       .convergence = Convergence::set,
                       .converged = 512})
             .rows(&Parameters::search, inverse_warp::parameter_table())
             .boolean("denoise", &Parameters::denoise,
-                     {.help = "inverse_warp: take the noise of the samples away where the blur "
-                              "is wider than a few pixels"})
+                     {.help = "inverse_warp: remove the noise of the samples if the blur is wider "
+                              "than a few pixels"})
             .rows(&Parameters::aperture, lens::aperture_parameter_table())
             .rows(&Parameters::noise, noise::parameter_table())
             .table();
@@ -103,7 +103,7 @@ class DepthOfFieldOnFrame final : public Filter {
                              .limit = exact_px,
                              .unit = "px"}};
         const FrameBounds& bounds = frame_.bounds;
-        // The downsampled image of a color that no half holds would be rounded.
+        // The downsampled image of a color that a half cannot hold would be rounded.
         const bool copy_is_exact =
             warps() || context.precision == Precision::fp32 || bounds.color_is_half;
         if (context.has_one_color() && copy_is_exact && !hint)
@@ -144,7 +144,7 @@ class DepthOfField final : public Pass {
         } else {
             promises.keeps_constants = true;
             promises.convex = 1e-6;
-            // Unset it follows the camera: 1, 2 or 4.
+            // If unset it follows the camera: 1, 2 or 4.
             promises.lattice_px = parameters_.downsample.value_or(4);
             promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
                                    Symmetry::shift};
@@ -206,7 +206,7 @@ const PassType& pass_type() {
     static const PassType type = {
         .name = "depth_of_field",
         .title = "Depth of field",
-        .help = "Blurs what is out of focus, by a signed circle of confusion from the depth plane.",
+        .help = "Depth of field by a signed circle of confusion from the depth plane.",
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
         .rules = {{kRuleFocusBlocks, true,

@@ -18,7 +18,7 @@
 namespace postchain::depth_of_field {
 
 enum class Method { gilham, inverse_warp };
-enum class Leak { none, depth, coc };  // which neighbors the Gaussian may mix in
+enum class Leak { none, depth, coc };  // neighbors that the Gaussian may mix in
 
 struct Parameters {
     Method method = Method::inverse_warp;
@@ -37,7 +37,7 @@ struct Parameters {
     noise::Parameters noise = {.noise = noise::Kind::ign};
 };
 
-// Its own rule of leaving out, of blocks that the device finds.
+// Its own rule of elision, for blocks that the device finds.
 inline constexpr const char* kRuleFocusBlocks = "focus_blocks";
 
 const PassType& pass_type();

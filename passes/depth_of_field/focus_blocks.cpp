@@ -19,7 +19,7 @@ TextureId add_mask(PassPlanner& planner, const char* name, int width, int height
     return planner.texture(name, Format::r8, blocks[0], blocks[1]);
 }
 
-// A search of a mask for what the blocks of the downsampled image around each of its pixels need.
+// A search of a mask for the blocks that need a block of the downsampled image.
 struct Search {
     const char* step;
     const char* list;
@@ -27,8 +27,8 @@ struct Search {
     glm::ivec2 reach;
 };
 
-// The picture's bilinear taps reach one pixel of the downsampled image further, less than a block.
-// Those of the Gaussian come in fours, the last of them with weight 0, but read.
+// The frame's bilinear taps reach one more pixel of the downsampled image, less than a block. The
+// Gaussian's taps come in fours; the last of them have weight 0, but are read.
 std::array<Search, 3> searches_of(const GilhamSizes& sizes) {
     const int reach = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
     return {{{"needed_y", "blur_y_blocks", sizes.factor, {1, 1}},
@@ -94,7 +94,8 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSi
            .limit = float(sizes.full_blur_px),
            .unit = "px",
            .relation = Fact::Relation::at_least});
-    // Of a pixel of the downsampled image: what downsampling, and the Gaussian along x or y, fetch.
+    // Fetches per pixel of the downsampled image: for downsampling, and for the Gaussian along x or
+    // y.
     const int down = sizes.factor * sizes.factor;
     const int along = (2 * sizes.taps + 1) * (guided ? 2 : 1);
     const Fact unread = {"no block of the result reads them"};

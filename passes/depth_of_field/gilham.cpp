@@ -12,12 +12,12 @@
 //   blur_x, blur_y Gaussian along x, then y, in-bounds and permitted taps renormalized
 //   color          mix(sharp, bilinear(blur_y), smoothstep(0.5, max(2 sigma, 1), |R|))
 //
-// For a lens an unset blur_sigma_px is a quarter of the radius that the lens gives what is far
-// away, and not the more obvious max_radius_px / 2. Both depend on parameters and camera alone, so
-// neither flickers with the content; docs/depth_of_field.md has what each costs.
+// For a lens an unset blur_sigma_px is a quarter of the lens's radius at far distances, and not the
+// more obvious max_radius_px / 2. Both depend only on parameters and camera, so neither flickers
+// with the content; docs/depth_of_field.md compares their cost.
 //
-// Ours, because the chapter is not public: the Gaussian and its width, the guides of the leak
-// tests and their being plain box means, and that non-finite colors do not count.
+// Our own choices, because the chapter is not public: the Gaussian and its width, the guides of the
+// leak tests as plain box means, and ignoring non-finite colors.
 #include "passes/depth_of_field/gilham.h"
 
 #include <algorithm>
@@ -36,8 +36,8 @@ namespace {
 using shared::DepthOfFieldBlurUniforms;
 using shared::DepthOfFieldUniforms;
 
-// The deviation of the blur of downsampling and upsampling alone, in box edges: a box has
-// a variance of 1/12, the triangle of the bilinear weights 1/6.
+// The standard deviation of downsampling and upsampling without the Gaussian, in box edges: a box
+// has a variance of 1/12, the triangle of the bilinear weights 1/6.
 constexpr double kDownsampleSigma = 0.5;
 
 // A quarter of the lens's typical radius: a background at twice the focus distance has half the
@@ -52,8 +52,8 @@ struct Widths {
     double sigma_px;  // of the Gaussian
 };
 
-// Unset the box edge is at most the Gaussian's deviation: the box then adds at most a quarter to
-// its variance (kDownsampleSigma).
+// An unset box edge is at most the Gaussian's deviation: the box then adds at most a quarter to its
+// variance (kDownsampleSigma).
 Widths widths_of(const Parameters& parameters, const lens::CircleOfConfusion& coc) {
     const double sigma = parameters.blur_sigma_px ? *parameters.blur_sigma_px : lens_sigma_px(coc);
     const int factor = parameters.downsample.value_or(sigma >= 4 ? 4 : sigma >= 2 ? 2 : 1);
@@ -194,7 +194,7 @@ class Planner {
         return radius;
     }
 
-    // Makes the result's layers too: they are the plan's texture before those of the blur.
+    // Makes the result's layers too: they come before the blur's textures in the plan.
     Pictures add_downsample(Made& result, TextureId list) {
         Pictures small;
         small.color = planner_.texture("small", low_format(), sizes_.low_width, sizes_.low_height);
@@ -326,7 +326,8 @@ Reach Gilham::reach() const {
     return {px, px};
 }
 
-// Sizes and programs follow the factor of the downsampling, and that an unset blur_sigma_px.
+// Sizes and programs follow from the downsampling factor, and the factor from an unset
+// blur_sigma_px.
 ShapeNumbers Gilham::shape(const PlanContext&) const {
     return {uint64_t(sizes_.factor)};
 }

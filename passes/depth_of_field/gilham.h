@@ -7,7 +7,7 @@
 
 namespace postchain::depth_of_field {
 
-// Sizes and widths that plan and reference both start from.
+// Sizes and widths shared by plan and reference.
 struct GilhamSizes {
     int factor = 1;     // of the downsampling
     int low_width = 0;  // ceil(width / factor)
@@ -24,7 +24,7 @@ Result<GilhamSizes> gilham_sizes(const Parameters& parameters, const lens::Circl
 std::vector<GilhamSizes> every_gilham_size(const Parameters& parameters,
                                            const FrameDescription& frame);
 
-// All of the pass on a frame but its identity. Steps and textures: gilham.cpp.
+// The pass on a frame, without its identity. Steps and textures: gilham.cpp.
 class Gilham : public PassOnFrame {
   public:
     Gilham(const Parameters& parameters, const lens::CircleOfConfusion& coc,

@@ -13,7 +13,7 @@ bool all_finite(const double* c) {
     return std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) && std::isfinite(c[3]);
 }
 
-// Scene units; infinite where focus_at is a place in the sky.
+// Scene units; infinite if focus_at is a place in the sky.
 double focus_of(const lens::Parameters& p, const FrameDescription& frame) {
     if (p.coc == lens::CocSource::range && p.focus) return *p.focus;
     if (p.focus_distance) return *p.focus_distance;

@@ -1,10 +1,10 @@
-// Double-precision reference of `gilham`, written from docs/depth_of_field.md and sharing
-// nothing with the shaders but the sizes of gilham_sizes(). Plain sums divided by plain weights:
-// slow, and as close to the formulas as code gets.
+// Double-precision reference of `gilham`, written from docs/depth_of_field.md; it shares only the
+// sizes of gilham_sizes() with the shaders. Plain sums divided by plain weights: slow, and as close
+// to the formulas as code gets.
 //
-// Colors that are not finite do not count in the box mean; a box of nothing else is 0; a pixel
-// without a finite color that is out of focus shows the blurred copy alone. Storage is not
-// modeled: every stage is a double.
+// Non-finite colors are ignored in the box mean; a box without finite colors is 0; an out-of-focus
+// pixel without a finite color shows only the blurred copy. Storage is not modeled: every stage is
+// a double.
 #pragma once
 
 #include "passes/depth_of_field/gilham.h"

@@ -52,14 +52,14 @@ const ParameterTable& parameter_table() {
                 {.min = 10,
                  .max = 39,
                  .allowed = presets(),
-                 .help = "of mode: search: steps along an edge, 10-15 dithered, 20-29 less so, "
-                         "39 longest"})
+                 .help = "mode: search; steps along an edge, 10-15 dithered, 20-29 less so, 39 "
+                         "longest"})
             .number(
                 "subpix", &Parameters::subpix,
                 {.min = 0,
                  .max = 1,
-                 .help = "of mode: search and the checkerboard: strength of the sub-pixel offset; "
-                         "0 = edges only"})
+                 .help = "mode: search and the checkerboard; strength of the sub-pixel offset; 0 "
+                         "= edges only"})
             .number("edge_threshold", &Parameters::edge_threshold,
                     {.min = 0,
                      .max = 1,
@@ -83,41 +83,42 @@ const ParameterTable& parameter_table() {
                      .unit = "stops",
                      .help = "exposure before luma: display and blend: tonemapped"})
             .choice("blend", &Parameters::blend, {"tonemapped", "stored"},
-                    {.help = "how texels are mixed: the brighter, the less one counts, so that no "
-                             "firefly spreads, or as stored"})
+                    {.help = "mixing of texels: brighter texels count less, so that fireflies do "
+                             "not spread, or as stored"})
             .choice("hint", &Parameters::hint, {"none", "checkerboard", "threshold"},
-                    {.help = "what an earlier motion blur's hint does: nothing, the report's "
+                    {.help = "effect of an earlier motion blur's hint: none, the report's "
                              "checkerboard, or both thresholds 0"})
             .choice("hint_gate", &Parameters::hint_gate, {"tile", "pixel"},
-                    {.help = "where the hint holds: tiles with motion, or pixels that really blur"})
+                    {.help = "pixels where the hint holds: tiles with motion, or pixels that "
+                             "really blur"})
             .table();
     return table;
 }
 
-// Luma is computed in fp32: this part of it may be rounding.
+// Luma is computed in fp32, with a relative error of at most this.
 constexpr double kLumaRounding = 1e-5;
 
 struct LumaBounds {
     double lowest, highest;
 };
 
-// Between what two lumas every pixel of a frame lies, by the bounds of each channel (luma.comp has
-// the formulas). For `display` x_c/(1 + max(x)) is bounded with the maximum's own bounds.
+// Bounds of the luma of every pixel of a frame, from the bounds of each channel (luma.glsl has the
+// formulas). For `display` x_c/(1 + max(x)) is bounded with the maximum's own bounds.
 LumaBounds luma_bounds(const Parameters& parameters, const FrameBounds& bounds,
                        const std::array<double, 3>& weights) {
     constexpr double kUnknown = FrameBounds::kUnknown;
-    constexpr double kLargest = 1e30;  // luma.comp holds everything to it
+    constexpr double kMaxLuma = 1e30;  // luma.glsl clamps to it
     const double exposure = std::exp2(parameters.exposure_ev);
     std::array<double, 3> low, high;
     for (size_t c = 0; c < 3; ++c) {
         if (!std::isfinite(bounds.min_color[c]) || !std::isfinite(bounds.max_color[c]) ||
             weights[c] < 0)
             return {-kUnknown, kUnknown};
-        low[c] = std::clamp(bounds.min_color[c], -kLargest, kLargest);
-        high[c] = std::clamp(bounds.max_color[c], -kLargest, kLargest);
+        low[c] = std::clamp(bounds.min_color[c], -kMaxLuma, kMaxLuma);
+        high[c] = std::clamp(bounds.max_color[c], -kMaxLuma, kMaxLuma);
         if (parameters.luma == Luma::stored) continue;
-        low[c] = std::clamp(low[c] * exposure, 0.0, kLargest);
-        high[c] = std::clamp(high[c] * exposure, 0.0, kLargest);
+        low[c] = std::clamp(low[c] * exposure, 0.0, kMaxLuma);
+        high[c] = std::clamp(high[c] * exposure, 0.0, kMaxLuma);
     }
     LumaBounds luma{0, 0};
     const double low_max = *std::max_element(low.begin(), low.end());
@@ -169,17 +170,17 @@ class FxaaPass final : public PlainPass {
         return {std::accumulate(steps.begin(), steps.end(), 0.0) + 3, 1};
     }
 
-    // No setting of the parameters alone is the identity: thresholds of 1 still let full contrast
-    // (0 beside the maximum) through, and subpix 0 still moves along edges.
+    // No setting of the parameters is the identity by itself: thresholds of 1 still let full
+    // contrast (0 beside the maximum) through, and subpix 0 still moves along edges.
     std::optional<Identity> identity(const PlanContext& context) const override {
         const FrameBounds& bounds = context.frame.bounds;
         if (context.frame.width == 1 && context.frame.height == 1)
             return Identity{kRuleFacts, {"a single pixel has no neighbor to blend with"}};
         if (!context.color_is_input) return std::nullopt;
-        // The checkerboard blends whatever the luma, and layers may have more colors.
+        // The checkerboard blends at any luma, and layers may have more colors.
         const bool blends = uses_hint(context) && context.frame.layers > 0;
         if (bounds.one_color && !blends) return Identity{kRuleFacts, {"all pixels have one color"}};
-        // A hint lowers the thresholds, or blends whatever the luma.
+        // A hint lowers the thresholds, or blends at any luma.
         if (uses_hint(context)) return std::nullopt;
         const LumaBounds luma = luma_bounds(parameters_, bounds, weights_of(context.frame));
         const double range = luma.highest - luma.lowest;
@@ -218,7 +219,7 @@ class FxaaPass final : public PlainPass {
         if (hinted) step.bindings.push_back({1, planner.input(Role::hint), Access::sample_nearest});
         step.take_uniforms<shared::FxaaUniforms>();
         step.groups = {(width + square - 1) / square, (height + square - 1) / square, 1};
-        // The color of every pixel for its luma, with what lies around the squares, and once more
+        // The color of every pixel for its luma, with the pixels around the squares, and once more
         // for itself; the hint. Edges read more.
         const int region = square + 2 * reach_px;
         step.taps = uint64_t(step.groups[0]) * uint64_t(step.groups[1]) * uint64_t(region) *
@@ -254,8 +255,8 @@ class FxaaPass final : public PlainPass {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
     }
 
-    // How far around a pixel lumas are read: both texels of where the walk fetches last, or those
-    // of the structure tensor.
+    // Distance at which lumas around a pixel are read: both texels of the walk's last fetch, or the
+    // texels of the structure tensor.
     int luma_reach_px() const {
         if (parameters_.mode == Mode::directional) return 2;
         // The last step is made without a fetch.
@@ -318,7 +319,7 @@ const PassType& pass_type() {
         .name = "fxaa",
         .title = "FXAA",
         .help =
-            "Smooths jagged edges of the finished picture: FXAA 3.11, quality path, or a filter "
+            "Smooths jagged edges of the finished image: FXAA 3.11, quality path, or a filter "
             "along edges.",
         .parameters = &parameter_table(),
         .create = [] { return std::make_unique<FxaaPass>(); },

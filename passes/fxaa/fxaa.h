@@ -1,8 +1,8 @@
-// FXAA: anti-aliasing after the fact, for scene-linear and display-referred pictures.
+// FXAA: post-process anti-aliasing of scene-linear and display-referred images.
 //
-// Source of mode: search: T. Lottes, FXAA 3.11, quality path; mode: directional is ours. The hint
-// is of B. Guertin, M. McGuire, D. Nowrouzezahrai, NVR-2013-003. What they compute, what the hint
-// does and the deviations: docs/fxaa.md.
+// Source for mode: search: T. Lottes, FXAA 3.11, quality path; mode: directional is ours. The hint
+// is from B. Guertin, M. McGuire, D. Nowrouzezahrai, NVR-2013-003. Formulas, the effect of the hint
+// and the deviations: docs/fxaa.md.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ enum class Mode {
     search,       // FXAA 3.11: finds both ends of an edge, moves along the nearer one's offset
     directional,  // a Gaussian, long along the edge and narrow across it
 };
-// Where the luma that decides comes from.
+// The source of the luma that decides.
 enum class Luma {
     stored,   // 0.299, 0.587, 0.114 of the stored values
     display,  // exposure, x/(1 + max), square root, luminance weights of the file
@@ -30,8 +30,8 @@ enum class HintGate { tile, pixel };  // channel x or y of the hint plane
 
 struct Parameters {
     Mode mode = Mode::search;
-    int preset = 12;                       // of mode: search
-    double subpix = 0.75;                  // of mode: search and of the checkerboard
+    int preset = 12;                       // for mode: search
+    double subpix = 0.75;                  // for mode: search and the checkerboard
     std::optional<double> edge_threshold;  // unset = Thresholds of the mode
     std::optional<double> edge_threshold_min;
     Luma luma = Luma::display;
@@ -46,12 +46,12 @@ struct Thresholds {
     double relative;
     double least;
 };
-// As set; unset FXAA 3.11's default (0.166, 0.0833) for mode: search, and for mode: directional its
-// lowest, "overkill" and "visible limit" (0.063, 0.0312).
+// As set; if unset, FXAA 3.11's default (0.166, 0.0833) for mode: search, and for mode: directional
+// its lowest, "overkill" and "visible limit" (0.063, 0.0312).
 Thresholds thresholds(const Parameters& parameters);
 
 // Presets in rising order, and the steps of one along an edge: increments in pixels, the last one
-// made without a fetch. Empty for a number that is no preset.
+// made without a fetch. Empty for a number that is not a preset.
 std::vector<int64_t> presets();
 const std::vector<double>& preset_steps(int preset);
 

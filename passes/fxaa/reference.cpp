@@ -10,7 +10,7 @@
 namespace postchain::fxaa {
 namespace {
 
-constexpr double kLargest = 1e30;  // as luma.comp: holds lumas finite
+constexpr double kMaxLuma = 1e30;  // as in luma.glsl: keeps lumas finite
 
 double texel(const ImageD& plane, int x, int y, int c = 0) {
     return plane.at(std::clamp(x, 0, plane.width - 1), std::clamp(y, 0, plane.height - 1), c);
@@ -28,7 +28,7 @@ double bilinear(const ImageD& plane, double x, double y) {
            fy * ((1 - fx) * texel(plane, x0, y0 + 1) + fx * texel(plane, x0 + 1, y0 + 1));
 }
 
-// Color; after it the further layers, of which nothing is asked.
+// Color, then the extra layers, which decide nothing.
 using Pixel = std::vector<double>;
 
 Pixel pixel_at(const ImageD& color, int x, int y) {
@@ -45,11 +45,11 @@ double positive_maximum(const Pixel& p) {
     return std::max({p[0], p[1], p[2], 0.0});
 }
 
-// How often a texel counts in a mean.
+// Weight of a texel in a mean.
 double brightness_weight(const Parameters& parameters, const Pixel& p) {
     if (parameters.blend == Blend::stored) return 1;
     const double exposed = positive_maximum(p) * std::exp2(parameters.exposure_ev);
-    return 1 / std::sqrt(1 + std::min(exposed, kLargest));
+    return 1 / std::sqrt(1 + std::min(exposed, kMaxLuma));
 }
 
 // From a to b; a itself for weight 0, equal texels, or a texel that is not finite.
@@ -69,7 +69,7 @@ struct Move {
     double weight = 0;
 };
 
-// The local range of luma, or 0 where it is below the thresholds.
+// The local range of luma, or 0 if it is below the thresholds.
 double contrast(const Parameters& parameters, const ImageD& luma, int x, int y,
                 double threshold_scale) {
     double highest = texel(luma, x, y), lowest = highest;
@@ -79,7 +79,7 @@ double contrast(const Parameters& parameters, const ImageD& luma, int x, int y,
     }
     const Thresholds least = thresholds(parameters);
     const double range = highest - lowest;
-    // No edge is finer than what 32 bits tell from rounding.
+    // A range within the rounding of 32 bits is not an edge.
     const double finest = 1e-4 * std::max({1.0, std::abs(lowest), std::abs(highest)});
     const double threshold = threshold_scale * std::max(least.least, highest * least.relative);
     return range < std::max(threshold, finest) ? 0 : range;
@@ -198,11 +198,11 @@ ImageD reference_luma(const Parameters& parameters, const ImageD& color,
             for (int c = 0; c < 3; ++c) {
                 const double v = color.at(x, y, c);
                 rgb[static_cast<size_t>(c)] =
-                    std::isnan(v) ? 0 : std::clamp(v, -kLargest, kLargest);
+                    std::isnan(v) ? 0 : std::clamp(v, -kMaxLuma, kMaxLuma);
             }
             if (display) {
                 for (double& v : rgb)
-                    v = std::clamp(v * std::exp2(parameters.exposure_ev), 0.0, kLargest);
+                    v = std::clamp(v * std::exp2(parameters.exposure_ev), 0.0, kMaxLuma);
                 const double scale = 1 + std::max({rgb[0], rgb[1], rgb[2]});
                 for (double& v : rgb) v = std::sqrt(v / scale);
             }

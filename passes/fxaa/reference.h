@@ -9,8 +9,8 @@
 
 namespace postchain::fxaa {
 
-// Luma: 1 channel, same size as color (4 channels). `weights` are the luminance weights
-// of the file's primaries, used by Luma::display alone.
+// Luma: 1 channel, same size as color (4 channels). `weights` are the luminance weights of the
+// file's primaries, used only by Luma::display.
 ImageD reference_luma(const Parameters& parameters, const ImageD& color,
                       const std::array<double, 3>& weights);
 

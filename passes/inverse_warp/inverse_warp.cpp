@@ -18,18 +18,18 @@ using shared::InverseWarpUniforms;
 // A sample is denoised if its displacements have at least the variance kSoftSpread (px^2; a circle
 // of confusion of 4 px radius). A pixel d away has the weight exp(-window d^T covariance^-1 d); the
 // window grows with the root of the samples. Lens samples are more even than random ones, with
-// times they are not. Chosen by measurement (docs/results/inverse_warp.md).
+// times they are not. Chosen by measurement (docs/inverse_warp.md).
 constexpr double kSoftSpread = 8;
 constexpr double kWindow = 5.7;
 constexpr double kWindowWithShutter = 4.2;
 
 // A block takes more samples if their variance, as shown, is above this. Chosen by measurement
-// (docs/results/sampling.md).
+// (docs/inverse_warp.md).
 constexpr double kNoiseVariance = 0.045;
 
-constexpr double kLeastHalfOpen = 1.0 / 16;  // frames
+constexpr double kMinHalfOpen = 1.0 / 16;  // frames
 
-// Tiles on each side whose surfaces can reach a block, for the longest path and radius. A surface
+// Blocks on each side whose surfaces can reach a block, for the longest path and radius. A surface
 // of a block may differ by a tenth from those that its block has chosen (starts.comp).
 int ring_of(double longest_px) {
     return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
@@ -99,7 +99,7 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
-// Do surfaces hold their motion, and also that from the frame before?
+// True if surfaces hold their motion, and also the motion from the frame before.
 bool holds_motion(const Settings& settings, const PlanContext& context) {
     return settings.shutter || !searched_neighbors(settings, context.available).empty();
 }
@@ -194,7 +194,7 @@ class Planner {
         step.groups = groups_for(frame_.width, frame_.height);
         return step;
     }
-    // Every step that reads surfaces.
+    // For every step that reads surfaces.
     Step make_surface_step(const std::string& name) const {
         Step step = make_step(name);
         step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
@@ -204,7 +204,7 @@ class Planner {
             step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
         return step;
     }
-    // One that does a block per pixel.
+    // A step with a thread per block.
     Step make_block_step(const std::string& name) const {
         Step step = make_surface_step(name);
         step.groups = groups_for(blocks_[0], blocks_[1]);
@@ -444,12 +444,12 @@ const ParameterTable& parameter_table() {
             .integer("starts", &Parameters::starts,
                      {.min = 1,
                       .max = kMaxStarts,
-                      .help = "inverse warp: surfaces of the blocks around from which the search "
-                              "starts, beside the pixel's own"})
+                      .help = "inverse warp: start surfaces of the search from the blocks around, "
+                              "beside the pixel's own"})
             .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
-                    {.help = "inverse warp: frames that are asked for what is hidden in this one, "
-                             "where their planes are there: none, the one before (as an engine "
-                             "has), or both"})
+                    {.help = "inverse warp: neighboring frames searched for surfaces occluded in "
+                             "this one, if their planes are available: none, the one before (as "
+                             "an engine has), or both"})
             .table();
     return table;
 }
@@ -473,7 +473,7 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors) {
 
 std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet available) {
     std::vector<Neighbor> found;
-    if (settings.shutter && settings.shutter->half_open < kLeastHalfOpen) return found;
+    if (settings.shutter && settings.shutter->half_open < kMinHalfOpen) return found;
     for (const Neighbor neighbor : kNeighbors) {
         if (settings.search.neighbors == Neighbors::none) break;
         if (settings.search.neighbors == Neighbors::before && neighbor != Neighbor::before)
@@ -481,7 +481,7 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
         bool all = available.has(Role::motion);
         for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
             all = all && available.has(role_of(neighbor, role));
-        // What fills color from there fills the layers too, or they would not sum to it.
+        // A neighbor that fills color must fill the layers too, or they would not sum to it.
         if (available.has(Role::layers))
             all = all && available.has(role_of(neighbor, Role::layers));
         if (all) found.push_back(neighbor);
@@ -493,11 +493,11 @@ Promises promises_of(const Settings& settings) {
     Promises promises;
     promises.keeps_constants = true;
     promises.convex = 1e-6;
-    // Where the barrel cuts depends on the place in the picture.
+    // The barrel's cut depends on the place in the frame.
     const bool barrel = settings.lens && settings.lens->aperture.cats_eye > 0;
     promises.lattice_px = barrel ? 0 : kBlockPx;
-    // Random numbers belong to places. Of surfaces that are displaced equally differently a block
-    // takes the first, so that it has a side.
+    // Random numbers belong to places. On a tie between surfaces a block takes the first, which
+    // prefers a side.
     if (settings.noise.noise == noise::Kind::none && !barrel)
         promises.symmetries = {Symmetry::shift};
     return promises;
@@ -517,7 +517,7 @@ std::vector<Settings> every_shape(const Settings& settings) {
 // denoised colors from two pixels further. If blocks choose how many samples they take, a pixel
 // depends on all of its block.
 Reach WarpOnFrame::reach() const {
-    // A frame away paths are as long as the motion says.
+    // In a neighboring frame paths are as long as the motion vectors.
     if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
     const double longest = longest_px(settings_);
     const double block = settings_.more_samples > 0 ? kBlockPx : 0;

@@ -82,8 +82,8 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
 // another shutter time can lead to.
 std::vector<Settings> every_shape(const Settings& settings);
 
-// All of a pass on a frame but its identity: adds the steps and textures above and hands on color
-// and, if wanted, the hint: a new one with a shutter, otherwise the one it was given.
+// A pass on a frame, without its identity. Adds the steps and textures above and hands on color
+// and, if wanted, the hint: with a shutter a new one, otherwise the given one.
 class WarpOnFrame : public PassOnFrame {
   public:
     WarpOnFrame(const Settings& settings, const FrameDescription& frame)

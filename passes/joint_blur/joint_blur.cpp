@@ -33,7 +33,7 @@ const ParameterTable& table() {
                       .max = lens::kMaxPoints,
                       .soft_max = 128,
                       .unit = "samples",
-                      .help = "instants, each with a point of the lens, for each pixel",
+                      .help = "samples per pixel, each with a shutter time and a lens sample",
                       .convergence = Convergence::set,
                       .converged = 512})
             .integer("max_samples", &P::max_samples,
@@ -41,8 +41,8 @@ const ParameterTable& table() {
                       .max = lens::kMaxPoints,
                       .soft_max = 256,
                       .unit = "samples",
-                      .help = "adaptive sampling: so many in tiles whose samples disagree; up to "
-                              "samples: as many everywhere"})
+                      .help = "adaptive sampling: samples per pixel in blocks whose samples "
+                              "disagree; a value up to samples: off"})
             .rows(&P::search, inverse_warp::parameter_table())
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,
@@ -53,8 +53,8 @@ const ParameterTable& table() {
             .rows(&P::shutter, shutter::parameter_table())
             .rows(&P::lens, lens::parameter_table())
             .boolean("denoise", &P::denoise,
-                     {.help = "take the noise of the samples away where the blur is wider than a "
-                              "few pixels"})
+                     {.help = "remove the noise of the samples if the blur is wider than a few "
+                              "pixels"})
             .rows(&P::aperture, lens::aperture_parameter_table())
             .rows(&P::noise, noise::parameter_table())
             .table();
@@ -71,7 +71,8 @@ inverse_warp::Settings settings_of(const Parameters& parameters, const lens::Cir
     settings.more_samples = std::max(parameters.max_samples - parameters.samples, 0);
     settings.search = parameters.search;
     settings.denoise = parameters.denoise;
-    // A few roundings of 2^-24, so that a block that is unblurred by the frame's bounds is so here.
+    // A few roundings of 2^-24, so that blocks unblurred by the frame's bounds are unblurred here
+    // too.
     settings.still_limit_px = kUnblurredPx * (1 + 0x1p-18);
     settings.noise = parameters.noise;
     settings.still_rule = kRuleUnblurredBlocks;
@@ -173,8 +174,8 @@ const PassType& pass_type() {
         .name = "joint_blur",
         .title = "Joint blur",
         .help =
-            "Motion blur and depth of field in one: for every instant and point of the lens "
-            "the surface that stood at the pixel.",
+            "Motion blur and depth of field in one: the surface seen at the pixel for each "
+            "shutter time and lens sample.",
         .parameters = &table(),
         .create = [] { return std::make_unique<JointBlur>(); },
         .rules = {{kRuleUnblurredBlocks, true,

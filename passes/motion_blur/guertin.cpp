@@ -123,7 +123,7 @@ class Planner {
         TextureId half_velocity = -1, tile_max = -1, neighbor_max = -1, tile_variance = -1;
         TextureId noise = -1, color = -1, hint = -1, layers = -1;
     };
-    // What classify reads of the tiles.
+    // Tile textures that classify reads.
     struct TileRanges {
         TextureId motion = -1, depth = -1;
     };

@@ -6,12 +6,12 @@
 
 namespace postchain::motion_blur {
 
-// All of the pass on a frame but its identity. Steps and textures: guertin.cpp.
+// The pass on a frame, without its identity. Steps and textures: guertin.cpp.
 class Guertin : public PassOnFrame {
   public:
-    // What the bounds of a frame say of its depths.
+    // Facts about a frame's depths from its bounds.
     struct Depths {
-        bool one = false;  // all pixels have the same
+        bool one = false;  // all pixels have the same depth
         bool sky = true;   // some pixels may be sky
     };
     static Depths depths_of(const FrameBounds& bounds);

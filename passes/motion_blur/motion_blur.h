@@ -7,13 +7,13 @@
 
 namespace postchain::motion_blur {
 
-// Its own rules of leaving out, of blocks that the device finds.
+// Its own rules of elision, for blocks that the device finds.
 inline constexpr const char* kRuleStillBlocks = "still_blocks";
 inline constexpr const char* kRuleSkyBlocks = "sky_blocks";
 inline constexpr const char* kRuleUniformBlocks = "uniform_blocks";
 
-// Reads color, motion and (unless depth_softness is 0) inverse_depth; writes color and, when a
-// later pass reads it, hint.
+// Reads color, motion and (unless depth_softness is 0) inverse_depth; writes color and, if a later
+// pass reads it, hint.
 const PassType& pass_type();
 
 }  // namespace postchain::motion_blur

@@ -10,15 +10,16 @@ const ParameterTable& parameter_table() {
         ParameterTableBuilder<P>()
             .choice("mode", &P::mode, {"guertin", "single", "inverse_warp"},
                     {.help = "guertin: the 2013 report's filter; single: every tap along the "
-                             "dominant direction, for comparison; inverse_warp: for every instant "
-                             "the surface that stood at the pixel"})
+                             "dominant direction, for comparison; inverse_warp: the surface seen "
+                             "at the pixel at each shutter time"})
             .integer("samples", &P::samples,
                      {.min = 1,
                       .max = 1023,
                       .soft_max = 33,
                       .odd = true,
                       .unit = "taps",
-                      .help = "taps of the gather per pixel; inverse_warp: times, at most",
+                      .help = "taps of the gather per pixel; inverse_warp: largest number of time "
+                              "samples",
                       .convergence = Convergence::set,
                       .converged = 401})
             .integer("max_blur_px", &P::max_blur_px,
@@ -62,14 +63,14 @@ const ParameterTable& parameter_table() {
                      .max = 100,
                      .soft_min = 0.01,
                      .soft_max = 30,
-                     .help = "s: how fast a surface counts as hidden with the ratio of depths; 1 "
+                     .help = "s: how fast a surface becomes occluded with the ratio of depths; 1 "
                              "is the report, 20 a hard edge, 0 ignores depth"})
             .choice("sample_split", &P::sample_split, {"even", "variance"},
-                    {.help = "which taps follow the pixel's own velocity: every second, or as "
-                             "many as directions vary around the tile"})
+                    {.help = "taps that follow the pixel's own velocity: every second, or more if "
+                             "directions around the tile vary more"})
             .rows(&P::noise, noise::parameter_table())
             .choice("border", &P::border, {"skip", "clamp"},
-                    {.help = "taps outside the picture: dropped, or moved to the border"})
+                    {.help = "taps outside the frame: dropped, or moved to the border"})
             .choice("static_direction", &P::static_direction, {"perpendicular", "dominant"},
                     {.help = "direction of the second half of the taps at a slow pixel: across "
                              "the dominant motion, or along it"})
@@ -78,22 +79,22 @@ const ParameterTable& parameter_table() {
                      .max = 100,
                      .soft_max = 3,
                      .unit = "px",
-                     .help = "half-velocity up to which a tile is left as it is"})
+                     .help = "half-velocity up to which a tile is left unchanged"})
             .rows(&P::search, inverse_warp::parameter_table())
             .number("path_px_per_time", &P::path_px_per_time,
                     {.min = 0.1,
                      .max = 1000,
                      .soft_max = 8,
                      .unit = "px",
-                     .help = "inverse_warp: pixels of the longest path in a tile for each time; at "
-                             "least 5 times are taken, at most samples",
+                     .help = "inverse_warp: pixels of the longest path in a tile per time sample; "
+                             "at least 5 time samples, at most samples",
                      .convergence = Convergence::set,
                      .converged = 0.1})
             .number("time_jitter", &P::time_jitter,
                     {.min = 0,
                      .max = 1,
                      .unit = "spacings",
-                     .help = "inverse_warp: how far a pixel's times are spread at random; 0 shows "
+                     .help = "inverse_warp: random spread of a pixel's time samples; 0 shows "
                              "steps in long streaks, 1 noise"})
             .choice("velocity_storage", &P::velocity_storage, {"auto", "fp16", "fp32", "unorm8"},
                     {.help = "storage of half-velocities: auto stores none and reads the motion, "
@@ -122,8 +123,9 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
                         .time_jitter = parameters.time_jitter};
     settings.samples = parameters.samples;
     settings.search = parameters.search;
-    settings.denoise = false;  // times alone leave little noise (docs/inverse_warp.md)
-    // A few roundings of 2^-24, so that what is still by the frame's bounds is still here too.
+    settings.denoise = false;  // little noise without a lens (docs/inverse_warp.md)
+    // A few roundings of 2^-24, so that motion that is still by the frame's bounds is still here
+    // too.
     settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
     settings.noise = parameters.noise;
     if (parameters.time_jitter == 0) settings.noise.noise = noise::Kind::none;

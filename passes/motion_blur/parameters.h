@@ -39,19 +39,19 @@ struct Parameters {
 
 const ParameterTable& parameter_table();
 
-// A tile is left unblurred when |v_max| is at most this: min_speed_px plus the most by which
-// storing a half-velocity can lengthen it, so that motion that is still by the frame's facts is
-// still by its stored vectors too.
+// A tile is left unblurred if |v_max| is at most this: min_speed_px plus the largest lengthening by
+// storage of a half-velocity, so that motion that is still by the frame's bounds is still by its
+// stored vectors too.
 double still_limit_px(const Parameters& parameters);
 
 // Settings of mode: inverse_warp.
 inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera);
 
-// Does the report's filter compare depths, split its taps by the tiles' variance?
+// True if the report's filter compares depths, and splits its taps by the tiles' variance.
 bool compares_depth(const Parameters& parameters);
 bool splits_by_variance(const Parameters& parameters);
 
-// Does the filter need random numbers at all?
+// True if the filter needs random numbers for tiles, and for taps.
 bool jitters_tiles(const Parameters& parameters);
 bool jitters_taps(const Parameters& parameters);
 

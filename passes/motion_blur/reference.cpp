@@ -1,6 +1,6 @@
 // Written from the definitions of docs/motion_blur.md, stage by stage, one pixel at a time; the
-// GLSL shares nothing with it but the random numbers (noise.h) and the still limit. One file,
-// though long: six stages that hand their planes on.
+// GLSL shares only the random numbers (noise.h) and the still limit. One long file, because six
+// stages pass on their planes.
 #include "passes/motion_blur/reference.h"
 
 #include <algorithm>
@@ -125,7 +125,7 @@ class Reference {
         return x;
     }
 
-    // The longest vector of the pixels [x0, x1) x [y0, y1), the first of equals in row order.
+    // The longest vector of the pixels [x0, x1) x [y0, y1); on a tie the first in row order.
     Tile longest(int x0, int y0, int x1, int y1) const {
         Tile tile;
         tile.smallest = edge_;
@@ -283,7 +283,7 @@ class Reference {
             return speed > 0 ? unit((1 - share) * of_still + share * unit(v_c)) : of_still;
         };
         // The side on which v_c lies, from the unscaled vectors: exactly 0 where v_c is v_max. On
-        // neither side the samples of both count.
+        // neither side, both sides' samples count.
         const double side = dot(dominant ? v_max : Vec{-v_max.y, v_max.x}, v_c);
         Sums sums;
         sums.color.assign(size_t(color.channels), 0.0);

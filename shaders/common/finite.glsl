@@ -1,4 +1,4 @@
-// NaN and infinities, told by their bits: a compiler may assume that there are none.
+// Detects NaN and infinities by their bits: a compiler may assume that there are none.
 
 bool is_nan(float x) {
     return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;

@@ -1,6 +1,6 @@
 #version 450 core
-// Depth of a neighboring frame, where nothing is to be found of an object that counts as standing
-// still: below 0 (docs/frame.md).
+// Depth of a neighboring frame, below 0 at an object that counts as standing still, so that a
+// search does not find it (docs/frame.md).
 //
 //   inverse_depth, mattes -> beside_object
 //

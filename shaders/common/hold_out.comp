@@ -1,5 +1,5 @@
 #version 450 core
-// What a pass filters beside color where objects are held out of it (docs/layers.md).
+// Layers that a pass filters beside color if objects are held out of it (docs/layers.md).
 //
 //   color, mattes [, layers] -> held: color without the object; what part of the pixel is not the
 //                               object, in x; the frame's own layers without it
@@ -15,12 +15,12 @@ layout(binding = 2) uniform sampler2DArray layers;
 #endif
 layout(binding = 0) writeonly uniform image2DArray held;
 
-// A soft pixel shows both, m F + (1 - m) G. What is not the object, G, is taken from the pixels
-// around: the less they are the object the more, hardly any but those that are not it at all. The
-// pixel's own color counts as its matte goes to 0, and where nothing around is known.
+// A soft pixel shows both, m F + (1 - m) G. The ground G is taken from the pixels around, almost
+// only from pixels without the object. The pixel's own color counts as its matte goes to 0, and if
+// no ground is near.
 const int kAround = 2, kWindow = 2 * kAround + 1;
-const float kSpread = 1.25;            // px, of a Gaussian
-const float kOwn = 1.0 / 16.0, kLeast = 1.0 / 16.0;
+const float kSpread = 1.25;            // px, deviation of a Gaussian
+const float kOwn = 1.0 / 16.0, kMinWeight = 1.0 / 16.0;
 
 float weights[kWindow * kWindow];
 
@@ -43,12 +43,12 @@ void find_weights(ivec2 p, ivec2 size, float m) {
             weights[index] = i == 0 && j == 0 ? kOwn * beside(m) / m : near * beside(matte_at(at));
             total += weights[index];
         }
-    weights[kAround * kWindow + kAround] += max(kLeast - total, 0.0);
-    total = max(total, kLeast);
+    weights[kAround * kWindow + kAround] += max(kMinWeight - total, 0.0);
+    total = max(total, kMinWeight);
     for (int i = 0; i < kWindow * kWindow; ++i) weights[i] /= total;
 }
 
-// Of a soft pixel; `fetch(p)` reads the plane.
+// The ground of a soft pixel; `fetch(p)` reads the plane.
 #define GROUND(ground, fetch)                                                     \
     vec4 ground = vec4(0.0);                                                      \
     for (int i = 0; i < kWindow * kWindow; ++i)                                   \

@@ -1,5 +1,5 @@
 #version 450 core
-// Vectors without the motion of an object that counts as standing still (docs/layers.md).
+// Motion vectors without the motion of an object that counts as standing still (docs/layers.md).
 //
 //   motion [, motion_back] [, inverse_depth], mattes -> still_motion [, still_motion_back]
 //
@@ -21,9 +21,9 @@ layout(binding = 1) writeonly uniform image2D still_motion_back;
 #endif
 
 #if DEPTH
-// A soft pixel shows object and ground, and its depth is that of one of them. Where both lie this
-// near by themselves, at two depths, the pixel has the motion of the one whose depth it has: that of
-// the object is none, that of the ground is found at the nearest pixel of it.
+// A soft pixel shows object and ground, and has the depth of one of them. If both are this near
+// without the other, at two depths, the pixel has the motion of the one whose depth it has: the
+// object's is 0, the ground's is found at the nearest pixel of it.
 const int kAround = 2;
 const float kOneDepth = 1.05;
 
@@ -63,7 +63,7 @@ void divide(ivec2 p, ivec2 size, inout ivec2 from, inout float kept) {
 }
 #endif
 
-// All of a vector is the vector to the bit, nothing of it is 0 and not minus 0.
+// The whole vector comes back bit for bit, none of it is 0 and not minus 0.
 vec4 part_of(sampler2D vectors, ivec2 from, float kept) {
     if (kept <= 0.0) return vec4(0.0);
     const vec4 v = texelFetch(vectors, from, 0);

@@ -3,8 +3,8 @@
 //
 //   color [, hint] -> color [, hint] [, soft]   in the blocks of the list
 //
-// LAYERS: so many further layers too
-// HINT: 1: there is none, it is 0; 2: it is kept too    SOFT: 0 is written to it
+// LAYERS: number of extra layers HINT: 1: there is none, it is 0; 2: it is kept too    SOFT: 0 is
+// written to it
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
 

@@ -1,6 +1,6 @@
 #version 450 core
-// What was held out of a pass, laid over what it filtered (docs/layers.md): with m the matte, g what
-// is not the object (1 - m of a pixel), F the filter, out = F(g)/F(1 - m) (1 - m) + c - g.
+// Lays the object that was held out of a pass over its result (docs/layers.md): with m the matte, g
+// the ground (1 - m of a pixel), F the filter, out = F(g)/F(1 - m) (1 - m) + c - g.
 //
 //   color, mattes, filtered, held, filtered_held [, layers] -> color [, layers]
 //
@@ -19,14 +19,14 @@ layout(binding = 5) uniform sampler2DArray layers;
 layout(binding = 1) writeonly uniform image2DArray layers_result;
 #endif
 
-// Where less than this is seen of what is not the object, the pixel's own color takes its place.
-const float kLeastCoverage = 1.0 / 32.0;
+// If less ground than this is visible, the pixel's own color takes its place.
+const float kMinCoverage = 1.0 / 32.0;
 
 // c: unfiltered; c_held, c_filtered: without the object, before and after the pass.
 vec4 laid_over(vec4 c, vec4 c_held, vec4 c_filtered, float m, float kept, float coverage) {
-    // Nothing was filtered here: nothing may be rounded.
+    // The filter changed nothing here: no bit may change.
     if (m >= 1.0 || (c_held == c_filtered && coverage == kept)) return c;
-    const float trust = clamp(coverage / kLeastCoverage, 0.0, 1.0);
+    const float trust = clamp(coverage / kMinCoverage, 0.0, 1.0);
     const vec4 behind = coverage > 0.0 ? c_filtered / coverage : vec4(0.0);
     return c + trust * (kept * behind - c_held);
 }
@@ -37,7 +37,7 @@ void main() {
     const float m = matte_at(p);
     const float kept = 1.0 - m;
     const float coverage = texelFetch(filtered_held, ivec3(p, 1), 0).x;
-    // Nothing of the object is near: as without a matte.
+    // The object is not near: as without a matte.
     const bool plain = m == 0.0 && coverage == 1.0;
     vec4 out_color = texelFetch(filtered, p, 0);
     if (!plain)

@@ -1,5 +1,5 @@
-// Further color layers of a step that averages color: each is a plane of an array, and gets the weights
-// that color gets. The host's side of it is chain/layered_step.h.
+// Extra color layers of a step that averages color: each is a plane of an array, and gets color's
+// weights. The host's side of it is chain/layered_step.h.
 //
 // LAYERS: how many of them the step does; not defined: none    LAYERS_FIRST: the first of them
 // LAYERS_ONLY: it does nothing else: all that STORE would write, another step writes
@@ -11,7 +11,7 @@
 //   FOR_LAYERS(i) sums[i] += weight * LAYER_FETCH(layers, at, i);
 
 #define FOR_LAYERS(i) for (int i = 0; i < LAYERS; ++i)
-// Where layer i of this step has the pixel `at`.
+// Coordinate of pixel `at` in layer i of this step.
 #define LAYER(at, i) ivec3(at, LAYERS_FIRST + (i))
 #define LAYER_FETCH(array, at, i) texelFetch(array, LAYER(at, i), 0)
 #define LAYER_STORE(array, at, i, value) imageStore(array, LAYER(at, i), value)

@@ -1,5 +1,5 @@
 #version 450 core
-// The table of points of the lens.
+// The table of lens samples.
 //
 //   -> lens_points   points of a set by sets; x, y in [-1, 1]
 #include "common/work_group.glsl"

@@ -1,6 +1,6 @@
 #version 450 core
-// Table of random numbers, 128 x 128, repeated over the picture. NOISE 0: Halton over Morton order;
-// 1: interleaved gradient noise in 0.32 fixed point; 2: blue noise. What each is, and why:
+// Table of random numbers, 128 x 128, repeated over the frame. NOISE 0: Halton over Morton order;
+// 1: interleaved gradient noise in 0.32 fixed point; 2: blue noise. Described in
 // passes/common/noise.h.
 //
 //   -> noise   x: tile value in [0, 1), y: tap value in [-1, 1)

@@ -9,7 +9,7 @@
 //   layout(std430, binding = 0) buffer StillBlocks { WORK_LIST } still_blocks;
 //   ADD_TO_WORK_LIST(still_blocks, block)
 //
-// A step that may be launched by one is compiled with LIST 0 (the whole picture) or 1:
+// A step that may be launched by a list is compiled with LIST 0 (the whole frame) or 1:
 //
 //   ivec2 p;
 //   if (!next_pixel(uniforms.size, p)) return;
@@ -23,7 +23,7 @@
 layout(std430, binding = 0) readonly buffer WorkList { WORK_LIST } work_list;
 #endif
 
-// The pixel of this invocation; false where it has none in a picture of this size.
+// The pixel of this invocation; false if it has none in a frame of this size.
 bool next_pixel(ivec2 size, out ivec2 p) {
 #if LIST
     // The launch is a rectangle; its last row may be longer than the list.

@@ -1,10 +1,10 @@
-// Filling work lists, in a step whose work group is its own; what lists are: work_list.glsl.
+// Fills work lists, in a step with a work group of its own. Lists: work_list.glsl.
 //
-// One atomic for a block: the launch's size changes only with the first block of a row, and its
-// width with those of the first row.
+// One atomic per block: the launch's size changes only with the first block of a row, and its width
+// with those of the first row.
 
-// Of the launch. A device may allow no more than 65535 groups a side, and the last row is launched
-// in full whatever the list holds.
+// Width of the launch. A device may allow no more than 65535 groups per side, and the last row is
+// launched in full.
 const uint kGroupsPerRow = 64u;
 
 #define WORK_LIST   \

@@ -1,6 +1,6 @@
 #version 450 core
-// Signed radius of the circle of confusion in pixels, and what follows from depth alone. One work
-// group for a block of 16 x 16 pixels.
+// Signed radius of the circle of confusion in pixels, and other values that follow from depth. One
+// work group per block of 16 x 16 pixels.
 //
 //   inverse_depth -> coc
 //                 -> small_guide         GUIDE_DEPTH, GUIDE_RADIUS: the mean of w or of |R| over

@@ -1,9 +1,8 @@
 #version 450 core
-// One direction of the separable Gaussian on the downsampled image; STEP is ivec2(1, 0) or
-// ivec2(0, 1). Out-of-bounds taps do not count.
-// LEAK_DEPTH: a neighbor clearly in front of the pixel, w_n > 1.02 w_p, does not count.
-// LEAK_COC: the weight of a neighbor is multiplied by clamp(|R_n|/|R_p|, 0, 1); 1 where |R_p| is 0.
-// LAYERS: so many further layers too.
+// One direction of the separable Gaussian on the downsampled image; STEP is ivec2(1, 0) or ivec2(0,
+// 1). Out-of-bounds taps do not count. LEAK_DEPTH: a neighbor clearly in front of the pixel, w_n >
+// 1.02 w_p, does not count. LEAK_COC: the weight of a neighbor is multiplied by clamp(|R_n|/|R_p|,
+// 0, 1); 1 where |R_p| is 0. LAYERS: number of extra layers.
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_blur_uniforms.h"
@@ -20,8 +19,8 @@ layout(binding = 1) writeonly uniform image2DArray blurred_layers;
 
 vec4 center;
 float center_guide;
-vec4 sum = vec4(0.0);   // of weight (neighbor - center): exact when all are equal
-float total = 1.0;      // of weights; the center weighs 1
+vec4 sum = vec4(0.0);   // sum of weight (neighbor - center): exact if all are equal
+float total = 1.0;      // sum of weights; the center weighs 1
 #ifdef LAYERS
 vec4 layer_centers[LAYERS], layer_sums[LAYERS];
 #endif

@@ -1,11 +1,9 @@
 #version 450 core
 // out = mix(sharp, bilinear(low), smoothstep(0.5, full_blur_px, |R|)), where low is the blurred
-// image at 1/FACTOR of the size. Where the weight is 0 the pixel returns bit for bit, where it is 1
-// the blurred image alone.
-// Of blocks that are known to be SHARP (|R| <= 0.5) low is not read, of those that are BLURRED
-// (|R| >= full_blur_px) color and coc.
-// LAYERS: so many further layers too.
-// WITH_HINT: FXAA's hint, multiplied by clamp(1 - |R|, 0, 1): what it marks is blurred away.
+// image at 1/FACTOR of the size. If the weight is 0 the pixel returns bit for bit; if it is 1, only
+// the blurred image shows. In blocks known to be SHARP (|R| <= 0.5) low is not read, in BLURRED
+// blocks (|R| >= full_blur_px) color and coc are not. LAYERS: number of extra layers. WITH_HINT:
+// FXAA's hint, multiplied by clamp(1 - |R|, 0, 1): the edges it marks are blurred away.
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
@@ -25,7 +23,7 @@ layout(binding = 5) uniform sampler2DArray low_layers;
 layout(binding = 2) writeonly uniform image2DArray layers_result;
 #endif
 
-// a + t (b - a) and not mix(): exact when a and b are equal.
+// a + t (b - a) and not mix(): exact if a and b are equal.
 vec4 between(vec4 a, vec4 b, float t) {
     precise vec4 c = a + t * (b - a);
     return c;
@@ -78,12 +76,12 @@ void main() {
     float radius = abs(texelFetch(coc, p, 0).x);
 #endif
     vec4 c = texelFetch(color, p, 0);
-    // What part of the blurred image shows.
+    // The weight of the blurred image.
     float blurred_part = 0.0;
 #ifndef SHARP
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
-        // A pixel without a finite color has nothing to mix: it takes the blurred image.
+        // A pixel without a finite color takes the blurred image.
         if (radius >= uniforms.full_blur_px || !is_finite(c)) {
             c = blurred;
             blurred_part = 1.0;

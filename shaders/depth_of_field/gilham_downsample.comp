@@ -1,8 +1,7 @@
 #version 450 core
 // Box mean over FACTOR x FACTOR pixels from the top left; out-of-bounds pixels do not count.
-// HDR_WEIGHT: a pixel weighs 1/(1 + max(rgb, 0)), so that a small highlight does not flicker as
-// it crosses boxes.
-// LAYERS: so many further layers too, with the weights of color.
+// HDR_WEIGHT: a pixel weighs 1/(1 + max(rgb, 0)), so that a small highlight does not flicker as it
+// crosses boxes. LAYERS: number of extra layers, averaged with the weights of color.
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
@@ -22,7 +21,8 @@ void main() {
     ivec2 first = low * FACTOR;
     ivec2 end = min(first + FACTOR, uniforms.size);
 
-    // Non-finite colors do not count; a box of nothing else is 0. Equal colors return unrounded.
+    // Non-finite colors do not count; a box without finite colors is 0. Equal colors return
+    // unrounded.
     vec4 first_color = vec4(0.0);
     bool all_equal = true;
     vec4 sum = vec4(0.0);

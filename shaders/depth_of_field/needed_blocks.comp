@@ -1,5 +1,5 @@
 #version 450 core
-// Which blocks of the downsampled image are read. One thread for a block of 16 x 16 of its
+// Finds the blocks of the downsampled image that are read. One thread per block of 16 x 16 of its
 // pixels.
 //
 //   blurs (of the picture's blocks), or needed (of the downsampled image's) -> needed, work list

@@ -1,27 +1,26 @@
-// How texels are mixed. Needs uniforms.exposure; BLEND_TONEMAPPED.
+// Mixing of texels. Needs uniforms.exposure; BLEND_TONEMAPPED.
 //
 // BLEND_TONEMAPPED: a texel counts 1/sqrt(1 + m) times, m = max(0, r, g, b) of the exposed color:
-// half-way between the mean of the stored values and the mean of the tone-mapped ones. The same for
-// color and alpha, so that they belong together as before: composited over whatever background, the
-// result is that mean of the composited texels.
+// half-way between the mean of the stored values and the mean of the tone-mapped ones. Color and
+// alpha get the same weights, so that they still belong together: over any background, the result
+// is the same mean of the composited texels.
 
 #include "common/finite.glsl"
 
-const float kLargestExposed = 1e30;
+const float kMaxExposed = 1e30;
 
 float brightness_weight(vec4 texel) {
 #if BLEND_TONEMAPPED
     const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * uniforms.exposure;
-    return inversesqrt(1.0 + min(largest, kLargestExposed));
+    return inversesqrt(1.0 + min(largest, kMaxExposed));
 #else
     return 1.0;
 #endif
 }
 
 #ifdef LAYERS
-// What FXAA does at a pixel, as what part of the color of each of its neighbors it takes, by place in
-// rows of three from the upper left; the rest is the pixel's own. Color decides it, for the layers
-// too.
+// The effect of FXAA at a pixel: the weight of each of its neighbors' colors, in rows of three from
+// the upper left; the rest is the pixel's own. Color decides it, also for the layers.
 float shares[9];
 
 int place_of(ivec2 offset) {

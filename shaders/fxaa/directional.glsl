@@ -1,17 +1,17 @@
 // mode: directional, a Gaussian over 3x3 pixels, long along the edge and narrow across it.
 //
 // Direction and coherence: structure tensor (Förstner and Gülch 1987) of the lumas' central
-// differences at M, N, S, E, W. Nothing is classified: but for the threshold the filter is
+// differences at M, N, S, E, W. No edges are classified: except for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs block, luma_at(), four_lumas(), color_at(), is_finite(), brightness_weight().
+// Needs uniforms, luma_at(), four_lumas(), color_at(), is_finite(), brightness_weight().
 
-// Standard deviations, pixels. Where the tensor has no direction both are kRound.
+// Standard deviations, pixels. If the tensor has no direction both are kRound.
 const float kAcross = 0.46;
 const float kAlong = 0.8;
 const float kRound = 0.5;
 
-const float kLargestFloat = 3.4028235e38;
+const float kMaxFloat = 3.4028235e38;
 
 // Adds the texel at `offset` from p to the sum and to the sum of the weights; one that is not finite
 // does not count.
@@ -97,5 +97,5 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
 #ifdef LAYERS
     for (int i = 0; i < 9; ++i) shares[i] /= weights;
 #endif
-    return clamp(sum / weights, -kLargestFloat, kLargestFloat);
+    return clamp(sum / weights, -kMaxFloat, kMaxFloat);
 }

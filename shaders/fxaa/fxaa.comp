@@ -1,13 +1,11 @@
 #version 450 core
-// FXAA, stage "fxaa". A work group does a square of kFxaaSquarePx pixels: it finds the luma of each
-// of them and of those around that they may read, once, and keeps them in shared memory.
+// FXAA, stage "fxaa". A work group does a square of kFxaaSquarePx pixels: it computes the luma of
+// each pixel and of the pixels around that they may read, once, and keeps it in shared memory.
 //
 //   color [, hint] --> color
 //
-// LAYERS: so many further layers too
-// REACH_PX: how far around a pixel lumas are read.
-// DIRECTIONAL 0: mode: search. 1: mode: directional.
-// HINT 0: none. 1: checkerboard. 2: threshold.
+// LAYERS: number of extra layers REACH_PX: distance at which lumas around a pixel are read.
+// DIRECTIONAL 0: mode: search. 1: mode: directional. HINT 0: none. 1: checkerboard. 2: threshold.
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
 #include "shared/fxaa_uniforms.h"
@@ -27,8 +25,8 @@ layout(binding = 1) uniform writeonly image2DArray layers_result;
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
 const float kCheckerboardOffset = 400.0 / 729.0;
 
-// The least range of lumas between `lowest` and `highest` that is an edge, whatever the thresholds:
-// less is rounding, where all of them are nearly 1.
+// The least range of lumas between `lowest` and `highest` that is an edge at any threshold: smaller
+// ranges are rounding, if all lumas are nearly 1.
 float least_range(float lowest, float highest) {
     return 1e-4 * max(1.0, max(abs(lowest), abs(highest)));
 }
@@ -45,7 +43,7 @@ ivec2 region() {
     return ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx - REACH_PX;
 }
 
-// Of a pixel of the region; one outside the picture has the luma of the nearest inside.
+// Luma of a pixel of the region; a pixel outside the frame has the luma of the nearest inside.
 float luma_at(int x, int y) {
     const ivec2 at = ivec2(x, y) - region();
     return lumas[at.y * kRegionPx + at.x];
@@ -88,11 +86,11 @@ vec4 result_at(ivec2 p) {
 #if HINT
     const vec2 gates = texelFetch(hint_plane, p, 0).xy;
     float hint = uniforms.hint_gate == 0 ? gates.x : gates.y;
-    hint = hint > 0.0 ? min(hint, 1.0) : 0.0;  // NaN is no hint
+    hint = hint > 0.0 ? min(hint, 1.0) : 0.0;  // NaN means no hint
 #endif
 #if HINT == 1
-    // Short cut of the checkerboard: two taps, whatever the luma; a hint between 0 and 1 lies
-    // between the plain filter and the two taps.
+    // Shortcut of the checkerboard: two taps at any luma; a hint between 0 and 1 lies between the
+    // plain filter and the two taps.
     const vec4 taps =
         blend(center, color_at(p + ivec2(0, -1)), kCheckerboardOffset * uniforms.subpix);
 #ifdef LAYERS

@@ -1,12 +1,12 @@
 // mode: search, the seven stages of FXAA 3.11 (quality path).
 //
-// N is up on the screen (row y - 1). Every comparison that a tie can decide is computed in fp32
-// in the paper's order of operations; `precise` forbids fusing and reordering.
-// Deviations: the lumas along the edge are means of two or four texels instead of one
-// bilinear fetch (the same numbers, without a filter weight that rounds); a range that is
-// no more than rounding is no edge also when both thresholds are 0.
+// N is up on the screen (row y - 1). Every comparison that a tie can decide is computed in fp32 in
+// the paper's order of operations; `precise` forbids fusing and reordering. Deviations: the lumas
+// along the edge are means of two or four texels instead of one bilinear fetch (the same numbers,
+// without a filter weight that rounds); a range within rounding is not an edge even if both
+// thresholds are 0.
 //
-// Needs block, luma_at(), four_lumas(), inside(), color_at(), blend().
+// Needs uniforms, luma_at(), four_lumas(), inside(), color_at(), blend().
 
 // Mean luma across the edge between the lines of p and q, `halves` half texels along it.
 float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
@@ -18,8 +18,8 @@ float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
     return (halves & 1) != 0 ? both : here;
 }
 
-// Where the walk in one direction (`sense` 1 or -1) ends: distance in half texels, and the last
-// luma it saw less the pair's mean.
+// The end of the walk in one direction (`sense` 1 or -1): distance in half texels, and its last
+// luma less the pair's mean.
 void walk(ivec2 p, ivec2 q, ivec2 along, int sense, float pair_mean, float stop_at,
           out int reached, out float end) {
     reached = 0;
@@ -55,7 +55,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
                                   highest * (uniforms.edge_threshold * threshold_scale));
     if (range < max(threshold, least_range(lowest, highest))) return center;
 
-    // 2 which way the edge runs
+    // 2 direction of the edge
     const float nw = luma_at(low.x, low.y);
     const float ne = luma_at(high.x, low.y);
     const float sw = luma_at(low.x, high.y);

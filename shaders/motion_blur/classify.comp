@@ -1,5 +1,5 @@
 #version 450 core
-// Sorts the blocks of 16 x 16 pixels by what the gather has to do in them. One thread for a uniforms.
+// Sorts the blocks of 16 x 16 pixels by the work of the gather in them. One thread per block.
 //
 //   neighbor_max [, tile_depth] [, tile_range] -> work lists
 //
@@ -32,7 +32,7 @@ layout(std430, binding = 3) buffer UniformBlocks { WORK_LIST } uniform_blocks;
 #endif
 
 // Motions that differ by this part of their length, and depths whose comparison changes a weight by
-// this part of itself, count as one: the picture changes by at most 1e-3 of the range of its colors
+// this part of itself, count as one: the result changes by at most 1e-3 of the range of its colors
 // nearby (docs/motion_blur.md).
 const float kAlike = 2.5e-4;
 
@@ -74,8 +74,8 @@ void main() {
 #endif
 
 #if SKY || UNIFORM
-    // Taps lie at most r away, and half a pixel more where they are rounded; a vector stored in 8
-    // bits may be longer by half of a step, sqrt(2)/2 r/127.
+    // Taps lie at most r away, and half a pixel more if they are rounded; a vector stored in 8 bits
+    // may be longer by half of a step, sqrt(2)/2 r/127.
     const float reach = 1.006 * float(uniforms.tile_px) + 1.0;
     const ivec2 low = tile_of(first - reach);
     const ivec2 high = tile_of(last + reach);
@@ -90,7 +90,7 @@ void main() {
 #endif
 #endif
 #if UNIFORM
-    // The v_max that its pixels choose are among them: those may come from farther away.
+    // The v_max that its pixels choose are among them, and may come from farther away.
     vec4 range = chosen;
     for (int y = low.y; y <= high.y; ++y) {
         for (int x = low.x; x <= high.x; ++x) {

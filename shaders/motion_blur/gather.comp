@@ -1,6 +1,6 @@
 #version 450 core
-// The gather: each pixel averages what lies along its tile's dominant direction and along its own,
-// weighed by how likely each sample's blur covers it.
+// The gather: each pixel averages samples along its tile's dominant direction and along its own,
+// weighted by how likely each sample's blur covers it.
 //
 //   color, motion or half_velocity, inverse_depth, neighbor_max [, tile_variance] [, noise]
 //   -> color [, hint]
@@ -8,8 +8,8 @@
 // SINGLE: one direction, w_A = w_B = 1    VARIANCE: taps split by tile_variance, else every second
 // TILE_JITTER, TAP_JITTER: random numbers are read    CLAMP: taps outside move to the border
 // DOMINANT: slow pixels sample along v_max    DEPTH: inverse depths are compared    HINT: written
-// LAYERS: so many further layers too
-// UNIFORM: every sample is taken to move as this pixel does; its own velocity is not read
+// LAYERS: number of extra layers UNIFORM: every sample is taken to move as this pixel does; its own
+// velocity is not read
 //
 // Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
@@ -18,7 +18,7 @@
 #include "shared/motion_blur_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform sampler2D velocity;  // STORAGE: half_velocity, else motion
+layout(binding = 1) uniform sampler2D velocity;  // STORAGE: half_velocity, otherwise motion
 layout(binding = 2) uniform sampler2D neighbor_max;
 #if DEPTH
 layout(binding = 3) uniform sampler2D inverse_depth;
@@ -40,7 +40,7 @@ layout(binding = 2) writeonly uniform image2DArray layers_blurred;
 
 #include "motion_blur/velocity.glsl"
 
-const float kShortestPx = 0.5;  // rho(v) = max(|v|, 0.5)
+const float kMinLengthPx = 0.5;  // rho(v) = max(|v|, 0.5)
 
 vec2 velocity_at(ivec2 p) {
     const vec2 texel = texelFetch(velocity, p, 0).xy;
@@ -125,7 +125,7 @@ void main() {
     const vec2 v_c = velocity_at(p);
     const float v_c_squared = dot(v_c, v_c);
     const float inverse_c = inverse_length(v_c_squared);
-    const float inverse_rho_c = min(inverse_c, 1.0 / kShortestPx);
+    const float inverse_rho_c = min(inverse_c, 1.0 / kMinLengthPx);
     const vec2 w_max = v_max / reach;
 #if !SINGLE
 #if DOMINANT
@@ -133,7 +133,7 @@ void main() {
 #else
     vec2 w_still = vec2(-w_max.y, w_max.x);
 #endif
-    // w_p . v_c >= 0, by the unscaled vectors: exactly 0 where v_c is v_max.
+    // w_p . v_c >= 0, by the unscaled vectors: exactly 0 if v_c is v_max.
 #if DOMINANT
     precise const float side = dot(v_max, v_c);
 #else
@@ -141,10 +141,10 @@ void main() {
 #endif
     if (side < 0.0) w_still = -w_still;
     const float own_share =
-        clamp((v_c_squared * inverse_c - kShortestPx) / uniforms.variance_threshold_px, 0.0, 1.0);
+        clamp((v_c_squared * inverse_c - kMinLengthPx) / uniforms.variance_threshold_px, 0.0, 1.0);
     vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));
     const float aligned = abs(dot(w_c, w_max));
-    // v_c on neither side: the samples of both, one after the other.
+    // v_c on neither side: samples of both sides in turn.
     bool other_side = side == 0.0 && own_share > 0.0 && own_share < 1.0;
 #endif
 #if VARIANCE
@@ -165,7 +165,7 @@ void main() {
     const float per_motion = 1.0 / uniforms.half_shutter;
     const float least_inverse_rho = 1.0 / float(uniforms.tile_px);
 #endif
-    // precise: the same weights and sums, to the bit, whichever of its forms this program has.
+    // precise: equal weights and sums, bit for bit, in every variant of this program.
     precise float total = uniforms.center_total * inverse_rho_c;
 #if !SINGLE
     if (other_side) total *= 2.0;
@@ -210,17 +210,17 @@ void main() {
         const vec2 v_s = velocity_at(s);
 #endif
         const float inverse_s = inverse_length(dot(v_s, v_s));
-        const float inverse_rho_s = min(inverse_s, 1.0 / kShortestPx);
+        const float inverse_rho_s = min(inverse_s, 1.0 / kMinLengthPx);
         float w_b = abs(dot(v_s, d)) * inverse_s;
 #else
-        // Of the motion itself: its direction is v_S's, and of its length the clamp is enough.
+        // From the motion itself: its direction is v_S's, and the clamp is enough for its length.
         const vec2 m_s = texelFetch(velocity, s, 0).xy;
         const float squared_s = dot(m_s, m_s);
         const float inverse_s = inverse_length(squared_s);
-        const bool moves = squared_s <= kLargestSquare;
+        const bool moves = squared_s <= kMaxSquare;
         const float inverse_rho_s =
-            moves ? clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kShortestPx)
-                  : 1.0 / kShortestPx;
+            moves ? clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kMinLengthPx)
+                  : 1.0 / kMinLengthPx;
         float w_b = moves ? abs(dot(m_s, d)) * inverse_s : 0.0;
 #endif
 #if SINGLE
@@ -229,7 +229,7 @@ void main() {
         precise float front = clamp(1.0 - distance * inverse_rho_s, 0.0, 1.0) * w_b;
         precise float back = clamp(1.0 - distance * inverse_rho_c, 0.0, 1.0) * w_a;
 #if DEPTH
-        // Of f and b one is 1; the other falls with the ratio of the depths.
+        // One of f and b is 1; the other falls with the ratio of the depths.
         const float q_s = texelFetch(inverse_depth, s, 0).x;
         const float far = min(q_p, q_s);
         const float near = max(q_p, q_s);

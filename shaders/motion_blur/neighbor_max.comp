@@ -1,8 +1,8 @@
 #version 450 core
-// NeighborMax: of the 3 x 3 tiles around a tile the vector of largest length among those whose blur
-// can reach it. The tile itself and its on-axis neighbors always count. A diagonal neighbor at
-// offset (ox, oy) counts only if its vector lies along that diagonal, sign(ox vx) = sign(oy vy),
-// not zero: blur reaches along +v and -v, so the test is two-sided. With SINGLE all eight count.
+// NeighborMax: the longest vector of the 3 x 3 tiles around a tile whose blur can reach it. The
+// tile itself and its on-axis neighbors always count. A diagonal neighbor at offset (ox, oy) counts
+// only if its vector lies along that diagonal, sign(ox vx) = sign(oy vy), not zero: blur reaches
+// along +v and -v, so the test is two-sided. With SINGLE all eight count.
 //
 //   tile_max -> neighbor_max   x y: v, z: its squared length before the clamp, w: smallest |v| of
 //                              all tiles around

@@ -1,16 +1,16 @@
 #version 450 core
-// TileMax: of each tile the half-velocity of largest length. One work group for a tile.
+// TileMax: the longest half-velocity of each tile. One work group per tile.
 //
 //   motion        -> tile_max        x y: v, z: its squared length before the clamp, w: least |v|
 //                 -> half_velocity   STORAGE: v of each pixel
 //                 -> tile_range      RANGE: x y: smallest components of v, z w: largest
 //   inverse_depth -> tile_depth      DEPTH: x: smallest inverse depth, y: largest
 //
-// Lengths are compared before the clamp: after it, everything long has length r and the last bit
-// would decide. Ties: the first in row order.
+// Lengths are compared before the clamp: after it, all long vectors have length r and the last bit
+// would decide. On a tie, the first in row order wins.
 #include "shared/motion_blur_uniforms.h"
 
-// Few threads, with many pixels each: what they have found is put together by one of them.
+// Few threads, with many pixels each: one of them combines their results.
 const int kThreads = 64;
 layout(local_size_x = kThreads) in;
 
@@ -29,10 +29,10 @@ layout(binding = 3) writeonly uniform image2D tile_depth;
 
 #include "motion_blur/velocity.glsl"
 
-// Of some pixels of the tile.
+// Results over some pixels of the tile.
 struct Part {
     vec3 largest;  // v and its squared length before the clamp
-    int index;     // of its pixel, in row order
+    int index;     // index of its pixel, in row order
     float smallest_squared;
 #if RANGE
     vec4 range;

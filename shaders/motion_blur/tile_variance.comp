@@ -1,5 +1,5 @@
 #version 450 core
-// TileVariance: how much directions differ around a tile, u = 1 - mean |n . n'| over the tile and
+// TileVariance: the variance of directions around a tile, u = 1 - mean |n . n'| over the tile and
 // its neighbors, n the direction of each tile's TileMax. Neighbors slower than 0.5 px have no
 // direction and do not count; a still tile has u = 0.
 //

@@ -1,11 +1,11 @@
 // Half-velocities: v = 0.5 shutter motion, |v| > r -> v r/|v| (radial, not per component), and how
-// they are stored. STORAGE 0: they are not, and made anew of the motion wherever they are read;
-// 1: fp16; 2: unorm8, the report's encoding with a code of its own for 0 (code = 128 + 127 v/r);
-// 3: fp32. encode_velocity() rounds to the nearest value the texture can hold, so that the tiles
-// see exactly the vectors that the gather will see.
+// they are stored. STORAGE 0: not stored, and recomputed from the motion at each read; 1: fp16; 2:
+// unorm8, the report's encoding with a code of its own for 0 (code = 128 + 127 v/r); 3: fp32.
+// encode_velocity() rounds to the nearest value the texture can hold, so that tiles and gather read
+// exactly the same vectors.
 
-// A motion of 1e18 pixels or more (or NaN) is none: its square would not fit a float.
-const float kLargestSquare = 1e36;
+// A motion of 1e18 pixels or more (or NaN) counts as 0: its square would not fit a float.
+const float kMaxSquare = 1e36;
 
 float squared_length(vec2 v) {
     precise float squared = v.x * v.x + v.y * v.y;
@@ -15,7 +15,7 @@ float squared_length(vec2 v) {
 // Before the clamp.
 vec2 long_velocity(vec2 motion) {
     precise vec2 v = uniforms.half_shutter * motion;
-    return squared_length(motion) <= kLargestSquare ? v : vec2(0.0);
+    return squared_length(motion) <= kMaxSquare ? v : vec2(0.0);
 }
 
 // |v|, to the same bit wherever it is compared with a limit.
@@ -23,7 +23,7 @@ float length_of(vec2 v) {
     return sqrt(squared_length(v));
 }
 
-// `squared`: of v before the clamp.
+// `squared`: |v|^2 before the clamp.
 vec2 clamped_velocity(vec2 v, float squared) {
     const float radius = float(uniforms.tile_px);
     precise vec2 clamped = v * (radius / sqrt(squared));

@@ -38,7 +38,7 @@ std::string refused(std::vector<float> values) {
     return image.status().message();
 }
 
-// Of a fine regular grid over the unit square, which is drawn into the light.
+// Points of a fine regular grid over the unit square, mapped to the light.
 constexpr int kGrid = 500;
 template <class F>
 double mean(const ApertureImage& image, F f) {
@@ -126,7 +126,7 @@ TEST(ApertureImage, PointsAreWhereTheLightIs) {
     EXPECT_LT(chi_square / squares, 0.1);
 }
 
-// Of a white picture the points are those of the disc.
+// The points of a white image are those of the disc.
 TEST(ApertureImage, AWhiteOneIsADisc) {
     const ApertureImage white = image_of([](double, double) { return 1; });
     for (const double within : {0.001, 0.3, 0.77, 0.999})

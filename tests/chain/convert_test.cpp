@@ -23,8 +23,8 @@ FrameDescription frame_of(int width, int height) {
     return frame;
 }
 
-// What a depth buffer holds at view distance d: z' / w' of a projection matrix with row
-// (0, 0, a, b) over (0, 0, 1, 0), i.e. a + b/d, with near and far mapped to the given ends.
+// The value of a depth buffer at view distance d: z' / w' of a projection matrix with row (0, 0, a,
+// b) over (0, 0, 1, 0), i.e. a + b/d, with near and far mapped to the given ends.
 double buffer_depth(double d, double n, double f, double at_near, double at_far) {
     const double b = (at_near - at_far) / (1 / n - 1 / f);
     const double a = at_near - b / n;

@@ -1,4 +1,4 @@
-// The depth at a place of the picture.
+// The depth at a place of the frame.
 #include "chain/depth_at.h"
 
 #include <gtest/gtest.h>

@@ -193,7 +193,7 @@ class HostTexture {
     GLuint name_ = 0;
 };
 
-// A window that is dragged: run() reads nothing back, and gives unused sizes back all the same.
+// A window that is dragged: run() reads nothing back, and still frees unused sizes.
 TEST_F(Execute, RunGivesUnusedSizesBackToo) {
     setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
     Executor executor(gl::describe_current(), {.frames_kept = 3});

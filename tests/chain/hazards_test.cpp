@@ -1,4 +1,4 @@
-// Barriers of a plan as data: a software renderer shows none that is missing.
+// Barriers of a plan as data: a software renderer does not show a missing one.
 #include "chain/hazards.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(Hazards, AFetchWaitsForWhatWasWrittenAndNothingElseDoes) {
 }
 
 TEST(Hazards, StorageThatIsUsedAgainIsWaitedFor) {
-    // 3 lies where 1 was, which the second step still reads.
+    // 3 has the storage of 1, which the second step still reads.
     const Plan plan = chain_of({{0, 1}, {1, 2}, {2, 3}}, 4);
     EXPECT_EQ(waits_of(plan, {0, 1, 2, 1}),
               (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch | kWaitImage}));
@@ -40,8 +40,8 @@ TEST(Hazards, StorageThatIsUsedAgainIsWaitedFor) {
 }
 
 TEST(Hazards, AReaderIsWaitedForBeforeItsStorageIsWrittenAgain) {
-    // What the fourth step reads was written by the first: the third waits for both. The fifth
-    // writes where that lay.
+    // The fourth step reads the first one's result: the third waits for both. The fifth writes
+    // where that lay.
     const Plan plan = chain_of({{0, 1}, {0, 2}, {0, 3}, {1, 4}, {0, 5}}, 6);
     EXPECT_EQ(waits_of(plan, {0, 1, 2, 2, 4, 1}),
               (std::vector<uint32_t>{0, 0, kWaitImage | kWaitFetch, 0, kWaitImage}));
@@ -100,8 +100,8 @@ TEST(Levels, AReaderStandsBeforeWhatWritesOverIt) {
     EXPECT_EQ(levels_of(chain_of({{0, 1}, {3, 0}}, 4)), (std::vector<int>{0, 1}));
 }
 
-// In words of its own: whatever a step uses was made visible since it was written, and nothing is
-// written over where it may still be read or written.
+// Written independently: every texture that a step uses was made visible since it was written, and
+// nothing is written over where it may still be read or written.
 void expect_ordered(const Plan& plan, const std::vector<int>& storage) {
     const auto waits = waits_of(plan, storage);
     for (size_t later = 0; later < plan.steps.size(); ++later)
@@ -165,7 +165,7 @@ std::vector<int> own_storage(const Plan& plan) {
     return storage;
 }
 
-// Each texture lies where any earlier one lay that no step uses any more.
+// Each texture takes the storage of any earlier one that no later step uses.
 std::vector<int> shared_storage(const Plan& plan) {
     std::vector<int> storage = own_storage(plan);
     for (size_t t = 0; t < storage.size(); ++t)
@@ -206,7 +206,7 @@ TEST(Hazards, OfPlansOfTheBuiltInPasses) {
         EXPECT_EQ(names(plan), names(before));
         expect_ordered(plan, own_storage(plan));
         expect_ordered(plan, shared_storage(plan));
-        // What a step reads was written before it, in either order by the same steps.
+        // The inputs of a step were written before it, in either order by the same steps.
         for (size_t i = 0; i < plan.steps.size(); ++i)
             for (const auto& binding : plan.steps[i].bindings) {
                 if (plan.steps[i].writes(binding) ||
@@ -226,8 +226,8 @@ TEST(Hazards, OfPlansOfTheBuiltInPasses) {
     }
 }
 
-// Tiles, their neighbors, blocks, gather; FXAA; downsampling, two blurs, composite. What depth of
-// field finds out by depth alone stands beside motion blur.
+// Tiles, their neighbors, blocks, gather; FXAA; downsampling, two blurs, composite. The steps of
+// depth of field that need only depth are on the levels of motion blur.
 TEST(Levels, ThePapersChainHasNine) {
     Plan plan = papers();
     EXPECT_GT(waiting_steps(plan, own_storage(plan)), 10u);

@@ -142,7 +142,8 @@ TEST(Parameter, DefaultsAreWhatTheStructIsBornWith) {
 
 TEST(Text, QuotesWhatJsonDemands) {
     EXPECT_EQ(quoted("a\"b\\c\n\x01"), "\"a\\\"b\\\\c\\n\\u0001\"");
-    // What acts on a terminal too (DEL, C1, right-to-left), and bytes that are no UTF-8.
+    // Also characters that act on a terminal (DEL, C1, right-to-left), and bytes that are not
+    // UTF-8.
     EXPECT_EQ(quoted("\x7f\xc2\x9b\xe2\x80\xae"), "\"\\u007f\\u009b\\u202e\"");
     EXPECT_EQ(quoted("a\xff\xc3"), "\"a\\ufffd\\ufffd\"");
     EXPECT_EQ(quoted("gr\xc3\xbcn"), "\"gr\xc3\xbcn\"");

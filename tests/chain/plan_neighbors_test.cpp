@@ -70,7 +70,7 @@ TEST(Planner, RefusesAPassThatFiltersColorAloneWhereThereAreLayers) {
     ASSERT_FALSE(plan.ok());
     EXPECT_EQ(plan.status().code(), StatusCode::chain);
     EXPECT_THAT(plan.status().message(), HasSubstr("passes[0].copy: filters color alone"));
-    // Left out it hands both on; and layers are an output without being asked for.
+    // If elided it hands both on; and layers are an output without a request.
     Chain off = chain_of({"copy"});
     ASSERT_TRUE(off_table().set(off.links[0].pass->parameters(), "off", true).ok());
     const auto elided = make_plan(off, f);

@@ -18,7 +18,7 @@ FrameDescription one_pixel_frame() {
     return f;
 }
 
-// A pass that a rule elides because the caller asked for it is elided in the reference too.
+// A pass that a requested rule elides is elided in the reference too.
 TEST(Reference, LacksAPassThatMayBeMissing) {
     PlanOptions asked;
     asked.rules_on = {kRuleMissingPlane};

@@ -117,7 +117,7 @@ TEST(Planner, StepsThatNothingReadsAreLeftOutWithTheirSaving) {
                 ElementsAre("0.spare", "0.first", "0.second"));
 }
 
-// Only the hint is asked for: what makes color behind it has no reader.
+// Only the hint is requested: the step that makes color has no reader.
 TEST(Planner, WhatNobodyReadsIsLeftOutFromTheEnd) {
     PlanOptions hint_alone;
     hint_alone.outputs = {Role::hint};
@@ -260,7 +260,7 @@ TEST(Plan, WhatTheDeviceFoundIsCounted) {
     ASSERT_TRUE(found_in(still, plan, some) && found_in(unread, plan, some));
     EXPECT_EQ(found_in(still, plan, some)->saving.taps, 30u);
     EXPECT_EQ(found_in(unread, plan, some)->saving.taps, 28u);
-    // Where no block was found nothing was left out.
+    // Without blocks nothing was elided.
     const std::vector<WorkDone> none = {{"0.p.still", 0, 12}, {"0.p.needed", 12, 12}};
     EXPECT_FALSE(found_in(still, plan, none));
     EXPECT_FALSE(found_in(unread, plan, none));

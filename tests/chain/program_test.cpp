@@ -103,7 +103,7 @@ TEST_F(Programs, BlockOfTheProgram) {
     gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     const auto with = cache.get({"a.comp", {}}), without = cache.get({"b.comp", {}});
     ASSERT_TRUE(with.ok() && without.ok());
-    EXPECT_EQ(with->uniforms_type, "Sizes");  // also where nothing reads it
+    EXPECT_EQ(with->uniforms_type, "Sizes");  // also if nothing reads it
     EXPECT_EQ(with->uniforms_bytes, 16u);
     EXPECT_EQ(without->block, "");
     EXPECT_EQ(without->uniforms_bytes, 0u);

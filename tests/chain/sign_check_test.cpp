@@ -8,7 +8,7 @@
 namespace postchain {
 namespace {
 
-// A smooth texture without a period inside the picture.
+// A smooth texture without a period inside the frame.
 float texture(double x, double y, int c) {
     return float(0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
                  0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c));
@@ -39,7 +39,7 @@ Pan pan(double vx, double vy, bool back = true) {
     return made;
 }
 
-// Of the whole picture as one strip.
+// The check of the whole frame as one strip.
 SignCheck check_of(const Pan& made) {
     SignChecker checker;
     checker.add(made.planes, Strip::whole(made.next.height), made.next, 0);
@@ -82,7 +82,7 @@ TEST(SignCheck, FindsEachWrongSign) {
     }
 }
 
-// A pan along x has no y whose sign could be told; it must not make the check undecided.
+// A pan along x does not show the sign of y; it must not make the check undecided.
 TEST(SignCheck, APanAlongOneAxis) {
     const Pan made = pan(5, 0);
     const SignCheck check = check_of(made);

@@ -1,6 +1,6 @@
-// What every test of the conformance suite needs: the pass under test, frames, values of
-// parameters. A fixture that derives from Conformance runs for each pass and names none. What
-// only some passes do is asked of their promises (chain/promises.h).
+// Support of every test of the conformance suite: the pass under test, frames, values of
+// parameters. A fixture that derives from Conformance runs for each pass and names none. Properties
+// of only some passes are tested by their promises (chain/promises.h).
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace postchain {
 
-// What googletest prints of a parameter.
+// The name of a parameter in googletest's output.
 inline void PrintTo(const PassType& type, std::ostream* out) {
     *out << type.name;
 }

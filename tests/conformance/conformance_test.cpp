@@ -1,4 +1,4 @@
-// What every pass must do, whatever it is.
+// Requirements of every pass.
 #include "tests/conformance/conformance.h"
 
 namespace postchain {

@@ -1,5 +1,5 @@
-// What every pass must do on the device: keep damage within its reach, leave nothing behind, leave
-// the host's state alone, and take any storage its plan states.
+// Requirements of every pass on the device: keep damage within its reach, leave nothing behind,
+// leave the host's state alone, and accept any storage that its plan states.
 #include <epoxy/gl.h>
 
 #include <climits>
@@ -123,7 +123,7 @@ TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
         for (auto& [role, plane] : bad) std::fill(plane.data.begin(), plane.data.end(), value);
         run(*plan, bad);
         EXPECT_TRUE(test::equal_bits(run(*plan, frame.planes), before)) << value;
-        // Again with motion that no pass takes for none.
+        // Again with motion that no pass treats as zero.
         std::fill(bad[Role::motion].data.begin(), bad[Role::motion].data.end(), 50.0f);
         run(*plan, bad);
         EXPECT_TRUE(test::equal_bits(run(*plan, frame.planes), before)) << value << ", moving";
@@ -177,7 +177,7 @@ TEST_P(OnDevice, EveryTextureIsStoredAsThePlanSays) {
 // Everything a host may have set, by name.
 using GlState = std::map<std::string, std::vector<GLint>>;
 
-// What run() must leave as it is, also while no guard restores it.
+// State that run() must not change, also without a guard that restores it.
 GlState host_state() {
     GlState state;
     const auto get = [&](const char* name, GLenum what, int count = 1) {
@@ -223,7 +223,7 @@ GlState host_state() {
     return state;
 }
 
-// What run() may bind and leave bound (the guest library will restore these): the program, texture
+// State that run() may bind and leave bound (the guest library restores it): the program, texture
 // and image units and samplers of the steps, the uniform buffer at 0, storage buffers of work lists
 // with the buffer of indirect dispatch.
 GlState bound_state() {
@@ -349,7 +349,7 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
                 }
             }
         }
-        // What earlier runs left bound may be deleted with their textures.
+        // Textures that earlier runs left bound may be deleted.
         for (GLuint i = 0; i < 8; ++i) {
             glBindTextureUnit(i, 0);
             glBindImageTexture(i, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);

@@ -24,7 +24,8 @@ class PromiseTest : public Conformance {
         return anew;
     }
 
-    // Each of these says what is wrong; nothing is wrong with what is not promised.
+    // Each of these returns a description of the broken promise; empty: it is kept, or not
+    // promised.
 
     static std::string wrong_constants(const Chain& chain) {
         if (!chain.promises().keeps_constants) return "";
@@ -155,7 +156,7 @@ class PromiseTest : public Conformance {
         return "";
     }
 
-    // What the promise calls quiet, at its limit; the other planes are as busy as ever.
+    // Quiet planes at the limit of the promise; the other planes stay busy.
     static std::string wrong_quiet(const Chain& chain) {
         const RoleSet driven_by = chain.promises().driven_by;
         if (driven_by.empty()) return "";

@@ -97,7 +97,7 @@ TEST(IdentityByFacts, DepthOfFieldAroundHalfAPixel) {
                     planes[Role::inverse_depth].at(19, 16) = float(1 / d);
                     count.add(by_facts(chain, planes, precision), kRuleFacts);
                 }
-    // The camera's lens, 50 mm at f/2 on 36 mm, in a picture 100 px wide: R = 86.8 (1/10 - w) px.
+    // The camera's lens, 50 mm at f/2 on 36 mm, in a frame 100 px wide: R = 86.8 (1/10 - w) px.
     const ImageF wide = half_noise(100, 5, 4, 3);
     for (const double off : {-1e-2, -1e-4, -1e-6, 0.0, 1e-6, 1e-4, 1e-2}) {
         SCOPED_TRACE(concat("lens, off by ", off));

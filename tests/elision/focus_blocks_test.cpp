@@ -77,8 +77,8 @@ TEST(FocusTiles, OneBlurredPixelAtEveryOffset) {
     std::printf("blocks of the downsampled image blurred %u of %u\n", copied, all);
 }
 
-// The whole picture at radii a few floats on either side of 0.5 px, where colors begin to change,
-// and of max(2 sigma, 1) px, from which only the blurred image shows.
+// The whole frame at radii a few floats on either side of 0.5 px, where colors begin to change, and
+// of max(2 sigma, 1) px, from which only the blurred image shows.
 TEST(FocusTiles, RadiiAroundTheLimits) {
     unsigned sharp = 0, blurred = 0, mixed = 0;
     for (const Precision precision : kPrecisions)
@@ -210,8 +210,8 @@ TEST(FocusTiles, TheHintIsCarried) {
         }
 }
 
-// Values that no picture should have, but a frame may: nothing of the unneeded blocks must
-// reach the others, not even with weight 0.
+// Values that no image should have, but a frame may: no value of the unneeded blocks must reach the
+// others, not even with weight 0.
 TEST(FocusTiles, LargeAndNonFiniteColors) {
     for (const Precision precision : kPrecisions)
         for (size_t k = 0; k < 3; ++k) {

@@ -25,7 +25,7 @@ Chain shipped(bool dof_first) {
     return chain;
 }
 
-// A mover, ground out of focus, sky: every kind of block is there.
+// A mover, ground out of focus, sky: every kind of block.
 FramePlanes mixed_planes(int width, int height, bool still, bool focused) {
     FramePlanes planes;
     planes[Role::color] = half_noise(width, height, 4, 77);

@@ -58,7 +58,7 @@ struct Scene {
         options.outputs.add(Role::hint);
         return expect_same_bits(chain_of(blur), describe(planes), planes, options);
     }
-    // As in an engine: nothing is known.
+    // As in an engine: no bounds are known.
     Elided check_unknown(const Blur& blur, const std::string& rule) const {
         FrameDescription frame = describe(planes);
         frame.bounds = FrameBounds();
@@ -66,7 +66,7 @@ struct Scene {
     }
 };
 
-// The whole picture moves at one speed, a few floats on either side of what counts as still: 0.5 px
+// The whole frame moves at one speed, a few floats on either side of what counts as still: 0.5 px
 // by the facts, and with what storing a velocity can add on the device.
 TEST(StillTiles, SpeedsAroundTheLimit) {
     const std::pair<const char*, float> limits[] = {
@@ -226,8 +226,8 @@ TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
     std::printf("sky blocks %u, full blocks %u\n", sky, full);
 }
 
-// One depth everywhere is as good as the sky. Where that is a fact no block is sorted, and no depth
-// is read; where no fact is known the device finds it.
+// One depth everywhere is as good as the sky. If the bounds say so, no block is sorted, and no
+// depth is read; where no fact is known the device finds it.
 TEST(SkyTiles, AFrameOfOneDepth) {
     Scene scene(48, 32, 5, {6, 1}, 0);
     for (const float w : {0.0f, 0.25f}) {

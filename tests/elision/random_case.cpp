@@ -18,13 +18,13 @@ double number_of(const Parameter& row, Random& random) {
     return random.real(low, high);
 }
 
-// Of two rows that exclude each other the second stays unset.
+// The second of two rows that exclude each other stays unset.
 bool is_excluded(const ParameterTable& table, const Parameter& row) {
     return !row.excludes.empty() && table.find(row.excludes) < &row;
 }
 
-// What programs are compiled for comes of the shape: whatever has few values, and the least of a
-// number where the useful ones begin above it. Numbers come of the case.
+// Values that programs are compiled for come from the shape: rows with few values, and the least
+// value of a number if useful values begin above it. Numbers come from the case.
 ParameterValue value_of(const ParameterTable& table, const Parameter& row, Random& shape,
                         Random& random) {
     if (row.type == ParameterType::boolean) return shape.chance(0.5);
@@ -146,7 +146,7 @@ RandomCase random_case(uint64_t seed) {
     add_layers(result.planes, width, height, random);
     if (random.chance(0.1))
         result.planes[Role::hint] = noise_image(width, height, 2, uint32_t(seed), 0, 1.2f);
-    // Of numbers of their own: cases without them stay what they were.
+    // From random numbers of their own: cases without them stay as they were.
     Random held_shape(seed / kCasesOfAShape * 15485863 + 5), held(seed * 15485863 + 3);
     const int most_layers = held_shape.whole(1, 6);
     const int layers = held.chance(0.3) ? most_layers : 0;

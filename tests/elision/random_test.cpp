@@ -40,7 +40,7 @@ class RandomChains : public ::testing::Test {
         return result.ok() ? std::move(*result) : FramePlanes();
     }
 
-    // A hint is there only where a blur that is not left out made it.
+    // A hint exists only if a blur that is not elided made it.
     void compare(const FramePlanes& complete, const FramePlanes& elided) {
         EXPECT_EQ(elided.count(Role::color), complete.count(Role::color));
         for (const auto& [role, plane] : elided) {
@@ -82,7 +82,7 @@ class RandomChains : public ::testing::Test {
         run(plan, other);
     }
 
-    // What a rule did: for blocks, only where the device found some.
+    // The effect of a rule: for blocks, only if the device found some.
     void count(const Plan& plan) {
         for (const auto& elision : plan.elisions) {
             const bool blocks = elision.kind == ElisionKind::blocks;

@@ -23,7 +23,7 @@ struct Elided {
     FramePlanes outputs;
     std::vector<WorkDone> work;
 
-    // Blocks of the list "<anything>.<name>"; fails the test when the plan has none.
+    // Blocks of the list "<anything>.<name>"; fails the test if the plan has none.
     unsigned blocks(const std::string& name) const;
     // Is there an entry of this rule in plan.elisions?
     bool used(const std::string& rule) const;
@@ -35,7 +35,7 @@ struct Elided {
 Elided expect_same_bits(const Chain& chain, const FrameDescription& frame,
                         const FramePlanes& planes, const PlanOptions& options);
 
-// Where two pictures differ in the first bit; empty when nowhere.
+// The place of the first difference between two images; empty if they are equal.
 std::string first_difference(const ImageF& complete, const ImageF& elided);
 
 // The numbers before and after, `steps` away.

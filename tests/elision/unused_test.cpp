@@ -1,4 +1,4 @@
-// Rules that skip what nothing reads: unused_plane, unused_step, unused_output.
+// Rules that skip unread results: unused_plane, unused_step, unused_output.
 #include "tests/elision/support.h"
 
 namespace postchain::test {

@@ -1,4 +1,4 @@
-// What is elided for color is elided for layers, and changes no bit of them either.
+// Work elided for color is elided for layers, and changes no bit of them either.
 #include "tests/elision/support.h"
 #include "tests/layers/support.h"
 

@@ -1,4 +1,4 @@
-// What a soft pixel shows beside the object, estimated, against composites whose ground is known.
+// The estimated ground of soft pixels against composites whose ground is known.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -118,7 +118,7 @@ std::vector<NamedChain> every_mode() {
     add("motion_blur", {{"mode", "single"}, {"border", "clamp"}});
     add("depth_of_field", {});
     add("depth_of_field", {{"denoise", false}, {"samples", int64_t(40)}});
-    // Wide enough for the denoising, in so small a picture.
+    // Wide enough for the denoising, in such a small frame.
     add("depth_of_field", {{"max_radius_px", 14.0}});
     add("joint_blur", {{"max_radius_px", 14.0}});
     add("depth_of_field", {{"aperture_blades", int64_t(5)}, {"cats_eye", 0.5}});

@@ -15,10 +15,10 @@ namespace postchain::test {
 // Two layers that both move, one out of focus, with highlights up to 40 and holes in its alpha.
 TestFrame bright_frame(int width, int height);
 
-// The crop of a path-traced picture (tests/data/motion_blur), 160 x 160.
+// The crop of a path-traced image (tests/data/motion_blur), 160 x 160.
 TestFrame traced_frame();
 
-// Hands in one matte, of the frame and of its neighbors, for so many passes.
+// Hands in one matte, of the frame and of its neighbors, for this number of passes.
 void add_matte(TestFrame& frame, const ImageF& matte, size_t passes);
 
 // The near square of bright_frame(), with a soft edge of `soft_px` around it.

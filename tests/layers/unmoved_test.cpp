@@ -112,8 +112,8 @@ TEST(Unmoved, OfZeroChangesNoBit) {
     }
 }
 
-// Where all lies at one depth nothing tells object and ground apart: vectors count by what the
-// matte leaves. So they do over a wide ramp.
+// At one depth, object and ground cannot be told apart: vectors count by what the matte leaves. So
+// they do over a wide ramp.
 TEST(Unmoved, SoftMattesScaleVectors) {
     TestFrame frame = bright_frame(67, 45);
     const ImageF soft = square_matte(67, 45, 4);
@@ -220,7 +220,7 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
             return worst;
         };
         const FramePlanes out = filter(chain, held.description, held.planes);
-        // That the frames around were searched shows in the picture: without them it differs.
+        // The result shows that the frames around were searched: without them it differs.
         const Chain alone = [&] {
             Chain twin = chain.clone();
             EXPECT_TRUE(
@@ -274,7 +274,7 @@ TEST(Unmoved, AgreesWithTheReferenceAndLightsStillSum) {
             }
 }
 
-// Only the object moves: the pass is left out, and the picture is the same to the bit.
+// Only the object moves: the pass is elided, and no bit of the image changes.
 TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
     TestFrame frame = layered_frame(96, 64, {23.0f, -11.0f}, {0, 0}, 5);
     const ImageF matte = square_matte(96, 64);
@@ -301,7 +301,7 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
     }
 }
 
-// What moves in a later pass is what the frame brings.
+// A later pass gets the frame's own motion.
 TEST(Unmoved, HoldsForThePassThatHasIt) {
     const TestFrame frame = bright_frame(67, 45);
     Chain chain = chain_of("joint_blur", {{"samples", int64_t(8)}});

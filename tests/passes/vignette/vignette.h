@@ -1,6 +1,6 @@
-// A pass that is no blur: it darkens the corners. Kept to show that a pass is added with its
-// folder, its shaders and a word, and that every suite takes up one that neither keeps constants
-// nor moves with the picture.
+// A pass that is not a blur: it darkens the corners. It shows that a pass is added with its folder,
+// its shaders and a word, and that every suite runs with a pass that neither keeps constants nor
+// commutes with shifts.
 #pragma once
 
 #include "chain/pass.h"

@@ -7,6 +7,8 @@
 #include <fstream>
 #include <set>
 
+#include "tools/measure/stress/matrix.h"
+
 #include "tests/stress/subjects.h"
 #include "tests/support/gpu.h"
 

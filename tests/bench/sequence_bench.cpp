@@ -1,14 +1,14 @@
-// The whole command on a sequence, against oiiotool only reading and writing the same channels,
-// and its peak memory on a long sequence against a short one. Everything is a ratio of runs of the
-// same session.
+// Compares the whole command on a sequence with oiiotool, which only reads and writes the same
+// channels, and peak memory on a long sequence with that on a short one. All results are ratios of
+// runs in one session.
 //
 //   two EXR frames -> 24 numbered copies -> { postchain run paper, oiiotool, ... } -> medians
 //   a small frame  -> 1000 copies        -> peak memory of 1000 frames / of 10
 //
-// oiiotool is given its best form: one process for all frames, and channels kept in their types
-// (left alone it writes every channel as float, which is slower and larger). Its best form of three
-// is chosen by CPU time before the pairs are run. Levels of deflate are not the same in zlib and in
-// libdeflate: the sizes of what both have written stand beside the times.
+// oiiotool runs in its fastest form: one process for all frames, and channels kept in their types
+// (by default it writes every channel as float, which is slower and larger). The fastest of three
+// forms is chosen by CPU time before the pairs are run. Levels of deflate differ between zlib and
+// libdeflate, so the sizes of the outputs are printed beside the times.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -48,7 +48,7 @@ struct Cost {
     }
 };
 
-// Runs a program to its end; what it says on stdout is dropped.
+// Runs a program to its end; drops its stdout.
 Cost run(const Words& words) {
     std::vector<char*> arguments;
     for (const auto& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
@@ -102,7 +102,7 @@ void fill(const fs::path& folder, const Words& sources, int frames) {
         fs::copy_file(sources[size_t(i) % sources.size()], numbered(folder, "in", i + 1));
 }
 
-// Everything this program makes; gone when it ends, also by fail().
+// Folder for all files of this program; removed when it ends, also by fail().
 const fs::path& scratch_folder() {
     static const fs::path folder =
         fs::temp_directory_path() / ("postchain_bench_" + std::to_string(getpid()));
@@ -154,7 +154,7 @@ Cost run_chain(const Setup& setup, const fs::path& in, const std::string& camera
     return run(words);
 }
 
-// `-d CHANNEL=half` for the channels that are half: the whole name of each, by oiiotool itself.
+// `-d CHANNEL=half` for each half channel, with the full names from oiiotool.
 Words keep_types(const std::string& file) {
     Words words;
     const std::string ask = "oiiotool --info -v '" + file + "'";
@@ -213,7 +213,7 @@ uint64_t bytes_in(const fs::path& folder) {
     return bytes;
 }
 
-// Where the chain's time goes, by the sidecars of the last run.
+// The chain's time by step, from the sidecars of the last run.
 void print_stages(const Setup& setup) {
     std::map<std::string, std::vector<double>> times;
     Words order;

@@ -8,9 +8,9 @@
 
 namespace postchain::io {
 
-// An unset value is null, a point an array of two numbers.
+// An unset value becomes null, a point an array of two numbers.
 Json json_of(const ParameterValue& value);
-// Nothing where JSON's value has no such form: an object, another array, an integer above 2^63 - 1.
+// Empty for other JSON values: an object, another array, an integer above 2^63 - 1.
 std::optional<ParameterValue> value_of(const Json& json);
 
 }  // namespace postchain::io

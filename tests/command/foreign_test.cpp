@@ -169,7 +169,7 @@ TEST_F(ForeignTest, WhatCannotBeReachedIsNotMissing) {
                            {longest + "/in.####.exr", "too long"},
                            {"no/in.####.exr", "no does not exist"},
                            {"no/in.0001.exr", "no such file"},
-                           {"dangling.0001.exr", "link to a file that is not there"},
+                           {"dangling.0001.exr", "link to a file that does not exist"},
                            {"in.####.exr", "no file matches"}}) {
         for (const Arguments& verb : {Arguments{"inspect"}, {"plan", at("fxaa.yaml"), "-i"}}) {
             Arguments arguments = verb;

@@ -202,7 +202,7 @@ class WrittenChannels(Frames):
         hashed = exr.read(FRAMES / "layers.0002.exr")
         hashed.attributes["cryptomatte/542cafa/hash"] = "string", b"crc32"
         path = f"{self.folder}/odd.0002.exr"
-        for picture, why, filtered in ((bare, "are not there", 0), (hashed, "its hash is", 4)):
+        for picture, why, filtered in ((bare, "are missing", 0), (hashed, "its hash is", 4)):
             exr.write(path, picture)
             self.run_on(path, "balanced", "--set", "fxaa.matte=Combined_key.R")
             self.assertIn(why, self.run_on(path, "balanced", "--set",

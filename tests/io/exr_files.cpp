@@ -25,7 +25,7 @@
 namespace postchain::test {
 
 uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y) {
-    // A hash of the place (Wang's mixing steps).
+    // A hash of the position (Wang's mixing steps).
     uint32_t h = uint32_t(channel) * 0x9e3779b9u + uint32_t(x) * 73856093u +
                  uint32_t(y) * 19349663u + uint32_t(part.name.size()) * 83492791u;
     h = (h ^ 61u) ^ (h >> 16);
@@ -76,7 +76,7 @@ Imf::Header header_of(const FilePart& part, bool multi) {
             Imf::TileDescription(unsigned(part.tile), unsigned(part.tile), part.levels));
     }
     if (multi) header.setName(part.name);
-    // MultiPartOutputFile demands a type also of a single part.
+    // MultiPartOutputFile demands a type even for a single part.
     header.setType(part.deep ? (part.tile > 0 ? Imf::DEEPTILE : Imf::DEEPSCANLINE)
                              : (part.tile > 0 ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE));
     if (part.edit) part.edit(header);

@@ -1,5 +1,4 @@
-// EXR files made with OpenEXR itself, and read back with OpenImageIO: the two ends between which
-// tools/sequence is tested.
+// Writes EXR files with OpenEXR and reads them with OpenImageIO, for tests of tools/sequence.
 #pragma once
 
 #include <ImathBox.h>
@@ -40,14 +39,14 @@ struct FilePart {
     std::function<void(Imf::Header&)> edit = {};
 };
 
-// One part without a name is a single-part file. Pixels are sample_bits() of their place.
+// One part without a name makes a single-part file. Pixels are sample_bits() of their position.
 void write_file(const std::string& path, const std::vector<FilePart>& parts);
 
 // The stored bits of one sample: half and float in (-2, 2), uint any.
 uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y);
 float sample_value(const FilePart& part, size_t channel, int x, int y);
 
-// Everything of one sub-image and level as OpenImageIO reads it, in the file's own types.
+// One sub-image and level as read by OpenImageIO, in the file's own types.
 struct OiioChannel {
     std::string name;
     std::string type;
@@ -56,13 +55,13 @@ struct OiioChannel {
 };
 std::vector<OiioChannel> oiio_channels(const std::string& path, int part = 0, int level = 0);
 const OiioChannel& named(const std::vector<OiioChannel>& channels, const std::string& name);
-// name and value of every attribute, windows and compression among them.
+// name and value of every attribute, with windows and compression.
 std::vector<std::string> oiio_attributes(const std::string& path, int part = 0);
 int oiio_parts(const std::string& path);
 // Sample counts and values of a deep part, as text.
 std::string oiio_deep(const std::string& path, int part);
 
-// A file in memory whose content is replaced again and again, faster than a disk lets it.
+// A file in memory whose content can be replaced quickly.
 class MemoryFile {
   public:
     MemoryFile();

@@ -29,7 +29,7 @@ size_t largest_allocation() {
 
 }  // namespace postchain::test
 
-// Replaced for the whole process; the forms with alignment stay as they are.
+// Replaced for the whole process, except for the forms with alignment.
 void* operator new(size_t size) {
     void* made = allocate(size);
     if (made == nullptr) throw std::bad_alloc();

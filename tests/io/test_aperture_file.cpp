@@ -1,4 +1,4 @@
-// Pictures of apertures in files of several formats, and what is refused.
+// Images of apertures in several formats, and refused files.
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -55,7 +55,7 @@ TEST(ApertureFile, OfTheTablesSizeIsTheTable) {
     EXPECT_EQ(read_aperture_image(folder.path("a.exr"))->file(), folder.path("a.exr"));
 }
 
-// 8 bits are linear: 51 of 255 is a fifth, however the file names its color space.
+// 8 bits are linear: 51 of 255 is a fifth for any stated color space.
 TEST(ApertureFile, EightBitsAreTakenAsTheyAre) {
     const TempFolder folder;
     for (const char* space : {"sRGB", "linear"}) {
@@ -114,7 +114,7 @@ TEST(ApertureFile, TheDisplayWindowCounts) {
                       x >= 40 && x < 104 && y >= 50 && y < 82 ? 2 : 0);
 }
 
-// Two pictures, one behind the other, by the header of a DDS file.
+// A DDS file whose header states a volume of two images.
 TEST(ApertureFile, RefusesAVolume) {
     const TempFolder folder;
     std::string bytes = "DDS ";
@@ -158,7 +158,7 @@ TEST(ApertureFile, RefusesWhatIsNoAperture) {
           std::vector<float>(kMaxApertureSide + 1, 1), OIIO::TypeDesc::UINT8);
     EXPECT_THAT(refused(folder.path("wide.png")),
                 AllOf(HasSubstr("4097 pixels"), HasSubstr("smaller")));
-    // Cut off in the middle.
+    // Truncated.
     values.assign(64 * 64, 1);
     for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 251);
     write(path, 64, 64, 1, values);

@@ -95,7 +95,7 @@ TEST(AtomicFile, SaysWhatIsWrongWithThePath) {
     EXPECT_THAT(error_of(folder.path("")), HasSubstr("no file name"));
     EXPECT_THAT(error_of(folder.path(std::string(250, 'n'))), HasSubstr("name is too long"));
     EXPECT_THAT(error_of(folder.path(std::string(5000, 'n'))), HasSubstr("name is too long"));
-    // A folder that not even the administrator can write to.
+    // A folder that not even root can write to.
     EXPECT_FALSE(error_of("/proc/a.exr").empty());
     EXPECT_THAT(folder.names(), ElementsAre("file"));
 }
@@ -159,7 +159,7 @@ TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {
     EXPECT_THAT(folder.names(), ElementsAre("c"));
 }
 
-// Runs `body` in a child; its exit status.
+// Runs `body` in a child process; returns its exit status.
 template <class Body>
 int in_child(Body body) {
     const pid_t child = ::fork();
@@ -191,7 +191,7 @@ TEST(AtomicFile, AFullDiskIsAClearError) {
     const TempFolder folder;
     Result<AtomicFile> file = AtomicFile::create(folder.path("a"));
     ASSERT_TRUE(file.ok());
-    // /dev/full takes the place of the temporary behind its descriptor.
+    // Redirects the temporary's descriptor to /dev/full.
     int descriptor = -1;
     for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
         std::error_code ignored;

@@ -1,5 +1,5 @@
-// Every EXR that must be refused, and what the message must name. Headers that lie about sizes:
-// test_hostile_header.cpp.
+// Every EXR that must be refused, and the required content of the message. Headers with false
+// sizes: test_hostile_header.cpp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ std::string open_error(const std::string& path, const ReadLimits& limits = {}) {
     return file.status().message();
 }
 
-// Opens and reads every channel of every part; ok only when all of it could be read.
+// Opens the file and reads every channel of every part; ok only if all could be read.
 Status read_all(const std::string& path) {
     Result<ExrFile> file = ExrFile::open(path);
     if (!file.ok()) return file.status();

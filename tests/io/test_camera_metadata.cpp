@@ -1,5 +1,5 @@
-// The camera in the metadata of a file: names, units, traps, matrices. Expectations are computed
-// here from the documents that the table names.
+// The camera in a file's metadata: names, units, traps, matrices. Expected values are computed here
+// from the documents that the table names.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -53,7 +53,7 @@ TEST(CameraMetadata, UnitsOfLensAndSensor) {
     EXPECT_EQ(own.camera.focal_length_mm, 35);
     EXPECT_EQ(own.camera.f_stop, 2.8);
     EXPECT_EQ(own.camera.metadata_focus_m, 4);
-    // The part of the sensor that the picture is of: 2880 photosites of 8.25 micrometers.
+    // The used part of the sensor: 2880 photosites of 8.25 micrometers.
     EXPECT_NEAR(*own.camera.sensor_width_mm, 23.76, 1e-12);
     EXPECT_EQ(own.origins.at("focal_length_mm"), (Origin{"metadata", "pinholeFocalLength"}));
     EXPECT_THAT(named(own, "effectiveFocalLength")->why, HasSubstr("pinholeFocalLength counts"));
@@ -78,7 +78,7 @@ TEST(CameraMetadata, VRay) {
     EXPECT_EQ(vray.camera.f_stop, 8);
     EXPECT_FALSE(vray.camera.near_clip);
     EXPECT_FALSE(vray.camera.far_clip);
-    EXPECT_FALSE(vray.camera.focus_distance);  // a target is no focus
+    EXPECT_FALSE(vray.camera.focus_distance);  // a target is not a focus distance
     EXPECT_EQ(read({{"cameraAperture", "36"}, {"cameraFov", "60"}}).camera.sensor_width_mm, 36);
 }
 

@@ -1,5 +1,5 @@
-// Complete is a file with all of its bytes and nothing less: each kind of EXR, made by OpenEXR, cut
-// at every length, and with each entry of its table of chunks not yet written.
+// Only a file with all of its bytes is complete: each kind of EXR, written by OpenEXR, truncated at
+// every length, and with each entry of its table of chunks not yet written.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -62,8 +62,8 @@ TEST(CompleteFile, IsTheWholeFileAlone) {
     }
 }
 
-// Where the table begins: before the first chunk by eight bytes for each chunk; found without the
-// code that is tested, by the offset of the first chunk, which follows the table.
+// Offset of the table of chunks, found without the tested code: the first chunk follows the table,
+// which has eight bytes for each chunk.
 size_t table_of(const std::string& bytes, size_t chunks) {
     for (size_t at = 0; at + 8 * chunks <= bytes.size(); ++at) {
         uint64_t first = 0;
@@ -89,7 +89,7 @@ TEST(CompleteFile, EachChunkHasItsPlaceInTheTable) {
         file.set(bytes);
         EXPECT_THAT(check_complete(file.path()).message(),
                     HasSubstr("1 of 9 chunks are not written"));
-        // Behind the end, and so near to it that the chunk does not fit.
+        // Behind the end, and so near to the end that the chunk does not fit.
         for (const uint64_t offset : {whole.size(), whole.size() - 1, whole.size() - 9}) {
             bytes = whole;
             std::memcpy(bytes.data() + table + 8 * chunk, &offset, 8);
@@ -110,7 +110,7 @@ TEST(CompleteFile, ATableOfALaterPartCountsToo) {
     second.compression = Imf::ZIPS_COMPRESSION;
     write_file(path, {part("a"), second});
     std::string bytes = file_bytes(path);
-    // Ten chunks in two tables one behind the other: one, then nine.
+    // Ten chunks in two consecutive tables: one, then nine.
     const size_t table = table_of(bytes, 10);
     ASSERT_GT(table, 0u);
     std::memset(bytes.data() + table + 8 * 5, 0, 8);

@@ -23,7 +23,7 @@ using testing::HasSubstr;
 
 const std::string kRendered = POSTCHAIN_SOURCE_DIR "/tests/data/layers/layers.0001.exr";
 
-// Of 3 x 1 pixels: ids and coverages of four ranks each.
+// Ids and coverages of four ranks for 3 x 1 pixels.
 struct Sample {
     CryptoId id;
     float coverage;
@@ -88,9 +88,9 @@ TEST(Cryptomatte, HashIsMurmur3) {
 
 TEST(Cryptomatte, AnIdIsAFloatThatStaysWhatItIs) {
     EXPECT_EQ(id_of_hash(0x12345678u), 0x12345678u);
-    EXPECT_EQ(id_of_hash(0x00000001u), 0x00800001u);  // else a denormal
-    EXPECT_EQ(id_of_hash(0xff812345u), 0xff012345u);  // else a NaN
-    EXPECT_EQ(id_of_hash(0x7f800000u), 0x7f000000u);  // else Inf
+    EXPECT_EQ(id_of_hash(0x00000001u), 0x00800001u);  // otherwise a denormal
+    EXPECT_EQ(id_of_hash(0xff812345u), 0xff012345u);  // otherwise a NaN
+    EXPECT_EQ(id_of_hash(0x7f800000u), 0x7f000000u);  // otherwise Inf
     EXPECT_EQ(id_of_name("hello"), 0x248bfa47u);
 }
 
@@ -172,12 +172,12 @@ TEST(Cryptomatte, ManifestsThatAreNone) {
         return all->front().no_manifest;
     };
     EXPECT_EQ(why({}), "it has no manifest");
-    EXPECT_EQ(why({{"manifest", "[]"}}), "its manifest is no JSON object");
-    EXPECT_EQ(why({{"manifest", "{\"ball\": \"64"}}), "its manifest is no JSON object");
+    EXPECT_EQ(why({{"manifest", "[]"}}), "its manifest is not a JSON object");
+    EXPECT_EQ(why({{"manifest", "{\"ball\": \"64"}}), "its manifest is not a JSON object");
     EXPECT_EQ(why({{"manifest", "{}"}}), "its manifest is empty");
     EXPECT_EQ(why({{"manifest", "{\"a\": \"1\", \"ball\": \"64x\"}"}}),
               "its manifest has no hash of 8 digits for \"ball\"");
-    EXPECT_THAT(why({{"manif_file", "names.json"}}), HasSubstr("names.json is not there"));
+    EXPECT_THAT(why({{"manif_file", "names.json"}}), HasSubstr("names.json does not exist"));
     EXPECT_THAT(why({{"manif_file", "../names.json"}}), HasSubstr("not in the frame's folder"));
     EXPECT_THAT(why({{"manif_file", "/etc/passwd"}}), HasSubstr("not in the frame's folder"));
 }
@@ -204,7 +204,7 @@ TEST(Cryptomatte, WhatCannotBeRead) {
     EXPECT_THAT(error({.attributes = attributes({{"conversion", "none"}})}),
                 HasSubstr("only uint32_to_float32 is known"));
     EXPECT_THAT(error({.attributes = attributes({{"name", "other"}})}),
-                HasSubstr("other00.r, .g, .b, .a are not there"));
+                HasSubstr("other00.r, .g, .b, .a are missing"));
     EXPECT_THAT(error({.attributes = attributes(), .type = Imf::UINT}),
                 HasSubstr("crypto_object00.r is uint"));
     EXPECT_EQ(error({.attributes = {}}), "");
@@ -224,7 +224,7 @@ TEST(Cryptomatte, AttributesAreTrueOfItsFirstRanks) {
     EXPECT_EQ(lost({"crypto_object00.*"}), 0u);
     EXPECT_EQ(lost({"crypto_object01.*"}), 4u);
     EXPECT_EQ(lost({"crypto_object00.r"}), 4u);
-    // What was not true before is not touched.
+    // Attributes that were already invalid are kept.
     auto other = ExrFile::open(write(folder, {.attributes = attributes({{"name", "other"}})}));
     EXPECT_THAT(attributes_without_ranks(other->parts()[0], other->parts(), {.channels = {"a"}}),
                 ElementsAre());

@@ -1,5 +1,5 @@
-// Chunks that are packed and unpacked by tools/sequence/exr itself: OpenEXR and OpenImageIO read and
-// write the other end. Damage: what each chunk that lies must be refused with.
+// Chunks that tools/sequence/exr packs and unpacks itself, against OpenEXR and OpenImageIO. Every
+// kind of damaged chunk must be refused with its message.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,8 +66,8 @@ std::string text_of(const FilePart& part) {
                   part.data.max.x, " ", part.data.max.y, part.repeating ? ", repeating" : "");
 }
 
-// The same file but for who has written it: header, table and chunks, byte by byte where nothing is
-// deflated, and where zlib does it as in OpenEXR.
+// The file is the one that OpenEXR writes: header, table and chunks are equal byte by byte if
+// nothing is deflated, or if zlib deflates as in OpenEXR.
 TEST(ExrChunks, TheInputsOwnColorGivesTheFileThatOpenExrWrites) {
     const TempFolder folder;
     const std::string in = folder.path("in.exr"), out = folder.path("out.exr");
@@ -92,7 +92,7 @@ TEST(ExrChunks, TheInputsOwnColorGivesTheFileThatOpenExrWrites) {
     EXPECT_GT(same, 20);
 }
 
-// The color is another one: what stands there is not what was read.
+// Writes another color than the one that was read.
 TEST(ExrChunks, NewColorBesideOldChannels) {
     const TempFolder folder;
     const std::string in = folder.path("in.exr"), out = folder.path("out.exr");
@@ -106,7 +106,7 @@ TEST(ExrChunks, NewColorBesideOldChannels) {
     }
 }
 
-// Lines that come alone or a few at a time are those of the whole.
+// Lines read alone or a few at a time equal those of the whole part.
 TEST(ExrChunks, RowsAreThoseOfTheWhole) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
@@ -157,7 +157,7 @@ TEST(ExrChunks, SubsampledChannels) {
         write_file(in, {part});
         InputFrame frame = read_ok(in);
         write_ok(out, frame, frame.planes.at(Role::color), {.on_existing = OnExisting::overwrite});
-        // OpenImageIO does not read such channels as they are: OpenEXR's own bytes are compared.
+        // OpenImageIO converts such channels, so OpenEXR's own bytes are compared.
         if (compression == Imf::NO_COMPRESSION) {
             ASSERT_TRUE(test::file_bytes(in) == test::file_bytes(out));
         }
@@ -182,7 +182,7 @@ TEST(ExrChunks, SubsampledChannels) {
     }
 }
 
-// Every chunk but the last, which is black, is stored as it is: the file is larger than its pixels.
+// Every chunk but the last, which is black, is stored unpacked: the file is larger than its pixels.
 TEST(ExrChunks, WhatDoesNotBecomeSmallerIsStored) {
     const TempFolder folder;
     const std::string path = folder.path("noise.exr");
@@ -229,7 +229,7 @@ TEST(ExrChunks, HigherLevelsAreSmaller) {
     }
 }
 
-// Any part of a file with several, whatever stands before and behind it.
+// Any part of a multi-part file.
 TEST(ExrChunks, ColorInEachPart) {
     const TempFolder folder;
     const std::string in = folder.path("in.exr"), out = folder.path("out.exr");
@@ -258,9 +258,9 @@ TEST(ExrChunks, ColorInEachPart) {
         }
 }
 
-// --- chunks that lie ----------------------------------------------------------------------------
+// --- damaged chunks -----------------------------------------------------------------------------
 
-// Where the only chunk of a file begins: behind the table, which has its place.
+// Offset of the only chunk of a file, from its table.
 size_t only_chunk(const std::string& bytes) {
     for (size_t at = 8; at + 8 < bytes.size(); ++at) {
         uint64_t place;
@@ -316,7 +316,7 @@ TEST_F(DamagedChunk, SizesThatAreNone) {
          {-1, std::numeric_limits<int32_t>::min(), pixels + 1, std::numeric_limits<int32_t>::max()})
         EXPECT_THAT(error([&](std::string& b) { set_number(b, size, wrong); }),
                     AllOf(HasSubstr("lines 5 to 14"), HasSubstr("size")));
-    // As large as its pixels would be, and so as if stored; but the file has not so much.
+    // The stated size is that of an unpacked chunk, but the file has fewer bytes.
     EXPECT_THAT(error([&](std::string& b) { set_number(b, size, pixels); }),
                 AllOf(HasSubstr("lines 5 to 14"), HasSubstr("truncated")));
     for (const int32_t wrong : {0, 1, 50})
@@ -343,7 +343,7 @@ TEST_F(DamagedChunk, AnotherOnesPlace) {
                 HasSubstr("another chunk"));
 }
 
-// Stored as it is, a chunk has no checksum, but exactly the size of its pixels.
+// An unpacked chunk has no checksum, but must have exactly the size of its pixels.
 TEST_F(DamagedChunk, UncompressedOfAnotherSize) {
     FilePart part{.channels = {{"R"}}};
     part.data = {{0, 0}, {9, 0}};

@@ -25,7 +25,7 @@ ExrFile open_ok(const std::string& path) {
     return std::move(*file);
 }
 
-// Every sample of the file's own part, in its own type, against the bits it was made of.
+// Compares every sample of the part, in its own type, with the bits it was made from.
 void expect_samples(const std::string& path, int part, const FilePart& made) {
     ExrFile file = open_ok(path);
     const Result<PartPixels> pixels = file.read_part(part);
@@ -185,7 +185,7 @@ TEST(ExrReader, ReadsOnlyTheChannelsAskedFor) {
     const Result<PartPixels> pixels = file.read_part(0, {"Z", "R"});
     ASSERT_TRUE(pixels.ok());
     EXPECT_EQ(pixels->planes.size(), 2u);
-    // The order of the names is the order of the channels; the file's is alphabetic.
+    // Channels are in the order of the names; the file's order is alphabetical.
     const Result<ImageF> image = file.read_channels(0, {"Z", "R", "id"});
     ASSERT_TRUE(image.ok());
     ASSERT_EQ(image->channels, 3);
@@ -220,7 +220,7 @@ TEST(ExrReader, CropAndFill) {
 }
 
 TEST(ExrReader, AllHalvesBecomeTheirFloats) {
-    // 65536 patterns; Imath's table is the independent side.
+    // All 65536 patterns, against Imath's table.
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
     FilePart part{.channels = {{"id", Imf::UINT}}};

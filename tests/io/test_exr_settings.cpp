@@ -1,5 +1,5 @@
-// ExrSettings: compression, half, channels of an output. What a compression changes is asked of
-// OpenEXR: a file is written with it and read back.
+// ExrSettings: compression, half, channels of an output. The changes that a compression makes are
+// found by writing a file with OpenEXR and reading it back.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -83,7 +83,7 @@ FilePart color_and_data() {
                          {"id", Imf::UINT}}};
 }
 
-// Attribute `name` of a file, as OpenImageIO has it.
+// Attribute `name` of a file, read by OpenImageIO.
 std::string attribute(const std::string& path, const std::string& name) {
     for (const std::string& line : test::oiio_attributes(path))
         if (line.starts_with(name)) return line;
@@ -108,7 +108,7 @@ TEST(ExrSettings, EachCompressionAndLevelArrivesAndKeepsWhatItMustKeep) {
         EXPECT_TRUE(test::named(oiio_channels(out), "Z").bytes == test::named(before, "Z").bytes)
             << text;
         const bool dwa = options.exr.compression->is_dwa();
-        EXPECT_EQ(report.notes.size(), dwa ? 1u : 0u) << text;  // diffuse.R is changed, and said
+        EXPECT_EQ(report.notes.size(), dwa ? 1u : 0u) << text;  // diffuse.R is changed, and noted
         if (whole != "dwaa:9") continue;
         EXPECT_NE(attribute(out, "openexr:dwaCompressionLevel").find("9"), std::string::npos);
     }
@@ -139,7 +139,7 @@ TEST(ExrSettings, LossyIsRefusedWhereItWouldChangeDataAndNamesIt) {
     EXPECT_NE(refused.status().message().find("would change Z,"), std::string::npos)
         << refused.status().message();
     EXPECT_EQ(folder.names(), std::vector<std::string>{"in.exr"});
-    // Left out, there is nothing to change.
+    // Channels that are left out cannot change.
     options.exr.channels = {"R", "G", "B"};
     EXPECT_TRUE(write_filtered(folder.path("out.exr"), frame, new_color(frame), options).ok());
 }
@@ -164,7 +164,7 @@ TEST(ExrSettings, HalfMakesFloatColorHalfAndNothingElse) {
     // new_color() is exact in half.
     auto file = ExrFile::open(folder.path("out.exr"));
     EXPECT_EQ(file->read_channels(0, kRgba)->data, color.data);
-    // A value beyond half is an error, or clamped and counted.
+    // A value above the range of half is an error, or clamped and counted.
     color.at(3, 2, 1) = 70000;
     color.at(4, 2, 1) = -70000;
     options.on_existing = OnExisting::overwrite;

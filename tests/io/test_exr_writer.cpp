@@ -1,5 +1,5 @@
-// What write_filtered() keeps, replaces and refuses. Files are made with OpenEXR; what came out is
-// read with OpenImageIO, which shares no code with tools/sequence.
+// Content that write_filtered() keeps, replaces and refuses. Inputs are written with OpenEXR;
+// outputs are read with OpenImageIO, which shares no code with tools/sequence.
 #include <ImfPreviewImage.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -47,7 +47,7 @@ TEST_P(Layouts, OnlyColorAndTheNewAttributeChange) {
     EXPECT_THAT(report.notes, IsEmpty());
     EXPECT_EQ(report.bytes, test::file_bytes(out).size());
     EXPECT_FALSE(report.skipped);
-    // OpenImageIO names neither: line order and type are looked at as OpenEXR stored them.
+    // OpenImageIO reports neither line order nor type, so they are read with OpenEXR.
     const Result<ExrFile> before = ExrFile::open(in);
     const Result<ExrFile> after = ExrFile::open(out);
     ASSERT_TRUE(before.ok() && after.ok());
@@ -72,7 +72,7 @@ bool has_type_attribute(const std::string& path) {
 }
 
 TEST(ExrWriter, ASinglePartGetsNoTypeItDidNotHave) {
-    // OpenEXR's multi-part classes show and demand a type; in the file it is optional.
+    // OpenEXR's multi-part classes always have a type; in the file it is optional.
     const TempFolder folder;
     const ImageF image(4, 3, 4, 1);
     ASSERT_TRUE(write_planes_exr(folder.path("without.exr"), image, kRgba).ok());
@@ -128,7 +128,7 @@ TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
     const TempFolder folder;
     const std::string in = folder.path("in.exr");
     const std::string out = folder.path("out.exr");
-    // A lossy part, a mip-mapped one, a rip-mapped one and two deep ones around color's.
+    // A lossy part, a mip-mapped, a rip-mapped and two deep parts around color's.
     FilePart lossy{.name = "lossy",
                    .channels = {{"R"}, {"G"}, {"B"}},
                    .data = {{-7, -3}, {40, 41}},
@@ -173,7 +173,7 @@ TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
     for (const int level : {1, 2}) {
         EXPECT_TRUE(oiio_channels(in, 2, level) == oiio_channels(out, 2, level)) << level;
     }
-    // The chunks themselves: compressed bytes of the lossy part are the same.
+    // The compressed bytes of the lossy part are unchanged.
     const std::string a = test::file_bytes(in);
     const std::string b = test::file_bytes(out);
     int common = 0;
@@ -200,7 +200,7 @@ TEST(ExrWriter, TheOtherViewStays) {
         expect_only_color_changed(in, out, 0, names, color);
         EXPECT_THAT(attribute_changes(in, out), IsEmpty());
     }
-    // The same as two parts, one per view.
+    // Two parts, one per view.
     FilePart left{.name = "rgb.left",
                   .channels = {{"R"}, {"G"}, {"B"}},
                   .edit = [](Imf::Header& h) { h.setView("left"); }};

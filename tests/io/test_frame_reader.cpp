@@ -130,7 +130,7 @@ TEST(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
     EXPECT_EQ(z.at(0, 0), sample_value(depth, 0, 2, 1));
     EXPECT_EQ(z.at(5, 4), sample_value(depth, 0, 7, 5));
 
-    depth.data = {{3, 0}, {9, 9}};  // one column short
+    depth.data = {{3, 0}, {9, 9}};  // one column missing
     write_file(folder.path("f.exr"), {color, depth});
     Result<OpenFrame> open = open_frame({{Role::color, folder.path("f.exr")}}, 1);
     ASSERT_TRUE(open.ok());

@@ -1,4 +1,4 @@
-// A frame that is written with a larger data window than its file has.
+// Writing a frame with a larger data window than its file has.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <half.h>
@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 
-// The samples of `channel` in `out` are those of `in` where it has any, else `outside`.
+// Expects samples of `channel` in `out` to equal those of `in`, and `outside` around them.
 void expect_placed(const std::string& in, const std::string& out, int part,
                    const std::string& channel, float outside) {
     const auto read = [&](const std::string& path, Window& window) {
@@ -63,8 +63,8 @@ void expect_placed(const std::string& in, const std::string& out, int part,
     }
 }
 
-// A larger data window than the file's, in parts of every kind: around what was there nothing is
-// seen, infinitely far, and still; samples of subsampled channels stay at their pixels.
+// A larger data window than the file's, in parts of every kind: new pixels are clear, infinitely
+// far and still; samples of subsampled channels stay at their pixels.
 TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
     TempFolder folder;
     FilePart beauty;
@@ -91,7 +91,7 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         std::vector<FilePart> parts = {beauty};
         parts[0].tile = one.tile;
         parts[0].compression = one.compression;
-        // Tiles hold no subsampled channel, and OpenImageIO reads no file that has one.
+        // Tiles cannot have subsampled channels, and OpenImageIO cannot read files with them.
         const bool sampled = !one.tile && !one.parts;
         if (!sampled) parts[0].channels.erase(parts[0].channels.begin() + 5);
         if (one.parts) {
@@ -112,7 +112,7 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
         Result<InputFrame> frame =
             read_frame(*open, roles, {Role::inverse_depth, Role::motion}, Keep::all, area);
         ASSERT_TRUE(frame.ok()) << frame.status().message();
-        // The planes, with what is around them.
+        // The planes, with the pixels around them.
         EXPECT_EQ(frame->description.width, 41);
         EXPECT_EQ(frame->description.height, 25);
         EXPECT_EQ(frame->planes.at(Role::inverse_depth).at(0, 0), 1e10f);
@@ -146,7 +146,7 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
             EXPECT_EQ(oiio_channels(out).size(), parts[0].channels.size());
         }
     }
-    // Half depth holds no distance of 1e10.
+    // Half depth cannot hold a distance of 1e10.
     EXPECT_EQ(outside_value(Role::inverse_depth, {}, PixelType::half),
               std::numeric_limits<float>::infinity());
 }

@@ -1,5 +1,5 @@
-// Headers that ask for more than their file can hold. Each is refused by the first look at the
-// file, by a message that says what to do, and before anything large has been allocated.
+// Headers that state more than their file can hold. The header scan refuses each, with a remedy in
+// the message, before anything large has been allocated.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfOutputFile.h>
@@ -39,7 +39,7 @@ std::string bytes_of_file(const std::vector<FilePart>& parts) {
     return file_bytes(folder.path("f.exr"));
 }
 
-// Opens and reads everything; the message of what went wrong. At most `most` bytes in one piece.
+// Opens and reads everything; returns the error message. Allocates at most `most` bytes at once.
 std::string error_of(const std::string& bytes, const ReadLimits& limits = {},
                      size_t most = kSmall) {
     test::MemoryFile memory;
@@ -67,7 +67,7 @@ std::string longs(std::initializer_list<uint64_t> values) {
     return text;
 }
 
-// Where the value of the first attribute of this name and type begins; its size is before it.
+// Offset of the value of the first attribute of this name and type; its size precedes it.
 size_t value_at(const std::string& bytes, const std::string& name, const std::string& type) {
     const std::string key = name + '\0' + type + '\0';
     const size_t at = bytes.find(key);
@@ -85,7 +85,7 @@ std::string with_stated_size(std::string bytes, const std::string& name, const s
     return bytes.replace(value_at(bytes, name, type) - 4, 4, ints({size}));
 }
 
-// An attribute in front of the first one; offsets of chunks are left as they were.
+// Inserts an attribute before the first one; offsets of chunks stay unchanged.
 std::string with_attribute(std::string bytes, const std::string& name, const std::string& type,
                            const std::string& value) {
     return bytes.insert(8, name + '\0' + type + '\0' + ints({int32_t(value.size())}) + value);
@@ -103,7 +103,7 @@ TEST(HostileHeader, AttributesThatOpenExrReadsByTypeAndNotBySize) {
     for (const int32_t wrong : {15, 17})
         EXPECT_THAT(error_of(with_stated_size(whole, "dataWindow", "box2i", wrong)),
                     HasSubstr("attribute dataWindow of wrong size"));
-    // Under any name. Here the list ends where it says; then one byte later.
+    // Under any name. The first list ends at its stated size, the second one byte later.
     const std::string list = std::string("X\0", 2) + ints({1, 0, 1, 1}) + '\0';
     EXPECT_THAT(error_of(with_attribute(whole, "others", "chlist", list)),
                 testing::Not(HasSubstr("wrong size")));
@@ -142,12 +142,12 @@ TEST(HostileHeader, TilesAndBlocksOfLinesLargerThanTheirLimits) {
     EXPECT_THAT(error_of(with_tile(513, 512), {.max_chunk_bytes = 3u << 20}),
                 HasSubstr("smaller tiles"));
 
-    // OpenEXR goes by the flag of a file of one part and not by the type it states.
+    // In a single-part file OpenEXR follows the flag and not the type attribute.
     part.edit = [](Imf::Header& header) { header.insert("type", Imf::StringAttribute("x")); };
     EXPECT_THAT(error_of(with_value(with_tile(8192, 8192), "type", "string", "scanline")),
                 HasSubstr("smaller tiles"));
 
-    // A block of dwab is 256 lines, also in a picture of 9 lines.
+    // A block of dwab has 256 lines even in an image of 9 lines.
     part = rgba_z();
     part.compression = Imf::DWAB_COMPRESSION;
     const std::string lines = bytes_of_file({part});
@@ -168,7 +168,7 @@ TEST(HostileHeader, MorePixelsThanTheFileCanHold) {
               HasSubstr("1032"), HasSubstr("copy or render it again")));
     // Without the rule: 16384 x 16 pixels are one block of zip, and the file has one.
     EXPECT_THAT(error_of(with_window(16384, 16)), HasSubstr("in a file of"));
-    // The sizes that all parts state are added.
+    // The stated sizes of all parts are added.
     constexpr int32_t kWide = 12000;
     const std::string two = bytes_of_file({rgba_z("a"), rgba_z("b")});
     const std::string window = ints({0, 0, kWide - 1, 15});
@@ -187,7 +187,7 @@ TEST(HostileHeader, BlackFramesOfEveryCompressionAreRead) {
     const TempFolder folder;
     const std::vector<char> black(size_t(2048) * 2048 * 4);
     for (int number = 0; number < Imf::NUM_COMPRESSION_METHODS; ++number) {
-        // Where a tile is 1 KB the rest of the file weighs nothing.
+        // With tiles of 1 KB the rest of the file is negligible.
         const int side = number < Imf::DWAA_COMPRESSION ? 1024 : 2048;
         for (const char* name : {"A", "R"}) {
             for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
@@ -242,7 +242,7 @@ TEST(HostileHeader, LongTexts) {
     EXPECT_EQ(error_of(whole), "");
     EXPECT_THAT(error_of(whole, {.max_header_bytes = 300000}),
                 AllOf(HasSubstr("header is larger than 292 KiB"), HasSubstr("attribute notes")));
-    // A stated length the file does not have, of the text and of one in a list of texts.
+    // A stated length above the file's size, for a string and in a list of strings.
     for (const int32_t length : {1 << 20, 1 << 25})
         EXPECT_THAT(error_of(with_stated_size(whole, "notes", "string", length)),
                     HasSubstr("truncated"));
@@ -260,13 +260,13 @@ TEST(HostileHeader, CountsAndOrdersOfChunks) {
         EXPECT_THAT(error_of(with_value(parts, "chunkCount", "int", ints({count}))),
                     HasSubstr("a wrong number of chunks"))
             << count;
-    // For an unknown kind only the count is known.
+    // For an unknown type only the count of chunks is known.
     const std::string unknown = with_value(parts, "type", "string", "scanlineimagf");
     for (const int32_t count : {-1, 0x7fffffff, 1 << 20})
         EXPECT_THAT(error_of(with_value(unknown, "chunkCount", "int", ints({count}))),
                     testing::AnyOf(HasSubstr("a wrong number of chunks"), HasSubstr("truncated")))
             << count;
-    // Entries of all levels are looked at: the last one behind the end.
+    // Entries of all levels are checked: the last one is behind the end.
     FilePart levels = rgba_z();
     levels.tile = 4;
     for (const Imf::LevelMode mode : {Imf::MIPMAP_LEVELS, Imf::RIPMAP_LEVELS}) {
@@ -277,7 +277,7 @@ TEST(HostileHeader, CountsAndOrdersOfChunks) {
             };
             std::string bytes = bytes_of_file({levels});
             ASSERT_EQ(error_of(bytes), "");
-            // The first chunk begins where the table ends, and the first entry says where.
+            // The first entry of the table is the offset of the first chunk, which follows it.
             size_t end = 0;
             for (size_t at = 8; at + 8 <= bytes.size() && end == 0; ++at) {
                 uint64_t offset;
@@ -304,7 +304,7 @@ TEST(HostileHeader, CountsAndOrdersOfChunks) {
             HasSubstr("unknown compression"));
 }
 
-// Deep parts are copied chunk by chunk, into as many bytes as a chunk says it has.
+// Deep parts are copied chunk by chunk, into buffers of the stated size of a chunk.
 TEST(HostileHeader, DeepChunksLargerThanTheFile) {
     for (const int tile : {0, 4}) {
         for (const bool several : {false, true}) {
@@ -316,7 +316,7 @@ TEST(HostileHeader, DeepChunksLargerThanTheFile) {
             const std::string whole =
                 bytes_of_file(several ? std::vector{deep, rgba_z("flat")} : std::vector{deep});
             EXPECT_THAT(error_of(whole), HasSubstr("is deep"));  // refused as pixels only
-            // The first chunk begins where the tables end: 9 lines, or 4 x 3 tiles; then 1 block.
+            // The first chunk follows the tables: 9 lines, or 4 x 3 tiles; then 1 block.
             const size_t table = 8 * size_t((tile == 0 ? 9 : 12) + (several ? 1 : 0));
             size_t chunk = 0;
             for (size_t at = 8; at + 8 <= whole.size() && chunk == 0; ++at) {
@@ -338,7 +338,7 @@ TEST(HostileHeader, DeepChunksLargerThanTheFile) {
     }
 }
 
-// Tiles are copied as they are stored, by a size that OpenEXR takes for signed.
+// Tiles are copied as stored; OpenEXR reads their size as a signed number.
 TEST(HostileHeader, CopiedTilesOfNegativeSize) {
     const TempFolder folder;
     FilePart tiles{.name = "tiles", .channels = {{"Z", Imf::FLOAT}}, .tile = 8};

@@ -1,5 +1,5 @@
-// What the header of a picture that is no EXR may ask for: a case for each row of docs/fuzzing.md,
-// and the largest piece of memory that was asked for.
+// Limits on headers of formats other than EXR: a case for each row of docs/fuzzing.md, with the
+// largest allocation.
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -27,8 +27,7 @@ class HostilePicture : public testing::Test {
             << OIIO::geterror();
         return file_bytes(path);
     }
-    // Why it cannot be read, and that no large piece of memory was asked for until then; empty: it
-    // can.
+    // Why the file cannot be read; empty: it can. Expects no large allocation before a failure.
     std::string fault_of(const std::string& name, const std::string& bytes) {
         const std::string path = folder_.path(name);
         set_file_bytes(path, bytes);
@@ -55,7 +54,7 @@ std::string chunk(const std::string& type, const std::string& body) {
                crc32(0, reinterpret_cast<const Bytef*>(whole.data()), uInt(whole.size()))));
 }
 
-constexpr size_t kAfterHeader = 8 + 12 + 13;  // of a PNG: its mark and IHDR
+constexpr size_t kAfterHeader = 8 + 12 + 13;  // of a PNG: signature and IHDR
 
 std::string with_size(const std::string& png, uint32_t width, uint32_t height) {
     return png.substr(0, 8) + chunk("IHDR", big(width) + big(height) + png.substr(24, 5)) +
@@ -129,7 +128,7 @@ TEST_F(HostilePicture, TextsAndDataThatBecomeMoreThanTheirLimit) {
     EXPECT_EQ(fault_of("b.png", std::string(png).insert(kAfterHeader, texts)), "");
     EXPECT_THAT(fault_of("b.png", std::string(png).insert(kAfterHeader, texts + text)),
                 HasSubstr("more than 64 MiB"));
-    // A profile that states 1.9 GB, which its packed bytes are not.
+    // A profile with a stated size of 1.9 GB and few packed bytes.
     const std::string profile = chunk(
         "iCCP", std::string("p\0\0", 3) + [] {
             const std::string stated = big(0x70000000) + std::string(200, '\0');

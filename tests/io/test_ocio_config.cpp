@@ -1,5 +1,5 @@
-// Configurations of OpenColorIO in a process that goes on: what has changed on disk is read again,
-// and every file that a configuration names is known.
+// Configurations of OpenColorIO in a long-running process: files that have changed on disk are read
+// again, and every file that a configuration names is listed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ class OcioConfig : public testing::Test {
     std::string at(const std::string& name) const { return folder_.path(name); }
     void write(const std::string& name, const std::string& text) {
         std::ofstream(at(name)) << text;
-        // Two texts of one length may be written within one tick of the clock.
+        // Two texts of equal length may be written within one tick of the clock.
         fs::last_write_time(at(name), fs::last_write_time(at(name)) + std::chrono::seconds(++age_));
     }
     // Light times `gain`, as a matrix or as a table of two entries.
@@ -73,7 +73,7 @@ TEST_F(OcioConfig, IsReadAgainWhenATableOfItHasChanged) {
     EXPECT_NEAR(film_of(0.5f), 0.25f, 1e-4);
     write_table("film.spi1d", "0.25");
     EXPECT_NEAR(film_of(0.5f), 0.125f, 1e-4);
-    // One that comes to be in a folder that is searched first.
+    // A new file in a folder that is searched first.
     write_config("!<FileTransform> {src: film.spi1d, interpolation: linear}", "first:.");
     EXPECT_NEAR(film_of(0.5f), 0.125f, 1e-4);
     fs::create_directory(at("first"));
@@ -93,7 +93,7 @@ TEST_F(OcioConfig, NamesItsTablesInEveryFolderOfItsSearchPath) {
     EXPECT_EQ(files->front(), at("c.ocio"));
     write_config("!<FileTransform> {src: ../a.spi1d}");
     EXPECT_THAT(*calls().ocio_files(at("c.ocio")), ElementsAre(at("c.ocio"), at("../a.spi1d")));
-    // Looks, too; of a configuration of the second version also views and transforms with names.
+    // Also in looks; in configurations of version 2 also in views and named transforms.
     write("c.ocio",
           "ocio_profile_version: 2\n"
           "roles: {scene_linear: lin, default: lin}\n"
@@ -120,7 +120,7 @@ TEST_F(OcioConfig, ThatCannotBeUsedIsRefused) {
     write("c.ocio", "ocio_profile_version: [");
     const Status status = calls().ocio_files(at("c.ocio")).status();
     EXPECT_EQ(status.code(), StatusCode::input);
-    EXPECT_THAT(status.message(), HasSubstr("c.ocio: no OpenColorIO configuration"));
+    EXPECT_THAT(status.message(), HasSubstr("c.ocio: not a usable OpenColorIO configuration"));
     write_config(times("2"));
     EXPECT_TRUE(calls().ocio_files(at("c.ocio")).ok());
 }

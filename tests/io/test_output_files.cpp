@@ -1,4 +1,4 @@
-// What may be replaced: inputs never, files that are there as --on-existing says.
+// Replacing files: never inputs, other existing files as --on-existing allows.
 #include "tools/sequence/files/output_files.h"
 
 #include <gmock/gmock.h>
@@ -60,7 +60,7 @@ TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
     EXPECT_TRUE(files(at("a/folder/free.exr")).check().ok());
 }
 
-// A shipped chain is named by a word, as if it were a file of the working folder.
+// The name of a shipped chain looks like a file in the working folder.
 TEST_F(OutputFilesTest, WhatIsNotThereIsNotRead) {
     fs::create_directory(at("report"));
     OutputFiles all;
@@ -115,21 +115,21 @@ TEST_F(OutputFilesTest, WhatIsThereIsReplacedAsItIsSaid) {
         EXPECT_EQ(*files(at("o.exr"), choice).permit(at("./o.exr")), OnExisting::overwrite);
     }
     EXPECT_EQ(*files(at("o.exr"), OnExisting::fail).permit(at("o.exr")), OnExisting::fail);
-    // Nobody has said that this one would be written.
+    // This one is not among the outputs.
     EXPECT_EQ(*files(at("o.exr")).permit(at("p.exr")), OnExisting::fail);
-    // A link that leads nowhere has the name all the same.
+    // A dangling link takes the name too.
     fs::create_symlink(at("nowhere"), at("link.exr"));
     EXPECT_EQ(files(at("link.exr"), OnExisting::fail).check().code(), StatusCode::output);
     fs::create_directory(at("folder.exr"));
     EXPECT_EQ(files(at("folder.exr")).check().code(), StatusCode::output);
-    // One frame's alone.
+    // Only one frame's.
     OutputFiles all = files(at("free.exr"), OnExisting::fail);
     all.write(output(at("o.exr")));
     EXPECT_TRUE(all.check_existing({at("free.exr")}).ok());
     EXPECT_FALSE(all.check_existing({at("free.exr"), at("o.exr")}).ok());
 }
 
-// The input may become one between the check and the write.
+// A file may become an input between the check and the write.
 TEST_F(OutputFilesTest, PermissionIsAskedAgain) {
     const OutputFiles all = files(at("o.exr"));
     ASSERT_TRUE(all.check().ok());
@@ -154,7 +154,7 @@ TEST_F(OutputFilesTest, AFamilyIsKnownByItsNames) {
     EXPECT_THAT(status.message(),
                 AllOf(HasSubstr("0.a: exists"), HasSubstr("a stage"), HasSubstr("--dump-stages")));
     EXPECT_TRUE(with(OnExisting::overwrite).check().ok());
-    // An input of such a name, itself or through a link; and another output.
+    // An input with such a name, directly or through a link; and another output.
     OutputFiles read = with(OnExisting::overwrite);
     read.read({at("0.a"), "the profile"});
     EXPECT_EQ(read.check().code(), StatusCode::usage);
@@ -190,7 +190,7 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     read.read({at("r/a"), "the truth"});
     EXPECT_EQ(read.check().code(), StatusCode::usage);
     EXPECT_THAT(read.check().message(), HasSubstr("the truth"));
-    // Through a link too: with the folder its target would go.
+    // Also through a link: its target would be removed with the folder.
     fs::create_symlink(at("r/a"), at("link.exr"));
     OutputFiles linked = with("me", OnExisting::overwrite);
     linked.read({at("link.exr"), "the truth"});
@@ -204,7 +204,7 @@ TEST_F(OutputFilesTest, AFolderHasOneOwner) {
     EXPECT_EQ(on_file.check().code(), StatusCode::output);
 }
 
-// Its maker was killed before the mark had its name, others in the middle of a file.
+// One process was killed before it had renamed the mark, others while they wrote a file.
 TEST_F(OutputFilesTest, WhatKillsLeaveIsInNoOnesWay) {
     OutputFiles all = files(at("o.exr"), OnExisting::fail);
     all.write(OutputFolder{at("r"), "a report", ".mark", "me\n", "name another"});

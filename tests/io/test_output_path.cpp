@@ -1,4 +1,4 @@
-// EXR output when the way to the file is not smooth: existing files, limits, kills, races.
+// EXR output under difficulties: existing files, limits, kills, races.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 constexpr int kSide = 96;
 
-// A frame whose color can be written again and again.
+// A frame whose color can be written repeatedly.
 class OutputPath : public testing::Test {
   protected:
     void SetUp() override {
@@ -46,7 +46,7 @@ class OutputPath : public testing::Test {
         if (report.ok() && skipped != nullptr) *skipped = report->skipped;
         return report.status();
     }
-    // The one value the file's color consists of; fails unless the file is whole.
+    // The value of all the file's color pixels; fails unless the file is complete.
     float value_of(const std::string& path) {
         Result<ExrFile> file = ExrFile::open(path);
         EXPECT_TRUE(file.ok()) << file.status().message();
@@ -99,8 +99,8 @@ TEST_F(OutputPath, NoFolderAndAFileInItsPlace) {
                 HasSubstr("is a file, not a folder"));
 }
 
-// Runs `body` in a child. The pool's threads, which OpenImageIO may have started in another test,
-// would not live on in the child, so there must be none.
+// Runs `body` in a child process. There must be no threads of the pool, which OpenImageIO may have
+// started in another test: they would not exist in the child.
 template <class Body>
 pid_t start_child(Body body) {
     set_exr_threads(0);

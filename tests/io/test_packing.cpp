@@ -1,4 +1,4 @@
-// Bytes of ZIP and streams of deflate, against the format written down plainly and against zlib.
+// ZIP's byte transforms against a plain implementation, and streams of deflate against zlib.
 #include <gtest/gtest.h>
 #include <zlib.h>
 
@@ -19,7 +19,7 @@ std::vector<uint8_t> random_bytes(size_t count) {
     return bytes;
 }
 
-// Every length around the widths of vectors: what is left over has code of its own.
+// Every length around the widths of vectors, since remainders have separate code.
 TEST(ZipBytes, WordsApartAndTogether) {
     for (size_t words = 0; words < 100; ++words) {
         const std::vector<uint8_t> bytes = random_bytes(2 * words);

@@ -51,7 +51,7 @@ TEST(Preview, OtherCurvesAndGray) {
     EXPECT_THAT(shown(gray, {.curve = ToneCurve::none}), ElementsAre(0, 255));
 }
 
-// The text is where OpenImageIO, an independent reader, finds it, and only a whole file has it.
+// OpenImageIO finds the text too, and it is read only from a complete file.
 TEST(Preview, KeepsItsProvenance) {
     const TempFolder folder;
     const std::string path = folder.path("p.png");

@@ -124,7 +124,7 @@ TEST(PathPattern, NumberOfASingleFileIsItsLastGroupOfDigits) {
     EXPECT_EQ(pattern_of("final.mp4").literal_frame(), 0);
     EXPECT_EQ(pattern_of("f-5.exr").literal_frame(), 5);
     EXPECT_EQ(pattern_of("20261120123456.exr").literal_frame(), 0);
-    EXPECT_EQ(pattern_of("f1234567890.exr").literal_frame(), 0);  // would fit an int
+    EXPECT_EQ(pattern_of("f1234567890.exr").literal_frame(), 0);  // would fit into an int
 }
 
 TEST(PathPattern, DiscoversFramesButNoTemporaries) {
@@ -139,7 +139,7 @@ TEST(PathPattern, DiscoversFramesButNoTemporaries) {
     EXPECT_EQ(found.at(-3), folder.path("b.-003.exr"));
     EXPECT_TRUE(found.contains(12));
     EXPECT_TRUE(pattern_of(folder.path("none/b.####.exr")).discover().empty());
-    // The widest pattern there is meets temporaries of both kinds and takes none.
+    // The widest pattern does not match temporaries of either kind.
     test::set_file_bytes(folder.path(".7.55.tmp"), "x");
     EXPECT_TRUE(pattern_of(folder.path("#")).discover().empty());
 }
@@ -267,7 +267,7 @@ TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
     asked.keep({1, 2});
     EXPECT_THAT(asked.frames, ElementsAre(1, 2, 3, 4));
     EXPECT_THAT(asked.missing, ElementsAre(3, 4));
-    // In the order in which they were asked for.
+    // In the requested order.
     FrameList reversed = list_of(folder.path("b.##.exr"), "8,5,2,1");
     reversed.keep({1, 4});
     EXPECT_THAT(reversed.frames, ElementsAre(8));

@@ -45,7 +45,7 @@ TEST(WorkerPool, OthersHelpTheCaller) {
             threads.insert(std::this_thread::get_id());
         }
         ++inside;
-        // Each waits for the others: on fewer threads none would come.
+        // Each waits for the others, so fewer threads would never finish.
         for (int i = 0; i < 5000 && inside < 3; ++i)
             std::this_thread::sleep_for(std::chrono::milliseconds(1));
         return Status();
@@ -75,7 +75,7 @@ TEST(WorkerPool, TheFailureOfTheLowestIndex) {
             std::atomic<bool> both = threads == 1;
             const Status status = pool.run(100000, pool.slots(), [&](size_t index, size_t) {
                 ++done;
-                // In turn the lowest fails first and last, after another has begun.
+                // The lowest index fails alternately first and last, after another has started.
                 if (index == 21) both = true;
                 for (int i = 0; i < 5000 && index == 20 && !both; ++i)
                     std::this_thread::sleep_for(std::chrono::microseconds(100));
@@ -97,7 +97,7 @@ TEST(WorkerPool, WhatIsThrownIsAFailure) {
     EXPECT_EQ(status.code(), StatusCode::memory);
 }
 
-// A reader and a writer: neither waits for what the other has queued.
+// A reader and a writer do not wait for each other's queued work.
 TEST(WorkerPool, TwoCallersAtOnce) {
     WorkerPool pool;
     pool.set_threads(2);

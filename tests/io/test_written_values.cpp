@@ -1,4 +1,4 @@
-// Values of the color that write_filtered() writes: beyond the format, rounded, compressed.
+// Color values that write_filtered() writes: out of range, rounded, compressed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -146,7 +146,7 @@ std::string bytes_of(const std::string& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Packed again, a value of B44 or DWA changes a little each time.
+// Every encoding with B44 or DWA changes a value a little.
 TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
     const TempFolder folder;
     const std::string in = folder.path("in.exr");
@@ -172,19 +172,19 @@ TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
             EXPECT_THAT(write_ok(out, frame, *before, options).notes, IsEmpty());
             EXPECT_EQ(ExrFile::open(out)->read_channels(0, kRgba)->data, before->data)
                 << compression << " " << tile;
-            // Behind header and table, chunk after chunk.
+            // The chunks after header and table.
             constexpr size_t kMostHeader = 2048;
             const std::string stored = bytes_of(in);
             ASSERT_GT(stored.size(), 2 * kMostHeader);
             EXPECT_TRUE(bytes_of(out).ends_with(stored.substr(kMostHeader)))
                 << compression << " " << tile;
-            // One value that differs: all of the part is packed anew.
+            // If one value differs, the whole part is encoded.
             ImageF other = *before;
             other.at(5, 6, 1) = 8;
             EXPECT_THAT(write_ok(out, frame, other, options).notes, IsEmpty());
             EXPECT_NEAR(ExrFile::open(out)->read_channels(0, kRgba)->at(5, 6, 1), other.at(5, 6, 1),
                         0.2f);
-            // Where the chunks do not fit, that is said.
+            // A note says if the chunks do not fit.
             options.exr.channels = {"R", "G", "B"};
             EXPECT_THAT(write_ok(out, frame, *before, options).notes,
                         ElementsAre(HasSubstr("packed anew with")));
@@ -196,7 +196,7 @@ TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
             EXPECT_THAT(write_ok(out, frame, *before, options).notes, IsEmpty());
             EXPECT_EQ(ExrFile::open(out)->read_channels(0, kRgba)->data, before->data);
         }
-    // Tiles of a file of one part: said.
+    // Tiles of a single-part file: a note.
     FilePart tiles{.channels = {{"R"}, {"G"}, {"B"}, {"A"}},
                    .data = {{0, 0}, {63, 63}},
                    .compression = Imf::DWAA_COMPRESSION,

@@ -1,4 +1,4 @@
-// Files before and after write_filtered(): what to write, and what of it changed.
+// Compares files before and after write_filtered().
 #pragma once
 
 #include <string>
@@ -14,17 +14,17 @@ inline const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 InputFrame read_ok(const std::string& path, int part = 0,
                    const std::vector<std::string>& color = kRgba);
 
-// A picture no input holds: values of each pixel and channel apart, exact in half.
+// An image unlike any input: each pixel and channel has its own value, exact in half.
 ImageF new_color(const InputFrame& frame);
 
 WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
                      WriteOptions options = {});
 
-// All channels of `out` are those of `in` but for `replaced`, which hold `color`.
+// Expects all channels of `out` to equal those of `in`, except for `replaced`, which hold `color`.
 void expect_only_color_changed(const std::string& in, const std::string& out, int part,
                                const std::vector<std::string>& replaced, const ImageF& color);
 
-// Attributes of `out` beside those of `in`: first what is gone, then what is new.
+// Attributes that differ between `in` and `out`: first the removed ones, then the new ones.
 std::vector<std::string> attribute_changes(const std::string& in, const std::string& out,
                                            int part = 0);
 

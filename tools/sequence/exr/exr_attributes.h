@@ -10,7 +10,7 @@ namespace postchain::io {
 
 const char* compression_name(Imf::Compression compression);  // "none", "zip", "dwaa", ...
 
-// The value where the type has a short text; "(type)" otherwise, "(WxH preview)" for a thumbnail.
+// The value if its type has a short text, "(WxH preview)" for a thumbnail, otherwise "(type)".
 std::string attribute_text(const Imf::Attribute& attribute);
 
 }  // namespace postchain::io

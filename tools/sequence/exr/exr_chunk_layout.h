@@ -1,10 +1,9 @@
-// How the pixels of a part are cut into chunks (blocks of lines, or tiles), and how they lie in
-// one.
+// Layout of a part's chunks (blocks of lines, or tiles), and of the pixels in a chunk.
 //
-// Source: "OpenEXR File Layout" (openexr.com). In a chunk: each line from top to bottom, of it each
-// channel in the order of the header, of it each sample from left to right; numbers little-endian.
-// ZIP and ZIPS then pack the whole chunk (zip_bytes.h, zlib_stream.h), or leave it where it would
-// not become smaller.
+// Source: "OpenEXR File Layout" (openexr.com). A chunk holds its lines from top to bottom. A line
+// holds the channels in the order of the header, each with its samples from left to right. Numbers
+// are little-endian. ZIP and ZIPS then pack the whole chunk (zip_bytes.h, zlib_stream.h), unless it
+// would grow.
 #pragma once
 
 #include <ImfHeader.h>
@@ -19,33 +18,33 @@
 namespace postchain::io {
 
 struct ChunkLayout {
-    Window window;                     // of the part's data
+    Window window;                     // the part's data window
     std::vector<ExrChannel> channels;  // in the order of the header
     bool tiled = false;
-    int columns = 0;  // pixels of a chunk, at most
+    int columns = 0;  // largest width of a chunk, pixels
     int rows = 0;
     bool packed = false;       // ZIP or ZIPS
-    bool from_bottom = false;  // DECREASING_Y: the last lines come first in the file
+    bool from_bottom = false;  // DECREASING_Y: the last lines are first in the file
 
-    // Nothing for a part that is left to OpenEXR: deep, of unknown type, of another compression, or
-    // on a machine that is not little-endian.
+    // Empty for parts that OpenEXR reads and writes: deep parts, unknown types, other compressions,
+    // and every part on a big-endian machine.
     static std::optional<ChunkLayout> of(const Imf::Header& header);
 
     int across() const { return (window.width() + columns - 1) / columns; }
     int down() const { return (window.height() + rows - 1) / rows; }
-    // Of the full size, in the order of the table of chunks, which has them first.
+    // Chunks of the full-size level, which are the first ones in the table of chunks.
     size_t count() const { return size_t(across()) * size_t(down()); }
     Window area(size_t chunk) const;
     size_t bytes(const Window& area) const;
-    size_t most_bytes() const;  // no chunk has more
-    // The chunk that comes `n`-th in a file that is written.
+    size_t most_bytes() const;  // size of the largest chunk
+    // Index of the `n`-th chunk to write.
     size_t nth_written(size_t n) const;
 
-    // The samples that one channel has in one line of a chunk.
+    // The samples of one channel in one line of a chunk.
     struct Row {
         size_t channel;
         int y;
-        size_t at;  // in the chunk, bytes
+        size_t at;  // offset in the chunk, bytes
         size_t bytes;
     };
     // visit(row) in the order of the chunk.
@@ -53,7 +52,7 @@ struct ChunkLayout {
     void each_row(const Window& area, const Visit& visit) const;
 };
 
-// Where the samples of `plane`, whose pixels are `window`, begin for line `y` from column `x` on.
+// Byte offset of the sample at column `x` of line `y` in `plane`, which covers `window`.
 inline size_t place_in_plane(const PartPixels::Plane& plane, const Window& window, int x, int y) {
     const ExrChannel& c = plane.channel;
     return size_t(samples_between(window.min_y, y - 1, c.y_sampling)) * plane.row_bytes() +

@@ -16,7 +16,7 @@ namespace postchain::io {
 
 namespace {
 
-// Of one thread.
+// Buffers of one thread.
 struct Scratch {
     std::unique_ptr<std::byte[]> packed;
     std::unique_ptr<std::byte[]> unpacked;
@@ -30,7 +30,7 @@ class ChunkReader {
         for (const ExrChannel& c : layout.channels) planes_.push_back(pixels.find(c.name));
     }
 
-    // Error (input): what is wrong with it.
+    // Errors (input), without the name of the chunk.
     Status read(size_t chunk, Scratch& scratch) const {
         const Window area = layout_.area(chunk);
         const size_t bytes = layout_.bytes(area);
@@ -46,10 +46,10 @@ class ChunkReader {
             return {};
         }
         if (!scratch.inflater->unpack(scratch.packed.get(), packed, scratch.unpacked.get(), bytes))
-            return damaged("what was packed does not unpack");
+            return damaged("its packed bytes cannot be unpacked");
         auto* words = reinterpret_cast<uint8_t*>(scratch.unpacked.get());
         from_differences(words, bytes);
-        // All samples are whole words.
+        // Every sample is one or two words.
         layout_.each_row(area, [&](const ChunkLayout::Row& row) {
             if (std::byte* to = place(area, row))
                 join_words(words + row.at / 2, words + bytes / 2 + row.at / 2, row.bytes / 2,
@@ -72,7 +72,7 @@ class ChunkReader {
         return Status(StatusCode::input, "truncated: the file ends in it; copy or render it again");
     }
 
-    // False where the file ends before.
+    // False if the file ends too early.
     bool read_at(uint64_t at, void* to, size_t count) const {
         auto* bytes = static_cast<char*>(to);
         while (count > 0) {
@@ -86,7 +86,8 @@ class ChunkReader {
         return true;
     }
 
-    // What stands before the pixels: part, line or tile with its level, size. `at` moves behind it.
+    // Reads and checks the header of a chunk: part, line or tile with its level, size. Moves `at`
+    // behind it.
     Status read_head(size_t chunk, const Window& area, size_t bytes, uint64_t& at,
                      size_t& packed) const {
         int32_t expected[5];
@@ -106,7 +107,7 @@ class ChunkReader {
         if (!std::equal(expected, expected + count, head))
             return damaged("another chunk is in its place");
         at += head_bytes;
-        // One that would have grown is stored as it is.
+        // A chunk that would have grown is stored unpacked.
         const int32_t size = head[count];
         if (size < 0 || uint64_t(size) > bytes || (!layout_.packed && uint64_t(size) != bytes))
             return damaged("its size is wrong");
@@ -114,7 +115,7 @@ class ChunkReader {
         return {};
     }
 
-    // Null where the row is not wanted.
+    // Destination of a row; null if it is not wanted.
     std::byte* place(const Window& area, const ChunkLayout::Row& row) const {
         const PartPixels::Plane* plane = planes_[row.channel];
         if (plane == nullptr || row.y < pixels_.window.min_y || row.y > pixels_.window.max_y)
@@ -133,7 +134,7 @@ class ChunkReader {
 Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPixels& pixels) {
     if (source.offsets.size() < layout.count())
         return Status(StatusCode::input, "damaged header: a wrong number of chunks");
-    // Whole rows of chunks that have a line in the window.
+    // Whole rows of chunks with at least one line in the window.
     const auto row_of = [&](int y) {
         return size_t(y - layout.window.min_y) / size_t(layout.rows);
     };

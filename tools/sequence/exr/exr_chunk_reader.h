@@ -2,8 +2,8 @@
 //
 //   table of chunks --> pread, sizes checked --> inflate --> words joined --> rows of the planes
 //
-// Nothing that the file states is believed: a chunk must be the one that its place in the table
-// says, lie in the file, and hold exactly the bytes of its pixels.
+// Every statement of the file is checked: a chunk must match its place in the table, end within the
+// file, and hold exactly the bytes of its pixels.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,13 @@ namespace postchain::io {
 
 struct ChunkSource {
     int fd = -1;
-    std::span<const uint64_t> offsets;  // of the part, from scan_header()
-    std::optional<int> part;            // the number that chunks of a multi-part file begin with
+    std::span<const uint64_t> offsets;  // the part's table of chunks, from scan_header()
+    std::optional<int> part;            // part number; only for multi-part files
 };
 
-// Fills the planes of `pixels`, channels of the layout; of its window at least one line must be in
-// the layout's. Errors (input), each with the lines or the tile: damaged, truncated; (memory).
+// Fills the planes of `pixels`, which are channels of the layout. At least one line of its window
+// must be in the layout's window. Errors (input), with the lines or the tile: damaged, truncated;
+// (memory).
 Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPixels& pixels);
 
 }  // namespace postchain::io

@@ -13,9 +13,10 @@ namespace postchain::io {
 
 namespace {
 
-constexpr size_t kBytesAtOnce = size_t(4) << 20;  // of pixels, packed before they are written
+constexpr size_t kBytesAtOnce = size_t(4)
+                                << 20;  // bytes of pixels that are packed before they are written
 
-// Of one thread.
+// Buffers of one thread.
 struct Scratch {
     std::unique_ptr<std::byte[]> words;
     std::unique_ptr<Deflater> deflater;
@@ -39,7 +40,7 @@ class ChunkPacker {
         const Window area = layout_.area(index);
         const size_t bytes = layout_.bytes(area);
         if (layout_.packed) {
-            // All samples are whole words.
+            // Every sample is one or two words.
             auto* words = reinterpret_cast<uint8_t*>(scratch.words.get());
             layout_.each_row(area, [&](const ChunkLayout::Row& row) {
                 split_words(reinterpret_cast<const uint8_t*>(place(area, row)), row.bytes / 2,

@@ -1,4 +1,4 @@
-// The chunks of one part, packed on the threads of WorkerPool and written in their order.
+// Packs the chunks of one part on the threads of WorkerPool and writes them in order.
 //
 //   rows of the planes --> words split --> differences --> deflate --> the stream, a few at a time
 #pragma once
@@ -15,10 +15,10 @@
 
 namespace postchain::io {
 
-// Appends all chunks of the full size. `planes`: one for each channel of the layout, in any order;
-// `part`: the number that chunks of a multi-part file begin with; `level`: of deflate
-// (zlib_stream.h). Returns the table: where each chunk begins. Errors (output): a chunk of 2 GiB;
-// (memory). Throws what the stream throws.
+// Appends all chunks of the full-size level. `planes`: one for each channel of the layout, in any
+// order. `part`: part number, only for multi-part files. `level`: deflate level (zlib_stream.h).
+// Returns the table of chunks: the file offset of each. Errors (output): a chunk of 2 GiB or more;
+// (memory). Throws the exceptions of the stream.
 Result<std::vector<uint64_t>> write_chunks(Imf::OStream& stream, const ChunkLayout& layout,
                                            const PartPlanes& planes, std::optional<int> part,
                                            int level);

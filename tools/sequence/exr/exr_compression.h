@@ -1,4 +1,4 @@
-// How OpenEXR packs the pixels of a part, as it is written: "zip:4", "dwaa:45".
+// Compression of a part, written as "zip:4" or "dwaa:45".
 #pragma once
 
 #include <optional>
@@ -16,17 +16,17 @@ const char* name_of(ExrMethod method);
 
 struct ExrCompression {
     ExrMethod method = ExrMethod::zip;
-    // Of zips and zip 1..9 (zlib's), of dwaa and dwab 0..1000 (OpenEXR's, more is smaller and
-    // coarser; its default is 45). The others have none.
+    // zips and zip: deflate level, 1..9. dwaa and dwab: OpenEXR's level, 0..1000; larger values
+    // give smaller files and larger errors, the default is 45. The others have no level.
     std::optional<float> level = {};
 
-    // NAME or NAME:LEVEL. Errors (usage): an unknown name, a level where there is none, or outside
-    // its range.
+    // NAME or NAME:LEVEL. Errors (usage): unknown name, level out of range or for a method without
+    // levels.
     static Result<ExrCompression> parse(std::string_view text);
     bool is_dwa() const { return method == ExrMethod::dwaa || method == ExrMethod::dwab; }
     bool is_zip() const { return method == ExrMethod::zips || method == ExrMethod::zip; }
-    // Whether values of this channel may come back different. PXR24: float. B44: half. DWA: half
-    // and float whose name ends in R, G, B, Y, RY or BY; everything else it packs lossless.
+    // Whether the compression may change values of this channel. PXR24 changes float, B44 half, DWA
+    // half and float channels whose name ends in R, G, B, Y, RY or BY.
     // Source: ImfPxr24Compressor.cpp, ImfB44Compressor.cpp, ImfDwaCompressor.cpp of OpenEXR 3.1.
     bool changes(const ExrChannel& channel) const;
 };

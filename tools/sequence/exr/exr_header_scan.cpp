@@ -31,7 +31,7 @@ Status truncated() {
     return input_error("truncated: the file ends inside its header; copy or render it again");
 }
 
-// Reads forward through the file; `good` turns false at its end.
+// Reads forward through the file; `good` becomes false at its end.
 class Cursor {
   public:
     Cursor(int fd, uint64_t file_bytes, uint64_t at = 0) : fd_(fd), size_(file_bytes), at_(at) {}
@@ -61,7 +61,7 @@ class Cursor {
         return value;
     }
     int32_t int32() { return int32_t(uint32_t(number(4))); }
-    // Up to the zero byte; not good when longer than a name may be.
+    // Reads up to the zero byte; fails if the name is too long.
     std::string name() {
         std::string text;
         for (char c = 0; bytes(&c, 1) && c != 0;) {
@@ -125,9 +125,9 @@ Status read_channels(Cursor& in, const ReadLimits& limits, PartSizes& part) {
     return {};
 }
 
-// Bytes of a value whose type fixes them, nothing for the others. OpenEXR reads such values, and
-// channel lists, by their type and not by the stated size: where the two differ it goes on at
-// another place of the header than this scan, and finds sizes there that were never checked.
+// Size of a value, if its type has a fixed size. OpenEXR reads such values, and channel lists, by
+// their type and ignores the stated size. If the two differ, OpenEXR continues at another place of
+// the header than this scan, and reads sizes that were never checked.
 std::optional<int32_t> fixed_size(const std::string& type) {
     static const std::map<std::string_view, int32_t> kSizes = {{"box2i", 16},
                                                                {"box2f", 16},
@@ -158,7 +158,7 @@ std::optional<int32_t> fixed_size(const std::string& type) {
     return found->second;
 }
 
-// One header; `empty` when its first attribute name is empty (the end of the list of parts).
+// Reads one header; `empty` if its first attribute name is empty (end of the list of parts).
 Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& empty) {
     empty = true;
     while (true) {
@@ -238,7 +238,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         if (Status s = read_header(in, limits, part, empty); !s.ok()) return s;
         if (empty) break;
         if (parts.size() >= kMaxParts) return input_error("damaged header: too many parts");
-        // As OpenEXR has it: in a single flat part the flag decides, whatever its type says.
+        // As in OpenEXR: in a single flat part the flag overrides the type.
         if (!multi_part && (version & kFlagNonImage) == 0) {
             part.tiled = (version & kFlagTiled) != 0;
         } else {
@@ -274,7 +274,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
             chunks.push_back(offset);
             if (!parts[i].deep || offset == 0) continue;  // 0: never written, refused later
             Cursor chunk(fd, file_bytes, offset);
-            // Part, line or tile, then sizes of sample counts and samples.
+            // Part, line or tile, then the sizes of sample counts and samples.
             chunk.skip((multi_part ? 4 : 0) + (parts[i].tiled ? 16 : 4));
             const uint64_t counts = chunk.number(8);
             const uint64_t samples = chunk.number(8);

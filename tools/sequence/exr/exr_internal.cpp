@@ -58,7 +58,7 @@ Status status_of_exr_exception(StatusCode code, const std::string& place,
         return out_of_memory(place);
     } catch (const std::exception& e) {
         std::string what = e.what();
-        // OpenEXR's threads hand on the text of what they have caught, and nothing else.
+        // OpenEXR's threads pass on only the message of an exception.
         for (const char* said :
              {"bad_alloc", "Failed to allocate memory", "Cannot allocate memory"})
             if (what.find(said) != std::string::npos) return out_of_memory(place);

@@ -1,4 +1,4 @@
-// What reader and writer share of OpenEXR; included by no other folder.
+// Parts of OpenEXR's C++ API that reading and writing share. For sources in exr/ and frame/ only.
 #pragma once
 
 #include <ImathBox.h>
@@ -32,18 +32,18 @@ inline IMATH_NAMESPACE::Box2i box_of(const Window& w) {
 Imf::PixelType imf_type(PixelType type);
 std::vector<ExrChannel> channels_in(const Imf::Header& header);
 
-// Planes of one part that may lie in several PartPixels; `window` is that of all.
+// Planes of one part, possibly from several PartPixels; all cover `window`.
 struct PartPlanes {
     Window window;
     std::vector<const PartPixels::Plane*> planes;
 };
 PartPlanes planes_of(const PartPixels& pixels);
 
-// Slices of the planes' own types and samplings, without any conversion.
+// Slices with the planes' own types and samplings; nothing is converted.
 Imf::FrameBuffer frame_buffer_of(const PartPlanes& part);
 
-// The exception now being handled, as a status of `code`, or of `memory`: running out of memory is
-// not the fault of the file. Call in a catch block only. `fault` stands before what OpenEXR says.
+// Status for the exception now being handled: out_of_memory(), otherwise `code` with `fault` before
+// OpenEXR's message. Call it in catch blocks only.
 Status status_of_exr_exception(StatusCode code, const std::string& place,
                                const std::string& fault = {});
 

@@ -1,4 +1,4 @@
-// What of a file is written, and how it is packed, where that is to differ from the input's file.
+// Channels and compression of an output file, if they differ from those of the input file.
 #pragma once
 
 #include <ImfHeader.h>
@@ -12,21 +12,20 @@
 
 namespace postchain::io {
 
-// Whether `settings` can be used on these parts, whose color is in the channels `color` of part
-// `color_part`. What is worth saying is the result, one line each. Errors (usage), without the
-// path: a name of ExrSettings::channels that no channel has, no channel of color left, a part other
-// than color's of which only some channels are named, compression that would change float or
-// integer channels besides color.
+// Checks whether `settings` fit these parts, whose color is in the channels `color` of part
+// `color_part`. Returns notes for the user, one line each. Errors (usage), without the path: a name
+// in ExrSettings::channels that matches no channel, no color channel left, only some channels of
+// another part selected, compression that would change float or integer channels other than color.
 Result<std::vector<std::string>> check_settings(const std::vector<ExrPart>& parts, int color_part,
                                                 const std::vector<std::string>& color,
                                                 const ExrSettings& settings);
 
-// Leaves the channels that are written in the header of color's part, color's float ones as half
-// where that is asked for, and sets its compression.
+// Changes the header of the color part: keeps the channels to write, makes float color channels
+// half if ExrSettings::half is set, and sets the compression.
 void apply_settings(const ExrSettings& settings, const std::vector<std::string>& color,
                     Imf::Header& header);
 
-// The parts that are written: those of which a channel is.
+// Indices of the parts with at least one channel to write.
 std::vector<int> written_parts(const std::vector<ExrPart>& parts, const ExrSettings& settings);
 
 }  // namespace postchain::io

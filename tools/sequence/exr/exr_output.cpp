@@ -55,14 +55,14 @@ void write_lines(auto&& to, const Imf::FrameBuffer& buffer) {
     to.writePixels(window.max.y - window.min.y + 1);
 }
 
-// Appends the chunks of a part, and fills in its table, which OpenEXR has left without entries.
+// Appends the chunks of a part and fills in its table, which OpenEXR left empty.
 Status append_chunks(Imf::OStream& stream, const ChunkLayout& layout, const PartPlanes& planes,
                      std::optional<int> part, int level, uint64_t table) {
     const auto offsets = write_chunks(stream, layout, planes, part, level);
     if (!offsets.ok()) return offsets.status();
     const uint64_t end = stream.tellp();
     stream.seekp(table);
-    // Little-endian, as every machine with a ChunkLayout is.
+    // A ChunkLayout exists only on little-endian machines.
     stream.write(reinterpret_cast<const char*>(offsets->data()),
                  int(offsets->size() * sizeof(uint64_t)));
     stream.seekp(end);
@@ -108,13 +108,13 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
                                 Imf::MultiPartInputFile& input, const std::vector<int>& from) {
     struct Own {
         ChunkLayout layout;
-        uint64_t table;  // where it begins
+        uint64_t table;  // file offset
     };
     std::map<int, Own> own;
     {
         Imf::MultiPartOutputFile out(stream, headers.data(), int(headers.size()), false,
                                      Imf::globalThreadCount());
-        // The tables of all parts stand one after the other behind the headers.
+        // The tables of all parts follow the headers.
         uint64_t table = stream.tellp();
         for (int i = out.parts() - 1; i >= 0; --i) {
             table -= uint64_t(out.header(i).chunkCount()) * sizeof(uint64_t);
@@ -135,7 +135,7 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
         }
     }
     for (const auto& [part, how] : own) {
-        // OpenEXR writes a single part as a file that can have no other: chunks without a number.
+        // OpenEXR writes one part as a single-part file, whose chunks have no part number.
         const std::optional<int> number =
             headers.size() > 1 ? std::optional<int>(part) : std::nullopt;
         if (Status s = append_chunks(stream, how.layout, planes.at(part), number,
@@ -148,9 +148,9 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
 
 namespace {
 
-// Whether every chunk has been written, asked of the file as a reader would. OpenEXR 3.1 writes
-// nothing of lines that it could not compress for want of memory, and says nothing either. Errors
-// (memory), (output). Throws what OpenEXR throws.
+// Opens the file again and checks that every chunk has been written: if memory runs out while
+// OpenEXR 3.1 compresses lines, it skips them without an error. Errors (memory), (output). Passes
+// on OpenEXR's exceptions.
 Status check_complete(AtomicFile& file) {
     if (Status s = file.flush(); !s.ok()) return s;
     FdIStream stream(file.temporary());
@@ -180,7 +180,7 @@ Status write_exr_file(const std::string& path, const WriteOptions& options, Writ
         if (!packer.ok()) return packer.status().at(path);
         if (*packer == Packer::openexr)
             if (Status s = check_complete(*file); !s.ok()) return s;
-        // A failure that OpenEXR's destructors swallowed has stuck to the file.
+        // The file keeps write errors that OpenEXR's destructors dropped.
         if (Status s = file->flush(); !s.ok()) return s;
     } catch (...) {
         if (!stream.status.ok()) return stream.status;

@@ -1,9 +1,9 @@
-// The bytes of an EXR file: header and tables by OpenEXR, chunks by exr_chunk_writer or OpenEXR.
+// Writes EXR files: header and tables by OpenEXR, chunks by exr_chunk_writer or OpenEXR.
 //
 //   OpenEXR: magic, headers, tables without entries
-//     parts that are copied        chunk by chunk as stored (copyPixels)
-//     parts that are written       ZIP, ZIPS, none: exr_chunk_writer, then the table is filled in
-//                                  others: OpenEXR
+//     copied parts        chunk by chunk as stored (copyPixels)
+//     encoded parts       ZIP, ZIPS, none: exr_chunk_writer, then the table is filled in
+//                         others: OpenEXR
 #pragma once
 
 #include <ImfHeader.h>
@@ -21,25 +21,25 @@
 
 namespace postchain::io {
 
-// Who has written the chunks. What OpenEXR has written is checked once more.
+// Writer of the chunks. Chunks by OpenEXR are checked again.
 enum class Packer { own, openexr };
 
-// Level and compression are those of the header. All throw what OpenEXR and the stream throw;
-// errors (output, memory) as write_chunks().
+// The header sets compression and level. All three pass on exceptions of OpenEXR and the stream.
+// Errors (output, memory): those of write_chunks().
 Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header,
                                  const PartPlanes& planes);
-// The chunks of the only part of `input`, which has scan lines, as they are stored. (OpenEXR 3.1
-// copies tiles of such a file from wherever its stream happens to stand.)
+// Copies the stored chunks of the only part of `input`, which must have scan lines: OpenEXR 3.1
+// copies tiles of a single-part file from the wrong file position.
 Result<Packer> copy_single_part(Imf::OStream& stream, const Imf::Header& header,
                                 Imf::MultiPartInputFile& input);
-// `planes`: of the parts that are written anew, by their place in `headers`; part i of the others
-// is copied from part `from[i]` of `input`.
+// `planes`: the pixels of the parts to encode, by index in `headers`. Any other part i is copied
+// from part `from[i]` of `input`.
 Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Header>& headers,
                                 const std::map<int, PartPlanes>& planes,
                                 Imf::MultiPartInputFile& input, const std::vector<int>& from);
 
-// Runs `write` on a stream into a new file at `path`, then commits. `write` may throw, and must
-// have closed its OpenEXR objects when it returns. Errors (output): the path (see AtomicFile),
+// Runs `write` on a stream into a new file at `path`, then commits the file. `write` may throw, and
+// must close its OpenEXR objects before it returns. Errors (output): the path (see AtomicFile),
 // write errors, those of `write` and of WriteOptions::before_commit; (memory).
 Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
                       const std::function<Result<Packer>(Imf::OStream&)>& write);

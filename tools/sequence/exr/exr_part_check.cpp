@@ -9,11 +9,11 @@ namespace {
 
 struct Compression {
     const char* name;
-    uint64_t lines;        // of a chunk
-    uint64_t most_packed;  // derived in the header
+    uint64_t lines;        // lines of a chunk
+    uint64_t most_packed;  // derived in exr_part_check.h
 };
 
-// By the number in the file.
+// Indexed by the file's number of a compression.
 constexpr Compression kCompressions[] = {{"none", 1, 1},      {"rle", 1, 64},   {"zips", 1, 1032},
                                          {"zip", 16, 1032},   {"piz", 32, 454}, {"pxr24", 16, 1376},
                                          {"b44", 32, 11},     {"b44a", 32, 11}, {"dwaa", 32, 66048},
@@ -54,7 +54,7 @@ int levels_of(uint64_t side, bool up_sizes) {
     return (up_sizes ? std::bit_width(side - 1) : std::bit_width(side) - 1) + 1;
 }
 
-// As ImfTiledMisc.cpp counts them.
+// The number of levels, as in ImfTiledMisc.cpp.
 uint64_t count_tiles(uint64_t width, uint64_t height, const PartSizes::Tile& tile) {
     const bool up_sizes = (tile.levels >> 4) == 1;
     const uint32_t mode = tile.levels & 0xf;
@@ -117,14 +117,14 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
     }
     const uint64_t width = uint64_t(signed_width), height = uint64_t(signed_height);
     PartNeeds needs;
-    uint64_t bytes = 0;  // of one pixel
+    uint64_t bytes = 0;  // bytes of one pixel
     for (const PartSizes::Channel& c : part.channels) {
         bytes += uint64_t(c.bytes);
         // Rounded down: a subsampled channel may miss its first and last sample.
         needs.pixel_bytes += uint64_t(c.bytes) * (width / uint64_t(c.x_sampling)) *
                              (height / uint64_t(c.y_sampling));
     }
-    // The number of samples of a deep pixel may be 0; it takes 4 bytes itself.
+    // A deep pixel may have 0 samples; its sample count takes 4 bytes.
     if (part.deep) needs.pixel_bytes = 4 * width * height;
     if (width * height * bytes > limits.max_bytes) {
         return input_error(concat("the pixels of one part take ", mebibytes(width * height * bytes),
@@ -136,7 +136,7 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
     needs.least_file_bytes = up(needs.pixel_bytes, compression->most_packed);
     if (!part.tiled) {
         needs.chunks = up(height, compression->lines);
-        // OpenEXR's buffers hold a whole block, also where the part has fewer lines.
+        // OpenEXR's buffers hold a whole block even if the part has fewer lines.
         const Status status = check_chunk(concat("a block of ", std::to_string(compression->lines),
                                                  " lines of ", compression->name),
                                           compression->lines * width * bytes, limits,

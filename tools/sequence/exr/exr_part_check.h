@@ -1,5 +1,4 @@
-// Whether the sizes that one part's header states may be believed, before OpenEXR allocates by
-// them.
+// Checks the sizes in a part's header before OpenEXR allocates memory for them.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +11,10 @@
 
 namespace postchain::io {
 
-// Of one header, as far as memory depends on it. Nothing of it has been checked.
+// The fields of one header that memory depends on, unchecked.
 struct PartSizes {
     struct Channel {
-        int bytes;  // of a sample
+        int bytes;  // bytes of a sample
         int32_t x_sampling, y_sampling;
     };
     struct Tile {
@@ -24,7 +23,7 @@ struct PartSizes {
     };
     std::optional<Window> data_window;
     std::vector<Channel> channels;
-    bool known = true;  // a kind that OpenEXR reads; of others only chunk_count tells of chunks
+    bool known = true;  // OpenEXR reads this type; for others only chunk_count is known
     bool tiled = false;
     bool deep = false;
     std::optional<Tile> tile;
@@ -34,32 +33,32 @@ struct PartSizes {
 };
 
 struct PartNeeds {
-    uint64_t chunks = 0;            // of all levels
-    uint64_t pixel_bytes = 0;       // decoded, without what only a level or a deep sample adds
-    uint64_t least_file_bytes = 0;  // pixel_bytes packed as densely as the compression can
+    uint64_t chunks = 0;            // chunks of all levels
+    uint64_t pixel_bytes = 0;       // decoded, without smaller levels and deep samples
+    uint64_t least_file_bytes = 0;  // pixel_bytes at the compression's highest ratio
 };
 
-// Bytes that one byte of a file can become, at most, by the compression's own format:
+// The compression's highest ratio, decoded bytes for one byte of the file:
 //
-//   none   1      as it is
+//   none   1      not packed
 //   rle    64     a run of 128 bytes in two
 //   zip(s) 1032   deflate: 258 bytes in two bits, one for the length, one for the distance
 //   piz    454    a run of 255 values of two bytes in nine bits, one for its code, eight for it
 //   pxr24  1376   deflate of three bytes for each float of four
 //   b44(a) 11     a block of 16 halves in three bytes
-//   dwaa/b 66048  deflate of a run of 128 bytes in two (alpha); its other ways give less
+//   dwaa/b 66048  deflate of a run of 128 bytes in two (alpha); its other methods give less
 //
-// 0 for a compression that OpenEXR 3.1 does not know.
+// 0 for a compression that OpenEXR 3.1 cannot read.
 uint64_t most_packed(int compression);
 
-// Lines that a compression packs together; 1 for one that is unknown.
+// Lines that a compression packs together; 1 for an unknown one.
 int lines_of_chunk(int compression);
 
-// Errors (input): no data window, no channels, sizes above the limits, levels of unknown kind,
-// another number of chunks than follows from the sizes.
+// Errors (input): no data window, no channels, sizes above the limits, levels of unknown kind, a
+// number of chunks that contradicts the sizes.
 Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits);
 
-// Why a file of `file_bytes` cannot hold the part.
+// The error for a part that is too large for a file of `file_bytes`.
 Status too_much_packed(const PartSizes& part, const PartNeeds& needs, uint64_t file_bytes);
 
 }  // namespace postchain::io

@@ -83,7 +83,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     file.path_ = path;
     Impl& impl = *file.impl_;
     impl.stream = std::make_unique<FdIStream>(path);
-    // O_NONBLOCK: a pipe is refused below instead of waiting here for a writer.
+    // O_NONBLOCK: do not wait for the writer of a pipe, which is refused below.
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) {
         return input_error(path, errno == ENOENT
@@ -100,7 +100,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
     impl.facts = std::move(*facts);
     static std::once_flag once;
     std::call_once(once, [] { Imf::Header::setMaxTileSize(kMaxSide, kMaxSide); });
-    // No reconstruction of chunk tables: an incomplete file is refused below.
+    // Chunk tables are not reconstructed: an incomplete file is refused below.
     impl.file =
         std::make_unique<Imf::MultiPartInputFile>(*impl.stream, Imf::globalThreadCount(), false);
     for (int i = 0; i < impl.file->parts(); ++i) {

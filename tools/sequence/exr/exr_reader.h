@@ -1,6 +1,6 @@
 // Reading EXR.
 //
-//   path --scan_header (sizes, before anything is allocated)--> OpenEXR --open--> ExrFile
+//   path --scan_header (checks sizes before OpenEXR allocates)--> OpenEXR --open--> ExrFile
 //   ExrFile --read_part--> PartPixels (native planes, one pass over the part) --> ImageF
 //
 // Parts without compression, ZIP and ZIPS are unpacked here (exr_chunk_reader.h), the others by
@@ -14,15 +14,15 @@
 
 namespace postchain::io {
 
-// Threads that pack and unpack the pixels of every reader and writer of the process: those of
-// OpenEXR's pool, and of WorkerPool with the caller's; 0 = the caller's alone.
+// Sets the number of threads that pack and unpack pixels, for every reader and writer of the
+// process: those of OpenEXR's pool, and those of WorkerPool with the caller's. 0 = the caller's
+// only.
 void set_exr_threads(int count);
 
 class ExrFile final : public PixelFile {
   public:
-    // Errors (input), each naming the file: it does not exist, a folder, unreadable, zero bytes,
-    // not an EXR, truncated, header that contradicts itself, a side above the limit, too many
-    // bytes.
+    // Errors (input), each with the path: missing, a folder, unreadable, zero bytes, not an EXR,
+    // truncated, contradictory header, above `limits`.
     static Result<ExrFile> open(const std::string& path, const ReadLimits& limits = {});
     ExrFile(ExrFile&&) noexcept;
     ExrFile& operator=(ExrFile&&) noexcept;

@@ -1,4 +1,4 @@
-// How an output's file may differ from its input's: compression, type of color, which channels.
+// Settings by which an output file differs from its input: compression, type of color, channels.
 #pragma once
 
 #include <optional>
@@ -11,15 +11,15 @@
 namespace postchain::io {
 
 struct ExrSettings {
-    std::optional<ExrCompression> compression;  // of color's part; none: the input's
+    std::optional<ExrCompression> compression;  // of the color part; unset: as in the input
     bool half = false;                          // float channels of color become half
-    std::vector<std::string> channels;          // in which * stands for any text; empty: all
+    std::vector<std::string> channels;          // patterns, * matches any text; empty: all
 
-    // Whether a channel is written.
+    // Whether the channel is written.
     bool takes(std::string_view channel) const;
 };
 
-// Whether `name` is one that `pattern` stands for.
+// Whether `name` matches `pattern`, in which * matches any text.
 bool matches(std::string_view pattern, std::string_view name);
 
 }  // namespace postchain::io

@@ -24,7 +24,7 @@ FdIStream::~FdIStream() {
 }
 
 bool FdIStream::read(char* to, int count) {
-    // OpenEXR 3.1 hands on the size of a tile that it copies without asking for its sign.
+    // OpenEXR 3.1 passes on the stored size of a copied tile without checking its sign.
     if (count < 0) throw std::runtime_error("a chunk of negative size");
     size_t left = size_t(count);
     while (left > 0) {

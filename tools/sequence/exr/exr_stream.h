@@ -1,4 +1,4 @@
-// Files as OpenEXR reads and writes them; what it is told of failures it says in words of its own.
+// Files as streams of OpenEXR.
 #pragma once
 
 #include <ImfIO.h>
@@ -12,7 +12,7 @@
 
 namespace postchain::io {
 
-// A file descriptor as OpenEXR wants it: buffered, every read checked.
+// Reads a file descriptor, buffered.
 class FdIStream final : public Imf::IStream {
   public:
     explicit FdIStream(const std::string& path) : Imf::IStream(path.c_str()) {}
@@ -27,12 +27,12 @@ class FdIStream final : public Imf::IStream {
     int fd_ = -1;
     uint64_t size_ = 0;
     uint64_t position_ = 0;
-    uint64_t start_ = 0;  // file position of buffer_[0]
+    uint64_t start_ = 0;  // file offset of buffer_[0]
     std::vector<char> buffer_;
 };
 
-// An AtomicFile as OpenEXR wants it. A failed write throws; `status` keeps what OpenEXR would
-// wrap in words of its own.
+// Writes an AtomicFile. A failed write throws; `status` keeps its error, since OpenEXR replaces the
+// message.
 class AtomicOStream final : public Imf::OStream {
   public:
     explicit AtomicOStream(AtomicFile& file) : Imf::OStream(file.path().c_str()), file_(file) {}

@@ -11,7 +11,7 @@ namespace postchain::io {
 
 namespace {
 
-// A value in a channel's own type, as bytes.
+// The bytes of a value in a channel's own type.
 std::vector<std::byte> stored(float value, PixelType type) {
     ImageF one(1, 1, 1, value);
     std::vector<std::byte> bytes(size_t(bytes_of(type)));
@@ -128,7 +128,7 @@ PartPixels PartPixels::placed(const Window& to, const std::map<std::string, floa
         const size_t size = size_t(bytes_of(from.channel.type));
         const size_t width = size_t(samples_between(here.min_x, here.max_x, sampling_x));
         const int height = samples_between(here.min_y, here.max_y, sampling_y);
-        // Samples before the first that both have.
+        // Samples before the first common one.
         const auto skipped = [&](const Window& w) {
             return std::pair(size_t(samples_between(w.min_x, here.min_x - 1, sampling_x)),
                              size_t(samples_between(w.min_y, here.min_y - 1, sampling_y)));

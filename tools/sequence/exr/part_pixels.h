@@ -1,4 +1,4 @@
-// Pixels of one part in the file's own number types, and windows: where pixels are.
+// Pixels of one part in the file's own number types, and windows.
 #pragma once
 
 #include <cstddef>
@@ -31,9 +31,9 @@ struct Window {
     }
     bool empty() const { return max_x < min_x || max_y < min_y; }
     uint64_t pixels() const { return empty() ? 0 : uint64_t(width()) * uint64_t(height()); }
-    Window united(const Window& o) const;       // the smallest that holds both
-    Window intersected(const Window& o) const;  // empty() where they share no pixel
-    Window grown(int px) const;                 // by as much on every side
+    Window united(const Window& o) const;       // the smallest window that contains both
+    Window intersected(const Window& o) const;  // empty() if they share no pixel
+    Window grown(int px) const;                 // by `px` on every side
     std::string text() const;                   // "(0, 0)-(639, 359)"
     bool operator==(const Window&) const = default;
 };
@@ -46,12 +46,12 @@ struct ExrChannel {
     bool operator==(const ExrChannel&) const = default;
 };
 
-// Planes of one part as they lie in the file: rows top-down, tightly packed.
+// Planes of one part in the file's number types: rows top-down, tightly packed.
 class PartPixels {
   public:
     struct Plane {
         ExrChannel channel;
-        int width = 0;  // samples; less than the data window's where subsampled
+        int width = 0;  // samples; fewer than the data window's if subsampled
         int height = 0;
         std::unique_ptr<std::byte[]> bytes;
         size_t row_bytes() const { return size_t(width) * size_t(bytes_of(channel.type)); }
@@ -63,21 +63,21 @@ class PartPixels {
     std::vector<Plane> planes;
 
     const Plane* find(std::string_view channel) const;
-    // The named channels interleaved, as float, of the pixels in `area`. Those that are not in the
-    // data window are `outside` in every named channel. A channel count above the names' is filled
-    // with `fill`. Names must be here, not subsampled.
+    // The named channels of the pixels in `area`, interleaved, as float. Pixels outside the data
+    // window are `outside` in every named channel. If `channels` exceeds the number of names, the
+    // rest is `fill`. Every name must be a plane that is not subsampled.
     ImageF interleaved(const std::vector<std::string>& names, const Window& area, int channels = 0,
                        float fill = 1, float outside = 0) const;
-    // The same planes of another data window, whose corners divide by every sampling. Samples that
-    // are not here are 0, or what `outside` says of their channel.
+    // The planes for another data window, whose corners are multiples of every sampling. Samples
+    // outside the old window are 0, or the value in `outside` for their channel.
     PartPixels placed(const Window& to, const std::map<std::string, float>& outside) const;
 };
 
-// Samples of a channel between two coordinates, both included: they lie where the coordinate
-// divides by the sampling. Source: ImfChannelList.h of OpenEXR.
+// Number of samples of a channel between two coordinates, both included. Samples exist at multiples
+// of the sampling. Source: ImfChannelList.h of OpenEXR.
 int samples_between(int low, int high, int sampling);
 
-// An image that covers `from`, as one that covers `to`: what is not there is 0.
+// Crops or extends an image that covers `from` so that it covers `to`; new pixels are 0.
 ImageF placed(const ImageF& image, const Window& from, const Window& to);
 
 }  // namespace postchain::io

@@ -17,7 +17,7 @@ namespace postchain::io {
 namespace {
 
 #if defined(__x86_64__)
-// Eight at a time where the CPU can; the results are those of Imath's conversion.
+// Converts eight values at a time if the CPU has F16C; results are equal to Imath's conversion.
 __attribute__((target("avx,f16c"))) void to_half_f16c(const float* from, size_t count,
                                                       uint16_t* to) {
     size_t i = 0;
@@ -36,7 +36,8 @@ __attribute__((target("avx,f16c"))) void to_float_f16c(const uint16_t* from, siz
     }
     for (; i < count; ++i) to[i] = imath_half_to_float(from[i]);
 }
-// By cpuid: clang 14's __builtin_cpu_supports knows no "f16c". Its "avx" also asks the system.
+// Reads cpuid: clang 14's __builtin_cpu_supports does not support "f16c". Its "avx" also checks the
+// operating system.
 bool has_f16c() {
     static const bool yes = [] {
         unsigned a = 0, b = 0, c = 0, d = 0;
@@ -88,7 +89,7 @@ EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets) {
         for (const EncodeTarget& t : targets) {
             const size_t step = size_t(t.image->channels);
             const float* from = t.image->data.data() + y * width * step + size_t(t.index);
-            // One cheap test for the row; almost every row passes.
+            // One cheap test for a whole row; almost every row passes.
             uint32_t bad = 0;
             for (size_t x = 0; x < width; ++x) {
                 row[x] = from[x * step];

@@ -1,4 +1,4 @@
-// Float pixels into the planes of a file: deinterleaved, in the channel's type, checked.
+// Converts float pixels to planes of a file: deinterleaved, in the channel's type, checked.
 #pragma once
 
 #include <cstddef>
@@ -17,23 +17,23 @@ struct EncodeTarget {
     int index = 0;  // channel of the image
     PixelType type = PixelType::half;
     std::byte* bytes = nullptr;  // width * height values, row 0 first
-    bool finite = false;         // a float channel gets no Inf and no NaN either
+    bool finite = false;         // replace Inf and NaN in float channels too
 };
 
 struct EncodeCounts {
     uint64_t overflow_pixels = 0;   // finite, beyond the half range, in a half channel
     uint64_t nonfinite_pixels = 0;  // NaN or Inf, in any channel
-    uint64_t refused_pixels = 0;    // either of them in a half channel, or one that is `finite`
-    bool narrowed = false;          // float channels were asked for as half
+    uint64_t refused_pixels = 0;    // either of them in a half or `finite` channel
+    bool narrowed = false;          // float channels are written as half
 };
 
-// Half and float channels of images of one size. Half: rounded to nearest even; beyond the range
-// +-kMaxHalf (Inf too), NaN 0; whether that is acceptable is for the caller to say from the
-// counts. Float: as it is, or with `finite` the largest float for Inf and 0 for NaN. Uint: rounded
-// and limited to 0..2^32-1, NaN 0.
+// Encodes channels of images of one size. Half: rounded to nearest even, clamped to +-kMaxHalf (Inf
+// too), NaN becomes 0; check_counts() decides whether that is acceptable. Float: unchanged, or with
+// `finite` the largest float for Inf and 0 for NaN. Uint: rounded, clamped to 0..2^32-1, NaN
+// becomes 0.
 EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets);
 
-// Under `refuse` an error (output) that names `path` and counts what does not fit.
+// With `refuse`: an error (output) with `path` and the counts, if any pixel was refused.
 Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy);
 
 // 16-bit patterns of `count` floats that lie within +-kMaxHalf. Source: IEEE 754 binary16.

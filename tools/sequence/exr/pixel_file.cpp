@@ -29,7 +29,7 @@ PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
     plane.channel = channel;
     plane.width = samples_between(w.min_x, w.max_x, channel.x_sampling);
     plane.height = samples_between(w.min_y, w.max_y, channel.y_sampling);
-    // Not cleared: pages of a file that turns out damaged are then never touched.
+    // Not cleared, so that a damaged file does not touch all of its pages.
     plane.bytes =
         std::make_unique_for_overwrite<std::byte[]>(std::max<size_t>(plane.total_bytes(), 1));
     return plane;
@@ -83,7 +83,7 @@ Status PixelFile::check_channels(int part, const std::vector<std::string>& chann
 }
 
 Status PixelFile::explain_no_color() const try {
-    // Beside flat color neither is what is wrong.
+    // If there is flat color, neither is the reason.
     for (const ExrPart& p : parts()) {
         if (p.deep || p.luminance_chroma()) continue;
         for (const ExrChannel& c : p.channels)
@@ -116,7 +116,7 @@ Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>
     pixels.part = part;
     pixels.window = info.data_window;
     if (area) {
-        // Whole tiles, and whole samples of subsampled channels.
+        // Extend to whole tiles and to whole samples of subsampled channels.
         int step = info.tiled ? rows_at_once(part) : 1;
         for (const ExrChannel& c : info.channels) step = std::lcm(step, c.y_sampling);
         const int top = info.data_window.min_y, last = info.data_window.max_y;

@@ -20,24 +20,24 @@ namespace postchain::io {
 
 inline constexpr int kMaxSide = 16384;  // pixels; llvmpipe's and most GPUs' limit of a texture
 
-// What a header may ask for; whatever asks for more is refused before OpenEXR sees it. Besides,
-// a part's pixels must be such as its file can hold (most_packed() in exr_part_check.h).
+// Limits on a header, checked before OpenEXR reads it. In addition, a part must not have more
+// pixels than its file can hold (most_packed() in exr_part_check.h).
 struct ReadLimits {
-    int max_side = kMaxSide;                        // of data windows and tiles, pixels
-    uint64_t max_bytes = uint64_t(8) << 30;         // of one part, decoded
-    uint64_t max_chunk_bytes = uint64_t(1) << 29;   // of one tile or block of lines, decoded;
+    int max_side = kMaxSide;                        // data windows and tiles, pixels
+    uint64_t max_bytes = uint64_t(8) << 30;         // one part, decoded
+    uint64_t max_chunk_bytes = uint64_t(1) << 29;   // one tile or block of lines, decoded;
                                                     // OpenEXR keeps two for each of its threads
-    uint64_t max_header_bytes = uint64_t(1) << 26;  // of all parts, with texts and previews
-    int max_channels = 4096;                        // of one part
+    uint64_t max_header_bytes = uint64_t(1) << 26;  // all parts, with strings and previews
+    int max_channels = 4096;                        // one part
 };
 
 struct ExrPart {
     std::string name;         // empty in a single-part file
-    std::string view;         // empty when there is none
+    std::string view;         // may be empty
     std::string type;         // "scanlineimage", "tiledimage", "deepscanline", "deeptile"
     std::string compression;  // "zip", "dwaa", ...
     std::vector<ExrChannel> channels;
-    std::vector<std::string> views;  // of a single-part multi-view file; the first is the default
+    std::vector<std::string> views;  // of a single-part multi-view file, the default first
     Window data_window;
     Window display_window;
     float pixel_aspect = 1;
@@ -48,7 +48,7 @@ struct ExrPart {
     bool mip_mapped = false;  // more than one level
 
     const ExrChannel* find(std::string_view channel) const;
-    // Y with RY or BY: color that is stored as luminance and subsampled chroma.
+    // Has RY or BY: color stored as luminance and subsampled chroma.
     bool luminance_chroma() const;
 };
 
@@ -68,16 +68,16 @@ class PixelFile {
     // explains it.
     Status explain_no_color() const;
 
-    // Reads the named channels of a flat part, or all of them when `channels` is empty, in one
-    // pass over the part. Subsampled channels come as they are. Of a mip-mapped part: level 0.
-    // With `area` at least those of its rows that the part has, of a tiled part whole tiles.
-    // Errors (input): deep part, unknown channel, damaged or truncated data.
+    // Reads the named channels of a flat part, or all if `channels` is empty, in one pass over the
+    // part. Subsampled channels stay subsampled. Mip-mapped parts: level 0. With `area`: at least
+    // its rows that are in the part, in whole tiles. Errors (input): deep part, unknown channel,
+    // damaged or truncated data.
     Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {},
                                  const std::optional<Window>& area = {});
-    // Rows that are decoded together: those of a block of lines, or of a tile.
+    // Height of a block of lines or a tile, which are decoded as a whole.
     virtual int rows_at_once(int part) const = 0;
 
-    // The same, interleaved and as float, of the whole data window.
+    // read_part() of the whole data window, interleaved and as float.
     Result<ImageF> read_channels(int part, const std::vector<std::string>& channels);
 
   protected:

@@ -14,13 +14,13 @@
 namespace postchain::io {
 namespace {
 
-// What a file of planes becomes: its pixels, and how it is written.
+// The encoded pixels of a PlanesFile, and how many did not fit.
 struct EncodedPlanes {
     PartPixels pixels;
     EncodeCounts counts;
 };
 
-// Errors name `path`.
+// Errors contain `path`.
 Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& file,
                                     const WriteOptions& options) {
     if (file.channels.empty()) {

@@ -1,4 +1,4 @@
-// Writing an EXR of one part from planes of our own: stages, scenes, pictures of reports.
+// Writes an EXR of one part from planes in memory: stages, scenes, images of reports.
 #pragma once
 
 #include <map>
@@ -15,7 +15,6 @@ namespace postchain::io {
 
 using AttributeValue = std::variant<std::string, float, int>;
 
-// A single-part file made of planes: stages, scenes.
 struct PlaneChannel {
     std::string name;  // in the file
     PixelType type = PixelType::float32;
@@ -25,21 +24,20 @@ struct PlaneChannel {
 struct PlanesFile {
     std::vector<PlaneChannel> channels;  // images of one size
     std::map<std::string, AttributeValue> attributes;
-    int origin_x = 0;  // of the data window
+    int origin_x = 0;  // corner of the data window
     int origin_y = 0;
-    std::optional<Window> display_window;  // the data window when not given
+    std::optional<Window> display_window;  // default: the data window
 };
-// ZIP or WriteOptions::exr's compression, scanlines. Half channels follow `overflow`; Inf and NaN
-// of a half channel are written as they are where the plane has them. Errors (output); (internal):
-// sizes that differ, no channels.
+// Writes scan lines with ZIP or WriteOptions::exr's compression. Half channels follow `overflow`.
+// Errors (output); (internal): sizes that differ, no channels.
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
                                      const WriteOptions& options = {});
-// All channels of one image as float.
+// Writes all channels of one image as float.
 Result<WriteReport> write_planes_exr(const std::string& path, const ImageF& image,
                                      const std::vector<std::string>& names,
                                      OnExisting on_existing = OnExisting::fail);
 
-// The bytes of such a file.
+// The bytes of a file with all channels of one image as float.
 Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std::string>& names);
 
 }  // namespace postchain::io

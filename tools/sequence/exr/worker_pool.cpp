@@ -43,7 +43,7 @@ void WorkerPool::set_threads(int threads) {
     try {
         while (int(threads_.size()) + 1 < threads) threads_.emplace_back([this] { help(); });
     } catch (const std::system_error&) {
-        // The caller's thread does the work in any case.
+        // The caller's thread does all work if no other starts.
     }
     slots_ = threads_.size() + 1;
 }
@@ -76,7 +76,7 @@ void WorkerPool::take_all(Run& run, size_t slot) {
             status = status_of_exception("packing pixels");
         }
         if (status.ok()) continue;
-        // Lower indices have been taken before, and are finished by those who have them.
+        // Lower indices have already been taken, and their threads finish them.
         run.next_index = run.count;
         const std::lock_guard lock(mutex_);
         if (!run.failure.ok() && run.failed_index < index) continue;

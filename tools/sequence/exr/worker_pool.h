@@ -1,9 +1,9 @@
 // Threads that pack and unpack pixels, shared by every reader and writer of the process.
 //
-//   run(count, work): the caller and whoever is free take the indices 0, 1, 2, ... one at a time
+//   run(count, work): the caller and idle threads take the indices 0, 1, 2, ... one at a time
 //
-// The caller works too, and waits for no thread that has not begun: a reader and a writer that run
-// at the same time do not hold each other up. Nothing is allocated for a run.
+// The caller works too and does not wait for threads that have not started, so a reader and a
+// writer that run at the same time do not block each other. A run allocates nothing.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,7 @@ namespace postchain::io {
 
 class WorkerPool {
   public:
-    // `slot` is less than slots(), and no other thread of the same run has it.
+    // `slot` is less than slots() and unique among the threads of a run.
     using Work = std::function<Status(size_t index, size_t slot)>;
 
     static WorkerPool& shared();
@@ -28,13 +28,13 @@ class WorkerPool {
     WorkerPool(const WorkerPool&) = delete;
     ~WorkerPool();
 
-    // How many threads may work for one caller, itself included. Fewer where the system starts no
+    // Sets the number of threads for one caller, itself included. Fewer if the system starts no
     // more.
     void set_threads(int threads);
     size_t slots() const { return slots_; }
 
-    // Ends at the first failure: that of the lowest index, whatever the number of threads. `slots`:
-    // how many the caller has prepared for, at least 1.
+    // Stops at a failure and returns the one with the lowest index, for any number of threads.
+    // `slots`: number of slots that the caller has prepared, at least 1.
     Status run(size_t count, size_t slots, const Work& work);
 
   private:
@@ -46,7 +46,7 @@ class WorkerPool {
     std::mutex mutex_;
     std::condition_variable wake_;
     std::condition_variable left_;
-    Run* first_ = nullptr;  // runs that take more threads
+    Run* first_ = nullptr;  // list of runs that take more threads
     bool stopping_ = false;
     std::vector<std::thread> threads_;
     std::atomic<size_t> slots_ = 1;

@@ -51,7 +51,7 @@ void join_words(const uint8_t* low, const uint8_t* high, size_t words, uint8_t* 
 }
 
 void to_differences(uint8_t* bytes, size_t count) {
-    // From the end: what a byte is compared with has not been replaced yet.
+    // From the end, so that b[i - 1] still has its old value.
     size_t i = count;
 #if defined(__SSE2__)
     const __m128i half = _mm_set1_epi8(char(0x80));
@@ -68,7 +68,8 @@ void from_differences(uint8_t* bytes, size_t count) {
 #if defined(__SSE2__)
     const __m128i half = _mm_set1_epi8(char(0x80));
     if (count >= 17) {
-        __m128i last = _mm_set1_epi8(char(bytes[0]));  // of the sixteen before, sixteen times
+        __m128i last =
+            _mm_set1_epi8(char(bytes[0]));  // last byte of the previous sixteen, sixteen times
         for (; i + 16 <= count; i += 16) {
             __m128i sum = _mm_sub_epi8(load(bytes + i), half);
             sum = _mm_add_epi8(sum, _mm_slli_si128(sum, 1));

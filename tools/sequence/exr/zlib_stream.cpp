@@ -34,7 +34,7 @@ size_t Deflater::pack(const std::byte* from, size_t count, std::byte* to, size_t
 }
 
 bool Inflater::unpack(const std::byte* from, size_t packed, std::byte* to, size_t count) {
-    // Without a place for the size that came out, exactly `count` must.
+    // With null for the actual size, libdeflate demands exactly `count` bytes.
     return libdeflate_zlib_decompress(impl_->decompressor, from, packed, to, count, nullptr) ==
            LIBDEFLATE_SUCCESS;
 }

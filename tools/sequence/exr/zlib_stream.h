@@ -1,6 +1,6 @@
-// Whole streams in zlib's format (RFC 1950: deflate with an Adler-32 at its end), as ZIP and ZIPS
-// of EXR hold them. By libdeflate where the program was built with it, else by zlib: which of them
-// has made a stream, its reader cannot tell.
+// Packs and unpacks whole streams in zlib's format (RFC 1950: deflate, then an Adler-32), as in ZIP
+// and ZIPS of EXR. Uses libdeflate if the program was built with it, otherwise zlib; either reads
+// streams of the other.
 #pragma once
 
 #include <cstddef>
@@ -15,10 +15,10 @@ inline constexpr int kMaxDeflateLevel = 9;
 // One for each thread. Throws std::bad_alloc.
 class Deflater {
   public:
-    // 0 stores, 1 is the fastest, 9 the smallest; others are moved to the nearest.
+    // 0 stores, 1 is the fastest, 9 the smallest; clamped to this range.
     explicit Deflater(int level);
     ~Deflater();
-    // Bytes of the stream; 0 where it does not fit into `room`.
+    // Returns the size of the stream; 0 if it does not fit into `room`.
     size_t pack(const std::byte* from, size_t count, std::byte* to, size_t room);
 
   private:
@@ -31,7 +31,7 @@ class Inflater {
   public:
     Inflater();
     ~Inflater();
-    // False where the stream is damaged, or holds another number of bytes than `count`.
+    // False if the stream is damaged or does not hold exactly `count` bytes.
     bool unpack(const std::byte* from, size_t packed, std::byte* to, size_t count);
 
   private:
@@ -39,7 +39,7 @@ class Inflater {
     std::unique_ptr<Impl> impl_;
 };
 
-// CRC-32 of ISO 3309, as PNG's chunks have it.
+// CRC-32 of ISO 3309, as in PNG's chunks.
 uint32_t crc32_of(std::string_view bytes);
 
 // "libdeflate" or "zlib".

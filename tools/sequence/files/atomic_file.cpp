@@ -30,9 +30,9 @@ struct LiveTemporary {
     LiveTemporary* next = nullptr;
 };
 std::atomic<LiveTemporary*> live_list = nullptr;
-std::mutex live_mutex;  // of those who add and take entries; the handler does not take it
+std::mutex live_mutex;  // for adding and reusing entries; the signal handler does not lock it
 
-// Nothing when this process already writes a temporary of this name.
+// Null if this process already writes a temporary of this name.
 LiveTemporary* enlist(const std::string& path) {
     const std::lock_guard lock(live_mutex);
     LiveTemporary* entry = nullptr;
@@ -63,7 +63,7 @@ Status output_error(const std::string& path, const std::string& what) {
     return Status(StatusCode::output, concat(path, ": ", what));
 }
 
-// What the system's reason means here and what helps.
+// Explains an errno and gives a remedy.
 std::string reason_of(int error) {
     switch (error) {
         case ENOSPC:
@@ -115,12 +115,12 @@ int rename_to_new(const std::string& from, const std::string& to) {
     return 0;
 }
 
-// Some file systems have no locks; then no process can be told from a dead one, and none is.
+// Some file systems have no locks; then every temporary counts as one of a running process.
 bool has_no_locks(int error) {
     return error == ENOLCK || error == ENOSYS || error == EOPNOTSUPP;
 }
 
-// Removes a temporary that no process holds: its writer was killed. True when it is gone.
+// Removes a temporary that no process has locked: its writer was killed. True if it was removed.
 bool remove_if_dead(const std::string& path) {
     const int fd = ::open(path.c_str(), O_WRONLY | O_NOFOLLOW | O_CLOEXEC);
     if (fd < 0) return errno == ENOENT;
@@ -136,11 +136,11 @@ struct Opened {
     Step step = Step::open;
 };
 
-// Makes the temporary and locks it. What a dead process left under this name, or one with our
-// number in another container, is removed.
+// Creates and locks the temporary. Removes a file of this name that a killed process has left, or
+// one with the same process number in another container.
 Opened open_temporary(const std::string& path) {
-    // Between open() and the lock another process may take the file for a dead one's and remove it:
-    // then it is made again.
+    // Between open() and the lock another process may remove the file as a left one; then it is
+    // created again.
     constexpr int kAttempts = 16;
     for (int attempt = 0; attempt < kAttempts; ++attempt) {
         const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
@@ -197,7 +197,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode)) {
         return output_error(path, "is a folder, not a file");
     }
-    // On the list before it exists, so that no moment is left in which a signal would miss it.
+    // Registered before it exists, so that a signal at any time finds it.
     void* live = enlist(file.temporary_);
     if (live == nullptr) return output_error(path, "is already being written by this process");
     const Opened opened = open_temporary(file.temporary_);
@@ -258,7 +258,7 @@ Status AtomicFile::flush() try {
         left -= size_t(n);
         at += uint64_t(n);
     }
-    // The disk begins now, not at the fsync; nothing depends on whether it can.
+    // Starts writing to disk before the fsync; a failure does not matter.
     if (failed_.ok()) {
         ::sync_file_range(fd_, off64_t(buffer_start_), off64_t(buffer_.size()),
                           SYNC_FILE_RANGE_WRITE);
@@ -296,14 +296,14 @@ Status AtomicFile::seek(uint64_t position) try {
 Result<bool> AtomicFile::commit(OnExisting on_existing) try {
     if (Status s = flush(); !s.ok()) return s;
     if (::fsync(fd_) != 0) return fail("cannot write", errno);
-    // Opened before the file has its name: what fails until then leaves nothing. One who may write
-    // in a folder but not read it cannot sync it.
+    // Opened before the rename, so that a failure leaves no file. A folder that can be written but
+    // not read cannot be synced.
     const int folder = ::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (folder < 0 && errno != EACCES && errno != EPERM)
         return fail("cannot open its folder to sync it", errno);
     const int error = move_here(on_existing);
-    // The name is only safe once the folder is on disk. Some file systems cannot sync a folder; the
-    // file itself is synced by then.
+    // The new name is on disk only after a sync of the folder. Some file systems cannot sync a
+    // folder; the file itself is already synced.
     int folder_error = 0;
     if (folder >= 0) {
         if (error == 0 && ::fsync(folder) != 0 && errno != EINVAL && errno != ENOSYS &&

@@ -2,10 +2,10 @@
 //
 //   create: .NAME.PID.tmp in the same folder --write--> fsync --rename--> NAME, fsync of the folder
 //
-// Whatever kills the process, NAME holds the old file, the new one, or nothing. A temporary left
-// by a killed process carries no lock; the next job that writes NAME removes it
-// (OutputFiles::remove_left_temporaries).
-// A file-size limit must reach us as an error (EFBIG): the program ignores SIGXFSZ, not this file.
+// If the process is killed at any time, NAME holds the old file, the new one, or does not exist. A
+// temporary that a killed process has left is not locked; the next job that writes NAME removes it
+// (OutputFiles::remove_left_temporaries). The program must ignore SIGXFSZ, so that a file-size
+// limit is reported as an error (EFBIG).
 #pragma once
 
 #include <cstdint>
@@ -17,39 +17,37 @@
 
 namespace postchain::io {
 
-// What commit() does when the final name exists. Which of them is allowed is decided in one place:
-// files/output_files.h.
+// What commit() does if the final name exists. files/output_files.h decides which is allowed.
 enum class OnExisting {
     fail,       // an error, also when another process makes the file first
     overwrite,  // replace it
     skip,       // keep the old file, drop the new one
 };
 
-// What `fail` and `skip` can say before any work: true where the file is there and stays, an error
-// (output) where it is there under `fail`. AtomicFile::commit() decides for good.
+// Checks for an existing file before any work. Returns true if it exists and is kept; with `fail`
+// an existing file is an error (output). AtomicFile::commit() checks again.
 Result<bool> skipped_already(const std::string& path, OnExisting on_existing);
 
 class AtomicFile {
   public:
-    // Errors (output): folder missing, a file where a folder should be, a folder where the file
-    // should be, no permission, another process writing the same temporary, the name too long.
+    // Errors (output): missing folder, a file in place of the folder, a folder in place of the
+    // file, no permission, another process writing the same temporary, name too long.
     static Result<AtomicFile> create(const std::string& path);
 
     AtomicFile(AtomicFile&& other) noexcept;
     AtomicFile& operator=(AtomicFile&&) = delete;
     ~AtomicFile();  // removes the temporary unless committed
 
-    // Buffered; a failure is reported here or by a later call and sticks. Errors (output): disk
-    // full, file-size limit, any other write error, with the system's reason.
+    // Buffered; a failure is reported here or by a later call, and by every call after that. Errors
+    // (output): disk full, file-size limit, other write errors, with the system's reason.
     Status write(const void* bytes, size_t count);
-    Status seek(uint64_t position);  // of the next write; the file grows as needed
-    Status flush();                  // what was written can be read from temporary()
+    Status seek(uint64_t position);  // position of the next write; the file grows as needed
+    Status flush();                  // makes written bytes readable from temporary()
     uint64_t position() const { return position_; }
     uint64_t size() const { return size_; }  // bytes written so far
 
-    // True when the file is in place, false when it was skipped. Errors (output): as write(), a
-    // name that is taken under `fail`. Where only the sync of the folder fails, the file is in
-    // place.
+    // Returns true if the file is in place, false if it was skipped. Errors (output): as write();
+    // with `fail`, the name exists. If only the sync of the folder fails, the file is in place.
     Result<bool> commit(OnExisting on_existing);
 
     const std::string& path() const { return path_; }
@@ -72,19 +70,19 @@ class AtomicFile {
     Status failed_;
 };
 
-// Removes every temporary of this process that is not committed yet. Safe in a signal handler;
-// writers still running then fail in commit().
+// Removes every uncommitted temporary of this process. Safe in a signal handler; writers that are
+// still running fail in commit().
 void remove_live_temporaries();
 
-// Whether a file name is that of a temporary of the file `name`.
+// Whether `temporary` is the name of a temporary of the file `name`.
 bool is_temporary_of(const std::string& temporary, const std::string& name);
 
-// Removes temporaries in `folder` that killed processes have left, of the files whose names `ours`
-// accepts. What a process still writes is locked, and stays.
+// Removes temporaries in `folder` that killed processes have left, for files whose names `ours`
+// accepts. Temporaries of running processes are locked and stay.
 void remove_dead_temporaries(const std::string& folder,
                              const std::function<bool(const std::string& name)>& ours);
 
-// A whole text file at once, for sidecars. False when skipped.
+// Writes a text file, for sidecars. Returns false if skipped.
 Result<bool> atomic_write_text(const std::string& path, std::string_view text,
                                OnExisting on_existing);
 

@@ -1,8 +1,8 @@
 // A claim of one process on a piece of work, among several that share a folder.
 //
-// It is a lock (flock) on a file: the system takes it back when the process ends, however it ends,
-// so that a claim never outlives its owner. Over NFS the lock holds between machines where the
-// file system is mounted with locks (the default of NFS 4).
+// A claim is a lock (flock) on a file. The system releases it when the process ends in any way.
+// Over NFS it works between machines if the file system is mounted with locks (the default of NFS
+// 4).
 #pragma once
 
 #include <optional>
@@ -14,12 +14,12 @@ namespace postchain::io {
 
 class Claim {
   public:
-    // Nothing when another process has it. Errors (output): the file cannot be made or locked.
+    // Empty if another process holds it. Errors (output): the file cannot be created or locked.
     static Result<std::optional<Claim>> take(const std::string& path);
 
     Claim(Claim&& other) noexcept;
     Claim& operator=(Claim&&) = delete;
-    ~Claim();  // gives it back
+    ~Claim();  // releases it
 
     // The work is done: removes the file too.
     void finish();

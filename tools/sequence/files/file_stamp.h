@@ -1,4 +1,4 @@
-// Size and time of change of a file, to notice that it has changed since.
+// Size and modification time of a file, to notice changes.
 #pragma once
 
 #include <cstdint>
@@ -12,11 +12,11 @@ namespace postchain::io {
 struct FileStamp {
     std::string path;
     uint64_t bytes = 0;
-    int64_t time = 0;  // of the last change, in ticks of std::filesystem's clock
+    int64_t time = 0;  // last modification, in ticks of std::filesystem's clock
 
     static FileStamp of(const std::string& path);
     bool operator==(const FileStamp&) const = default;
-    // Errors (input): the file has another size or time now, or is gone.
+    // Errors (input): the file's size or time has changed, or it no longer exists.
     Status unchanged() const;
 };
 

@@ -35,17 +35,17 @@ bool is_exr(const std::string& name) {
     return extension == ".exr";
 }
 
-// One sequence for each form of number: "f.9.exr" and "f.10.exr" have no padding and go together,
-// "f.09.exr" and "f.9.exr" do not.
+// Groups names by the form of their number: "f.9.exr" and "f.10.exr" have no padding and belong
+// together, "f.09.exr" and "f.9.exr" do not.
 void add_sequences(const std::string& folder, const std::vector<NameParts>& names,
                    std::vector<FoundSequence>& found) {
     std::map<size_t, std::vector<NameParts>> by_width;
     for (const NameParts& name : names) {
-        // Padded to its width, or longer than any padding: that of the shortest without a zero.
+        // Padded to its width, or wider than any padding: the width of the shortest without a zero.
         const bool padded = name.digits.size() > 1 && name.digits[0] == '0';
         by_width[padded ? name.digits.size() : 0].push_back(name);
     }
-    // Numbers without a leading zero belong to the padded ones of their width or less.
+    // A number without a leading zero belongs to the padded ones of its width or less.
     if (auto plain = by_width.find(0); plain != by_width.end() && by_width.size() > 1) {
         std::vector<NameParts> stay;
         for (const NameParts& name : plain->second) {
@@ -91,7 +91,7 @@ Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
         std::error_code of_type;
         if (!is_exr(name) || !it->is_regular_file(of_type)) continue;
         const NameParts parts = parts_of(name);
-        // More than nine digits are a date, and no digit is no number.
+        // More than nine digits are a date, not a frame number.
         if (parts.digits.empty() || parts.digits.size() > 9)
             found.push_back({prefix + name, {PathPattern::parse(name)->literal_frame()}, {}});
         else

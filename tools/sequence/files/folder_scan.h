@@ -15,10 +15,10 @@ struct FoundSequence {
     std::vector<int> gaps;    // numbers missing between them, at most kMaxFrames
 };
 
-// By name. The frame number is the last group of digits before the extension, as everywhere
-// (PathPattern::literal_frame()); names that differ in it alone are one sequence. A file that no
-// other is like is a sequence of one. Temporaries and folders below are left out. Errors (input):
-// the folder cannot be read, or has no EXR file.
+// Sorted by name. The frame number is the last group of digits before the extension
+// (PathPattern::literal_frame()); names that differ only in it form one sequence, and any other
+// file is a sequence of one frame. Skips temporaries and subfolders. Errors (input): the folder
+// cannot be read, or has no EXR file.
 Result<std::vector<FoundSequence>> scan_folder(const std::string& folder);
 
 }  // namespace postchain::io

@@ -13,12 +13,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Folders that are not there keep the name they would have.
+// Missing folders keep the given name.
 std::string resolved_folder(const fs::path& folder) {
     std::error_code error;
     const fs::path given = folder.empty() ? fs::path(".") : folder;
     const fs::path found = fs::weakly_canonical(given, error);
-    // A relative path of which nothing is there stays relative.
+    // A relative path stays relative if no part of it exists.
     const fs::path whole = fs::absolute(error ? given : found, error).lexically_normal();
     return whole.has_filename() ? whole.string() : whole.parent_path().string();
 }
@@ -35,7 +35,7 @@ bool is_in(const std::string& path, const std::string& folder) {
     return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
 }
 
-// A link that leads nowhere is there too: its name is taken.
+// A dangling link exists too: its name is taken.
 bool is_there(const std::string& path) {
     struct stat info;
     return ::lstat(path.c_str(), &info) == 0;
@@ -84,7 +84,7 @@ std::string OutputFiles::resolved(const std::string& path) {
 void OutputFiles::read(const InputFile& file) {
     struct stat info;
     const std::string what = concat(file.what, " ", file.path);
-    // What is not there is not read: a shipped chain or profile is named by a word.
+    // Missing files are not read: the name of a shipped chain or profile is not a path.
     if (::stat(file.path.c_str(), &info) != 0) return;
     inputs_.emplace(Identity(info.st_dev, info.st_ino), what);
     input_at_.emplace(resolved(file.path), what);
@@ -117,7 +117,7 @@ std::string OutputFiles::choice() const {
     return choices_.empty() ? "" : "choose --on-existing " + choices_ + ", or ";
 }
 
-// What a write here would do to an input; empty: nothing.
+// The damage that a write to this path would do to an input; empty: none.
 std::string OutputFiles::threat(const std::string& path, const std::string& resolved) const {
     struct stat info;
     if (::stat(path.c_str(), &info) == 0)
@@ -130,7 +130,7 @@ std::string OutputFiles::threat(const std::string& path, const std::string& reso
     return "";
 }
 
-// Of the inputs one that lies in the folder; empty: none does.
+// An input in the folder; empty: none.
 std::string OutputFiles::input_in(const std::string& folder) const {
     for (const auto& [path, what] : input_at_)
         if (is_in(path, folder)) return what;
@@ -179,7 +179,7 @@ Status OutputFiles::folder_state(const OutputFolder& folder) const {
         return refused(folder.path, concat("is a file; the folder of ", folder.what,
                                            " cannot be created; ", folder.remedy));
     std::vector<std::string> names = names_in(folder.path);
-    // All that there is of a folder whose maker was killed before the mark had its name.
+    // The only content if the process was killed before it had renamed the mark.
     std::erase_if(names, [&](const auto& name) { return is_temporary_of(name, folder.mark); });
     if (names.empty()) return Status();
     const std::string mark = folder.path + "/" + folder.mark;

@@ -1,19 +1,19 @@
-// What a job reads and what it writes, both known before its first write, and the one rule of what
-// may be replaced. Every verb that writes files asks here; docs/command.md, "What is written, and
-// what is never replaced", is the same rule for users.
+// The files that a job reads and writes, known before its first write, and the rules for replacing
+// files. Every verb that writes files uses them; docs/command.md, "What is written, and what is
+// never replaced", has the rules for users.
 //
 //   inputs, outputs, --on-existing --check()--> Status, before the first write
 //                                  --permit(path)--> OnExisting, for the writer of that file
 //
-// 1. What the job reads is never replaced, whatever --on-existing says, and a pattern that is read
-//    gets no further file.
+// 1. A job never replaces a file that it reads, for any --on-existing, and never adds a file that
+//    matches a pattern it reads.
 // 2. No file is written twice.
-// 3. A file that is there is replaced only as --on-existing allows.
-// 4. A folder whose file names follow from the work alone is the job's own where it is empty or
-//    bears its mark; else nothing is written in it. What the job reads does not lie in it.
+// 3. An existing file is replaced only if --on-existing allows it.
+// 4. A folder whose file names are not known in advance is the job's own if it is empty or has the
+//    job's mark; otherwise nothing is written in it. The job's inputs must not be in it.
 //
-// Two paths are one file when the system says so (hard links, symbolic links), or when they have
-// one name in one folder, however it is written (./a.exr, b/../a.exr, a folder that is a link).
+// Two paths are the same file if the system says so (hard links, symbolic links), or if they
+// resolve to one name in one folder (./a.exr, b/../a.exr, a folder that is a link).
 #pragma once
 
 #include <sys/types.h>
@@ -29,44 +29,44 @@
 
 namespace postchain::io {
 
-// A file that a job reads besides its frames.
+// A file that a job reads in addition to its frames.
 struct InputFile {
     std::string path;
     std::string what;  // "the camera file"
 };
 
-// `what` and `remedy` go into messages: "the sidecar of frame 3", "name another with --output".
+// `what` and `remedy` are used in messages: "the sidecar of frame 3", "name another with --output".
 struct OutputFile {
     std::string path;
     std::string what;
     std::string remedy;
 };
 
-// Files of one folder of which only the form of the names is known before the work is.
+// Files of one folder whose exact names are not known in advance, only their form.
 struct OutputFamily {
     std::string folder;
-    std::function<bool(const std::string& name)> has;  // may a file of this name be written
+    std::function<bool(const std::string& name)> has;  // whether a file of this name may be written
     std::string what;
     std::string remedy;
 };
 
-// A folder of the job's own. Its mark is a file in it that names its owner.
+// A folder that belongs to the job. Its mark is a file in it that names the owner.
 struct OutputFolder {
     std::string path;
     std::string what;   // "a report"
-    std::string mark;   // name of the file
-    std::string owner;  // its content; a folder of another owner is never written to
+    std::string mark;   // file name
+    std::string owner;  // content of the mark; folders of other owners are not written to
     std::string remedy;
 };
 
 class OutputFiles {
   public:
-    // `choices`: what messages may recommend of the verb's --on-existing: "skip or overwrite".
+    // `choices`: values of the verb's --on-existing that messages recommend: "skip or overwrite".
     explicit OutputFiles(OnExisting on_existing = OnExisting::fail,
                          std::string choices = "overwrite");
 
     void read(const InputFile& file);
-    // Its files on disk, and every name that it would find.
+    // Adds the pattern's files on disk, and every name that it matches.
     void read(const PathPattern& pattern, const std::string& what);
     void write(OutputFile file);
     void write(OutputFamily family);
@@ -76,18 +76,17 @@ class OutputFiles {
     Status check_names() const;
     // Errors (output): rules 3 and 4, and folders in the place of files.
     Status check_existing() const;
-    Status check_existing(const std::vector<std::string>& paths) const;  // these outputs alone
-    Status check() const;                                                // all of it
+    Status check_existing(const std::vector<std::string>& paths) const;  // only these outputs
+    Status check() const;                                                // everything
 
-    // After check(): removes what killed processes have left of these files, .NAME.PID.tmp.
+    // After check(): removes temporaries (.NAME.PID.tmp) that killed processes have left.
     void remove_left_temporaries() const;
 
-    // Makes the folders of rule 4 with their marks. Errors (output).
+    // Creates the folders of rule 4 with their marks. Errors (output).
     Status make_folders() const;
 
-    // What the writer of this file is to do when it is there: fail or overwrite; fail where the
-    // file is none of the outputs. Errors: rule 1 again, for what has changed since. Safe in
-    // several threads.
+    // OnExisting for the writer of this file: fail or overwrite; fail if it is not one of the
+    // outputs. Errors: rule 1, checked again. Thread-safe.
     Result<OnExisting> permit(const std::string& path) const;
 
   private:
@@ -108,12 +107,12 @@ class OutputFiles {
 
     OnExisting on_existing_;
     std::string choices_;
-    std::map<Identity, std::string> inputs_;       // what each is
+    std::map<Identity, std::string> inputs_;       // descriptions
     std::map<std::string, std::string> input_at_;  // by resolved path
     std::vector<Pattern> patterns_;
     std::vector<OutputFile> files_;
     std::map<std::string, size_t> file_at_;         // by resolved path
-    std::vector<std::pair<size_t, size_t>> twice_;  // two of the files that are one
+    std::vector<std::pair<size_t, size_t>> twice_;  // pairs of files that are the same
     std::vector<OutputFamily> families_;
     std::vector<OutputFolder> folders_;
     std::map<std::string, std::string> resolved_folders_;

@@ -9,9 +9,9 @@
 
 namespace postchain::io {
 
-// An unset value is null, a point an array of two numbers.
+// An unset value becomes null, a point an array of two numbers.
 Json json_of(const ParameterValue& value);
-// Nothing for values of another form: an object, another array, an integer above 2^63 - 1.
+// Empty for other JSON values: an object, another array, an integer above 2^63 - 1.
 std::optional<ParameterValue> value_of(const Json& json);
 
 // The object that the text of `value` describes: json_text() writes a whole number without ".0", so

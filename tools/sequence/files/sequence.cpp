@@ -30,7 +30,7 @@ size_t count_digits(std::string_view text) {
     return n;
 }
 
-// Takes an integer with an optional minus off the front of `text`.
+// Removes an integer with an optional minus from the front of `text`.
 std::optional<int> take_number(std::string_view& text) {
     const size_t sign = !text.empty() && text[0] == '-' ? 1 : 0;
     const size_t digits = count_digits(text.substr(sign));
@@ -44,7 +44,7 @@ std::optional<int> take_number(std::string_view& text) {
 
 std::string padded(int frame, int digits) {
     char text[32];
-    // %0*d of a width that parse() has bounded.
+    // %0*d with a width that parse() has limited.
     std::snprintf(text, sizeof text, "%0*d", std::min(digits, 20), frame);
     return text;
 }
@@ -127,7 +127,7 @@ Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
             return usage_error(
                 concat("frames '", text, "': more than ", std::to_string(max_frames), " frames"));
         }
-        // The only item names no frame twice.
+        // A single item has no duplicates.
         const bool only = range.frames.empty() && comma == std::string_view::npos;
         for (int64_t i = 0; i < count; ++i) {
             const int frame = int(*first + i * *step);
@@ -154,7 +154,7 @@ Result<Chunk> Chunk::parse(std::string_view text) {
 }
 
 std::pair<size_t, size_t> Chunk::of(size_t size) const {
-    // size * count fits: both have a bound.
+    // size * count does not overflow: both are limited.
     return {size * size_t(index - 1) / size_t(count), size * size_t(index) / size_t(count)};
 }
 
@@ -251,7 +251,7 @@ std::map<int, std::string> PathPattern::discover() const {
         const std::string name = it->path().filename().string();
         const std::optional<int> frame = match(name);
         if (!frame) continue;
-        // Of "-005" and "-0005" the one that format() makes counts.
+        // Prefer the name that format() returns: "-005" over "-0005".
         const std::string path = folder + name;
         if (!found.contains(*frame) || path == format(*frame)) found[*frame] = path;
     }
@@ -298,7 +298,7 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
                                       "name with '=' can be written ./NAME)"));
         }
         rest.remove_prefix(key->size() + 1);
-        // A comma ends the path only where another plane follows: names may hold commas.
+        // A comma ends the path only if another plane follows: names may contain commas.
         size_t end = rest.find(',');
         while (end != std::string_view::npos && !key_of(rest.substr(end + 1))) {
             end = rest.find(',', end + 1);
@@ -319,7 +319,7 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
 
 namespace {
 
-// Why a pattern has no file, and whether it was possible to look at all.
+// Why a pattern has no file, and whether the folder could be read.
 struct Absence {
     std::string why;
     bool looked = true;
@@ -330,7 +330,7 @@ Absence absence_of(const PathPattern& pattern) {
     if (!pattern.has_token()) {
         if (::stat(pattern.text().c_str(), &info) == 0 || errno == ENOENT) {
             const bool link = ::lstat(pattern.text().c_str(), &info) == 0;
-            return {link ? "is a link to a file that is not there" : "no such file"};
+            return {link ? "is a link to a file that does not exist" : "no such file"};
         }
         return {concat("cannot be opened: ", std::strerror(errno)), false};
     }
@@ -393,7 +393,7 @@ Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameR
     } else {
         for (const auto& [frame, path] : color) {
             if (!list.frames.empty()) {
-                // Listed up to the cap only: two files may lie a billion frames apart.
+                // Listed up to a limit: two files may be a billion frames apart.
                 for (int64_t hole = int64_t(list.frames.back()) + 1;
                      hole < frame && list.gaps.size() < kMaxFrames; ++hole) {
                     list.gaps.push_back(int(hole));

@@ -20,7 +20,7 @@
 
 namespace postchain::io {
 
-inline constexpr size_t kMaxFrames = 1'000'000;      // of one range
+inline constexpr size_t kMaxFrames = 1'000'000;      // frames of one range
 inline constexpr int kMaxFrameNumber = 999'999'999;  // and its negative
 
 // Frames in the order written, each once.
@@ -28,39 +28,38 @@ struct FrameRange {
     std::vector<int> frames;
 
     // Items separated by commas: N, A-B, A-BxSTEP; A, B and N may be negative, STEP >= 1.
-    // Errors (usage): a colon (it means two things), a descending range, more than max_frames
-    // frames, anything else that is not a number.
+    // Errors (usage): a colon (ambiguous), a descending range, more than max_frames frames, any
+    // other non-number.
     static Result<FrameRange> parse(std::string_view text, size_t max_frames = kMaxFrames);
 };
 
-// "3/8": the third of eight parts of a list of frames. The parts are runs of neighboring frames,
-// their sizes differ by at most one, and together they are the list; where there are more parts
-// than frames, some are empty.
+// "3/8": the third of eight parts of a list of frames. The parts are consecutive runs whose sizes
+// differ by at most one. If there are more parts than frames, some are empty.
 struct Chunk {
     int index = 1;  // 1..count
     int count = 1;
 
-    // Errors (usage): anything else than I/N with 1 <= I <= N <= kMaxFrames.
+    // Errors (usage): anything but I/N with 1 <= I <= N <= kMaxFrames.
     static Result<Chunk> parse(std::string_view text);
-    // Of `size` frames: the first that belongs to this part, and the one after the last.
+    // Begin and end (exclusive) of this part in a list of `size` frames.
     std::pair<size_t, size_t> of(size_t size) const;
 };
 
 // A path whose file name may hold one frame token: "####" and "@@@@" (one digit each), "%04d",
-// "%d", "$F", "$F4". Folders are taken as they are. Numbers are padded as printf's %0Nd does:
-// -5 in "####" is "-005".
+// "%d", "$F", "$F4". Folder names have no tokens. Numbers are padded as by printf's %0Nd: -5 in
+// "####" is "-005".
 class PathPattern {
   public:
     // Errors (usage): empty, a path that ends in "/", two tokens, "%4d" (padded with blanks).
     static Result<PathPattern> parse(std::string_view path);
 
     bool has_token() const { return has_token_; }
-    std::string format(int frame) const;  // the path itself when there is no token
-    // Frame of a file name (no folder) that this pattern could have made. Also takes "-0005" for
-    // -5, as some programs write it. Nothing for names that differ, and for temporaries.
+    std::string format(int frame) const;  // the path itself if it has no token
+    // Frame number of a file name (no folder) that matches; empty if it does not match or is a
+    // temporary. Also reads "-0005" as -5, which some programs write.
     std::optional<int> match(std::string_view file_name) const;
-    // Number of a path without a token: the last group of digits before the extension, else 0
-    // (also for more than nine digits, which is a date and not a frame).
+    // Frame number of a path without a token: the last group of digits before the extension; 0 if
+    // there is none or it has more than nine digits (a date).
     int literal_frame() const;
     // Frames on disk and their paths. Without a token: the file, if it exists.
     std::map<int, std::string> discover() const;
@@ -71,21 +70,21 @@ class PathPattern {
   private:
     std::string text_;
     std::string folder_;
-    std::string prefix_;  // of the file name, before and after the token
+    std::string prefix_;  // parts of the file name before and after the token
     std::string suffix_;
     int digits_ = 0;
     bool has_token_ = false;
 };
 
-// IN: one pattern that holds every plane, or one per plane.
+// IN: one pattern for all planes, or one per plane.
 struct InputSpec {
-    // color is always there; depth is under Role::inverse_depth. One entry = one file.
+    // Always has color; depth is under Role::inverse_depth. One entry = one file for all planes.
     std::map<Role, PathPattern> patterns;
 
     bool separate_files() const { return patterns.size() > 1; }
     const PathPattern& color() const { return patterns.at(Role::color); }
 
-    // What stands before "=" in the text: "color", "depth", "motion", "motion_back".
+    // The word before "=": "color", "depth", "motion", "motion_back".
     static std::string word_of(Role role);
     // "A.####.exr", or "color=A.####.exr,depth=B.####.exr,motion=C.####.exr" (also motion_back).
     // Errors (usage): unknown or repeated plane, no color, a bad pattern.
@@ -94,12 +93,12 @@ struct InputSpec {
 
 struct FrameList {
     std::vector<int> frames;   // requested, in order
-    std::vector<int> missing;  // those for which some plane's file is not on disk
-    std::vector<int> gaps;     // not requested: numbers missing on disk between those found
-    std::map<int, std::map<Role, std::string>> files;  // of each frame that is not missing
+    std::vector<int> missing;  // requested frames without a file for some plane
+    std::vector<int> gaps;     // not requested: numbers missing between the frames on disk
+    std::map<int, std::map<Role, std::string>> files;  // for each frame that is not missing
 
     bool is_missing(int frame) const { return !files.contains(frame); }
-    // Leaves the frames of one part, with what is missing among them and the gaps between them.
+    // Keeps only the frames, missing frames and gaps of one part.
     void keep(const Chunk& chunk);
 };
 
@@ -109,11 +108,11 @@ std::string why_none(const PathPattern& pattern);
 // Frames on disk and their paths, for each plane.
 using FilesOnDisk = std::map<Role, std::map<int, std::string>>;
 FilesOnDisk files_on_disk(const InputSpec& input);
-// Those of one frame; a plane whose pattern has no token serves every frame, color never does.
+// The files of one frame. A pattern without a token serves every frame, except for color.
 std::map<Role, std::string> files_of(int frame, const InputSpec& input, const FilesOnDisk& on_disk);
 
-// The frames asked for, or without a range every frame of color on disk. A plane whose pattern
-// has no token serves every frame. Errors (input): nothing found and nothing asked for.
+// The requested frames, or without a range every frame of color on disk. A pattern without a token
+// serves every frame. Errors (input): no range, and no frame found.
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range);
 
 }  // namespace postchain::io

@@ -13,9 +13,9 @@ constexpr const char* kNuke =
 constexpr const char* kVRay = "headers of published renders; https://pastebin.com/4vmAmARU";
 constexpr const char* kBlender = "Blender's source, stampdata() in blenkernel/intern/image.cc";
 
-// Distances from here on are a writer's word for "no limit".
+// Larger distances mean "no limit".
 constexpr double kNoLimit = 1e9;
-constexpr double kSquare = 1e-3;  // of axes: how far from length 1 and right angles
+constexpr double kSquare = 1e-3;  // tolerance of axes for unit length and right angles
 
 using Row = CameraAttribute;
 constexpr Row kRows[] = {
@@ -25,7 +25,7 @@ constexpr Row kRows[] = {
      kOpenExr},
     {"focus", "OpenEXR", "m", "focus_distance", "divided by meters_per_unit", kOpenExr},
     {"cameraTargetDistance", "V-Ray", "scene units", "",
-     "the camera's target, which need not be in focus", kVRay},
+     "the camera's target, which may be out of focus", kVRay},
     {"pinholeFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
     {"effectiveFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
     {"nominalFocalLength", "OpenEXR", "mm", "focal_length_mm", "as it is", kOpenExr},
@@ -33,30 +33,29 @@ constexpr Row kRows[] = {
     {"nuke/camera/focal", "Nuke", "mm", "focal_length_mm", "as it is", kNuke},
     {"Lens", "Blender", "mm", "focal_length_mm", "stamp, rounded to 0.01 mm", kBlender},
     {"cameraFov", "V-Ray", "degrees", "sensor_width_mm",
-     "2 f tan(fov / 2): horizontal angle of the picture", kVRay},
+     "2 f tan(fov / 2): horizontal angle of the image", kVRay},
     {"cameraAperture", "V-Ray", "mm", "sensor_width_mm",
-     "as it is, where there is no cameraFov: the film's width, which need not be the picture's",
-     kVRay},
+     "as it is, without cameraFov: the film's width, which may differ from the image's", kVRay},
     {"nuke/camera/haperture", "Nuke", "mm", "sensor_width_mm", "as it is", kNuke},
     {"sensorAcquisitionRectangle", "OpenEXR", "photosites", "sensor_width_mm",
      "its width times sensorPhotositePitch", kOpenExr},
-    {"sensorPhotositePitch", "OpenEXR", "micrometers", "", "with sensorAcquisitionRectangle alone",
+    {"sensorPhotositePitch", "OpenEXR", "micrometers", "", "only with sensorAcquisitionRectangle",
      kOpenExr},
     {"sensorOverallDimensions", "OpenEXR", "mm", "sensor_width_mm",
-     "its width, where there is no sensorAcquisitionRectangle: all of the sensor", kOpenExr},
+     "its width, without sensorAcquisitionRectangle: the whole sensor", kOpenExr},
     {"shutterAngle", "OpenEXR", "degrees", "shutter_frames", "divided by 360", kOpenExr},
-    {"expTime", "OpenEXR", "s", "shutter_frames", "times captureRate, else framesPerSecond",
+    {"expTime", "OpenEXR", "s", "shutter_frames", "times captureRate, otherwise framesPerSecond",
      kOpenExr},
-    {"captureRate", "OpenEXR", "frames per second", "", "with expTime alone", kOpenExr},
+    {"captureRate", "OpenEXR", "frames per second", "", "only with expTime", kOpenExr},
     {"framesPerSecond", "OpenEXR", "frames per second", "",
-     "with expTime alone; the rate of playback, where there is no captureRate", kOpenExr},
+     "only with expTime; without captureRate the playback rate", kOpenExr},
     {"cameraNearClip", "V-Ray", "scene units", "near_clip", "as it is; 0: none", kVRay},
     {"cameraFarClip", "V-Ray", "scene units", "far_clip", "as it is; from 1e9 on: none", kVRay},
     {"worldToCamera", "OpenEXR, Arnold, RenderMan", "row vectors, scene units", "camera matrix",
      "x right, y up, looks along +z, left-handed", kOpenExr},
     {"worldToNDC", "OpenEXR, Arnold, RenderMan", "row vectors", "camera matrix",
-     "with worldToCamera: focal length over picture width, from 0..1 as documented, or from -1..1 "
-     "where the middle is 0; sensor_width_mm where a focal length is known",
+     "with worldToCamera: focal length over image width, from 0..1 as documented, or from -1..1 "
+     "if the center is 0; sensor_width_mm if a focal length is known",
      kOpenExr},
     {"cameraTransform", "V-Ray", "scene units", "camera matrix",
      "camera to world; x right, y up, looks along -z; of V-Ray for Maya x right, y back, z down",
@@ -65,7 +64,8 @@ constexpr Row kRows[] = {
      "camera to world; x right, y up, looks along -z", kNuke},
 };
 
-// All numbers of a text, which brackets and commas may stand between; none if there is else.
+// All numbers of a text, separated by spaces, brackets or commas; empty if it contains anything
+// else.
 std::vector<double> numbers_in(std::string_view text) {
     std::vector<double> values;
     while (!text.empty()) {
@@ -94,7 +94,7 @@ std::vector<double> numbers_in(std::string_view text) {
     return values;
 }
 
-// The matrix's inverse; nothing where it is singular or not finite.
+// The matrix's inverse; empty if it is singular or not finite.
 std::optional<Matrix4> inverse(const Matrix4& matrix) {
     double m[4][8] = {};
     for (size_t i = 0; i < 4; ++i) {
@@ -153,7 +153,7 @@ std::optional<Matrix4> matrix_in(const std::string& text, std::string& why) {
     return m;
 }
 
-// From the axes of a camera in the world, in any length, or why they are none.
+// The pose from a camera's axes in the world, of any length; or why they are invalid.
 std::optional<CameraPose> pose_of(std::array<std::array<double, 3>, 3> axes,
                                   const std::array<double, 3>& place, std::string& why) {
     const auto dot = [&](size_t i, size_t j) {
@@ -268,7 +268,7 @@ class Reader {
             const auto pitch = positive("sensorPhotositePitch");
             found.why.clear();
             if (!pitch)
-                found.why = "sensorPhotositePitch is not there";
+                found.why = "sensorPhotositePitch is missing";
             else if (!from || !to || !(*to >= *from))
                 found.why = "not a rectangle";
             else
@@ -311,7 +311,7 @@ class Reader {
             }
             for (double& v : (*m)[2]) v = -v;
         } else {
-            // Columns as documented; Imath's rows where the place stands in the last one.
+            // Columns as documented; Imath's rows if the last row holds the position.
             const bool rows =
                 !is_zero_row((*m)[3]) || is_zero_row({(*m)[0][3], (*m)[1][3], (*m)[2][3], 0});
             const bool columns = is_zero_row((*m)[3]);
@@ -343,12 +343,12 @@ class Reader {
         if (name == "worldToCamera" && result_.pose) from_camera_ = m;
     }
 
-    // worldToNDC after worldToCamera: where a camera at 45 degrees to the right sees a point.
+    // worldToNDC after worldToCamera: the image position of a point 45 degrees to the right.
     void screen(FoundAttribute& found) {
         const auto m = matrix_in(found.text, found.why);
         if (!m) return;
         if (!from_camera_) {
-            found.why = "worldToCamera is not there, or not used";
+            found.why = "worldToCamera is missing or not used";
             return;
         }
         const Matrix4& camera = *from_camera_;

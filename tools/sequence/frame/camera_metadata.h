@@ -1,5 +1,5 @@
-// The camera in a file's metadata: the one table of the attributes that are read, and what those of
-// a file give. docs/camera_metadata.md is made from the same table.
+// The camera in a file's metadata: the table of known attributes, and the camera that a file's
+// attributes give. docs/camera_metadata.md is generated from the table.
 #pragma once
 
 #include <array>
@@ -14,31 +14,31 @@
 
 namespace postchain::io {
 
-// Row vectors, as Imath has them: a point of the world is multiplied from the left.
+// For row vectors, as in Imath: a world point is multiplied from the left.
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 
-// Where a camera stands and looks, as a file's metadata say it: camera to world, rows; the camera
-// looks along its -z, +x is right and +y up.
+// Position and orientation of a camera in a file's metadata: camera to world, rows. The camera
+// looks along -z; +x is right and +y up.
 struct CameraPose {
     std::array<std::array<double, 3>, 3> to_world = {};
     std::array<double, 3> place = {};    // scene units
-    std::optional<double> focal_widths;  // focal length over the width of the picture
+    std::optional<double> focal_widths;  // focal length / image width
 };
 
 struct CameraAttribute {
-    const char* name;    // as it stands in the header
-    const char* writer;  // whose it is
-    const char* unit;    // of what stands there
-    const char* gives;   // a row of the camera, "camera matrix"; empty: known, and not used
-    const char* how;     // from the one to the other, or why not
-    const char* source;  // where this is documented
+    const char* name;    // name in the header
+    const char* writer;  // program that writes it
+    const char* unit;    // unit of its value
+    const char* gives;   // a row of the camera, "camera matrix"; empty: known, but not used
+    const char* how;     // conversion, or why it is not used
+    const char* source;  // documentation
 };
-// In the order in which they are asked: of two that give the same value the first counts.
+// By priority: if two give the same value, the first is used.
 std::span<const CameraAttribute> camera_attributes();
-// The same as a table in Markdown.
+// The table in Markdown.
 std::string camera_attributes_as_markdown();
 
-// An attribute of the table that a file has.
+// An attribute of the table that was found in a file.
 struct FoundAttribute {
     const CameraAttribute* row = nullptr;
     std::string text;   // its value
@@ -48,13 +48,13 @@ struct FoundAttribute {
 
 struct CameraMetadata {
     Camera camera;
-    Origins origins;  // of its values: the attribute's name
+    Origins origins;  // of its values: the attributes' names
     std::optional<CameraPose> pose;
     std::vector<FoundAttribute> found;  // in the order of the table
 };
 
-// Of the part that has the color. A value that is no number, not positive, or contradicts another
-// is not used; `found` says why.
+// Reads the camera from the color part. Values that are not numbers, not positive, or contradict
+// others are not used; `found` has the reason.
 CameraMetadata camera_metadata(const ExrPart& part);
 
 }  // namespace postchain::io

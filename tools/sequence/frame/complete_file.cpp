@@ -20,7 +20,7 @@ Status not_whole(std::string why) {
     return Status(StatusCode::input, std::move(why));
 }
 
-// Little-endian, as every number of an EXR. Nothing: the file ends before.
+// A little-endian number; empty if the file ends too early.
 std::optional<uint64_t> number_at(int fd, uint64_t at, size_t count) {
     std::array<uint8_t, 8> bytes = {};
     ssize_t read;
@@ -32,9 +32,9 @@ std::optional<uint64_t> number_at(int fd, uint64_t at, size_t count) {
     return value;
 }
 
-// Bytes of a chunk from its offset on, as it states them itself: number of the part in a file of
-// several, line or tile, then the size of its pixels; of a deep one those of the sample counts and
-// of the samples, and the samples' size unpacked. Source: "OpenEXR File Layout" (openexr.com).
+// Size of a chunk in the file, by its own header: part number in a multi-part file, line or tile,
+// then the size of its pixels; for deep data the sizes of sample counts and samples, and the
+// unpacked size of the samples. Source: "OpenEXR File Layout" (openexr.com).
 std::optional<uint64_t> chunk_bytes(int fd, uint64_t offset, const HeaderFacts& facts,
                                     ChunkForm form) {
     const uint64_t place = (facts.multi_part ? 4 : 0) + (form.tiled ? 16 : 4);

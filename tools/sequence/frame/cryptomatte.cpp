@@ -24,7 +24,7 @@ Status fault(const PixelFile& file, const Cryptomatte& cryptomatte, const std::s
                   concat(file.path(), ": cryptomatte ", quoted(cryptomatte.name), ": ", what));
 }
 
-// "13851a76"; nothing where it is no hexadecimal number of 32 bits.
+// Parses "13851a76"; empty if it is not a hexadecimal number of 32 bits.
 std::optional<uint32_t> hex_number(const std::string& text) {
     uint32_t value = 0;
     const char* end = text.data() + text.size();
@@ -33,10 +33,10 @@ std::optional<uint32_t> hex_number(const std::string& text) {
     return value;
 }
 
-// Empty where the text was a manifest, else why it was none.
+// Parses a manifest; returns why it is invalid, or empty.
 std::string take_manifest(const std::string& text, Cryptomatte& to) {
     const Json json = Json::parse(text, nullptr, false);
-    if (!json.is_object()) return "its manifest is no JSON object";
+    if (!json.is_object()) return "its manifest is not a JSON object";
     for (const auto& [name, value] : json.items()) {
         const auto hash = value.is_string() ? hex_number(value.get<std::string>()) : std::nullopt;
         if (!hash) {
@@ -48,8 +48,8 @@ std::string take_manifest(const std::string& text, Cryptomatte& to) {
     return to.manifest.empty() ? "its manifest is empty" : "";
 }
 
-// A file beside the frame or below its folder, as the specification has it: a frame must not make
-// the program read elsewhere. Empty where the name leads there.
+// Path of a file in or below the frame's folder, as the specification demands: a frame must not
+// make the program read elsewhere. Empty if the name leads outside.
 std::string manifest_file(const std::string& frame, const std::string& name) {
     const fs::path relative(name);
     const bool leaves = std::any_of(relative.begin(), relative.end(),
@@ -69,7 +69,7 @@ std::string take_manifest_file(const std::string& name, const PathHold& hold, Cr
     }
     std::error_code error;
     if (!fs::is_regular_file(path, error))
-        return concat("its manifest file ", path.string(), " is not there");
+        return concat("its manifest file ", path.string(), " does not exist");
     if (fs::file_size(path, error) > kMaxManifest || error)
         return concat("its manifest file ", path.string(), " is larger than 64 MiB");
     std::ifstream in(path, std::ios::binary);
@@ -80,7 +80,7 @@ std::string take_manifest_file(const std::string& name, const PathHold& hold, Cr
     return why.empty() ? why : concat(path.string(), ": ", why);
 }
 
-// In the attributes of a cryptomatte, or in the file that they name.
+// Reads the manifest from a cryptomatte's attributes, or from the file that they name.
 std::string find_manifest(const std::map<std::string, std::string>& attributes,
                           const PathHold& hold, Cryptomatte& to) {
     if (const auto text = attributes.find("manifest"); text != attributes.end())
@@ -90,7 +90,7 @@ std::string find_manifest(const std::map<std::string, std::string>& attributes,
     return "it has no manifest";
 }
 
-// The four channels of a level, which is a layer of a part or a part of its own.
+// The four channels of a level, which is a layer of a part or a separate part.
 std::optional<CryptoLevel> level_of(const std::vector<ExrPart>& parts, const std::string& name,
                                     int number) {
     const std::string layer = concat(name, number < 10 ? "0" : "", number);
@@ -136,7 +136,7 @@ Status check_levels(const PixelFile& file, const Cryptomatte& cryptomatte) {
     }
     if (cryptomatte.levels.empty())
         return fault(file, cryptomatte,
-                     concat("its channels ", cryptomatte.name, "00.r, .g, .b, .a are not there"));
+                     concat("its channels ", cryptomatte.name, "00.r, .g, .b, .a are missing"));
     const auto window = [&](const CryptoLevel& level) {
         return file.parts()[size_t(level.part)].data_window;
     };
@@ -146,7 +146,7 @@ Status check_levels(const PixelFile& file, const Cryptomatte& cryptomatte) {
     return Status();
 }
 
-// "1234567" of "cryptomatte/1234567/name"; empty where it is no attribute of a cryptomatte.
+// "1234567" of "cryptomatte/1234567/name"; empty for other attributes.
 std::string key_of(const std::string& attribute) {
     const size_t slash = attribute.rfind('/');
     if (!attribute.starts_with(kPrefix) || slash < kPrefix.size()) return "";
@@ -198,7 +198,7 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
 
 Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file, Manifests manifests,
                                                    const PathHold& hold) try {
-    // By name: in a file of many parts each may repeat the attributes.
+    // By name, since each part of a file may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
     for (const ExrPart& part : file.parts()) {
         std::map<std::string, std::map<std::string, std::string>> keys;
@@ -326,7 +326,7 @@ void Reranking::insert(size_t pixel, CryptoId id, float value) {
     size_t place = 0;
     while (place < ranks && (values[place] > value || (values[place] == value && ids[place] < id)))
         ++place;
-    // What falls off the end has no rank.
+    // The last one loses its rank.
     float lost = value;
     if (place < ranks) {
         lost = values[ranks - 1];

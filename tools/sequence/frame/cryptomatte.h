@@ -1,4 +1,4 @@
-// Cryptomattes of an EXR: which there are, whose ids they hold, how much of a pixel an id covers.
+// Cryptomattes of an EXR: their names, manifests of ids, and the coverage of ids in each pixel.
 // Source: Friedman and Jones, Cryptomatte Specification 1.2, Psyop.
 //
 //   attributes cryptomatte/KEY/name, /hash, /conversion, /manifest or /manif_file
@@ -24,12 +24,12 @@
 
 namespace postchain::io {
 
-using CryptoId = uint32_t;  // as its float has it; 0 = nothing
+using CryptoId = uint32_t;  // bits of its float; 0 = nothing
 
 // MurmurHash3_x86_32 with seed 0. Source: Appleby, MurmurHash3, public domain.
 uint32_t murmur_hash(std::string_view text);
-// A hash as a float can hold it and keep it: an exponent of all zeros or all ones (denormals, Inf,
-// NaN) has its lowest bit turned over.
+// A hash made safe as a float: if its exponent is all zeros or all ones (denormals, Inf, NaN), the
+// exponent's lowest bit is flipped.
 CryptoId id_of_hash(uint32_t hash);
 CryptoId id_of_name(std::string_view name);
 
@@ -40,38 +40,38 @@ struct CryptoLevel {
 };
 
 struct Cryptomatte {
-    std::string key;   // of its attributes
-    std::string name;  // that its channels begin with: "ViewLayer.CryptoObject"
+    std::string key;   // KEY of its attributes
+    std::string name;  // prefix of its channels: "ViewLayer.CryptoObject"
     std::vector<CryptoLevel> levels;
-    std::map<std::string, CryptoId> manifest;  // by name; empty where there is none
-    std::string no_manifest;                   // why there is none
-    std::string manifest_file;                 // that its attributes name; empty: none
+    std::map<std::string, CryptoId> manifest;  // by name; may be empty
+    std::string no_manifest;                   // why the manifest is missing
+    std::string manifest_file;                 // named by its attributes; empty: none
     Status fault;                              // why it cannot be used
 
     int ranks() const { return 2 * int(levels.size()); }
-    // Without what stands before its last dot: "CryptoObject".
+    // The name after its last dot: "CryptoObject".
     std::string short_name() const;
     bool holds(int part, std::string_view channel) const;
 };
 
-// Names are needed where a matte is asked for by one. Not read, Cryptomatte::manifest and
+// Manifests are needed for mattes that are given by name. With not_read, Cryptomatte::manifest and
 // no_manifest stay empty.
 enum class Manifests { read, not_read };
 
-// Of a file that a frame names the path to read, without links, or why it is not to be read. None:
-// every file is read, and links are followed.
+// Returns the path to read, without links, for a file that a frame names, or why it must not be
+// read. Without a PathHold every file is read, and links are followed.
 using PathHold = std::function<Result<std::string>(const std::string& path)>;
 
-// In the order of their names. A manifest that cannot be read is no error: Cryptomatte::no_manifest
-// says why. Nor is a cryptomatte that cannot be used; Cryptomatte::fault (input) names the file: a
-// hash or conversion that the specification does not have, ranks that are not there (it has no
-// levels then), are no float channels or are of parts of different size.
+// Sorted by name. An unreadable manifest is not an error: Cryptomatte::no_manifest has the reason.
+// An unusable cryptomatte is not an error either: Cryptomatte::fault (input) has the file and the
+// reason: a hash or conversion outside the specification, missing ranks (then it has no levels),
+// ranks that are not float channels or are in parts of different size.
 Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file,
                                                    Manifests manifests = Manifests::read,
                                                    const PathHold& hold = {});
 
-// The attributes of `part` that would be true no more in a file with the channels that `written`
-// takes: those of cryptomattes whose ranks `parts`, the whole file, has, and the new one has not.
+// The attributes of `part` that are invalid in a file with only the channels of `written`: those of
+// cryptomattes whose ranks are in `parts` (the whole file) but not in the new file.
 std::vector<std::string> attributes_without_ranks(const ExrPart& part,
                                                   const std::vector<ExrPart>& parts,
                                                   const ExrSettings& written);
@@ -89,30 +89,30 @@ struct RankedCoverage {
     size_t pixels() const { return size_t(width) * size_t(height); }
 };
 
-// Reads the pixels of `area`; what the file does not have of it is covered by nothing. Errors
-// (input): damaged data.
+// Reads the pixels of `area`; pixels outside the file have no coverage. Errors (input): damaged
+// data.
 Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatte,
                                   const Window& area);
 
-// Those with a coverage above 0, sorted. Id 0 is none.
+// The ids with a coverage above 0, without id 0, sorted.
 std::vector<CryptoId> ids_in(const RankedCoverage& ranks);
 
 // One channel: the sum of the coverages of `ids` (sorted) over the ranks.
 ImageF coverage_of(const RankedCoverage& ranks, const std::vector<CryptoId>& ids);
 
-// Ranks of coverages that come one id after another: of each pixel the largest are kept, the
-// largest first; of two as large that with the smaller id.
+// Ranks coverages that are added one id after another: keeps the largest of each pixel, in
+// descending order; ties go to the smaller id.
 class Reranking {
   public:
     Reranking(int width, int height, int ranks) : result_(width, height, ranks) {}
-    // Channel `channel` of `coverage`, from its row `first_row` on, is that of `id`, which was not
-    // added before. Pixels outside `area` (x, y from 0) have none of it.
+    // Adds channel `channel` of `coverage`, from its row `first_row` on, for `id`, which must be
+    // new. It covers `area` (x, y from 0).
     void add(CryptoId id, const ImageF& coverage, int channel, const Window& area,
              int first_row = 0);
 
     const RankedCoverage& result() const { return result_; }
-    uint64_t pixels_short() const;  // in which more ids cover than there are ranks
-    float largest_lost() const { return largest_lost_; }  // coverage of an id that has no rank
+    uint64_t pixels_short() const;                        // pixels with more ids than ranks
+    float largest_lost() const { return largest_lost_; }  // largest coverage without a rank
 
   private:
     void insert(size_t pixel, CryptoId id, float value);

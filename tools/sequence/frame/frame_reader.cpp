@@ -88,7 +88,7 @@ float outside_value(Role role, const ConvertOptions& convention, PixelType type)
     switch (convention.depth) {
         case DepthEncoding::linear:
         case DepthEncoding::ray_distance:
-            // As Blender has it; a half holds no such distance.
+            // As in Blender; a half cannot hold 1e10.
             return type == PixelType::half ? std::numeric_limits<float>::infinity() : 1e10f;
         case DepthEncoding::forward:
         case DepthEncoding::forward_infinite:
@@ -107,7 +107,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     InputFrame frame;
     frame.assignment = assignment;
 
-    // All that is to be read, by file and part, so that each part is walked once.
+    // All reads, by file and part, so that each part is read once.
     struct Job {
         PixelFile* file;
         int part;

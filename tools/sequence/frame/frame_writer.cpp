@@ -26,11 +26,11 @@ bool is_lossy(Imf::Compression c) {
            c == Imf::DWAA_COMPRESSION || c == Imf::DWAB_COMPRESSION;
 }
 
-// Attributes that describe the unfiltered picture and would lie about the filtered one.
+// Attributes that describe the unfiltered image and are wrong for the filtered one.
 constexpr const char* kStaleAttributes[] = {"preview", "oiio:SHA-1", "oiio:AverageColor",
                                             "oiio:ConstantColor"};
 
-// Header::erase() of OpenEXR 3.1 leaks the attribute, so this is a copy that never had it.
+// Copies the header without these attributes, since Header::erase() of OpenEXR 3.1 leaks them.
 Imf::Header without(const Imf::Header& from, const std::vector<std::string>& names) {
     Imf::Header header;
     for (auto it = from.begin(); it != from.end(); ++it) {
@@ -56,7 +56,8 @@ Imf::Header color_header(const Imf::Header& from, const std::vector<std::string>
         header.insert(name, Imf::StringAttribute(value));
     }
     header.zipCompressionLevel() = options.zip_level;
-    // The level of DWA is an attribute of the file; a header that was read does not keep it.
+    // The level of DWA is an attribute of the file; OpenEXR does not copy it into a header it
+    // reads.
     if (const auto* level = header.findTypedAttribute<Imf::FloatAttribute>("dwaCompressionLevel")) {
         header.dwaCompressionLevel() = level->value();
     }
@@ -142,9 +143,9 @@ namespace {
 
 // A part of the output that is encoded anew.
 struct RewrittenPart {
-    PartPixels read;   // of a part that the frame does not hold
-    PartPixels moved;  // where the data window grows
-    PartPixels fresh;  // the channels that are replaced
+    PartPixels read;   // pixels of a part other than color's
+    PartPixels moved;  // pixels in a larger data window
+    PartPixels fresh;  // replaced channels
     std::vector<ImageF> images;
     PartPlanes planes;
 
@@ -152,7 +153,7 @@ struct RewrittenPart {
     // not fit its channel.
     EncodeCounts replace(const PartPixels& kept, const Window& window, const InputFrame& frame,
                          const std::vector<const FilteredLayer*>& layers, const ExrSettings& exr);
-    // After replace(): every value of the replaced channels is the one that was read.
+    // After replace(): no value of the replaced channels has changed.
     bool is_as_read(const PartPixels& kept) const;
 };
 
@@ -165,7 +166,7 @@ bool RewrittenPart::is_as_read(const PartPixels& kept) const {
            });
 }
 
-// Whether chunks of the one part can stand in the other.
+// Whether chunks of one part are valid in the other.
 bool chunks_fit(const Imf::Header& from, const Imf::Header& to) {
     const bool tiled = from.hasTileDescription();
     return from.compression() == to.compression() && from.dataWindow() == to.dataWindow() &&
@@ -238,7 +239,7 @@ Result<std::map<int, std::vector<const FilteredLayer*>>> by_part(
     return parts;
 }
 
-// Those that hold color.
+// The channels of layers that are color.
 std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>& layers) {
     std::vector<std::string> names;
     for (const FilteredLayer* layer : layers)
@@ -317,7 +318,7 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
             report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",
                                           window.text(), ": the chain moves light out of it"));
         }
-        // What is packed with loss again and again is a little further off each time.
+        // Every lossy encoding adds an error.
         const Imf::Header& header = headers[size_t(part)];
         if (!is_lossy(header.compression()) || !next.is_as_read(kept)) continue;
         const Imf::Header& stored = input.file->header(part);

@@ -1,4 +1,4 @@
-// Pictures of apertures, read from files (chain/aperture_image.h).
+// Reads images of apertures from files (chain/aperture_image.h).
 #pragma once
 
 #include <map>
@@ -10,24 +10,24 @@
 
 namespace postchain::io {
 
-// The longest side of a picture, pixels.
+// The longest side of an aperture image, pixels.
 inline constexpr int kMaxApertureSide = 4096;
 
-// Any format that OpenImageIO reads: the first picture of the file, its display window. Values are
-// taken as they are, those of integer formats from 0 to 1: an sRGB file is not decoded. Of color
-// (the first three channels) the Rec. 709 luminance counts, else the first channel; where there is
-// alpha, color is premultiplied. The mean over each cell of the table is taken.
+// Reads any format of OpenImageIO: the display window of the file's first image. Values are not
+// decoded, even of sRGB files; integers become 0 to 1. Uses the Rec. 709 luminance of color (the
+// first three channels), otherwise the first channel; with alpha, color is premultiplied. Averages
+// over each cell of the table.
 // Errors (input), with the path: missing, unreadable, deep, larger than kMaxApertureSide, not
-// square, a value that is negative or not finite (its pixel), and those of ApertureImage::make().
+// square, a negative or non-finite value (with its pixel), and those of ApertureImage::make().
 Result<ApertureImage> read_aperture_image(const std::string& path);
 
-// The picture that a camera names, as a file that a job reads; nothing where it names none.
+// The image that a camera names, as a file that a job reads; empty if it names none.
 std::vector<InputFile> inputs_of(const Camera& camera);
 
-// Reads the pictures that cameras name, each file once.
+// Reads the images that cameras name, each file once.
 class ApertureFiles {
   public:
-    // Reads the camera's picture if it names one. Errors: those of read_aperture_image().
+    // Reads the camera's image if it names one. Errors: those of read_aperture_image().
     Status read(Camera& camera);
 
   private:

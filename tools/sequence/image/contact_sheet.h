@@ -1,4 +1,4 @@
-// One picture of many: thumbnails in rows, a label below each. Display-referred, three channels.
+// One image with thumbnails in rows, a label below each. Display-referred, three channels.
 #pragma once
 
 #include <cstdint>
@@ -9,18 +9,18 @@
 
 namespace postchain::io {
 
-// The mean over the area that each pixel of the small picture covers; what is not finite counts as
-// 0.
+// Shrinks an image: the mean over the area of each new pixel; non-finite values count as 0.
 ImageF shrunk(const ImageF& picture, int width, int height);
 
-// `most` of 0 .. count - 1 at most, the first and the last among them, evenly spread, in order.
+// At most `most` of the numbers 0 .. count - 1, evenly spread, in order, with the first and the
+// last.
 std::vector<size_t> evenly_chosen(size_t count, size_t most);
 
 struct SheetLayout {
     int cells = 1;
     int columns = 1;
-    int sides = 1;                  // pictures beside each other in a cell
-    int width = 240, height = 135;  // of a thumbnail, pixels
+    int sides = 1;                  // images beside each other in a cell
+    int width = 240, height = 135;  // thumbnail, pixels
 
     int rows() const { return (cells + columns - 1) / columns; }
     int64_t picture_width() const;
@@ -31,9 +31,9 @@ class ContactSheet {
   public:
     explicit ContactSheet(const SheetLayout& layout);
 
-    // In the middle of its place; of at most its size.
+    // Draws an image centered in its place; it must not be larger than the place.
     void put(int cell, int side, const Image<uint8_t>& thumbnail);
-    // In the place of a picture that there is none of.
+    // Fills the place of a missing image.
     void say(int cell, int side, const std::string& text);
     void label(int cell, const std::string& text);
     void footer(const std::string& text);

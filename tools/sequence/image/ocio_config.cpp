@@ -19,7 +19,7 @@ namespace ocio = OCIO_NAMESPACE;
 Status unusable(const std::string& path, std::string why) {
     std::replace(why.begin(), why.end(), '\n', ' ');
     return Status(StatusCode::input,
-                  concat(path, ": no OpenColorIO configuration that can be used: ", why));
+                  concat(path, ": not a usable OpenColorIO configuration: ", why));
 }
 
 void add_sources(const ocio::ConstTransformRcPtr& transform, std::set<std::string>& sources) {
@@ -89,7 +89,7 @@ struct Kept {
 Result<Kept> read(const std::string& path) {
     std::error_code error;
     if (!fs::is_regular_file(path, error))
-        return Status(StatusCode::input, path + ": no OpenColorIO configuration: no such file");
+        return Status(StatusCode::input, path + ": no such file (OpenColorIO configuration)");
     try {
         Kept kept;
         for (const std::string& file : files_of(*ocio::Config::CreateFromFile(path.c_str()), path))

@@ -1,5 +1,5 @@
-// Configurations of OpenColorIO: read when they are first used, and again once they have changed.
-// Of the module of picture_calls.h.
+// Configurations of OpenColorIO: read at their first use, and again after changes. Part of the
+// module of picture_calls.h.
 #pragma once
 
 #include <OpenImageIO/color.h>
@@ -12,12 +12,12 @@
 
 namespace postchain::io {
 
-// The configuration of this file. It is kept, and read again when the file, or a table that it
-// names, has another size or time of change. Any thread. Errors (input): no such file, none that
-// OpenColorIO can read, one without a display.
+// The configuration of this file. It is kept, and read again if the size or modification time of
+// the file, or of a table that it names, has changed. Thread-safe. Errors (input): missing file,
+// OpenColorIO cannot read it, no display.
 Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path);
 
-// As in PictureCalls.
+// See PictureCalls.
 Result<std::vector<std::string>> ocio_files(const std::string& path);
 
 }  // namespace postchain::io

@@ -64,7 +64,7 @@ std::vector<int> shown_channels(const OIIO::ImageSpec& spec) {
 
 Status check(const OIIO::ImageSpec& spec, int max_side) {
     const int width = spec.full_width, height = spec.full_height;
-    if (spec.deep) return refuse("is a deep picture; flatten it");
+    if (spec.deep) return refuse("is deep; flatten it");
     if (spec.depth > 1 || spec.full_depth > 1)
         return refuse("is a volume; one flat picture is needed");
     if (shown_channels(spec).empty()) return refuse("has no channel of color or gray");
@@ -75,8 +75,8 @@ Status check(const OIIO::ImageSpec& spec, int max_side) {
                                  " are used)"));
     if (width != height || width < 1 || spec.width < 1 || spec.height < 1)
         return refuse(concat("is ", width, "x", height,
-                             " pixels; the picture of an aperture is square: crop it, or add black "
-                             "at its sides"));
+                             " pixels; an aperture image must be square: crop it, or pad it with "
+                             "black"));
     return Status();
 }
 

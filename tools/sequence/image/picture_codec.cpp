@@ -30,7 +30,7 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path
     auto file = OIIO::ImageInput::create(format);
     if (!file) return refuse("cannot be read: " + OIIO::geterror());
     if (!file->open(path, found, config))
-        return refuse("damaged, or no picture of its name: " + file->geterror());
+        return refuse("damaged, or not of the format of its name: " + file->geterror());
     return file;
 }
 

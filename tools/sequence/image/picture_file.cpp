@@ -9,7 +9,7 @@
 namespace postchain::io {
 namespace {
 
-// What the file says of its values by OpenImageIO's names.
+// The curve that the file states, by OpenImageIO's names.
 Result<Curve> stated_curve(const PictureInfo& info) {
     std::string said = info.color_space;
     for (char& c : said) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
@@ -20,10 +20,10 @@ Result<Curve> stated_curve(const PictureInfo& info) {
     if (said == "gamma2.2" || said == "gammacorrected2.2") return Curve::gamma22;
     if (said.empty()) return info.is_float ? Curve::linear : Curve::srgb;
     return Status(StatusCode::input, concat("says that its values are ", info.color_space,
-                                            "; say what they are with --input-transfer"));
+                                            "; state the transfer with --input-transfer"));
 }
 
-// Each stored value of an integer file as light.
+// The light for each stored integer.
 std::vector<float> decoded_codes(Curve curve, int bits) {
     const int largest = (1 << bits) - 1;
     std::vector<float> light(size_t(largest) + 1);
@@ -32,7 +32,7 @@ std::vector<float> decoded_codes(Curve curve, int bits) {
     return light;
 }
 
-// Values of a color space as the frames have them. What is not finite stays so.
+// Converts from a color space to the frames' space. Non-finite values stay unchanged.
 Status decode_space(const PictureCalls& calls, const OcioSpace& space, ImageF& stored) {
     std::vector<std::pair<size_t, float>> nonfinite;
     for (size_t i = 0; i < stored.data.size(); ++i)
@@ -80,7 +80,7 @@ Result<PictureFile> PictureFile::open(const std::string& path, const ReadLimits&
         if (!stated.ok()) return stated.status().at(path);
         file.transfer_ = *stated;
     }
-    // A configuration that cannot be used is found before pixels are decoded.
+    // Reports an unusable configuration before pixels are decoded.
     if (const auto* space = std::get_if<OcioSpace>(&file.transfer_)) {
         ImageF pixel(1, 1, 3);
         if (Status s = (*calls)->from_space(pixel, *space); !s.ok()) return s;
@@ -139,7 +139,8 @@ Status PictureFile::read_planes(PartPixels& pixels) {
             }
         }
     }
-    // Rows that are read one after the other come from one decoding; a whole picture is let go.
+    // Consecutive rows are read from one decoded image; it is freed after a read of the whole
+    // image.
     if (pixels.window == whole) stored_.reset();
     return {};
 }

@@ -1,5 +1,5 @@
-// Color in a file of another format than EXR: the stored values decoded to light, as the channels
-// R, G, B and A of one part.
+// Reads color from formats other than EXR: stored values are decoded to light and presented as the
+// channels R, G, B and A of one part.
 //
 //   file --OpenImageIO--> stored values --Transfer--> float, linear --PixelFile--> as an EXR's
 #pragma once
@@ -17,11 +17,10 @@ namespace postchain::io {
 
 class PictureFile final : public PixelFile {
   public:
-    // `transfer`: what the values mean; not given: what the file says, else sRGB of integers and
-    // linear of float. Errors (input), with the path: not there, damaged, of another format than
-    // its name says, gray, a volume, more than 16 bits of an integer, a side above the limit, a
-    // curve that is not known; also where the module cannot be loaded; those of
-    // PictureCalls::from_space.
+    // `transfer`: of the stored values; default: stated by the file, otherwise sRGB for integers
+    // and linear for float. Errors (input), with the path: missing, damaged, format contradicts its
+    // name, gray, a volume, integers above 16 bits, above `limits`, unknown curve, the module
+    // cannot be loaded; those of PictureCalls::from_space.
     static Result<PictureFile> open(const std::string& path, const ReadLimits& limits = {},
                                     std::optional<Transfer> transfer = {});
 
@@ -38,7 +37,7 @@ class PictureFile final : public PixelFile {
     const PictureFormat* format_ = nullptr;
     PictureInfo info_;
     Transfer transfer_;
-    std::shared_ptr<const ImageF> stored_;  // of a color space: as the frames have it
+    std::shared_ptr<const ImageF> stored_;  // with a color space: converted to the frames' space
 };
 
 // Null if the file is an EXR.

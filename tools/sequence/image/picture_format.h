@@ -1,4 +1,4 @@
-// The formats besides EXR that color may have, and what each can hold.
+// The formats other than EXR for color, and their capabilities.
 #pragma once
 
 #include <string>
@@ -10,25 +10,24 @@
 namespace postchain::io {
 
 struct PictureFormat {
-    const char* name;  // as OpenImageIO has it
+    const char* name;  // OpenImageIO's name
     std::vector<const char*> extensions;
-    std::vector<int> bits;  // of a value; the first where the input has another format
+    std::vector<int> bits;  // bits of a value; the first is the default for inputs of other formats
     bool alpha;
     bool lossy;
-    std::vector<Curve>
-        stated;  // curves that its files can say, besides what is taken without a word
+    std::vector<Curve> stated;  // curves that its files can state, in addition to the default one
 
-    // 32: float, which holds any value. HDR's has no sign.
+    // 32: float, any value. HDR's has no sign.
     static bool is_float(int bits) { return bits == 32; }
     bool has_sign() const;
     bool can_have(int bits_of_value) const;
-    // Values of this curve are read back as such: the file says so, or says nothing and it is the
-    // curve that is taken then (integers srgb, float linear).
+    // Whether values of this curve are read back with it: the file states it, or it is the default
+    // (integers srgb, float linear).
     bool tells(Curve curve, int bits_of_value) const;
 };
 
 const std::vector<PictureFormat>& picture_formats();
-// By the extension, in any case of its letters; null for EXR and all else.
+// By the extension, case-insensitive; null for EXR and unknown ones.
 const PictureFormat* picture_format_of(std::string_view path);
 // ".png, .tif, ...", for messages.
 std::string picture_extensions();

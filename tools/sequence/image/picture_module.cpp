@@ -9,14 +9,14 @@ namespace {
 
 constexpr const char* kFile = "libpostchain_pictures.so";
 
-// The module, or why there is none.
+// The module, or why it could not be loaded.
 struct Module {
     const PictureCalls* calls;
     std::string fault;
 };
 
 Module load() {
-    // Lazily: most of what OpenImageIO can do is never called.
+    // Lazy binding: most of OpenImageIO's functions are never called.
     void* module = dlopen(kFile, RTLD_LAZY | RTLD_LOCAL);
     if (!module) return {nullptr, dlerror()};
     const auto calls = reinterpret_cast<decltype(&postchain_picture_calls)>(
@@ -33,7 +33,7 @@ Module load() {
 Result<const PictureCalls*> picture_module(StatusCode code) {
     static const Module module = load();
     if (module.calls) return module.calls;
-    return Status(code, concat("pictures other than EXR need the module ", kFile,
+    return Status(code, concat("formats other than EXR need the module ", kFile,
                                " of postchain, which cannot be loaded: ", module.fault,
                                "; install postchain as a whole, and OpenImageIO"));
 }

@@ -6,10 +6,10 @@
 
 namespace postchain::io {
 
-// The module's functions; it stays loaded. It is looked for where the loader looks for the
-// libraries of this program: in the build tree, or in lib/postchain of the installation. Any
-// thread. Errors (`code`), each time: it is missing, a library that it needs is, or it belongs to
-// another version; with the file and what to do.
+// The module's functions; it stays loaded. The loader searches for it like the program's libraries:
+// in the build tree, or in lib/postchain of the installation. Thread-safe. Errors (`code`), at
+// every call: the module or a library that it needs is missing, or it has another version; with the
+// file and a remedy.
 Result<const PictureCalls*> picture_module(StatusCode code);
 
 }  // namespace postchain::io

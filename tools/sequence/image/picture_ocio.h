@@ -1,11 +1,11 @@
-// Color by a configuration of OpenColorIO; of the module of picture_calls.h.
+// Color by a configuration of OpenColorIO. Part of the module of picture_calls.h.
 #pragma once
 
 #include "tools/sequence/image/picture_calls.h"
 
 namespace postchain::io {
 
-// As in PictureCalls.
+// See PictureCalls.
 Status from_ocio_space(ImageF& color, const OcioSpace& space);
 Status to_ocio_space(ImageF& color, const OcioSpace& space);
 Status to_ocio_view(ImageF& color, const DisplayView& view);

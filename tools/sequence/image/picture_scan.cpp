@@ -17,7 +17,7 @@ Status refuse(const std::string& why) {
     return Status(StatusCode::input, why);
 }
 
-// libjpeg fills what is missing of a file with gray, and says nothing.
+// libjpeg fills missing pixels with gray and reports no error.
 bool jpeg_has_end(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     std::array<char, 4096> tail;
@@ -31,9 +31,9 @@ bool jpeg_has_end(const std::string& path) {
     return false;
 }
 
-// Bytes that the pixels of a DPX file take at least and where they begin, by its header (SMPTE
-// 268M: data offset at 4; of the first element packing at 804, encoding at 806); OpenImageIO gives
-// what is missing as it finds it in memory. 0: the header does not tell (run-length encoded).
+// The least size of a DPX file by its header (SMPTE 268M: data offset at 4; packing of the first
+// element at 804, encoding at 806). OpenImageIO returns uninitialized memory for missing pixels. 0:
+// unknown (run-length encoded).
 uint64_t least_dpx_bytes(const std::string& path, const PictureInfo& info) {
     std::ifstream file(path, std::ios::binary);
     std::array<unsigned char, 808> header;
@@ -67,7 +67,7 @@ std::string first_bytes(const std::string& path, size_t count) {
     return bytes;
 }
 
-// Empty: none of these.
+// Empty: unknown format.
 std::string format_of(std::string_view first) {
     using namespace std::string_view_literals;
     static constexpr std::pair<std::string_view, const char*> kMarks[] = {
@@ -85,7 +85,7 @@ std::string format_of(std::string_view first) {
     return "";
 }
 
-// What a zlib stream becomes: how many bytes, counted to kMostText, and the first four as a number.
+// Unpacked size of a zlib stream, counted up to kMostText, and its first four bytes as a number.
 struct Unpacked {
     uint64_t bytes = 0;
     uint32_t first = 0;
@@ -112,7 +112,7 @@ Unpacked unpacked(std::string_view packed) {
     return result;
 }
 
-// Where the packed bytes of a text or profile begin; npos: it is not packed.
+// Offset of the packed bytes of a text or profile; npos: not packed.
 size_t packed_at(std::string_view type, std::string_view body) {
     const size_t name = body.find('\0');
     if (name == std::string_view::npos) return name;
@@ -124,8 +124,7 @@ size_t packed_at(std::string_view type, std::string_view body) {
     return translated == std::string_view::npos ? translated : translated + 1;
 }
 
-// libpng takes memory for the length that each chunk states, and for what its texts and profile
-// become.
+// libpng allocates the stated length of each chunk, and the unpacked texts and profile.
 Status check_chunks_of_png(const std::string& path) {
     const uint64_t whole = bytes_in(path);
     std::ifstream file(path, std::ios::binary);
@@ -160,7 +159,7 @@ Status check_chunks_of_png(const std::string& path) {
     return {};
 }
 
-// Bytes of what the writer of a DPX put after its header (SMPTE 268M: at 32); all ones: nothing.
+// Size of a DPX file's user data after its header (SMPTE 268M: at 32); all ones: none.
 uint64_t user_bytes_of_dpx(const std::string& path) {
     const std::string header = first_bytes(path, 36);
     if (header.size() < 36) return 0;
@@ -175,7 +174,7 @@ uint64_t user_bytes_of_dpx(const std::string& path) {
 
 Status check_content(const std::string& path, const std::string& format) {
     const std::string found = format_of(first_bytes(path, 8));
-    if (found.empty()) return refuse("damaged, or no picture of its name");
+    if (found.empty()) return refuse("damaged, or not of the format of its name");
     if (found != format)
         return refuse(concat("holds a picture of the format ", found, ", and its name says ",
                              format, "; rename it"));

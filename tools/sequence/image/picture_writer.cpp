@@ -10,7 +10,7 @@
 namespace postchain::io {
 namespace {
 
-// OpenImageIO's words.
+// OpenImageIO's name.
 std::string color_space_of(Curve curve) {
     switch (curve) {
         case Curve::linear:
@@ -30,24 +30,24 @@ std::string color_space_of(Curve curve) {
 struct Encoded {
     std::vector<uint16_t> codes;  // spread over 16 bits
     std::vector<float> values;
-    uint64_t outside = 0;    // pixels that the format cannot hold, those not finite among them
-    uint64_t nonfinite = 0;  // pixels
-    bool has_alpha = false;  // somewhere alpha is not 1
+    uint64_t outside = 0;    // pixels that the format cannot hold, with non-finite ones
+    uint64_t nonfinite = 0;  // non-finite pixels
+    bool has_alpha = false;  // alpha differs from 1 in some pixel
 };
 
-// A code of `bits` in the upper bits of 16, repeated below: encoders shift it back down.
+// A code of `bits` bits in the upper bits of 16, repeated below; encoders shift it back down.
 uint16_t spread(uint32_t code, int bits) {
     uint32_t wide = code << (16 - bits);
     for (int shift = bits; shift < 16; shift += bits) wide |= wide >> shift;
     return uint16_t(wide);
 }
 
-// Color as a configuration of OpenColorIO stores it; empty where that is a curve's work.
+// Color converted by a configuration of OpenColorIO; empty for a curve.
 Result<ImageF> converted(const ImageF& color, const Transfer& transfer) {
     if (std::holds_alternative<Curve>(transfer)) return ImageF();
     const auto calls = picture_module(StatusCode::output);
     if (!calls.ok()) return calls.status();
-    constexpr float kLargest = 65504;  // of half: transforms still have room above it
+    constexpr float kLargest = 65504;  // largest half; leaves headroom for transforms
     ImageF stored = color;
     for (float& v : stored.data)
         if (!std::isfinite(v)) v = std::isnan(v) ? 0 : std::copysign(kLargest, v);
@@ -58,7 +58,7 @@ Result<ImageF> converted(const ImageF& color, const Transfer& transfer) {
     return stored;
 }
 
-// `stored_color`: converted(), where it is not by a curve.
+// `stored_color`: from converted(); not used with a curve.
 Encoded encode_pixels(const ImageF& color, const ImageF& stored_color,
                       const PictureEncoding& encoding) {
     Encoded out;
@@ -112,7 +112,7 @@ std::string range_text(const PictureEncoding& encoding) {
                                        : "it holds no negative values";
 }
 
-// What the input's file says of its profile and packing, where it is true of the output too.
+// Keeps the input's compression if it fits the output, and notes a lost color profile.
 void keep_stated(const PictureFile& input, PictureEncoding& encoding) {
     static constexpr std::string_view kLossless[] = {"none", "lzw", "zip", "packbits"};
     const auto& stated = input.info().attributes;
@@ -136,7 +136,8 @@ Result<PictureEncoding> picture_encoding(const std::string& path, const PixelFil
                                          size_t color_channels, const PictureSettings& settings) {
     PictureEncoding encoding;
     encoding.format = picture_format_of(path);
-    if (!encoding.format) return Status(StatusCode::internal, path + ": is no picture's name");
+    if (!encoding.format)
+        return Status(StatusCode::internal, path + ": not the name of an image file");
     const PictureFormat& format = *encoding.format;
     const PictureFile* input = picture_of(color_file);
     const bool same_format = input && &input->format() == &format;

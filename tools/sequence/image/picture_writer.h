@@ -1,4 +1,4 @@
-// Writing filtered color as a picture of another format than EXR.
+// Writes filtered color in formats other than EXR.
 #pragma once
 
 #include <optional>
@@ -12,32 +12,32 @@
 namespace postchain::io {
 
 struct PictureSettings {
-    std::optional<Transfer> transfer;  // none: the input's where it has one, else the format's
-    int bits = 0;                      // of a value; 0: as the input where the format has them
+    std::optional<Transfer> transfer;  // default: the input's, otherwise the format's
+    int bits = 0;                      // bits of a value; 0: as the input, if the format has them
 };
 
-// How the picture of a frame is stored.
+// How an image is stored.
 struct PictureEncoding {
     const PictureFormat* format = nullptr;
     int bits = 8;
     bool alpha = false;
-    bool unassociated = false;  // PNG always, TIFF where the input has it so
+    bool unassociated = false;  // PNG: always; TIFF: as the input
     Transfer transfer = Curve::srgb;
-    std::string color_space;    // that the file says, in OpenImageIO's words; may be empty
-    bool same_transfer = true;  // as the input: a profile of its color is still true
-    std::string compression;    // of TIFF, that of its input where it loses nothing; may be empty
-    std::vector<std::string> notes;  // what of the input is not in the output
+    std::string color_space;         // that the file states, OpenImageIO's name; may be empty
+    bool same_transfer = true;       // as the input: its color profile is kept
+    std::string compression;         // of TIFF: the input's, if lossless; may be empty
+    std::vector<std::string> notes;  // losses compared with the input
 };
-// From the frame's header. Errors (usage): bits that the format has not.
+// Chosen from the frame's header. Errors (usage): bits that the format does not support.
 Result<PictureEncoding> picture_encoding(const std::string& path, const PixelFile& color_file,
                                          size_t color_channels, const PictureSettings& settings);
 
-// Writes `color` as `encoding` has it: four channels of the display window, linear, multiplied by
-// alpha or not as PictureEncoding::unassociated says. A value that lies further outside the
-// format's range than its rounding is an error (output), or clamped and counted under
-// HalfOverflow::clamp, as is what is not finite (NaN becomes 0; before a configuration's transform
-// Inf becomes the largest half). No dither. Metadata of part `metadata_part` of the input are kept
-// where the format has a place for them. Errors besides: those of PictureCalls::to_space, to_view.
+// Writes `color`: four linear channels of the display window, multiplied by alpha unless
+// PictureEncoding::unassociated is set. Values outside the format's range (after rounding) and
+// non-finite ones are an error (output), or with HalfOverflow::clamp clamped and counted: NaN
+// becomes 0, and Inf becomes the largest half before a transform of OpenColorIO. No dither. Keeps
+// metadata of part `metadata_part` of the input that the format supports. Also errors of
+// PictureCalls::to_space and to_view.
 Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
                                   const PictureEncoding& encoding, const std::string& metadata_of,
                                   int metadata_part, const WriteOptions& options);

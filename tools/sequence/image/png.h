@@ -1,4 +1,4 @@
-// 8-bit PNG in memory, and what pages and error maps need beside it.
+// 8-bit PNG in memory, a color map, and Base64.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ namespace postchain::io {
 // The bytes of a PNG file of one (gray) or three (sRGB) channels. Errors (output): the encoder's.
 Result<std::string> encode_png(const Image<uint8_t>& pixels);
 
-// The published color map magma, display-referred sRGB, of one channel of 0..1. Values outside are
-// limited; NaN is 0.
+// Maps one channel of 0..1 to the published color map magma, display-referred sRGB. Values are
+// clamped; NaN counts as 0.
 Result<Image<uint8_t>> magma_of(const ImageF& values);
 
 // RFC 4648, section 4.

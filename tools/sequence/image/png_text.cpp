@@ -8,8 +8,8 @@ namespace postchain::io {
 namespace {
 
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
-constexpr size_t kAround = 12;      // of a chunk's data: length, type, CRC
-constexpr size_t kHeaderData = 13;  // of IHDR
+constexpr size_t kAround = 12;      // bytes around a chunk's data: length, type, CRC
+constexpr size_t kHeaderData = 13;  // size of IHDR
 
 std::string big_endian(uint32_t value) {
     return {char(value >> 24), char(value >> 16), char(value >> 8), char(value)};

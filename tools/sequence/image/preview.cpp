@@ -13,9 +13,9 @@
 namespace postchain::io {
 namespace {
 
-constexpr const char* kProvenance = "postchain";  // as the attribute of an EXR
+constexpr const char* kProvenance = "postchain";  // named as the attribute of an EXR
 
-// The first three channels, or gray in each; 0 for what is not finite.
+// The first three channels, or gray in each; 0 for non-finite values.
 ImageF finite_rgb(const ImageF& color) {
     ImageF rgb(color.width, color.height, 3);
     for (size_t i = 0; i < color.pixels(); ++i)

@@ -11,27 +11,26 @@
 
 namespace postchain::io {
 
-// x/(1+x), then the power 1/2.2 (`display`); or only the power (`gamma`) for display-referred
-// linear values; or the values as they are (`none`). Then clamped to 0..1.
+// `display`: x/(1+x), then the power 1/2.2. `gamma`: only the power, for display-referred linear
+// values. `none`: unchanged. Then clamped to 0..1.
 enum class ToneCurve { display, gamma, none };
 struct PreviewOptions {
     double exposure_stops = 0;
     ToneCurve curve = ToneCurve::display;
     OnExisting on_existing = OnExisting::fail;
-    std::optional<DisplayView> view = {};  // in place of exposure and curve
-    std::string provenance = {};           // kept in the file; empty: none
+    std::optional<DisplayView> view = {};  // replaces exposure and curve
+    std::string provenance = {};           // stored in the file; empty: none
 };
-// The first three channels as they are shown, 8 bits (one channel, without a view: gray). Values
-// are those over black. Errors: those of PictureCalls::to_view, and where its module cannot be
-// loaded.
+// The first three channels for display, 8 bits (gray for one channel without a view), composited
+// over black. Errors: those of PictureCalls::to_view, and if its module cannot be loaded.
 Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options = {});
-// The same as a PNG. Errors (output): the encoder's.
+// The preview as a PNG. Errors (output): the encoder's.
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
-// The same in a file.
+// Writes the preview to a file.
 Status write_png_preview(const std::string& path, const ImageF& color,
                          const PreviewOptions& options = {});
 
-// PreviewOptions::provenance of a file; empty: it is not there, not whole, or has none.
+// PreviewOptions::provenance of a file; empty if it is missing, incomplete, or has none.
 std::string preview_provenance(const std::string& path);
 
 // OUT.png beside OUT.exr.

@@ -25,17 +25,17 @@ namespace fs = std::filesystem;
 struct PixelMap {
     const char* name;
     ImageF (*of)(const metrics::Pair&);
-    float low, high;
+    double low, high;
     bool log;
 };
-constexpr PixelMap kPixelMaps[] = {{"relmse", metrics::relmse_map, 1e-4f, 10, true},
+constexpr PixelMap kPixelMaps[] = {{"relmse", metrics::relmse_map, 1e-4, 10, true},
                                    {"smape", metrics::smape_map, 0, 2, false},
-                                   {"difference", metrics::difference_map, 1e-3f, 10, true}};
+                                   {"difference", metrics::difference_map, 1e-3, 10, true}};
 
 // Place of an error on the map's scale, 0..1 inside it.
-float place_of(float error, const PixelMap& map) {
-    return map.log ? std::log(std::max(error, 1e-30f) / map.low) / std::log(map.high / map.low)
-                   : (error - map.low) / (map.high - map.low);
+float place_of(double error, const PixelMap& map) {
+    return float(map.log ? std::log(std::max(error, 1e-30) / map.low) / std::log(map.high / map.low)
+                         : (error - map.low) / (map.high - map.low));
 }
 
 // A path as the address of a file beside the page.
@@ -72,11 +72,11 @@ const StoredImage* reference_of(const Report& report, const StoredImage& image) 
                              : report.find(ImageKind::converged, image.variant, image.frame);
 }
 
-// Variants may share a stored picture; its entries then have one id.
+// Every stored picture, each with the error maps that follow from it.
 std::vector<Entry> entries_of(const Report& report) {
     std::vector<Entry> entries;
     for (const StoredImage& image : report.images) {
-        // Only the error maps show what a picture is compared with, if that is not the truth.
+        // Converged pictures are references of error maps only.
         if (image.kind == ImageKind::converged) continue;
         entries.push_back({concat("image-", entries.size()), image});
         if (const StoredImage* reference = reference_of(report, image))
@@ -126,25 +126,35 @@ Result<ImageF> loaded(const Report& report, const StoredImage& stored) {
     return image;
 }
 
+// The pictures of an error map, kept for the next map of the same picture.
+struct Compared {
+    std::string path;
+    ImageF test;
+    metrics::Pair pair;
+};
+
 // An error map of a picture on its scale; pixels that are not finite there are NaN.
-Result<ImageF> pixel_map(const Report& report, const Entry& entry) {
-    const auto test = loaded(report, entry.image);
-    if (!test.ok()) return test.status();
-    const auto reference = loaded(report, *entry.reference);
-    if (!reference.ok()) return reference.status();
-    const auto pair = metrics::pair_of(*test, *reference);
-    if (!pair.ok()) return pair.status();
-    ImageF map = entry.map->of(*pair);
+Result<ImageF> pixel_map(const Report& report, const Entry& entry, Compared& last) {
+    if (last.path != entry.image.path) {
+        auto test = loaded(report, entry.image);
+        if (!test.ok()) return test.status();
+        const auto reference = loaded(report, *entry.reference);
+        if (!reference.ok()) return reference.status();
+        auto pair = metrics::pair_of(*test, *reference);
+        if (!pair.ok()) return pair.status();
+        last = {entry.image.path, std::move(*test), std::move(*pair)};
+    }
+    ImageF map = entry.map->of(last.pair);
     for (size_t i = 0; i < map.pixels(); ++i) {
         map.data[i] = place_of(map.data[i], *entry.map);
         for (size_t c = 0; c < 3; ++c)
-            if (!std::isfinite(test->data[3 * i + c])) map.data[i] = std::nanf("");
+            if (!std::isfinite(last.test.data[3 * i + c])) map.data[i] = std::nanf("");
     }
     return map;
 }
 
-Result<std::string> encoded(const Report& report, const Entry& entry) {
-    const auto image = entry.map ? pixel_map(report, entry) : loaded(report, entry.image);
+Result<std::string> encoded(const Report& report, const Entry& entry, Compared& last) {
+    const auto image = entry.map ? pixel_map(report, entry, last) : loaded(report, entry.image);
     if (!image.ok()) return image.status();
     return is_map(entry) ? encode_map(*image) : encode_color(*image);
 }
@@ -158,8 +168,9 @@ Status write_assets(const Report& report, const std::vector<Entry>& entries,
     std::error_code error;
     fs::create_directories(folder, error);
     if (error) return Status(StatusCode::output, concat(folder.string(), ": ", error.message()));
+    Compared last;
     for (const Entry& entry : entries) {
-        const auto picture = encoded(report, entry);
+        const auto picture = encoded(report, entry, last);
         if (!picture.ok()) return picture.status();
         const Status written =
             report.write((folder / (entry.id + ".js")).string(),
@@ -176,9 +187,10 @@ Status write_parts(const Report& report, const std::vector<Entry>& entries,
     const std::string data = page::data_element("report", report_as_json(report)) +
                              page::data_element("manifest", manifest_of(entries, assets));
     if (auto status = write(file, data); !status.ok()) return status;
+    Compared last;
     for (const Entry& entry : entries) {
         if (assets) break;
-        const auto picture = encoded(report, entry);
+        const auto picture = encoded(report, entry, last);
         if (!picture.ok()) return picture.status();
         const auto element =
             concat("<script type=\"text/plain\" id=\"", entry.id, "\">", *picture, "</script>\n");

@@ -44,35 +44,35 @@ Json time_of(int64_t ms) {
 
 const std::vector<Field<Job>>& job_fields() {
     static const std::vector<Field<Job>> fields = {
-        {"id", about("string", "names the job"), [](const Job& j) { return Json(j.id); }},
-        {"kind", about_words(kJobKinds, "what is done"),
+        {"id", about("string", "id of the job"), [](const Job& j) { return Json(j.id); }},
+        {"kind", about_words(kJobKinds, "kind of the job"),
          [](const Job& j) { return Json(name_of(j.kind)); }},
-        {"state", about_words(kJobStates, "how far it is"),
+        {"state", about_words(kJobStates, "state of the job"),
          [](const Job& j) { return Json(name_of(j.state)); }},
-        {"priority", about("integer", "-100 to 100, larger first"),
+        {"priority", about("integer", "-100 to 100; higher runs first"),
          [](const Job& j) { return Json(j.priority); }},
-        {"message", about("string", "why it failed, or what is worth knowing"),
+        {"message", about("string", "reason of a failure, or notes"),
          [](const Job& j) { return Json(j.message); }},
-        {"created", about_time("when it was submitted, UTC"),
+        {"created", about_time("time of submission, UTC"),
          [](const Job& j) { return time_of(j.created_ms); }},
-        {"started", about_time("when it was first begun"),
+        {"started", about_time("time of the first start"),
          [](const Job& j) { return time_of(j.started_ms); }},
-        {"ended", about_time("when it was done, failed or was canceled"),
+        {"ended", about_time("time when it was done, failed or was canceled"),
          [](const Job& j) { return time_of(j.ended_ms); }},
-        {"frames", about("integer", "of the job, once known"),
+        {"frames", about("integer", "number of frames; 0 until known"),
          [](const Job& j) { return Json(j.frames); }},
-        {"done", about("integer", "frames that are written, or were there already"),
+        {"done", about("integer", "frames that are written or were skipped"),
          [](const Job& j) { return Json(j.done); }},
         {"failed", about("integer", "frames that are missing or set aside"),
          [](const Job& j) { return Json(j.failed); }},
-        {"remaining_s", about("number", "estimate while it runs; 0 = unknown"),
+        {"remaining_s", about("number", "estimate while the job runs; 0 = unknown"),
          [](const Job& j) { return Json(j.remaining_s); }},
-        {"exit_code", about("integer", "what the command would have ended with"),
+        {"exit_code", about("integer", "exit code of the command for the same work"),
          [](const Job& j) { return Json(j.exit_code); }},
-        {"verdict", about("string", "of ab, bench and study, one line"),
+        {"verdict", about("string", "result of ab, bench and study in one line"),
          [](const Job& j) { return Json(j.verdict); }},
         {"request",
-         {{"description", "the job as it was submitted"}},
+         {{"description", "the submitted job"}},
          [](const Job& j) { return parsed(j.body); }},
     };
     return fields;
@@ -80,15 +80,15 @@ const std::vector<Field<Job>>& job_fields() {
 
 const std::vector<Field<JobFrame>>& frame_fields() {
     static const std::vector<Field<JobFrame>> fields = {
-        {"frame", about("integer", "number of the frame"),
+        {"frame", about("integer", "frame number"),
          [](const JobFrame& f) { return Json(f.frame); }},
-        {"state", about_words(kFrameStates, "what came of it"),
+        {"state", about_words(kFrameStates, "state of the frame"),
          [](const JobFrame& f) { return Json(name_of(f.state)); }},
-        {"attempts", about("integer", "how often it was begun"),
+        {"attempts", about("integer", "number of attempts"),
          [](const JobFrame& f) { return Json(f.attempts); }},
-        {"output", about("string", "the file, as in the job"),
+        {"output", about("string", "the output file, as in the job"),
          [](const JobFrame& f) { return Json(f.output); }},
-        {"message", about("string", "of the last failure"),
+        {"message", about("string", "the last failure"),
          [](const JobFrame& f) { return Json(f.message); }},
         {"filter_ms", about("number", "time to filter, milliseconds"),
          [](const JobFrame& f) { return Json(f.filter_ms); }},
@@ -99,10 +99,11 @@ const std::vector<Field<JobFrame>>& frame_fields() {
 const std::vector<Field<JobFrame>>& frame_detail_fields() {
     static const std::vector<Field<JobFrame>> fields = [] {
         std::vector<Field<JobFrame>> all = frame_fields();
-        all.push_back({"sidecar",
-                       {{"type", {"object", "null"}},
-                        {"description", "what ran, what was left out and why, times of each pass"}},
-                       [](const JobFrame& f) { return parsed(f.sidecar); }});
+        all.push_back(
+            {"sidecar",
+             {{"type", {"object", "null"}},
+              {"description", "steps that ran, elided steps with reasons, times of each pass"}},
+             [](const JobFrame& f) { return parsed(f.sidecar); }});
         return all;
     }();
     return fields;

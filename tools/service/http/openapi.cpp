@@ -31,15 +31,6 @@ Json schemas(Json job) {
     Json jobs = list_of("jobs", "Job");
     jobs["properties"]["next"] = {{"type", {"string", "null"}},
                                   {"description", "value of `before` for the next jobs"}};
-    const Json diagnostic = {
-        {"type", "object"},
-        {"properties",
-         {{"file", text("name of the text")},
-          {"line", integer("from 1; 0 = the whole text")},
-          {"column", integer("from 1, in characters")},
-          {"severity", {{"type", "string"}, {"enum", {"note", "warning", "error"}}}},
-          {"path", text("passes[1].samples")},
-          {"message", text("the fault and its remedy")}}}};
     const Json problem = {{"type", "object"},
                           {"properties",
                            {{"type", text("about:blank")},
@@ -73,7 +64,7 @@ Json schemas(Json job) {
             {"Frame", schema_of(frame_fields())},
             {"Frames", list_of("frames", "Frame")},
             {"FrameDetail", schema_of(frame_detail_fields())},
-            {"Diagnostic", diagnostic},
+            {"Diagnostic", schema_of(diagnostic_fields())},
             {"Diagnostics", list_of("diagnostics", "Diagnostic")},
             {"Problem", problem}};
 }

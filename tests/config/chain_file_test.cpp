@@ -187,7 +187,7 @@ TEST(ChainFile, RefusesParametersThatExcludeEachOther) {
 TEST(ChainFile, RefusesWrongShapes) {
     EXPECT_THAT(errors_of(chain_of("smear: {}\n    tint: {}")),
                 ElementsAre(HasSubstr("c.yaml:4:5: error: passes[0]: one entry of the list is one "
-                                      "pass, but here are smear, tint")));
+                                      "pass, but this one has smear, tint")));
     // The most common mistake of indentation.
     EXPECT_THAT(errors_of(chain_of("smear:\n    samples: 25")),
                 ElementsAre(HasSubstr("the parameters of a pass are a map")));

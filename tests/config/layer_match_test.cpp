@@ -145,7 +145,7 @@ TEST(Layers, TwoOfOneName) {
     EXPECT_THAT(layers.chosen("b.diffuse"), ElementsAre("b.diffuse"));
     const Layers letters =
         layers_of({"R", "G", "B", "key.R", "key.G", "key.B", "key.r", "key.g", "key.b"});
-    EXPECT_THAT(letters.error("key"), HasSubstr("several layers 'key'"));
+    EXPECT_THAT(letters.error("key"), HasSubstr("several layers are named 'key'"));
 }
 
 TEST(Layers, OfTheViewThatIsFiltered) {

@@ -232,7 +232,8 @@ TEST(Override, OfTheApertureTakesTheWholeShapesPlace) {
     EXPECT_EQ(picture.chain.camera.aperture_image, ApertureImage(folder + "/a.png"));
     const ChainFile back = parse("postchain: 1\ncamera: {aperture_image: a.png}\npasses: []\n",
                                  {"camera.aperture_blades=6"});
-    EXPECT_THAT(texts(back.diagnostics), ElementsAre(HasSubstr("a.png of the chain file gives")));
+    EXPECT_THAT(texts(back.diagnostics),
+                ElementsAre(HasSubstr("a.png of the chain file is dropped")));
     EXPECT_FALSE(back.chain.camera.aperture_image);
     const ChainFile both =
         parse(blades, {"camera.aperture_blades=6", "camera.aperture_image=a.png"});

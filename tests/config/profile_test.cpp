@@ -180,7 +180,7 @@ TEST(Profiles, NamesWhatWasFoundWhenNothingFits) {
     EXPECT_EQ(failure(one_part({})).code(), StatusCode::input);
     EXPECT_EQ(failure({}).code(), StatusCode::input);
     const auto wrong = match_profile(*find_profile("cycles"), one_part({"Y"}));
-    EXPECT_THAT(wrong.status().message(), HasSubstr("profile cycles finds nothing"));
+    EXPECT_THAT(wrong.status().message(), HasSubstr("profile cycles matches no channels"));
 }
 
 FileChannels with_layers(const Names& layers, bool vectors_in_all) {
@@ -327,7 +327,7 @@ TEST(OwnProfile, NamesEveryMistake) {
         {"profile: 1\ncolor: [{channels: [[R, G, B]]}]", "name: missing"},
         {"name: x\ncolor: [{channels: [[R, G, B]]}]", "profile: missing"},
         {"profile: 2\nname: x\ncolor: [{channels: [[R, G, B]]}]", "reads version 1"},
-        {head, "no role"},
+        {head, "missing roles"},
         {head + "colr: []", "did you mean 'color'?"},
         {head + "color: [{channels: [[R, G]]}]", "a list of 3 to 4 channel names"},
         {head + "color: [{channel: [[R, G, B]]}]", "did you mean 'channels'?"},
@@ -335,8 +335,9 @@ TEST(OwnProfile, NamesEveryMistake) {
         {head + "color: [{channels: []}]", "a list of lists"},
         {head + "color: R", "a list of sources"},
         {head + "color: [R]", "a map with channels"},
-        {head + "color: [{channels: [[R, G, a.<layer>.B]]}]", "may begin with <layer>"},
-        {head + "color: [{channels: [[R, G, <layer>.B]]}]", "in all names of a pattern or in none"},
+        {head + "color: [{channels: [[R, G, a.<layer>.B]]}]", "without a leading <layer>"},
+        {head + "color: [{channels: [[R, G, <layer>.B]]}]",
+         "in every name of a pattern or in no name"},
         {head + "color: [{channels: [[R, G, B]], unpremultiplied: 1}]", "true or false"},
         {head + "depth: [{channels: [[Z]], encoding: log}]", "one of linear, inverse"},
         {head + "depth: [{channels: [[Z]], scale: [1, 1]}]", "unknown key 'scale'"},

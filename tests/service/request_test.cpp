@@ -215,8 +215,8 @@ TEST_F(RequestTest, AFaultNamesItsLineColumnAndKey) {
               "job:2:2: error: duplicate key 'input'; it is already given in line 1\n");
     const Problem deep =
         refused(R"({"chain": "fast", "input": "in.####.exr", "output": "out/o.####.exr",
-  "set": ["fxaa.mode=fxaa", 5]})");
-    EXPECT_EQ(deep.detail, "job:2:29: error: set[1]: '5' is not a string");
+  "set": ["fxaa.mode=directional", 5]})");
+    EXPECT_EQ(deep.detail, "job:2:36: error: set[1]: '5' is not a string");
     const Problem large = refused("{\"chain\": \"fast\",\n \"priority\": 1e400}");
     EXPECT_EQ(large.detail, "job:1:1: error: a number is too large for a double");
     const Problem two =

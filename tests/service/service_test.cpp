@@ -257,7 +257,7 @@ TEST_F(Jobs, FramesThatAreNotThere) {
     const std::string held =
         submit(body(R"(, "frames": "6-7", "missing": "hold", "on_existing": "overwrite")"));
     EXPECT_EQ(ended(held).done, 2) << ended(held).message;
-    EXPECT_NE(frames(held)[1].message.find("frame 6 stands in"), std::string::npos);
+    EXPECT_NE(frames(held)[1].message.find("frame 6 is written in its place"), std::string::npos);
 }
 
 TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
@@ -470,10 +470,18 @@ TEST_F(Jobs, PlansAndChains) {
     ASSERT_EQ(plan["frames"].size(), 2u);
     EXPECT_EQ(plan["frames"][0]["frame"], 2);
     EXPECT_TRUE(plan["frames"][0]["plan"].contains("steps"));
-    EXPECT_TRUE(service_->check_chain("postchain: 1\npasses: [fxaa]\n").empty());
-    const Diagnostics faults = service_->check_chain("postchain: 1\npasses: [fxa]\n");
+    const auto checked = [&](const char* text) {
+        return service_->check_chain(json{{"text", text}}.dump());
+    };
+    EXPECT_TRUE(std::get<Diagnostics>(checked("postchain: 1\npasses: [fxaa]\n")).empty());
+    const auto faults = std::get<Diagnostics>(checked("postchain: 1\npasses: [fxa]\n"));
     ASSERT_EQ(faults.size(), 1u);
     EXPECT_EQ(faults[0].line, 2);
+    for (const char* body : {"{\"text\": 5}", "{\"txt\": \"\"}", "[]", "text: a"}) {
+        const auto refused = service_->check_chain(body);
+        ASSERT_TRUE(std::holds_alternative<Problem>(refused)) << body;
+        EXPECT_EQ(std::get<Problem>(refused).diagnostics.size(), 1u) << body;
+    }
     EXPECT_TRUE(json::parse(service_->passes()).is_object());
     EXPECT_TRUE(json::parse(service_->chain_schema()).is_object());
     EXPECT_TRUE(service_->job_schema().is_object());

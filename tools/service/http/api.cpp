@@ -161,8 +161,8 @@ void Api::add_jobs() {
                  respond(json_reply(200, io::json_text({{"jobs", list}, {"next", next}})));
              },
          .queries = {{"state", "only jobs in this state"},
-                     {"before", "a job's id: only older ones"},
-                     {"limit", "at most so many, 1 to 500; 50 where it is not given"}},
+                     {"before", "a job's id: only older jobs"},
+                     {"limit", "maximum number of jobs, 1 to 500; default 50"}},
          .schema = "Jobs"});
     routes_.push_back({.method = "GET",
                        .path = "/v1/jobs/{id}",
@@ -182,7 +182,7 @@ void Api::add_jobs() {
                        .schema = "Job"});
     routes_.push_back({.method = "POST",
                        .path = "/v1/jobs/{id}/retry",
-                       .summary = "Does again what is not done yet of a failed or canceled job",
+                       .summary = "Runs the unfinished frames of a failed or canceled job",
                        .handle =
                            [this](const Call& call, const Respond& respond) {
                                respond(job_reply(200, service_.retry(call.values[0])));
@@ -220,31 +220,32 @@ void Api::add_results() {
                                                                          frame_detail_fields()))));
                            },
                        .schema = "FrameDetail"});
-    routes_.push_back(
-        {.method = "GET",
-         .path = "/v1/jobs/{id}/events",
-         .summary = "Events of a job, until it has ended",
-         .handle =
-             [this](const Call& call, const Respond& respond) {
-                 auto wanted = events_wanted(call, call.values[0]);
-                 if (!wanted) return respond(problem(400, kNoEvent));
-                 const auto job = service_.job(call.values[0]);
-                 if (const auto* wrong = std::get_if<Problem>(&job))
-                     return respond(problem(*wrong));
-                 Reply reply;
-                 reply.type = "text/event-stream";
-                 // A finished job has no further events. 204 tells EventSource not to reconnect.
-                 const auto left = service_.events(call.values[0], *wanted->after, 1);
-                 const Job& found = std::get<Job>(job);
-                 if (found.ended_ms != 0 && std::holds_alternative<std::vector<Event>>(left) &&
-                     std::get<std::vector<Event>>(left).empty())
-                     reply.status = 204;
-                 else
-                     reply.events = std::move(wanted);
-                 respond(std::move(reply));
-             },
-         .queries = {{"after", "an event's id, for those who cannot set Last-Event-ID"}},
-         .type = "text/event-stream"});
+    routes_.push_back({.method = "GET",
+                       .path = "/v1/jobs/{id}/events",
+                       .summary = "Events of a job until it ends",
+                       .handle =
+                           [this](const Call& call, const Respond& respond) {
+                               auto wanted = events_wanted(call, call.values[0]);
+                               if (!wanted) return respond(problem(400, kNoEvent));
+                               const auto job = service_.job(call.values[0]);
+                               if (const auto* wrong = std::get_if<Problem>(&job))
+                                   return respond(problem(*wrong));
+                               Reply reply;
+                               reply.type = "text/event-stream";
+                               // A finished job has no further events. 204 tells EventSource not to
+                               // reconnect.
+                               const auto left = service_.events(call.values[0], *wanted->after, 1);
+                               const Job& found = std::get<Job>(job);
+                               if (found.ended_ms != 0 &&
+                                   std::holds_alternative<std::vector<Event>>(left) &&
+                                   std::get<std::vector<Event>>(left).empty())
+                                   reply.status = 204;
+                               else
+                                   reply.events = std::move(wanted);
+                               respond(std::move(reply));
+                           },
+                       .queries = {{"after", "an event's id, instead of the header Last-Event-ID"}},
+                       .type = "text/event-stream"});
     routes_.push_back({.method = "GET",
                        .path = "/v1/events",
                        .summary = "Events of all jobs",
@@ -256,16 +257,14 @@ void Api::add_results() {
                                if (!reply.events) return respond(problem(400, kNoEvent));
                                respond(std::move(reply));
                            },
-                       .queries = {{"after",
-                                    "an event's id, for those who cannot set "
-                                    "Last-Event-ID"}},
+                       .queries = {{"after", "an event's id, instead of the header Last-Event-ID"}},
                        .type = "text/event-stream"});
     for (const bool after : {false, true})
         routes_.push_back(
             {.method = "GET",
              .path =
                  std::string("/v1/jobs/{id}/frames/{n}/") + (after ? "after.png" : "before.png"),
-             .summary = after ? "Thumbnail of a frame as written" : "Thumbnail of a frame as read",
+             .summary = after ? "Thumbnail of a filtered frame" : "Thumbnail of an input frame",
              .handle =
                  [this, after](const Call& call, const Respond& respond) {
                      const auto frame = number_of<int>(call.values[1]);
@@ -278,7 +277,7 @@ void Api::add_results() {
     routes_.push_back(
         {.method = "GET",
          .path = "/v1/jobs/{id}/report/{name...}",
-         .summary = "A file of the report of an ab, bench or study",
+         .summary = "A file of the report of an ab, bench or study job",
          .handle =
              [this](const Call& call, const Respond& respond) {
                  Reply reply = picture_reply(service_.report_file(call.values[0], call.values[1]));
@@ -298,7 +297,7 @@ void Api::add_results() {
 void Api::add_tools() {
     routes_.push_back({.method = "POST",
                        .path = "/v1/plan",
-                       .summary = "What would run, what is left out and why",
+                       .summary = "Plans frames: steps, elided steps with reasons",
                        .handle =
                            [this](const Call& call, const Respond& respond) {
                                const auto answer = service_.plan(call.request.body);
@@ -310,7 +309,7 @@ void Api::add_tools() {
     routes_.push_back(
         {.method = "POST",
          .path = "/v1/preview",
-         .summary = "One frame, filtered",
+         .summary = "Filters one frame",
          .handle =
              [this](const Call& call, const Respond& respond) {
                  // EXR only if Accept names it; a wildcard gets PNG.
@@ -325,7 +324,7 @@ void Api::add_tools() {
          .type = "image/png"});
     routes_.push_back({.method = "POST",
                        .path = "/v1/chain/check",
-                       .summary = "Faults of a chain's text",
+                       .summary = "Checks the text of a chain file",
                        .handle =
                            [this](const Call& call, const Respond& respond) {
                                const auto answer = service_.check_chain(call.request.body);
@@ -351,17 +350,17 @@ void Api::add_about() {
                        .handle = text(&Service::passes, service_)});
     routes_.push_back({.method = "GET",
                        .path = "/v1/schema",
-                       .summary = "Schema of a chain",
+                       .summary = "JSON Schema of a chain file",
                        .handle = text(&Service::chain_schema, service_)});
     routes_.push_back({.method = "GET",
                        .path = "/v1/schema/job",
-                       .summary = "Schema of a job",
+                       .summary = "JSON Schema of a job",
                        .handle = [this](const Call&, const Respond& respond) {
                            respond(json_reply(200, io::json_text(service_.job_schema(), 2)));
                        }});
     routes_.push_back({.method = "GET",
                        .path = "/openapi.json",
-                       .summary = "This interface",
+                       .summary = "This interface as OpenAPI",
                        .handle = [this](const Call&, const Respond& respond) {
                            respond(json_reply(200, openapi_of(routes_, service_.job_schema(),
                                                               version_, guard_.asks_for_token())));
@@ -369,13 +368,13 @@ void Api::add_about() {
     routes_.push_back(
         {.method = "GET",
          .path = "/healthz",
-         .summary = "It runs",
+         .summary = "200 while the process runs",
          .handle = [](const Call&,
                       const Respond& respond) { respond(json_reply(200, "{\"status\": \"ok\"}")); },
          .open = true});
     routes_.push_back({.method = "GET",
                        .path = "/readyz",
-                       .summary = "It takes jobs; 503 where not",
+                       .summary = "200 if the service accepts jobs, otherwise 503",
                        .handle =
                            [this](const Call& call, const Respond& respond) {
                                const Health health = service_.health();
@@ -432,7 +431,7 @@ void Api::add_page() {
                            .type = "text/html"});
     routes_.push_back({.method = "GET",
                        .path = "/v1/session",
-                       .summary = "Whether a token is asked for, and whether it is known",
+                       .summary = "Whether a token is required, and whether the request has it",
                        .handle =
                            [this](const Call& call, const Respond& respond) {
                                const Json body = {{"token", guard_.asks_for_token()},
@@ -443,7 +442,7 @@ void Api::add_page() {
                        .open = true});
     routes_.push_back({.method = "POST",
                        .path = "/v1/session",
-                       .summary = "A cookie for whoever shows the token: for pages",
+                       .summary = "Sets a session cookie for a page that sends the token",
                        .handle =
                            [this](const Call&, const Respond& respond) {
                                Reply reply;
@@ -456,7 +455,7 @@ void Api::add_page() {
                        .status = 204});
     routes_.push_back({.method = "DELETE",
                        .path = "/v1/session",
-                       .summary = "Ends that",
+                       .summary = "Removes the session cookie",
                        .handle =
                            [](const Call&, const Respond& respond) {
                                Reply reply;

@@ -23,6 +23,21 @@ Json about_words(const std::array<E, n>& words, const char* description) {
     return {{"type", "string"}, {"enum", names}, {"description", description}};
 }
 
+template <class T, class Member>
+Field<T> field(const char* name, Json schema, Member T::*member) {
+    return {name, std::move(schema), [member](const T& item) {
+                if constexpr (std::is_enum_v<Member>)
+                    return Json(name_of(item.*member));
+                else
+                    return Json(item.*member);
+            }};
+}
+
+Field<Job> time_field(const char* name, const char* description, int64_t Job::*member) {
+    return {name, about_time(description),
+            [member](const Job& job) { return time_of(job.*member); }};
+}
+
 // The value of a stored JSON text; null if it is not JSON.
 Json parsed(const std::string& text) {
     Json json = Json::parse(text, nullptr, false);
@@ -42,37 +57,42 @@ Json time_of(int64_t ms) {
     return text;
 }
 
+const std::vector<Field<Diagnostic>>& diagnostic_fields() {
+    static const std::vector<Field<Diagnostic>> fields = {
+        field("file", about("string", "name of the text"), &Diagnostic::file),
+        field("line", about("integer", "from 1; 0 = the whole text"), &Diagnostic::line),
+        field("column", about("integer", "from 1, in characters"), &Diagnostic::column),
+        field("severity",
+              about_words(std::array{Severity::note, Severity::warning, Severity::error},
+                          "only errors refuse the text"),
+              &Diagnostic::severity),
+        field("path", about("string", "passes[1].samples"), &Diagnostic::path),
+        field("message", about("string", "the fault and its remedy"), &Diagnostic::message),
+    };
+    return fields;
+}
+
 const std::vector<Field<Job>>& job_fields() {
     static const std::vector<Field<Job>> fields = {
-        {"id", about("string", "names the job"), [](const Job& j) { return Json(j.id); }},
-        {"kind", about_words(kJobKinds, "what is done"),
-         [](const Job& j) { return Json(name_of(j.kind)); }},
-        {"state", about_words(kJobStates, "how far it is"),
-         [](const Job& j) { return Json(name_of(j.state)); }},
-        {"priority", about("integer", "-100 to 100, larger first"),
-         [](const Job& j) { return Json(j.priority); }},
-        {"message", about("string", "why it failed, or what is worth knowing"),
-         [](const Job& j) { return Json(j.message); }},
-        {"created", about_time("when it was submitted, UTC"),
-         [](const Job& j) { return time_of(j.created_ms); }},
-        {"started", about_time("when it was first begun"),
-         [](const Job& j) { return time_of(j.started_ms); }},
-        {"ended", about_time("when it was done, failed or was canceled"),
-         [](const Job& j) { return time_of(j.ended_ms); }},
-        {"frames", about("integer", "of the job, once known"),
-         [](const Job& j) { return Json(j.frames); }},
-        {"done", about("integer", "frames that are written, or were there already"),
-         [](const Job& j) { return Json(j.done); }},
-        {"failed", about("integer", "frames that are missing or set aside"),
-         [](const Job& j) { return Json(j.failed); }},
-        {"remaining_s", about("number", "estimate while it runs; 0 = unknown"),
-         [](const Job& j) { return Json(j.remaining_s); }},
-        {"exit_code", about("integer", "what the command would have ended with"),
-         [](const Job& j) { return Json(j.exit_code); }},
-        {"verdict", about("string", "of ab, bench and study, one line"),
-         [](const Job& j) { return Json(j.verdict); }},
+        field("id", about("string", "id of the job"), &Job::id),
+        field("kind", about_words(kJobKinds, "kind of the job"), &Job::kind),
+        field("state", about_words(kJobStates, "state of the job"), &Job::state),
+        field("priority", about("integer", "-100 to 100; higher runs first"), &Job::priority),
+        field("message", about("string", "reason of a failure, or notes"), &Job::message),
+        time_field("created", "time of submission, UTC", &Job::created_ms),
+        time_field("started", "time of the first start", &Job::started_ms),
+        time_field("ended", "time when it was done, failed or was canceled", &Job::ended_ms),
+        field("frames", about("integer", "number of frames; 0 until known"), &Job::frames),
+        field("done", about("integer", "frames that are written or were skipped"), &Job::done),
+        field("failed", about("integer", "frames that are missing or set aside"), &Job::failed),
+        field("remaining_s", about("number", "estimate while the job runs; 0 = unknown"),
+              &Job::remaining_s),
+        field("exit_code", about("integer", "exit code of the command for the same work"),
+              &Job::exit_code),
+        field("verdict", about("string", "result of ab, bench and study in one line"),
+              &Job::verdict),
         {"request",
-         {{"description", "the job as it was submitted"}},
+         {{"description", "the submitted job"}},
          [](const Job& j) { return parsed(j.body); }},
     };
     return fields;
@@ -80,18 +100,12 @@ const std::vector<Field<Job>>& job_fields() {
 
 const std::vector<Field<JobFrame>>& frame_fields() {
     static const std::vector<Field<JobFrame>> fields = {
-        {"frame", about("integer", "number of the frame"),
-         [](const JobFrame& f) { return Json(f.frame); }},
-        {"state", about_words(kFrameStates, "what came of it"),
-         [](const JobFrame& f) { return Json(name_of(f.state)); }},
-        {"attempts", about("integer", "how often it was begun"),
-         [](const JobFrame& f) { return Json(f.attempts); }},
-        {"output", about("string", "the file, as in the job"),
-         [](const JobFrame& f) { return Json(f.output); }},
-        {"message", about("string", "of the last failure"),
-         [](const JobFrame& f) { return Json(f.message); }},
-        {"filter_ms", about("number", "time to filter, milliseconds"),
-         [](const JobFrame& f) { return Json(f.filter_ms); }},
+        field("frame", about("integer", "frame number"), &JobFrame::frame),
+        field("state", about_words(kFrameStates, "state of the frame"), &JobFrame::state),
+        field("attempts", about("integer", "number of attempts"), &JobFrame::attempts),
+        field("output", about("string", "the output file, as in the job"), &JobFrame::output),
+        field("message", about("string", "the last failure"), &JobFrame::message),
+        field("filter_ms", about("number", "time to filter, milliseconds"), &JobFrame::filter_ms),
     };
     return fields;
 }
@@ -99,10 +113,11 @@ const std::vector<Field<JobFrame>>& frame_fields() {
 const std::vector<Field<JobFrame>>& frame_detail_fields() {
     static const std::vector<Field<JobFrame>> fields = [] {
         std::vector<Field<JobFrame>> all = frame_fields();
-        all.push_back({"sidecar",
-                       {{"type", {"object", "null"}},
-                        {"description", "what ran, what was left out and why, times of each pass"}},
-                       [](const JobFrame& f) { return parsed(f.sidecar); }});
+        all.push_back(
+            {"sidecar",
+             {{"type", {"object", "null"}},
+              {"description", "steps that ran, elided steps with reasons, times of each pass"}},
+             [](const JobFrame& f) { return parsed(f.sidecar); }});
         return all;
     }();
     return fields;

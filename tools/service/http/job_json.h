@@ -1,10 +1,11 @@
-// Jobs, frames and events as JSON. One table for each type: JSON and schema are made from its rows.
+// Jobs, frames, events and diagnostics as JSON. JSON and schema are made from one table per type.
 #pragma once
 
 #include <functional>
 #include <string>
 #include <vector>
 
+#include "config/diagnostic.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 
@@ -17,6 +18,7 @@ struct Field {
     std::function<io::Json(const T&)> value;
 };
 
+const std::vector<Field<Diagnostic>>& diagnostic_fields();
 const std::vector<Field<Job>>& job_fields();
 const std::vector<Field<JobFrame>>& frame_fields();         // in lists
 const std::vector<Field<JobFrame>>& frame_detail_fields();  // the same with the sidecar

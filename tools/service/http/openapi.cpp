@@ -1,6 +1,7 @@
 #include "tools/service/http/openapi.h"
 
 #include "tools/service/http/job_json.h"
+#include "tools/service/work/body_keys.h"
 
 namespace postchain::service {
 namespace {
@@ -29,40 +30,30 @@ Json schemas(Json job) {
     job.erase("$schema");  // for documents of their own
     Json jobs = list_of("jobs", "Job");
     jobs["properties"]["next"] = {{"type", {"string", "null"}},
-                                  {"description", "before= of the jobs that follow"}};
-    const Json diagnostic = {
-        {"type", "object"},
-        {"properties",
-         {{"file", text("name of the text")},
-          {"line", integer("from 1; 0 = the whole text")},
-          {"column", integer("from 1, in characters")},
-          {"severity", {{"type", "string"}, {"enum", {"note", "warning", "error"}}}},
-          {"path", text("passes[1].samples")},
-          {"message", text("what is wrong, and the remedy")}}}};
+                                  {"description", "value of `before` for the next jobs"}};
     const Json problem = {{"type", "object"},
                           {"properties",
                            {{"type", text("about:blank")},
-                            {"title", text("of the status")},
-                            {"status", integer("as of the reply")},
-                            {"detail", text("what is wrong, and the remedy")},
+                            {"title", text("name of the status")},
+                            {"status", integer("status of the reply")},
+                            {"detail", text("the fault and its remedy")},
                             {"errors", {{"type", "array"}, {"items", ref("Diagnostic")}}}}},
                           {"required", {"type", "title", "status"}}};
     const Json plan = {
         {"type", "object"},
         {"description", "chain or chain_text, set, and every key of a job's input and plan"}};
-    const Json preview = {{"type", "object"},
-                          {"description",
-                           "chain or chain_text, set, input, camera and every other key of a job's "
-                           "input and plan, and these"},
-                          {"properties",
-                           {{"frame", integer("which frame of the input")},
-                            {"scale",
-                             {{"type", "number"},
-                              {"minimum", 0.05},
-                              {"maximum", 1},
-                              {"description", "of its size"}}}}}};
+    const Json preview = {
+        {"type", "object"},
+        {"description", "chain or chain_text, set, every key of a job's input and plan, and these"},
+        {"properties",
+         {{"frame", integer("frame number")},
+          {"scale",
+           {{"type", "number"},
+            {"minimum", kMinPreviewScale},
+            {"maximum", 1},
+            {"description", "scale of width and height"}}}}}};
     const Json chain_text = {{"type", "object"},
-                             {"properties", {{"text", text("of a chain file")}}},
+                             {"properties", {{"text", text("text of a chain file")}}},
                              {"required", {"text"}}};
     return {{"JobRequest", job},
             {"PlanRequest", plan},
@@ -73,7 +64,7 @@ Json schemas(Json job) {
             {"Frame", schema_of(frame_fields())},
             {"Frames", list_of("frames", "Frame")},
             {"FrameDetail", schema_of(frame_detail_fields())},
-            {"Diagnostic", diagnostic},
+            {"Diagnostic", schema_of(diagnostic_fields())},
             {"Diagnostics", list_of("diagnostics", "Diagnostic")},
             {"Problem", problem}};
 }
@@ -105,7 +96,7 @@ Json operation_of(const Route& route) {
     if (!route.body.empty())
         operation["requestBody"] = {
             {"required", true}, {"content", {{"application/json", {{"schema", ref(route.body)}}}}}};
-    Json success = {{"description", route.status == 204 ? "Done" : "What was asked for"}};
+    Json success = {{"description", route.status == 204 ? "Done" : "Success"}};
     if (route.status != 204)
         success["content"] = {{route.type, route.schema.empty()
                                                ? Json::object()
@@ -113,7 +104,7 @@ Json operation_of(const Route& route) {
     operation["responses"] = {
         {std::to_string(route.status), success},
         {"default",
-         {{"description", "Refused, or failed"},
+         {{"description", "Refused or failed"},
           {"content", {{"application/problem+json", {{"schema", ref("Problem")}}}}}}}};
     if (route.open) operation["security"] = Json::array();
     return operation;

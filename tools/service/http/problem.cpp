@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/sequence/files/json.h"
+#include "tools/service/http/job_json.h"
 
 namespace postchain::service {
 namespace {
@@ -31,13 +31,7 @@ int status_of_kind(Problem::Kind kind) {
 
 Json array_of(const Diagnostics& diagnostics) {
     Json array = Json::array();
-    for (const Diagnostic& one : diagnostics)
-        array.push_back({{"file", one.file},
-                         {"line", one.line},
-                         {"column", one.column},
-                         {"severity", name_of(one.severity)},
-                         {"path", one.path},
-                         {"message", one.message}});
+    for (const Diagnostic& one : diagnostics) array.push_back(json_of(one, diagnostic_fields()));
     return array;
 }
 

@@ -13,6 +13,8 @@ namespace postchain::service {
 
 enum class RequestKind { run, ab, bench, study, plan, preview };  // the jobs first, as in JobKind
 
+inline constexpr double kMinPreviewScale = 0.05;  // of RequestKind::preview
+
 using BodyKeys = std::vector<std::pair<std::string, io::Json>>;
 // `run_table`: the settings of a run (run/job_settings.h).
 BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table);

@@ -27,8 +27,6 @@
 
 namespace postchain::service {
 
-inline constexpr double kMinPreviewScale = 0.05;
-
 struct JobRequest {
     JobKind kind = JobKind::run;
     int priority = 0;

@@ -355,6 +355,7 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
             glBindImageTexture(i, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA32F);
             glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, 0);
         }
+        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, 0);
         const Host host;
         const GlState state = host_state(), bound = bound_state();
         for (int run = 0; run < 2; ++run) {

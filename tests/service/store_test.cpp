@@ -246,7 +246,7 @@ TEST_F(StoreTest, TheOldestEndedJobsGo) {
 
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     open();
-    EXPECT_NE(refusal().find("another service has this store"), std::string::npos) << refusal();
+    EXPECT_NE(refusal().find("another service uses this store"), std::string::npos) << refusal();
     store_.reset();
     EXPECT_EQ(refusal(), "opened");
 }
@@ -254,7 +254,7 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
 TEST_F(StoreTest, AFileThatIsNoStoreStays) {
     const std::string text(5000, 'x');
     std::ofstream(path()) << text;
-    EXPECT_NE(refusal().find("is no store of jobs"), std::string::npos) << refusal();
+    EXPECT_NE(refusal().find("is not a store of jobs"), std::string::npos) << refusal();
     std::ifstream file(path());
     EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), text);
 }

@@ -24,7 +24,7 @@ function fill_scale(box, map, compared) {
         h("div", { class: "ramp", style: { background: kRamp } }),
         h("div", { class: "ticks" }, ticks_of(map).map(([place, v]) =>
             h("span", { style: { left: percent(place) } },
-                String(Number(v.toPrecision(2)))))));
+                v < 1e-3 ? number(v, 1) : String(Number(v.toPrecision(2)))))));
 }
 
 export function overlay(page) {

@@ -105,7 +105,7 @@ TEST_F(Programs, BlockOfTheProgram) {
     ASSERT_TRUE(with.ok() && without.ok());
     EXPECT_EQ(with->uniforms_type, "Sizes");  // also if nothing reads it
     EXPECT_EQ(with->uniforms_bytes, 16u);
-    EXPECT_EQ(without->block, "");
+    EXPECT_EQ(without->uniforms_type, "");
     EXPECT_EQ(without->uniforms_bytes, 0u);
 }
 

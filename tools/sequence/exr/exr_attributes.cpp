@@ -19,10 +19,10 @@
 #include <ImfVecAttribute.h>
 
 #include <charconv>
-#include <iterator>
 #include <optional>
 
 #include "chain/status.h"
+#include "tools/sequence/exr/exr_compression.h"
 
 namespace postchain::io {
 
@@ -42,10 +42,8 @@ std::string two_digits(int n) {
 }  // namespace
 
 const char* compression_name(Imf::Compression compression) {
-    static constexpr const char* kNames[] = {"none",  "rle", "zips", "zip",  "piz",
-                                             "pxr24", "b44", "b44a", "dwaa", "dwab"};
-    const auto index = size_t(compression);
-    return index < std::size(kNames) ? kNames[index] : "unknown";
+    const bool known = compression >= Imf::NO_COMPRESSION && compression <= Imf::DWAB_COMPRESSION;
+    return known ? name_of(ExrMethod(compression)) : "unknown";
 }
 
 std::string attribute_text(const Imf::Attribute& a) {

@@ -3,21 +3,21 @@
 #include <algorithm>
 #include <bit>
 
+#include "tools/sequence/exr/exr_compression.h"
+
 namespace postchain::io {
 
 namespace {
 
 struct Compression {
-    const char* name;
     uint64_t lines;        // lines of a chunk
     uint64_t most_packed;  // derived in exr_part_check.h
 };
 
-// Indexed by the file's number of a compression.
-constexpr Compression kCompressions[] = {{"none", 1, 1},      {"rle", 1, 64},   {"zips", 1, 1032},
-                                         {"zip", 16, 1032},   {"piz", 32, 454}, {"pxr24", 16, 1376},
-                                         {"b44", 32, 11},     {"b44a", 32, 11}, {"dwaa", 32, 66048},
-                                         {"dwab", 256, 66048}};
+// Indexed by ExrMethod, which has the file's numbers.
+constexpr Compression kCompressions[] = {{1, 1},      {1, 64},     {1, 1032}, {16, 1032},
+                                         {32, 454},   {16, 1376},  {32, 11},  {32, 11},
+                                         {32, 66048}, {256, 66048}};
 
 const Compression* compression_of(int number) {
     const bool known = number >= 0 && size_t(number) < std::size(kCompressions);
@@ -137,10 +137,10 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
     if (!part.tiled) {
         needs.chunks = up(height, compression->lines);
         // OpenEXR's buffers hold a whole block even if the part has fewer lines.
-        const Status status = check_chunk(concat("a block of ", std::to_string(compression->lines),
-                                                 " lines of ", compression->name),
-                                          compression->lines * width * bytes, limits,
-                                          "write it with fewer channels or as zip");
+        const Status status = check_chunk(
+            concat("a block of ", std::to_string(compression->lines), " lines of ",
+                   name_of(ExrMethod(part.compression))),
+            compression->lines * width * bytes, limits, "write it with fewer channels or as zip");
         if (!status.ok()) return status;
         if (Status s = check_chunk_count(part, needs); !s.ok()) return s;
         return needs;
@@ -169,11 +169,11 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
 
 Status too_much_packed(const PartSizes& part, const PartNeeds& needs, uint64_t file_bytes) {
     const Compression& compression = *compression_of(part.compression);
-    return input_error(concat("truncated or damaged: its header states ",
-                              std::to_string(needs.pixel_bytes), " bytes of pixels in a file of ",
-                              std::to_string(file_bytes), "; ", compression.name, " packs at most ",
-                              std::to_string(compression.most_packed),
-                              " bytes into one; copy or render it again"));
+    return input_error(concat(
+        "truncated or damaged: its header states ", std::to_string(needs.pixel_bytes),
+        " bytes of pixels in a file of ", std::to_string(file_bytes), "; ",
+        name_of(ExrMethod(part.compression)), " packs at most ",
+        std::to_string(compression.most_packed), " bytes into one; copy or render it again"));
 }
 
 }  // namespace postchain::io

@@ -30,15 +30,15 @@ ChainLink ChainLink::clone() const {
     return twin;
 }
 
-std::optional<ChainLink> ChainLink::that_promises(
-    const std::function<bool(const Promises&)>& kept) const {
-    if (kept(pass->promises())) return clone();
+std::optional<ChainLink> ChainLink::that_guarantees(
+    const std::function<bool(const Guarantees&)>& kept) const {
+    if (kept(pass->guarantees())) return clone();
     for (const PassVariant& variant : type->variants) {
         ChainLink other = clone();
         bool fits = true;
         for (const auto& [key, value] : variant.settings)
             fits = fits && type->parameters->set(other.pass->parameters(), key, value).ok();
-        if (fits && kept(other.pass->promises())) return other;
+        if (fits && kept(other.pass->guarantees())) return other;
     }
     return std::nullopt;
 }
@@ -76,15 +76,15 @@ RoleSet Chain::optional() const {
     return roles - required();
 }
 
-Promises Chain::promises() const {
-    Promises all;
+Guarantees Chain::guarantees() const {
+    Guarantees all;
     all.keeps_constants = true;
     all.convex = 0;
     all.lattice_px = 1;
     all.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
     all.light = Light::kept;
     for (size_t i = 0; i < links.size(); ++i) {
-        const Promises own = links[i].pass->promises();
+        const Guarantees own = links[i].pass->guarantees();
         if (i == 0) all.driven_by = own.driven_by;
         all = all.then(own);
     }
@@ -99,11 +99,12 @@ Reach Chain::reach(const FrameDescription& given) const {
     return all;
 }
 
-std::optional<Chain> Chain::that_promises(const std::function<bool(const Promises&)>& kept) const {
+std::optional<Chain> Chain::that_guarantees(
+    const std::function<bool(const Guarantees&)>& kept) const {
     Chain chain;
     chain.camera = camera;
     for (const auto& link : links) {
-        auto one = link.that_promises(kept);
+        auto one = link.that_guarantees(kept);
         if (!one) return std::nullopt;
         chain.links.push_back(std::move(*one));
     }

@@ -31,9 +31,10 @@ struct ChainLink {
     std::string text() const;         // "motion_blur: samples=25 ..."
 
     ChainLink clone() const;  // with a pass of its own
-    // This link as it is set if it keeps the promise, otherwise with the settings of the first
+    // This link as it is set if it keeps the guarantee, otherwise with the settings of the first
     // variant that does; empty if none does.
-    std::optional<ChainLink> that_promises(const std::function<bool(const Promises&)>& kept) const;
+    std::optional<ChainLink> that_guarantees(
+        const std::function<bool(const Guarantees&)>& kept) const;
 };
 
 struct Chain {
@@ -49,11 +50,11 @@ struct Chain {
     // Planes any pass requires or can use.
     RoleSet required() const;
     RoleSet optional() const;
-    // The promises of all passes together; a chain without passes promises everything.
-    Promises promises() const;
+    // The guarantees of all passes together; a chain without passes guarantees everything.
+    Guarantees guarantees() const;
     Reach reach(const FrameDescription& frame) const;
-    // Every link that_promises(); empty if one cannot.
-    std::optional<Chain> that_promises(const std::function<bool(const Promises&)>& kept) const;
+    // Every link that_guarantees(); empty if one cannot.
+    std::optional<Chain> that_guarantees(const std::function<bool(const Guarantees&)>& kept) const;
     std::string text() const;  // canonical
     uint64_t hash() const;     // hash of text()
 };

@@ -51,8 +51,7 @@ Camera Camera::overlaid_by(const Camera& over) const {
 
 std::string Camera::text() const {
     Camera named = *this;
-    if (aperture_image.is_read())
-        named.aperture_image = ApertureImage(hex_of(aperture_image.hash()));
+    if (aperture_image.is_read()) named.aperture_image = BokehKernel(hex_of(aperture_image.hash()));
     std::string text = camera_parameters().text(&named);
     // As yet without the unit that makes it a distance.
     if (metadata_focus_m) text += " metadata_focus_m=" + text_of(*metadata_focus_m);

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/aperture_image.h"
+#include "chain/bokeh_kernel.h"
 #include "chain/image.h"
 #include "chain/parameter.h"
 #include "chain/role.h"
@@ -41,7 +41,7 @@ struct Camera {
     // The aperture as seen in a highlight behind the focus; before the focus it is turned by half a
     // turn. Unset: a disc. An image replaces blades and their curvature.
     std::optional<int> aperture_blades;  // below 3: a disc
-    ApertureImage aperture_image;
+    BokehKernel aperture_image;
     std::optional<double> aperture_rotation_deg;  // counterclockwise
     std::optional<double> aperture_curvature;     // curvature of the blades: 0 straight .. 1 a disc
     std::optional<double> aperture_ratio;         // height over width

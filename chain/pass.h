@@ -3,7 +3,7 @@
 // A pass knows its paper, its parameters, its shaders and its double-precision CPU reference. It
 // does not know the order, its neighbors, files, or GL: it describes its work as steps of a plan.
 //
-//   Pass            parameters                 roles(), promises()
+//   Pass            parameters                 roles(), guarantees()
 //    | resolve(frame)                          errors: a camera that it cannot work with
 //   PassOnFrame     parameters and one frame   identity(), plan(), write_uniforms(), reference()
 //
@@ -25,10 +25,10 @@
 
 #include "chain/elision.h"
 #include "chain/frame.h"
+#include "chain/guarantees.h"
 #include "chain/origin.h"
 #include "chain/parameter.h"
 #include "chain/plan.h"
-#include "chain/promises.h"
 #include "chain/status.h"
 
 namespace postchain {
@@ -239,7 +239,7 @@ class Pass {
 
     virtual RoleUse roles() const = 0;
     // Guarantees about its results with these parameters.
-    virtual Promises promises() const { return {}; }
+    virtual Guarantees guarantees() const { return {}; }
     // Places whose depth it has to know: frame.bounds.inverse_depth_at.
     virtual std::vector<Place> depth_places() const { return {}; }
     // The pass on this frame, which must outlive the result. Errors: values of the camera, sizes;

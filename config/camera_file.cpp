@@ -259,7 +259,7 @@ void resolve_files(Camera& camera, const std::string& file_name) {
     std::error_code failed;
     const fs::path named = fs::path(file_name).parent_path() / camera.aperture_image.file();
     const fs::path whole = fs::absolute(named, failed);
-    camera.aperture_image = ApertureImage((failed ? named : whole).lexically_normal().string());
+    camera.aperture_image = BokehKernel((failed ? named : whole).lexically_normal().string());
 }
 
 double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display& display) {

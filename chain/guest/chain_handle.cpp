@@ -164,8 +164,8 @@ Failure ChainHandle::set_number(uint32_t pass, std::string_view key, double valu
 }
 
 Failure ChainHandle::set_aperture(const float* values) {
-    const size_t count = size_t(ApertureImage::kSide) * size_t(ApertureImage::kSide);
-    auto image = ApertureImage::make(std::vector<float>(values, values + count));
+    const size_t count = size_t(BokehKernel::kSide) * size_t(BokehKernel::kSide);
+    auto image = BokehKernel::make(std::vector<float>(values, values + count));
     if (!image.ok()) return image.status().at("aperture");
     own().camera.aperture_image = std::move(*image);
     ++revision_;

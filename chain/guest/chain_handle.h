@@ -29,7 +29,7 @@ class ChainHandle {
     // or a value outside its domain; the chain is unchanged. PC_OK with a text: a warning.
     Failure set(uint32_t pass, std::string_view key, const ParameterValue& value);
     Failure set_number(uint32_t pass, std::string_view key, double value);
-    // A table of ApertureImage::kSide squared transmittances.
+    // A table of BokehKernel::kSide squared transmittances.
     Failure set_aperture(const float* values);
 
     // PC_ERROR_ARGUMENT: past the last row.

@@ -17,7 +17,7 @@ class GlState {
     static void reset(const gl::UsedUnits& used);
 
   private:
-    static constexpr size_t kMost = gl::CompiledPlan::kMaxUnits;
+    static constexpr size_t kMax = gl::CompiledPlan::kMaxUnits;
     struct Buffer {
         int name;
         int64_t start, size;
@@ -31,9 +31,9 @@ class GlState {
     gl::UsedUnits used_;
     int program_, uniform_buffer_, storage_buffer_, indirect_buffer_, active_texture_;
     Buffer uniform_;
-    std::array<Buffer, kMost> storage_;
-    std::array<int, kMost> textures_, samplers_;
-    std::array<Image, kMost> images_;
+    std::array<Buffer, kMax> storage_;
+    std::array<int, kMax> textures_, samplers_;
+    std::array<Image, kMax> images_;
 };
 
 }  // namespace postchain::guest

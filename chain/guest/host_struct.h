@@ -14,24 +14,24 @@ namespace postchain::guest {
 
 // Bytes up to the members that every host has set since the first version.
 template <class Struct>
-inline constexpr size_t kLeastSize = 0;
+inline constexpr size_t kMinSize = 0;
 template <>
-inline constexpr size_t kLeastSize<pc_create_info> = offsetof(pc_create_info, flags);
+inline constexpr size_t kMinSize<pc_create_info> = offsetof(pc_create_info, flags);
 template <>
-inline constexpr size_t kLeastSize<pc_frame> = offsetof(pc_frame, depth);
+inline constexpr size_t kMinSize<pc_frame> = offsetof(pc_frame, depth);
 template <>
-inline constexpr size_t kLeastSize<pc_capabilities> = offsetof(pc_capabilities, software);
+inline constexpr size_t kMinSize<pc_capabilities> = offsetof(pc_capabilities, software);
 template <>
-inline constexpr size_t kLeastSize<pc_parameter> = offsetof(pc_parameter, pass_name);
+inline constexpr size_t kMinSize<pc_parameter> = offsetof(pc_parameter, pass_name);
 template <>
-inline constexpr size_t kLeastSize<pc_counters> = offsetof(pc_counters, frames);
+inline constexpr size_t kMinSize<pc_counters> = offsetof(pc_counters, frames);
 
 template <class Struct>
 Failure check_size(const Struct* given, const char* name) {
-    static_assert(kLeastSize<Struct> > 0);
+    static_assert(kMinSize<Struct> > 0);
     if (!given) return {PC_ERROR_ARGUMENT, concat(name, " is NULL")};
     const size_t size = given->struct_size;
-    if (size < kLeastSize<Struct>)
+    if (size < kMinSize<Struct>)
         return {PC_ERROR_VERSION, concat(name, ".struct_size is ", size, "; set it to sizeof(",
                                          name, "), which is ", sizeof(Struct), " in this library")};
     const auto* bytes = reinterpret_cast<const unsigned char*>(given);

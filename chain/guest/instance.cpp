@@ -228,7 +228,7 @@ void Instance::forget_entries(const PlanKey& key) {
         const bool other = its.width != key.width || its.height != key.height;
         return other && entry->last_run + kept < frames_;
     });
-    while (entries.size() > kMostEntries)
+    while (entries.size() > kMaxEntries)
         entries.erase(std::min_element(
             entries.begin(), entries.end(),
             [](const auto& a, const auto& b) { return a->last_run < b->last_run; }));

@@ -77,7 +77,7 @@ class Instance {
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
     // Maximum number of plans kept, for example for a cut, a debug view, or the other eye.
-    static constexpr size_t kMostEntries = 8;
+    static constexpr size_t kMaxEntries = 8;
 
     // GL objects of the context.
     struct Objects {

@@ -83,7 +83,7 @@ Status check_aperture(const ApertureParameters& own, const Camera& camera) {
         return Status(StatusCode::chain,
                       concat("aperture_image: ", camera.aperture_image.file(),
                              " has not been read; a host reads it and hands over its values "
-                             "(chain/aperture_image.h)"));
+                             "(chain/bokeh_kernel.h)"));
     return Status();
 }
 

@@ -33,12 +33,12 @@ const ParameterTable& aperture_parameter_table();
 Status check_aperture(const ApertureParameters& parameters, const Camera& camera);
 
 struct Aperture {
-    int blades = 0;            // below 3: a disc
-    ApertureImage image = {};  // replaces blades and curvature
-    double rotation_deg = 0;   // counterclockwise
-    double curvature = 0;      // curvature of the blades: 0 straight .. 1 a disc
-    double ratio = 1;          // height over width; the longer of them has the whole radius
-    double cats_eye = 0;       // shift of the barrel's circle in the corners, radii
+    int blades = 0;           // below 3: a disc
+    BokehKernel image = {};   // replaces blades and curvature
+    double rotation_deg = 0;  // counterclockwise
+    double curvature = 0;     // curvature of the blades: 0 straight .. 1 a disc
+    double ratio = 1;         // height over width; the longer of them has the whole radius
+    double cats_eye = 0;      // shift of the barrel's circle in the corners, radii
 
     // Half-width and half-height of the ellipse around it, the larger 1.
     std::array<double, 2> half_size() const;
@@ -53,7 +53,7 @@ Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera)
 std::vector<UsedValue> used_values(const ApertureParameters& parameters, const Camera& camera);
 
 // The barrel's front, a unit circle, is shifted by this times a ray's place in the frame, radii per
-// pixel from the center. A ray's place follows from its direction: through the lens point l, pixel
+// pixel from the center. A ray's place follows from its direction: through the lens sample l, pixel
 // p sees at infinity the point p - R l, R the radius there.
 double barrel_per_px(const Aperture& aperture, const FrameDescription& frame);
 

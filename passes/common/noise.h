@@ -1,7 +1,7 @@
 // Random numbers: two per pixel, independent of each other, from tables of 128 x 128 pixels that
 // repeat over the frame. Same seed, same table.
 //
-//   x: tile value in [0, 1): whether a pixel takes the neighboring tile, which points of the lens
+//   x: tile value in [0, 1): whether a pixel takes the neighboring tile, which lens samples
 //   y: tap value in [-1, 1): shifts its taps or times
 //
 //   halton  radical inverses in base 2 and 3 of the pixel's index in Morton order (x in the even

@@ -1,7 +1,7 @@
 #include "passes/depth_of_field/depth_of_field.h"
 
 #include "passes/common/circle_of_confusion.h"
-#include "passes/common/lens_points.h"
+#include "passes/common/lens_samples.h"
 #include "passes/depth_of_field/gilham.h"
 
 namespace postchain::depth_of_field {
@@ -44,7 +44,7 @@ const ParameterTable& table() {
                               "less and lose energy"})
             .integer("samples", &Parameters::samples,
                      {.min = 1,
-                      .max = lens::kMaxPoints,
+                      .max = lens::kMaxLensSamples,
                       .soft_max = 128,
                       .unit = "points",
                       .help = "inverse_warp: lens samples per pixel",
@@ -137,23 +137,23 @@ class DepthOfField final : public Pass {
                 .carried = {Role::hint}};
     }
 
-    Promises promises() const override {
-        Promises promises;
+    Guarantees guarantees() const override {
+        Guarantees guarantees;
         if (warps()) {
-            promises = inverse_warp::promises_of(warp_settings(parameters_, {}, {}));
+            guarantees = inverse_warp::guarantees_of(warp_settings(parameters_, {}, {}));
         } else {
-            promises.keeps_constants = true;
-            promises.convex = 1e-6;
+            guarantees.keeps_constants = true;
+            guarantees.convex = 1e-6;
             // If unset it follows the camera: 1, 2 or 4.
-            promises.lattice_px = parameters_.downsample.value_or(4);
-            promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
-                                   Symmetry::shift};
-            promises.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
+            guarantees.lattice_px = parameters_.downsample.value_or(4);
+            guarantees.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
+                                     Symmetry::shift};
+            guarantees.light = parameters_.hdr_weight ? Light::not_more : Light::kept;
         }
         // The camera decides what is in focus; planes and ranges are the pass's own.
         if (parameters_.lens.coc == lens::CocSource::lens)
-            promises.driven_by = {Role::inverse_depth};
-        return promises;
+            guarantees.driven_by = {Role::inverse_depth};
+        return guarantees;
     }
 
     std::vector<Place> depth_places() const override {

@@ -143,23 +143,23 @@ class FxaaPass final : public PlainPass {
         return use;
     }
 
-    Promises promises() const override {
-        Promises promises;
-        promises.keeps_constants = true;
-        promises.convex = 1e-6;
-        if (parameters_.blend == Blend::tonemapped) promises.light = Light::not_more;
-        promises.lattice_px = 1;
-        promises.symmetries = {Symmetry::mirror, Symmetry::shift};
+    Guarantees guarantees() const override {
+        Guarantees guarantees;
+        guarantees.keeps_constants = true;
+        guarantees.convex = 1e-6;
+        if (parameters_.blend == Blend::tonemapped) guarantees.light = Light::not_more;
+        guarantees.lattice_px = 1;
+        guarantees.symmetries = {Symmetry::mirror, Symmetry::shift};
         // The checkerboard always blends with the pixel above.
         if (parameters_.hint != Hint::checkerboard) {
-            promises.symmetries.insert(Symmetry::flip);
-            promises.symmetries.insert(Symmetry::turn);
+            guarantees.symmetries.insert(Symmetry::flip);
+            guarantees.symmetries.insert(Symmetry::turn);
         }
         if (thresholds(parameters_).least >= 2 * kQuietContrast) {
-            promises.driven_by = {Role::color};
-            if (parameters_.hint != Hint::none) promises.driven_by.add(Role::hint);
+            guarantees.driven_by = {Role::color};
+            if (parameters_.hint != Hint::none) guarantees.driven_by.add(Role::hint);
         }
-        return promises;
+        return guarantees;
     }
 
     // The walk along an edge; the texels gathered at its end, and the other side of the edge.

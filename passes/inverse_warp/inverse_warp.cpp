@@ -6,7 +6,7 @@
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
-#include "passes/common/lens_points.h"
+#include "passes/common/lens_samples.h"
 #include "passes/inverse_warp/reference.h"
 #include "shaders/shared/inverse_warp_uniforms.h"
 
@@ -129,7 +129,7 @@ class Planner {
         from.background = add_background(from.surfaces);
         const Hint hint = add_hint();
         Colors result = {picture("color", planner_.context().color_format()), -1};
-        if (layered_) result.layers = layer_pictures("layers");
+        if (layered_) result.layers = layer_images("layers");
         const Soft soft = settings_.denoise ? add_soft() : Soft();
         add_tables(from);
         if (from.starts.still_blocks >= 0)
@@ -170,13 +170,13 @@ class Planner {
         std::vector<Searched> neighbors;
         Starts starts;
         Background background;
-        TextureId noise = -1, lens_points = -1;
+        TextureId noise = -1, lens_samples = -1;
     };
 
     TextureId picture(const std::string& name, Format format) {
         return planner_.texture(name, format, frame_.width, frame_.height);
     }
-    TextureId layer_pictures(const std::string& name) {
+    TextureId layer_images(const std::string& name) {
         return planner_.layers(name, planner_.context().layers_format(), frame_.width,
                                frame_.height);
     }
@@ -327,8 +327,8 @@ class Planner {
         // In halves the determinant of a narrow streak would be lost in rounding.
         soft.spread = picture("spread", Format::rgba32f);
         if (!layered_) return soft;
-        soft.gathered.layers = layer_pictures("layers_gathered");
-        soft.blurred.layers = layer_pictures("layers_soft");
+        soft.gathered.layers = layer_images("layers_gathered");
+        soft.blurred.layers = layer_images("layers_soft");
         return soft;
     }
 
@@ -337,9 +337,9 @@ class Planner {
     void add_tables(Gathered& from) {
         from.noise = noise::add_table(planner_, settings_.noise);
         if (!settings_.lens) return;
-        from.lens_points = lens::add_table(
-            planner_,
-            lens::lens_points(settings_.lens->aperture, settings_.samples, settings_.more_samples));
+        from.lens_samples = lens::add_table(
+            planner_, lens::lens_samples(settings_.lens->aperture, settings_.samples,
+                                         settings_.more_samples));
     }
 
     void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,
@@ -383,7 +383,7 @@ class Planner {
                                      Access::sample_linear});
             step.bindings.push_back({before ? 8 : 10, other.surfaces});
         }
-        if (from.lens_points >= 0) step.bindings.push_back({4, from.lens_points});
+        if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
         if (settings_.denoise) {
             step.bindings.push_back({2, soft.blurred.color, Access::write});
             step.bindings.push_back({3, soft.spread, Access::write});
@@ -489,18 +489,18 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
     return found;
 }
 
-Promises promises_of(const Settings& settings) {
-    Promises promises;
-    promises.keeps_constants = true;
-    promises.convex = 1e-6;
+Guarantees guarantees_of(const Settings& settings) {
+    Guarantees guarantees;
+    guarantees.keeps_constants = true;
+    guarantees.convex = 1e-6;
     // The barrel's cut depends on the place in the frame.
     const bool barrel = settings.lens && settings.lens->aperture.cats_eye > 0;
-    promises.lattice_px = barrel ? 0 : kBlockPx;
+    guarantees.lattice_px = barrel ? 0 : kBlockPx;
     // Random numbers belong to places. On a tie between surfaces a block takes the first, which
     // prefers a side.
     if (settings.noise.noise == noise::Kind::none && !barrel)
-        promises.symmetries = {Symmetry::shift};
-    return promises;
+        guarantees.symmetries = {Symmetry::shift};
+    return guarantees;
 }
 
 std::vector<Settings> every_shape(const Settings& settings) {

@@ -7,7 +7,7 @@
 //   surfaces --block_surfaces-> block_surfaces
 //   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
-//   color, surfaces, starts, background_color, background_depth [, noise] [, lens_points]
+//   color, surfaces, starts, background_color, background_depth [, noise] [, lens_samples]
 //                                                     --gather-> color [, hint]     moving_blocks
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
 //   colors and surfaces of the frames before and after --gather-> surfaces occluded in this frame
@@ -56,9 +56,9 @@ const ParameterTable& parameter_table();
 struct Settings {
     std::optional<Shutter> shutter;
     std::optional<Lens> lens;
-    int samples = 25;      // per pixel, 1..lens::kMaxPoints; without a lens an upper limit
+    int samples = 25;      // per pixel, 1..lens::kMaxLensSamples; without a lens an upper limit
     int more_samples = 0;  // with a lens: extra samples of blocks whose samples disagree; both
-                           // together at most lens::kMaxPoints
+                           // together at most lens::kMaxLensSamples
     Parameters search;
     double still_limit_px = 0.5;  // a block keeps its color if no displacement is longer
     bool denoise = true;          // remove the noise of the samples where they are blurred
@@ -71,7 +71,7 @@ RoleSet required_planes(bool shutter);
 RoleSet optional_planes(bool shutter, Neighbors neighbors);
 
 // The guarantees of a pass that does nothing else.
-Promises promises_of(const Settings& settings);
+Guarantees guarantees_of(const Settings& settings);
 
 // The neighbors of this frame that are searched: those whose color, inverse depth and motion are
 // available beside the frame's own motion. None if the shutter is open for less than an eighth of a

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "chain/work_list.h"
-#include "passes/common/lens_points.h"
+#include "passes/common/lens_samples.h"
 #include "passes/common/wide_color.h"
 #include "passes/inverse_warp/reference_accumulate.h"
 #include "passes/inverse_warp/reference_background.h"
@@ -97,8 +97,8 @@ class Gather {
           spread_(width_, height_, 3),
           hint_(width_, height_, 2) {
         if (settings.lens)
-            points_ =
-                lens::lens_points(settings.lens->aperture, settings.samples, settings.more_samples);
+            points_ = lens::lens_samples(settings.lens->aperture, settings.samples,
+                                         settings.more_samples);
     }
 
     void run() {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "passes/common/lens.h"
-#include "passes/common/lens_points.h"
+#include "passes/common/lens_samples.h"
 #include "passes/common/shutter.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
@@ -30,7 +30,7 @@ const ParameterTable& table() {
         ParameterTableBuilder<P>()
             .integer("samples", &P::samples,
                      {.min = 1,
-                      .max = lens::kMaxPoints,
+                      .max = lens::kMaxLensSamples,
                       .soft_max = 128,
                       .unit = "samples",
                       .help = "samples per pixel, each with a shutter time and a lens sample",
@@ -38,7 +38,7 @@ const ParameterTable& table() {
                       .converged = 512})
             .integer("max_samples", &P::max_samples,
                      {.min = 0,
-                      .max = lens::kMaxPoints,
+                      .max = lens::kMaxLensSamples,
                       .soft_max = 256,
                       .unit = "samples",
                       .help = "adaptive sampling: samples per pixel in blocks whose samples "
@@ -135,8 +135,8 @@ class JointBlur final : public Pass {
                 .carried = {}};
     }
 
-    Promises promises() const override {
-        return inverse_warp::promises_of(settings_of(parameters_, {}, {}));
+    Guarantees guarantees() const override {
+        return inverse_warp::guarantees_of(settings_of(parameters_, {}, {}));
     }
 
     std::vector<Place> depth_places() const override {

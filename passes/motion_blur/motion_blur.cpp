@@ -62,24 +62,24 @@ class MotionBlur final : public Pass {
         return use;
     }
 
-    Promises promises() const override {
-        Promises promises;
+    Guarantees guarantees() const override {
+        Guarantees guarantees;
         if (warps()) {
-            promises = inverse_warp::promises_of(warp_settings(parameters_, {}));
+            guarantees = inverse_warp::guarantees_of(warp_settings(parameters_, {}));
         } else {
-            promises.keeps_constants = true;
-            promises.convex = 1e-6;
-            promises.lattice_px = parameters_.max_blur_px;
-            promises.light = Light::kept;
+            guarantees.keeps_constants = true;
+            guarantees.convex = 1e-6;
+            guarantees.lattice_px = parameters_.max_blur_px;
+            guarantees.light = Light::kept;
             // Random numbers belong to places.
             if (jitters_tiles(parameters_) || jitters_taps(parameters_))
-                promises.light = Light::any;
+                guarantees.light = Light::any;
             else
-                promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
-                                       Symmetry::shift};
+                guarantees.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
+                                         Symmetry::shift};
         }
-        if (parameters_.min_speed_px >= kQuietSpeedPx) promises.driven_by = {Role::motion};
-        return promises;
+        if (parameters_.min_speed_px >= kQuietSpeedPx) guarantees.driven_by = {Role::motion};
+        return guarantees;
     }
 
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {

@@ -24,12 +24,12 @@ layout(binding = 2) writeonly uniform image2D motion;
 
 // Inverse depths below this are infinitely far (chain/frame.h).
 const float kFar = 1e-9;
-const float kLargest = 3.402823466e+38;
+const float kMax = 3.402823466e+38;
 
 float inverse_depth_at(ivec2 p) {
     const float stored = texelFetch(host_depth, stored_at(p, uniforms.depth_at), 0).x;
     if (!is_finite(stored)) return 0.0;
-    if (uniforms.distance != 0) return stored > 0.0 ? min(1.0 / stored, kLargest) : 0.0;
+    if (uniforms.distance != 0) return stored > 0.0 ? min(1.0 / stored, kMax) : 0.0;
     precise const float w = uniforms.depth_offset + uniforms.depth_slope * stored;
     return max(w, 0.0);
 }

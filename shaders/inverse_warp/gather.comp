@@ -7,7 +7,7 @@
 // here, neighboring frames are searched. If nothing is found anywhere, the farthest surface visited
 // is extended behind its occluder.
 //
-//   color, surfaces, starts, background_color, background_depth [, lens_points] [, noise] [, hint]
+//   color, surfaces, starts, background_color, background_depth [, lens_samples] [, noise] [, hint]
 //       -> color [, soft, spread] [, hint]
 //   color, surfaces of the frames before and after
 //

@@ -5,7 +5,7 @@
 layout(binding = 3) uniform sampler2D noise;
 #endif
 #if LENS
-layout(binding = 4) uniform sampler2D lens_points;
+layout(binding = 4) uniform sampler2D lens_samples;
 #endif
 
 // Range of Sample::depth_ratio.
@@ -48,7 +48,7 @@ float time_of(int k, SampleSet set, float part, float random) {
 vec2 lens_sample(int index, float random) {
 #if LENS
     const int table = min(int(random * float(uniforms.lens_sets)), uniforms.lens_sets - 1);
-    return texelFetch(lens_points, ivec2(index, table), 0).xy;
+    return texelFetch(lens_samples, ivec2(index, table), 0).xy;
 #else
     return vec2(0.0);
 #endif

@@ -177,7 +177,7 @@ void main() {
         // In camera coordinates, x right, y up, z forward: through the focused point.
         vec2 lens = on_disc(u.xy);
 #if !DISC
-        // Blocked lens points are drawn again, until enough points pass some light.
+        // Blocked lens samples are drawn again, until enough points pass some light.
         float lens_px = uniforms.lens_radius * focal_px / uniforms.focus_distance;
         uint again = hash(uint(index) ^ hash(uniforms.seed ^ hash(uint(uniforms.first_sample + s))));
         float chance = 0.0;

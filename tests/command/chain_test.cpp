@@ -94,11 +94,11 @@ TEST_F(ChainTest, OverridesSayWhatIsWrongAndWhatGivesWay) {
 }
 
 TEST_F(ChainTest, UsageErrorsHaveOneForm) {
-    const auto verb = run({"rnu", "paper"});
-    EXPECT_EQ(verb.code, 2);
-    EXPECT_TRUE(
-        verb.err.starts_with("postchain: error: unknown subcommand 'rnu' (did you mean 'run'?)"))
-        << verb.err;
+    const auto subcommand = run({"rnu", "paper"});
+    EXPECT_EQ(subcommand.code, 2);
+    EXPECT_TRUE(subcommand.err.starts_with(
+        "postchain: error: unknown subcommand 'rnu' (did you mean 'run'?)"))
+        << subcommand.err;
     EXPECT_TRUE(run({"run", "-o", out(1)}).err.starts_with("postchain: error: CHAIN is required"));
     for (const Arguments& form : {Arguments{"--log-format", "json"}, {"--log-format=json"}}) {
         Arguments arguments = {"run", "paper", "-o", out(1)};
@@ -274,8 +274,8 @@ TEST_F(ChainTest, ASceneThroughAPictureIsNearerToItsTruthWithIt) {
                 }
         return std::sqrt(squares / double(3 * truth.pixels()));
     };
-    const double with_picture = error({}), with_disc = error({"--set", "camera.aperture_blades=0"});
-    EXPECT_LT(with_picture, 0.85 * with_disc) << with_picture << " " << with_disc;
+    const double with_image = error({}), with_disc = error({"--set", "camera.aperture_blades=0"});
+    EXPECT_LT(with_image, 0.85 * with_disc) << with_image << " " << with_disc;
 }
 
 TEST_F(ChainTest, AMissingLensIsNamed) {

@@ -80,7 +80,7 @@ class CroppedTest : public CommandTest {
         return run(arguments);
     }
     // Both results are the same image, and the output contains all light.
-    void expect_same_picture(const std::string& chain, const Arguments& more = {}) {
+    void expect_same_image(const std::string& chain, const Arguments& more = {}) {
         SCOPED_TRACE(chain);
         const auto ran_whole = filter_whole(chain, more);
         ASSERT_EQ(ran_whole.code, 0) << ran_whole.text();
@@ -106,8 +106,8 @@ TEST_F(CroppedTest, TheSamePictureAsOfTheWholeFrame) {
                "postchain: 1\ncamera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4,"
                " focus_distance: 2, meters_per_unit: 0.05, shutter_frames: 0.7}\n"
                "passes: [joint_blur: {samples: 16}, fxaa: {mode: directional}]\n");
-    for (const char* chain : {"all", "reversed", "warp"}) expect_same_picture(chain);
-    expect_same_picture("all", {"--frames", "1-4", "--precision", "fp16"});
+    for (const char* chain : {"all", "reversed", "warp"}) expect_same_image(chain);
+    expect_same_image("all", {"--frames", "1-4", "--precision", "fp16"});
 }
 
 // The reach of guertin's blur: 1.006 max_blur_px + 0.5 (docs/motion_blur.md).
@@ -151,7 +151,7 @@ TEST_F(CroppedTest, AnyPartOfASequenceGivesTheSameBits) {
         EXPECT_EQ(read_text(out(3)), three) << frames;
     }
     EXPECT_EQ(read_text(out(2)), two);
-    expect_same_picture("warp");
+    expect_same_image("warp");
 }
 
 TEST_F(CroppedTest, KeptDataWindowsSayWhatIsLost) {

@@ -370,14 +370,14 @@ TEST_F(DescribeTest, SchemaAndPasses) {
 TEST_F(DescribeTest, HelpIsCompletePerVerb) {
     const auto top = run({"--help"});
     EXPECT_EQ(top.code, 0);
-    for (const char* verb :
+    for (const char* subcommand :
          {"run", "plan", "inspect", "scene", "info", "schema", "passes", "man", "completion"}) {
-        EXPECT_TRUE(contains(top.out, verb)) << verb;
-        const auto help = run({verb, "--help"});
-        EXPECT_EQ(help.code, 0) << verb;
-        EXPECT_EQ(help.err, "") << verb;
-        EXPECT_TRUE(contains(help.out, std::string("Usage: postchain ") + verb)) << help.out;
-        EXPECT_TRUE(contains(help.out, "Exit codes")) << verb;
+        EXPECT_TRUE(contains(top.out, subcommand)) << subcommand;
+        const auto help = run({subcommand, "--help"});
+        EXPECT_EQ(help.code, 0) << subcommand;
+        EXPECT_EQ(help.err, "") << subcommand;
+        EXPECT_TRUE(contains(help.out, std::string("Usage: postchain ") + subcommand)) << help.out;
+        EXPECT_TRUE(contains(help.out, "Exit codes")) << subcommand;
     }
     EXPECT_TRUE(run({"--version"}).out.starts_with("postchain 0."));
 }

@@ -47,13 +47,14 @@ TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
     const std::string help = run({"--help"}).out;
     const size_t list = help.find("Subcommands:");
     ASSERT_NE(list, std::string::npos) << help;
-    const auto verbs = matches(help.substr(list), "\n  ([a-z]+) ");
-    ASSERT_GE(verbs.size(), 9u);
+    const auto subcommands = matches(help.substr(list), "\n  ([a-z]+) ");
+    ASSERT_GE(subcommands.size(), 9u);
     std::set<std::string> options;
-    for (const auto& verb : verbs) {
-        EXPECT_TRUE(contains(document, "postchain " + verb))
-            << verb << " is not in docs/command.md";
-        for (const auto& name : matches(run({verb, "--help"}).out, "\n  (?:-[a-z],)?(--[a-z-]+)"))
+    for (const auto& subcommand : subcommands) {
+        EXPECT_TRUE(contains(document, "postchain " + subcommand))
+            << subcommand << " is not in docs/command.md";
+        for (const auto& name :
+             matches(run({subcommand, "--help"}).out, "\n  (?:-[a-z],)?(--[a-z-]+)"))
             options.insert(name);
     }
     EXPECT_GE(options.size(), 25u);
@@ -63,14 +64,15 @@ TEST(Documents, EveryVerbAndOptionIsInCommandMd) {
     for (const auto& name : matches(document, "(--[a-z][a-z-]*)"))
         EXPECT_TRUE(options.count(name) || name == "--version" || name == "--help") << name;
     for (const auto& name : matches(document, "postchain ([a-z]+)\\b"))
-        EXPECT_EQ(std::count(verbs.begin(), verbs.end(), name), 1) << "postchain " << name;
+        EXPECT_EQ(std::count(subcommands.begin(), subcommands.end(), name), 1)
+            << "postchain " << name;
     for (const char* code : {"0", "1", "2", "3", "4", "5", "6", "7", "8", "130", "143"})
         EXPECT_TRUE(contains(document, std::string("| ") + code + " |")) << "exit code " << code;
 }
 
-std::string help_of(const std::string& verb, const std::string& option) {
-    const auto lines = matches(run({verb, "--help"}).out, "\n  (" + option + "[ {][^\n]*)");
-    EXPECT_EQ(lines.size(), 1u) << verb << " " << option;
+std::string help_of(const std::string& subcommand, const std::string& option) {
+    const auto lines = matches(run({subcommand, "--help"}).out, "\n  (" + option + "[ {][^\n]*)");
+    EXPECT_EQ(lines.size(), 1u) << subcommand << " " << option;
     return lines.empty() ? "" : lines[0];
 }
 

@@ -25,19 +25,19 @@ class ForeignTest : public CommandTest {
 
 TEST_F(ForeignTest, EmptyWordsAreRefused) {
     write_sequence(at(""), {1, 2});
-    const std::vector<Arguments> verbs = {
+    const std::vector<Arguments> subcommands = {
         {"run", at("all.yaml"), "-i", in(), "-o", out()},
         {"plan", at("all.yaml"), "-i", in()},
         {"inspect", in()},
         {"diff", in(), in()},
         {"ab", at("all.yaml"), at("fxaa.yaml"), "-i", in(), "-o", at("ab")},
         {"bench", at("fxaa.yaml"), "-i", in(), "-o", at("b"), "--sweep", "fxaa.preset=12"}};
-    for (const Arguments& verb : verbs) {
+    for (const Arguments& subcommand : subcommands) {
         for (const char* option : {"--view", "--layer", "--profile", "--frames"}) {
-            Arguments arguments = verb;
+            Arguments arguments = subcommand;
             arguments.insert(arguments.end(), {option, ""});
             const auto outcome = run(arguments);
-            EXPECT_EQ(outcome.code, 2) << verb[0] << option << outcome.text();
+            EXPECT_EQ(outcome.code, 2) << subcommand[0] << option << outcome.text();
             EXPECT_TRUE(contains(outcome.err, option)) << outcome.err;
             EXPECT_TRUE(contains(outcome.err, "is empty")) << outcome.err;
         }
@@ -171,8 +171,9 @@ TEST_F(ForeignTest, WhatCannotBeReachedIsNotMissing) {
                            {"no/in.0001.exr", "no such file"},
                            {"dangling.0001.exr", "link to a file that does not exist"},
                            {"in.####.exr", "no file matches"}}) {
-        for (const Arguments& verb : {Arguments{"inspect"}, {"plan", at("fxaa.yaml"), "-i"}}) {
-            Arguments arguments = verb;
+        for (const Arguments& subcommand :
+             {Arguments{"inspect"}, {"plan", at("fxaa.yaml"), "-i"}}) {
+            Arguments arguments = subcommand;
             arguments.push_back(at(one.input));
             const auto outcome = run(arguments);
             EXPECT_EQ(outcome.code, 4) << outcome.text();

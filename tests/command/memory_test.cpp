@@ -14,7 +14,7 @@ class MemoryTest : public CommandTest {};
 
 TEST_F(MemoryTest, EveryVerbThatReadsFramesHasALimit) {
     write_sequence(at(""), {1, 2});
-    const std::vector<Arguments> verbs = {
+    const std::vector<Arguments> subcommands = {
         {"run", at("all.yaml"), "-i", in(), "-o", out()},
         {"plan", at("all.yaml"), "-i", in()},
         {"inspect", in()},
@@ -23,17 +23,17 @@ TEST_F(MemoryTest, EveryVerbThatReadsFramesHasALimit) {
         {"bench", at("fxaa.yaml"), "-i", in(), "-r", in(), "-o", at("bench"), "--sweep",
          "fxaa.preset=12,39"},
     };
-    for (Arguments arguments : verbs) {
-        const std::string verb = arguments[0];
+    for (Arguments arguments : subcommands) {
+        const std::string subcommand = arguments[0];
         arguments.insert(arguments.end(), {"--max-memory", "10K"});
         const auto outcome = run(arguments);
-        EXPECT_EQ(outcome.code, 4) << verb << outcome.text();
+        EXPECT_EQ(outcome.code, 4) << subcommand << outcome.text();
         for (const char* word : {"in.0001.exr", "KiB of memory", "--max-memory allows 10.0 KiB"})
-            EXPECT_TRUE(contains(outcome.err, word)) << verb << " " << word << outcome.err;
+            EXPECT_TRUE(contains(outcome.err, word)) << subcommand << " " << word << outcome.err;
         for (const char* size : {"", "0", "8X"}) {
             arguments.back() = size;
             const auto refused = run(arguments);
-            EXPECT_EQ(refused.code, 2) << verb << " " << size << refused.text();
+            EXPECT_EQ(refused.code, 2) << subcommand << " " << size << refused.text();
             EXPECT_TRUE(contains(refused.err, "--max-memory")) << refused.err;
         }
     }

@@ -280,16 +280,16 @@ TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
 TEST_F(OcioTest, ThePlanAndTheInspectionReadTheColorSpaceToo) {
     const Kind kind{"c.png", kByte, 8, 3, true};
     write_picture(at("c.png"), kind, noise_of(kind));
-    for (const char* verb : {"plan", "inspect"}) {
-        Arguments arguments = {verb};
-        if (std::string(verb) == "plan") arguments.push_back(at("none.yaml"));
+    for (const char* subcommand : {"plan", "inspect"}) {
+        Arguments arguments = {subcommand};
+        if (std::string(subcommand) == "plan") arguments.push_back(at("none.yaml"));
         arguments.insert(arguments.end(), {"-i", at("c.png"), "--ocio", config()});
         arguments.push_back("--input-transfer");
         Arguments wrong = arguments;
         arguments.push_back("ocio:camera");
         EXPECT_EQ(run(arguments).code, 0) << run(arguments).text();
         wrong.push_back("ocio:kamera");
-        EXPECT_TRUE(contains(run(wrong).err, "has no 'kamera'; it has lin, halved")) << verb;
+        EXPECT_TRUE(contains(run(wrong).err, "has no 'kamera'; it has lin, halved")) << subcommand;
     }
 }
 

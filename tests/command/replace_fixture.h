@@ -49,16 +49,16 @@ class ReplaceTest : public CommandTest {
     }
 
     // Every option named in a message is one of the subcommand's.
-    void expect_remedy(const Outcome& outcome, const std::string& verb) {
-        if (help_of_ != verb) help_ = run({verb, "--help"}).out;
-        help_of_ = verb;
+    void expect_remedy(const Outcome& outcome, const std::string& subcommand) {
+        if (help_of_ != subcommand) help_ = run({subcommand, "--help"}).out;
+        help_of_ = subcommand;
         const std::regex word("--[a-z][a-z-]+");
         int count = 0;
         for (std::sregex_iterator it(outcome.err.begin(), outcome.err.end(), word), end; it != end;
              ++it) {
             ++count;
             EXPECT_TRUE(contains(help_, it->str()))
-                << verb << " has no " << it->str() << ": " << outcome.err;
+                << subcommand << " has no " << it->str() << ": " << outcome.err;
         }
         EXPECT_GT(count, 0) << "no remedy: " << outcome.err;
         for (const char* choice : {"skip", "overwrite"}) {
@@ -79,7 +79,7 @@ class ReplaceTest : public CommandTest {
 
     void check(const Writer& writer) {
         SCOPED_TRACE(writer.file);
-        const std::string verb = writer.command[0], path = to(writer.file);
+        const std::string subcommand = writer.command[0], path = to(writer.file);
         fresh();
         const auto free = run(writer.command);
         EXPECT_EQ(free.code, 0) << free.text();
@@ -94,7 +94,7 @@ class ReplaceTest : public CommandTest {
         EXPECT_EQ(refused.code, 5) << refused.text();
         EXPECT_TRUE(read_text(path) == kStranger) << "it was replaced";
         EXPECT_TRUE(contains(refused.err, path)) << refused.err;
-        expect_remedy(refused, verb);
+        expect_remedy(refused, subcommand);
         EXPECT_EQ(files().size(), 1u) << "something was written";
 
         if (!writer.reading) return;

@@ -208,8 +208,8 @@ TEST(CameraFile, NamesThePictureOfTheAperture) {
         R"({"aperture_image": "pictures/a.png", "frames": {"3": {"aperture_image": "/b.png"}}})";
     const CameraFile file = parse_camera(text, "/shot/one/camera.json");
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
-    EXPECT_EQ(file.camera.aperture_image, ApertureImage("/shot/one/pictures/a.png"));
-    EXPECT_EQ(file.camera_for(3, kHd).aperture_image, ApertureImage("/b.png"));
+    EXPECT_EQ(file.camera.aperture_image, BokehKernel("/shot/one/pictures/a.png"));
+    EXPECT_EQ(file.camera_for(3, kHd).aperture_image, BokehKernel("/b.png"));
     EXPECT_EQ(file.camera_for(4, kHd).aperture_image, file.camera.aperture_image);
     EXPECT_EQ(parse_camera(text, "camera.json").camera.aperture_image.file(),
               (std::filesystem::current_path() / "pictures/a.png").string());

@@ -299,7 +299,7 @@ TEST(ChainFile, NamesThePictureOfTheAperture) {
     const std::string text = "postchain: 1\ncamera: {aperture_image: pictures/a.png}\npasses: []\n";
     const ChainFile file = parse_chain(text, "/shot/chain.yaml", fake_passes());
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
-    EXPECT_EQ(file.chain.camera.aperture_image, ApertureImage("/shot/pictures/a.png"));
+    EXPECT_EQ(file.chain.camera.aperture_image, BokehKernel("/shot/pictures/a.png"));
     // Written to another folder it is the same chain.
     const ChainFile again = parse_chain(write_chain(file.chain), "/out/w.yaml", fake_passes());
     EXPECT_EQ(again.chain.camera, file.chain.camera);

@@ -229,7 +229,7 @@ TEST(Override, OfTheApertureTakesTheWholeShapesPlace) {
                 ElementsAre("--set camera.aperture_image=a.png: note: camera.aperture_blades: 5 of "
                             "the chain file is dropped"));
     EXPECT_EQ(picture.chain.camera.aperture_blades, std::nullopt);
-    EXPECT_EQ(picture.chain.camera.aperture_image, ApertureImage(folder + "/a.png"));
+    EXPECT_EQ(picture.chain.camera.aperture_image, BokehKernel(folder + "/a.png"));
     const ChainFile back = parse("postchain: 1\ncamera: {aperture_image: a.png}\npasses: []\n",
                                  {"camera.aperture_blades=6"});
     EXPECT_THAT(texts(back.diagnostics),

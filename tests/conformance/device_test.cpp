@@ -72,7 +72,7 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
     const auto plan = make_plan(chain(), frame.description, everything());
     ASSERT_TRUE(plan.ok());
     const ImageF clean = run(*plan, frame.planes);
-    const double promised = chain().reach(frame.description).depends_px;
+    const double guaranteed = chain().reach(frame.description).depends_px;
     for (const PlanTexture& texture : plan->textures) {
         if (!texture.imported || texture.first_step < 0) continue;
         const Role role = texture.role;
@@ -89,7 +89,7 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
             Box reach;
             for (const float value : {0.0f, 1.0f, 97.0f, -97.0f, 60000.0f})
                 reach.add(changed(with(x, y, value), clean));
-            if (promised < width) {
+            if (guaranteed < width) {
                 EXPECT_LT(size_t(reach.x1 - reach.x0) * size_t(reach.y1 - reach.y0),
                           size_t(width) * size_t(height))
                     << where << ": the bound says nothing";

@@ -115,7 +115,7 @@ def render_scene(name, description, view, options):
     lens = _add_camera(view, options.frames)
     _set_up(options)
     _write_camera(name, description, view, options)
-    for kind, frame in request.pictures_to_render(options):
+    for kind, frame in request.images_to_render(options):
         start = time.monotonic()
         _set_kind(kind, frame, options, lens, view)
         path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame))

@@ -82,7 +82,7 @@ def file_name(kind, frame):
     return f"{kind}.{frame:04d}.exr"
 
 
-def pictures_to_render(options):
+def images_to_render(options):
     """(kind, frame) of every picture that is not finished yet, kind by kind."""
     return [(kind, frame) for kind in options.kinds for frame in options.frames
             if not os.path.exists(os.path.join(options.out, file_name(kind, frame)))]

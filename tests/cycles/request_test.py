@@ -43,10 +43,10 @@ class Request(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             options = request.parse_options(
                 [folder, "--frames", "1-3", "--kinds", "sharp,mb"], "a scene")
-            self.assertEqual(request.pictures_to_render(options)[:2], [("sharp", 1), ("sharp", 2)])
+            self.assertEqual(request.images_to_render(options)[:2], [("sharp", 1), ("sharp", 2)])
             for name in ("sharp.0001.exr", "mb.0003.exr", "sharp.0002.exr.tmp"):
                 (pathlib.Path(folder) / name).touch()
-            self.assertEqual(request.pictures_to_render(options),
+            self.assertEqual(request.images_to_render(options),
                              [("sharp", 2), ("sharp", 3), ("mb", 1), ("mb", 2)])
 
     def test_no_two_pictures_share_a_seed(self):

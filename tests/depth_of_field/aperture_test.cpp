@@ -1,9 +1,9 @@
-// Aperture shape: closed forms of its lens points, and of the image of a point light.
+// Aperture shape: closed forms of its lens samples, and of the image of a point light.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "passes/common/lens_points.h"
+#include "passes/common/lens_samples.h"
 #include "tests/depth_of_field/support.h"
 
 namespace postchain::test {
@@ -32,7 +32,7 @@ TEST(Aperture, PointsFillAPolygonEvenly) {
     for (const int blades : {3, 4, 5, 6, 9, 16})
         for (const int count : {32, 1023}) {
             const Moments m =
-                moments_of(lens::lens_points({.blades = blades, .rotation_deg = 23}, count));
+                moments_of(lens::lens_samples({.blades = blades, .rotation_deg = 23}, count));
             const double expected = (2 + std::cos(2 * M_PI / blades)) / 12;
             EXPECT_NEAR(m.xx, expected, 0.005) << blades;
             EXPECT_NEAR(m.yy, expected, 0.005) << blades;
@@ -41,10 +41,10 @@ TEST(Aperture, PointsFillAPolygonEvenly) {
 }
 
 TEST(Aperture, AnamorphicPointsFillAnEllipse) {
-    const Moments tall = moments_of(lens::lens_points({.ratio = 2}, 64));
+    const Moments tall = moments_of(lens::lens_samples({.ratio = 2}, 64));
     EXPECT_NEAR(tall.xx, 1.0 / 16, 1e-3);
     EXPECT_NEAR(tall.yy, 1.0 / 4, 1e-3);
-    const Moments wide = moments_of(lens::lens_points({.ratio = 0.8}, 64));
+    const Moments wide = moments_of(lens::lens_samples({.ratio = 0.8}, 64));
     EXPECT_NEAR(wide.xx, 1.0 / 4, 1e-3);
     EXPECT_NEAR(wide.yy, 0.64 / 4, 1e-3);
 }
@@ -85,8 +85,8 @@ TEST(Aperture, CornersStandWhereCyclesPutsThem) {
 }
 
 TEST(Aperture, FullyCurvedBladesAreADisc) {
-    EXPECT_EQ(lens::lens_points({.blades = 5, .curvature = 1}, 40).packed,
-              lens::lens_points({}, 40).packed);
+    EXPECT_EQ(lens::lens_samples({.blades = 5, .curvature = 1}, 40).packed,
+              lens::lens_samples({}, 40).packed);
     for (const double angle : {0.0, 0.2, 0.6})
         EXPECT_NEAR(lens::blade_radius(5, 1 - 1e-9, angle), 1, 1e-6);
 }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "passes/common/lens_points.h"
+#include "passes/common/lens_samples.h"
 #include "tests/depth_of_field/support.h"
 
 namespace postchain::test {
@@ -147,9 +147,9 @@ TEST(InverseWarpLens, AgreesWithItsReference) {
     }
 }
 
-TEST(LensPoints, EverySetIsEvenOverTheDisc) {
+TEST(LensSamples, EverySetIsEvenOverTheDisc) {
     for (const int count : {1, 7, 32, 1023}) {
-        const lens::Points points = lens::lens_points({}, count);
+        const lens::Points points = lens::lens_samples({}, count);
         EXPECT_EQ(points.packed.size(), size_t(points.count) * size_t(points.sets));
         EXPECT_GE(points.sets, 1);
         for (int set = 0; set < points.sets; ++set) {

@@ -76,7 +76,7 @@ ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings) {
     return reference(chain_with(settings), describe_round(planes), planes, whole());
 }
 
-ImageF dot(float inverse_depth, Settings settings, int x, int y, const ApertureImage& image) {
+ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKernel& image) {
     ImageF color = constant_image(97, 97, {0, 0, 0, 1});
     color.at(48, 48) = 1;
     const FramePlanes planes = flat_planes(std::move(color), inverse_depth);

@@ -30,9 +30,9 @@ Stages dof_stages(const FramePlanes& planes, Settings settings);
 ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings);
 
 // A point light at (48, 48) of 97 x 97 pixels that are `x`, `y` from the corner of a 6400 x 3600
-// display, with 1023 lens points. R = 32 (1/4 - w) px.
+// display, with 1023 lens samples. R = 32 (1/4 - w) px.
 ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0,
-           const ApertureImage& image = {});
+           const BokehKernel& image = {});
 
 // "0.depth_of_field." + name
 std::string stage(const std::string& name);

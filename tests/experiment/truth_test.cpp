@@ -146,9 +146,9 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     // zoom animates focal length and focus itself.
     EXPECT_FALSE(found.request->camera.focal_length_mm);
     // The ground truth uses the same aperture image; without it there is no ground truth.
-    ImageF picture(ApertureImage::kSide, ApertureImage::kSide, 1);
+    ImageF picture(BokehKernel::kSide, BokehKernel::kSide, 1);
     picture.at(64, 30) = 1;
-    request.camera.aperture_image = *ApertureImage::make(picture.data);
+    request.camera.aperture_image = *BokehKernel::make(picture.data);
     model = scenes::model_for(request);
     ASSERT_TRUE(model.ok());
     std::ofstream(folder_.path("camera.json")) << scenes::camera_json(request, *model);

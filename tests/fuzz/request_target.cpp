@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "promises.h"
+#include "guarantees.h"
 #include "targets.h"
 #include "tests/service/fake_service.h"
 #include "tools/service/http/api.h"

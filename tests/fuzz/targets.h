@@ -19,7 +19,7 @@ bool sequence(
     std::string_view bytes);  // tools/sequence/files/sequence.h: as range, as pattern, as input
 bool exr(std::string_view bytes);  // a whole file, tools/sequence/exr/exr_reader.h
 bool picture(
-    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/image/picture_file.h
+    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/image/image_file.h
 bool request(std::string_view bytes);  // one HTTP request, tools/service/http (request_target.cpp)
 
 struct Target {

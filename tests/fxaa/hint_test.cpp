@@ -59,7 +59,7 @@ TEST(Checkerboard, LiteralLumaEqualsTheShortCut) {
 
 // A row of 1e9 above black, weighted 1/sqrt(1 + 1e9) = 3.2e-5; k is the weight of the black.
 TEST(Checkerboard, BrightRowUnderBlackKeepsItsDigits) {
-    const ImageF color = gray_picture(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
+    const ImageF color = gray_image(20, 10, [](int, int y) { return y == 5 ? 1e9 : 0.0; });
     auto settings = hinted("checkerboard");
     for (auto& [key, value] : settings)
         if (key == "blend") value = std::string("tonemapped");
@@ -94,7 +94,7 @@ TEST(Checkerboard, AtTheBorderOfAnAreaTheShortCutKeepsToTheGate) {
     // An area of 60x60 in a smooth static image. Literal: the checkerboard's luma inside, the real
     // luma outside.
     const int size = 120, from = 30, to = 90;
-    const ImageF color = gray_picture(size, size, [](int x, int y) {
+    const ImageF color = gray_image(size, size, [](int x, int y) {
         return 0.5 + 0.1 * std::sin(0.11 * x) * std::cos(0.13 * y);
     });
     ImageD luma = fxaa::reference_luma(parameters_of(hinted("none")), image_cast<double>(color),
@@ -251,7 +251,7 @@ TEST(Figures, NoiseVariance) {
 // Centroid (rows) of a faint static horizontal line at row 20, in a tile of motion but not moving
 // itself (tile gate open, pixel gate closed).
 double line_shift(const char* hint, const char* gate) {
-    const ImageF line = gray_picture(64, 40, [](int, int y) { return y == 20 ? 0.05 : 0; });
+    const ImageF line = gray_image(64, 40, [](int, int y) { return y == 20 ? 0.05 : 0; });
     const ImageF out = run(hinted(hint, gate), line, constant_hint(64, 40, 1, 0));
     double sum = 0, moment = 0;
     for (int y = 0; y < 40; ++y) {

@@ -60,8 +60,8 @@ TEST(Luma, NonFiniteTexelsHaveAFiniteLuma) {
 }
 
 // White above a horizontal border between rows 3 and 4, black below.
-ImageF step_picture() {
-    return gray_picture(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
+ImageF step_image() {
+    return gray_image(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });
 }
 
 TEST(Filter, EndlessEdgeByHand) {
@@ -69,23 +69,23 @@ TEST(Filter, EndlessEdgeByHand) {
     // |1+0-2| = 4, vertical 0. S has the larger gradient. A = (2*3 + 2)/12 - 1 = -1/3, t = 1/3,
     // F = 1/9 (3 - 2/3) = 7/27, H = (7/27)^2 * 0.75 = 0.05041152. No end is found: both
     // distances are 20.5, the edge offset is 0. Result 1 - H.
-    EXPECT_NEAR(run(stored_settings(), step_picture()).at(8, 3), 0.94958848, 1e-6);
+    EXPECT_NEAR(run(stored_settings(), step_image()).at(8, 3), 0.94958848, 1e-6);
     // The row below, likewise: H.
-    EXPECT_NEAR(run(stored_settings(), step_picture()).at(8, 4), 0.05041152, 1e-6);
+    EXPECT_NEAR(run(stored_settings(), step_image()).at(8, 4), 0.05041152, 1e-6);
     // Rows away from the edge have no range.
-    EXPECT_EQ(run(stored_settings(), step_picture()).at(8, 2), 1.0f);
-    EXPECT_EQ(run(stored_settings(), step_picture()).at(8, 5), 0.0f);
+    EXPECT_EQ(run(stored_settings(), step_image()).at(8, 2), 1.0f);
+    EXPECT_EQ(run(stored_settings(), step_image()).at(8, 5), 0.0f);
     // Without the sub-pixel part the image is unchanged.
-    EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), step_picture()).at(8, 3), 1.0f);
+    EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), step_image()).at(8, 3), 1.0f);
 }
 
 // The border steps down by one row at x = 40: white for y < 4 left of it, y < 5 right of it.
-ImageF jog_picture() {
-    return gray_picture(80, 9, [](int x, int y) { return y < (x < 40 ? 4 : 5) ? 1 : 0; });
+ImageF jog_image() {
+    return gray_image(80, 9, [](int x, int y) { return y < (x < 40 ? 4 : 5) ? 1 : 0; });
 }
 
 TEST(Filter, JogByHand) {
-    const ImageF out = run(stored_settings(), jog_picture());
+    const ImageF out = run(stored_settings(), jog_image());
     // (38, 4): M = 0, N = 1. The line y = 3.5 has luma 0.5 = pair mean up to x = 39 and 1 from 40
     // on. East: at 1 (x = 39) 0.5, at 2.5 (x = 40.5) 1, end. West: none, 20.5. The end (+0.5) and
     // M - mean (-0.5) differ: offset 0.5 - 2.5/23 = 0.39130435.
@@ -104,7 +104,7 @@ TEST(Filter, JogByHand) {
 TEST(Filter, JogInAColumnByHand) {
     // The same image with x and y exchanged: W replaces N.
     const ImageF turned =
-        gray_picture(9, 80, [](int x, int y) { return x < (y < 40 ? 4 : 5) ? 1 : 0; });
+        gray_image(9, 80, [](int x, int y) { return x < (y < 40 ? 4 : 5) ? 1 : 0; });
     const ImageF out = run(stored_settings(), turned);
     EXPECT_NEAR(out.at(4, 38), 0.39130435, 1e-6);
     EXPECT_NEAR(out.at(4, 41), 0.60869565, 1e-6);
@@ -114,7 +114,7 @@ TEST(Filter, JogInAColumnByHand) {
 
 TEST(Filter, DotByHand) {
     const ImageF out =
-        run(stored_settings(), gray_picture(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
+        run(stored_settings(), gray_image(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
     // M = 1, everything else 0: A = -1, t = F = 1, H = 0.75; N by the tie rules; both ends at 1.
     EXPECT_NEAR(out.at(4, 4), 0.25, 1e-6);
     // Above it: A = 2/12, t = 1/6, F = 1/36 (3 - 1/3) = 2/27, H = 4/729 * 0.75; the scores tie at
@@ -130,7 +130,7 @@ TEST(Filter, DotByHand) {
 TEST(Filter, TonemappedBlendByHand) {
     // 3 above the border, 0 below: luma sqrt(3/4) and 0, the geometry of the endless edge, weight
     // H = 0.05041152. 3 counts 1/sqrt(1 + 3) = 1/2: 0.94958848/2 = 0.47479424 beside 0.05041152.
-    const ImageF bright = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
+    const ImageF bright = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const ImageF out = run({{"hint", std::string("none")}}, bright);
     EXPECT_NEAR(out.at(8, 3), 2.7120470, 1e-5);
     // From below: 0.02520576 beside 0.94958848.
@@ -157,12 +157,12 @@ TEST(Filter, TonemappedBlendByHand) {
 // coherence is 1, and the rows above and below have weight exp(-0.5/0.46^2) = 0.0941417 relative to
 // the center row; along the edge weights are equal.
 TEST(Directional, EndlessEdgeByHand) {
-    const ImageF out = run(stored_settings({{"mode", std::string("directional")}}), step_picture());
+    const ImageF out = run(stored_settings({{"mode", std::string("directional")}}), step_image());
     EXPECT_NEAR(out.at(8, 3), 1.0941417 / 1.1882834, 1e-6);
     EXPECT_NEAR(out.at(8, 4), 0.0941417 / 1.1882834, 1e-6);
     EXPECT_EQ(out.at(8, 2), 1.0f);
     EXPECT_EQ(out.at(8, 5), 0.0f);
-    const ImageF column = gray_picture(8, 16, [](int x, int) { return x < 4 ? 1 : 0; });
+    const ImageF column = gray_image(8, 16, [](int x, int) { return x < 4 ? 1 : 0; });
     EXPECT_NEAR(run(stored_settings({{"mode", std::string("directional")}}), column).at(3, 8),
                 1.0941417 / 1.1882834, 1e-6);
 }
@@ -172,7 +172,7 @@ TEST(Directional, EndlessEdgeByHand) {
 // a^2 = 0.0183156 at the corners.
 TEST(Directional, DotByHand) {
     const ImageF out = run(stored_settings({{"mode", std::string("directional")}}),
-                           gray_picture(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
+                           gray_image(9, 9, [](int x, int y) { return x == 4 && y == 4; }));
     const double a = 0.1353353;
     EXPECT_NEAR(out.at(4, 4), 1 / (1 + 4 * a + 4 * a * a), 1e-6);
     EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors have no range
@@ -180,7 +180,7 @@ TEST(Directional, DotByHand) {
 
 // 3 above the border, 0 below: 3 counts 1/sqrt(1 + 3) = 1/2, its alpha too.
 TEST(Directional, TonemappedByHand) {
-    ImageF bright = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
+    ImageF bright = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     for (int y = 0; y < 8; ++y)
         for (int x = 0; x < 16; ++x) bright.at(x, y, 3) = y < 4 ? 1.0f : 0.5f;
     const ImageF out =
@@ -193,7 +193,7 @@ TEST(Directional, TonemappedByHand) {
 
 TEST(Directional, ThresholdsFollowTheMode) {
     // A range of 0.06 is below 0.0833 and above max(0.0312, 0.063 * 0.8 = 0.0504).
-    const ImageF faint = gray_picture(16, 8, [](int, int y) { return y < 4 ? 0.8 : 0.74; });
+    const ImageF faint = gray_image(16, 8, [](int, int y) { return y < 4 ? 0.8 : 0.74; });
     EXPECT_EQ(run(stored_settings(), faint).at(8, 3), 0.8f);
     EXPECT_NE(run(stored_settings({{"mode", std::string("directional")}}), faint).at(8, 3), 0.8f);
     EXPECT_EQ(
@@ -225,7 +225,7 @@ TEST(Directional, SlantedEdgesAgainstTheLongestSearch) {
 TEST(Filter, NegativeColorsAreBlendedAsStored) {
     // -1 above -3, stored luma: the geometry of the endless edge. m = max(0, ...) = 0, T is the
     // identity: -1 - 2 * 0.05041152.
-    const ImageF dark = gray_picture(16, 8, [](int, int y) { return y < 4 ? -1 : -3; });
+    const ImageF dark = gray_image(16, 8, [](int, int y) { return y < 4 ? -1 : -3; });
     const ImageF out = run({{"luma", std::string("stored")}}, dark);
     EXPECT_NEAR(out.at(8, 3), -1.10082304, 1e-6);
 }
@@ -257,7 +257,7 @@ TEST(Filter, EveryPresetWalksItsSteps) {
     EXPECT_EQ(row->allowed.size(), kSteps.size());
     const double h = 49.0 / 729 * 0.75;
     for (const auto& [preset, steps] : kSteps) {
-        const ImageF out = run(stored_settings({{"preset", int64_t(preset)}}), jog_picture());
+        const ImageF out = run(stored_settings({{"preset", int64_t(preset)}}), jog_image());
         double total = 0;
         for (const double step : steps) total += step;
         // k pixels west of the jog (JogByHand): the line's luma is 0.5 up to x = 39, 0.75 at 39.5
@@ -281,7 +281,7 @@ TEST(Filter, EveryPresetWalksItsSteps) {
 // ---- GPU against reference -----------------------------------------------------------------
 
 // A picture with edges of all slopes, noise and highlights up to 40; alpha in 0..1.
-ImageF busy_picture(int width, int height) {
+ImageF busy_image(int width, int height) {
     ImageF image = noise_image(width, height, 4, 7, 0.0f, 0.15f);
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
@@ -377,13 +377,13 @@ void expect_near_reference(const SettingList& settings, const ImageF& color, con
 }
 
 TEST(Reference, EveryPreset) {
-    const ImageF picture = busy_picture(96, 61);
+    const ImageF picture = busy_image(96, 61);
     for (const int64_t preset : fxaa::presets())
         expect_near_reference({{"preset", preset}}, picture, {});
 }
 
 TEST(Reference, DirectionalWithEveryLumaBlendAndHint) {
-    const ImageF picture = busy_picture(96, 61);
+    const ImageF picture = busy_image(96, 61);
     const ImageF hint = banded_hint(96, 61);
     for (const char* luma : {"stored", "display"})
         for (const char* blend : {"stored", "tonemapped"})
@@ -397,12 +397,12 @@ TEST(Reference, DirectionalWithEveryLumaBlendAndHint) {
         expect_near_reference({{"mode", std::string("directional")}, {"exposure_ev", ev}}, picture,
                               {}, 0);
     for (const auto& [width, height] : {std::pair{1, 1}, {1, 7}, {7, 1}, {2, 2}, {3, 5}, {17, 31}})
-        expect_near_reference({{"mode", std::string("directional")}}, busy_picture(width, height),
+        expect_near_reference({{"mode", std::string("directional")}}, busy_image(width, height),
                               banded_hint(width, height), 0);
 }
 
 TEST(Reference, EveryLumaBlendHintAndGate) {
-    const ImageF picture = busy_picture(96, 61);
+    const ImageF picture = busy_image(96, 61);
     const ImageF hint = banded_hint(96, 61);
     for (const char* luma : {"stored", "display"})
         for (const char* blend : {"stored", "tonemapped"})
@@ -416,7 +416,7 @@ TEST(Reference, EveryLumaBlendHintAndGate) {
 }
 
 TEST(Reference, EndsOfEveryNumber) {
-    const ImageF picture = busy_picture(96, 61);
+    const ImageF picture = busy_image(96, 61);
     for (const double end : {0.0, 1.0})
         for (const char* key : {"subpix", "edge_threshold", "edge_threshold_min"})
             expect_near_reference({{key, end}}, picture, {});
@@ -427,7 +427,7 @@ TEST(Reference, EndsOfEveryNumber) {
 
 TEST(Reference, OddSizes) {
     for (const auto& [width, height] : {std::pair{1, 1}, {1, 7}, {7, 1}, {2, 2}, {3, 5}, {17, 31}})
-        expect_near_reference({}, busy_picture(width, height), banded_hint(width, height));
+        expect_near_reference({}, busy_image(width, height), banded_hint(width, height));
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ ImageF constant_hint(int width, int height, float tile, float pixel) {
 
 ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t seed) {
     const ImageF uniform = noise_image(width, height, 2, seed, 1e-7f, 1.0f);
-    return gray_picture(width, height, [&](int x, int y) {
+    return gray_image(width, height, [&](int x, int y) {
         const double radius = std::sqrt(-2 * std::log(double(uniform.at(x, y, 0))));
         return mean + sigma * radius * std::cos(2 * std::numbers::pi * uniform.at(x, y, 1));
     });
@@ -132,7 +132,7 @@ double variance(const ImageF& image, int channel, int margin) {
 
 ImageF slanted_edge(int width, int height, double slope, double offset, double low, double high,
                     int samples) {
-    return gray_picture(width, height, [&](int x, int y) {
+    return gray_image(width, height, [&](int x, int y) {
         int below = 0;
         for (int j = 0; j < samples; ++j)
             for (int i = 0; i < samples; ++i)

@@ -31,7 +31,7 @@ ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const Fram
 
 // An opaque gray image of function(x, y).
 template <class Function>
-ImageF gray_picture(int width, int height, Function function) {
+ImageF gray_image(int width, int height, Function function) {
     ImageF image(width, height, 4, 1.0f);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x)

@@ -46,8 +46,7 @@ TEST(Truth, NoEdgeAboveThresholdKeepsEveryBit) {
     const ImageF stored = color_noise(64, 48, 3, 0.02f, 0.0999f);
     EXPECT_TRUE(equal_bits(run(stored_settings(), stored), stored));
     // Bright: luma 0.8..0.93, range 0.13 < 0.166 * 0.93 only by the relative threshold.
-    const ImageF bright =
-        gray_picture(64, 48, [](int x, int y) { return (x + y) % 2 ? 0.8 : 0.93; });
+    const ImageF bright = gray_image(64, 48, [](int x, int y) { return (x + y) % 2 ? 0.8 : 0.93; });
     EXPECT_TRUE(equal_bits(run(stored_settings(), bright), bright));
     EXPECT_FALSE(equal_bits(run(stored_settings({{"edge_threshold", 0.1}}), bright), bright));
     // Scene-linear: sqrt(v/(1+v)) of 1..1.3 is 0.707..0.752.
@@ -68,7 +67,7 @@ TEST(Truth, EqualLumaIsNoEdgeEvenWithoutThresholds) {
 }
 
 TEST(Truth, PixelsBelowTheThresholdKeepEveryBitBesideEdges) {
-    const ImageF step = gray_picture(40, 24, [](int, int y) { return y < 12 ? 0.9 : 0.1; });
+    const ImageF step = gray_image(40, 24, [](int, int y) { return y < 12 ? 0.9 : 0.1; });
     ImageF image = step;
     const ImageF noise = color_noise(40, 24, 9, 0.0f, 0.03f);
     for (size_t i = 0; i < image.data.size(); ++i) image.data[i] += noise.data[i];
@@ -221,12 +220,12 @@ TEST(Truth, OnePixelAndOneLine) {
 
     // One row 0 0 0 1 1 1: at the left of the border N = S = NE = ... follow the row, so it is an
     // endless vertical edge: H = 0.05041152 as in the 2-D case, from E.
-    const ImageF row = gray_picture(6, 1, [](int x, int) { return x < 3 ? 0 : 1; });
+    const ImageF row = gray_image(6, 1, [](int x, int) { return x < 3 ? 0 : 1; });
     const ImageF out = run(stored_settings(), row);
     EXPECT_NEAR(out.at(2, 0), 0.05041152, 1e-6);
     EXPECT_NEAR(out.at(3, 0), 0.94958848, 1e-6);
     EXPECT_EQ(out.at(1, 0), 0.0f);
-    const ImageF column = gray_picture(1, 6, [](int, int y) { return y < 3 ? 0 : 1; });
+    const ImageF column = gray_image(1, 6, [](int, int y) { return y < 3 ? 0 : 1; });
     const ImageF down = run(stored_settings(), column);
     EXPECT_NEAR(down.at(0, 2), 0.05041152, 1e-6);
     EXPECT_NEAR(down.at(0, 3), 0.94958848, 1e-6);
@@ -239,7 +238,7 @@ TEST(Truth, OnePixelIsLeftOutWithAReason) {
     ASSERT_EQ(plan->elisions.size(), 1u);
     EXPECT_EQ(plan->elisions[0].rule, kRuleFacts);
     EXPECT_TRUE(plan->steps.empty());
-    const FramePlanes wide = planes_of(gray_picture(2, 1, [](int x, int) { return x; }));
+    const FramePlanes wide = planes_of(gray_image(2, 1, [](int x, int) { return x; }));
     auto kept = make_plan(fxaa_chain({}), describe(wide));
     ASSERT_TRUE(kept.ok());
     EXPECT_EQ(kept->steps.size(), 1u);
@@ -248,7 +247,7 @@ TEST(Truth, OnePixelIsLeftOutWithAReason) {
 TEST(Truth, ExactTiesFollowTheStatedOrder) {
     // Black and 1e30 from a hash: the display luma is exactly 0 or 1 (weights 1/4, 1/2, 1/4), so
     // that scores, gradients and ends tie everywhere and fp32 and double both see it.
-    const ImageF pattern = gray_picture(128, 96, [](int x, int y) {
+    const ImageF pattern = gray_image(128, 96, [](int x, int y) {
         return ((x * 73856093u) ^ (y * 19349663u) ^ ((x * y) * 83492791u)) >> 13 & 1u ? 1e30 : 0;
     });
     const FramePlanes planes = planes_of(pattern);
@@ -332,25 +331,25 @@ TEST(Truth, NoSeamBetweenHues) {
 TEST(Parameter, SubpixEnds) {
     // A line of one row: 0 leaves it unchanged (its ends are too far to matter), 1 uses all of N
     // from the sub-pixel stage: A = (2*2 + 0)/12 - 1 = -2/3, t = 2/3, H = 400/729.
-    const ImageF line = gray_picture(64, 9, [](int, int y) { return y == 4; });
+    const ImageF line = gray_image(64, 9, [](int, int y) { return y == 4; });
     EXPECT_EQ(run(stored_settings({{"subpix", 0.0}}), line).at(32, 4), 1.0f);
     EXPECT_NEAR(run(stored_settings({{"subpix", 1.0}}), line).at(32, 4), 1 - 400.0 / 729, 1e-6);
 }
 
 TEST(Parameter, EdgeThresholdEnds) {
-    const ImageF gray = gray_picture(16, 8, [](int, int y) { return y < 4 ? 0.9 : 0.6; });
+    const ImageF gray = gray_image(16, 8, [](int, int y) { return y < 4 ? 0.9 : 0.6; });
     const SettingList all = stored_settings({{"edge_threshold", 0.0}});
     EXPECT_NE(run(all, gray).at(8, 3), 0.9f);
     EXPECT_EQ(run(stored_settings({{"edge_threshold", 1.0}}), gray).at(8, 3), 0.9f);
     // At 1 only full contrast, down to 0, is an edge.
     EXPECT_NE(run(stored_settings({{"edge_threshold", 1.0}}),
-                  gray_picture(16, 8, [](int, int y) { return y < 4 ? 0.9 : 0; }))
+                  gray_image(16, 8, [](int, int y) { return y < 4 ? 0.9 : 0; }))
                   .at(8, 3),
               0.9f);
 }
 
 TEST(Parameter, EdgeThresholdMinEnds) {
-    const ImageF dark = gray_picture(16, 8, [](int, int y) { return y < 4 ? 0.05 : 0.01; });
+    const ImageF dark = gray_image(16, 8, [](int, int y) { return y < 4 ? 0.05 : 0.01; });
     EXPECT_NE(run(stored_settings({{"edge_threshold_min", 0.0}}), dark).at(8, 3), 0.05f);
     EXPECT_EQ(run(stored_settings({{"edge_threshold_min", 1.0}}), dark).at(8, 3), 0.05f);
 }
@@ -358,7 +357,7 @@ TEST(Parameter, EdgeThresholdMinEnds) {
 TEST(Parameter, LumaChoices) {
     // Highlights 20 beside 40: an edge of 20 in stored values, none on the display
     // (0.9759 and 0.9877).
-    const ImageF high = gray_picture(16, 8, [](int, int y) { return y < 4 ? 40 : 20; });
+    const ImageF high = gray_image(16, 8, [](int, int y) { return y < 4 ? 40 : 20; });
     EXPECT_NE(run({{"luma", std::string("stored")}}, high).at(8, 3), 40.0f);
     EXPECT_EQ(run({{"luma", std::string("display")}}, high).at(8, 3), 40.0f);
 }
@@ -366,13 +365,13 @@ TEST(Parameter, LumaChoices) {
 TEST(Parameter, ExposureEnds) {
     // A step of 40 to 20 becomes visible when exposed down (5 stops: 1.25 and 0.625); at either
     // end of the range everything is white or black.
-    const ImageF high = gray_picture(16, 8, [](int, int y) { return y < 4 ? 40 : 20; });
+    const ImageF high = gray_image(16, 8, [](int, int y) { return y < 4 ? 40 : 20; });
     EXPECT_NE(run({{"exposure_ev", -5.0}}, high).at(8, 3), 40.0f);
     EXPECT_EQ(run({{"exposure_ev", -32.0}}, high).at(8, 3), 40.0f);
     EXPECT_EQ(run({{"exposure_ev", 32.0}}, high).at(8, 3), 40.0f);
     // It also shapes the blend: the lower the exposure, the closer to the blend of stored values.
 
-    const ImageF step = gray_picture(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
+    const ImageF step = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
     const SettingList stored_luma = {{"luma", std::string("stored")}};
     SettingList dark = stored_luma, bright = stored_luma;
     dark.push_back({"exposure_ev", -32.0});
@@ -383,8 +382,7 @@ TEST(Parameter, ExposureEnds) {
 
 TEST(Parameter, BlendChoices) {
     // A firefly of 1000 beside an edge: stored smears it, tone-mapped 30 times less.
-    const ImageF fly =
-        gray_picture(9, 9, [](int x, int y) { return x == 4 && y == 4 ? 1000 : 0.1; });
+    const ImageF fly = gray_image(9, 9, [](int x, int y) { return x == 4 && y == 4 ? 1000 : 0.1; });
     const float stored = run({{"blend", std::string("stored")}}, fly).at(4, 3);
     const float mapped = run({{"blend", std::string("tonemapped")}}, fly).at(4, 3);
     // Weight 4/729 * 0.75 = 0.0041 of 1000; tone-mapped 0.0331 times that.

@@ -179,7 +179,7 @@ def samples(options):
 
 FAKE_MODULE = """
 struct calls { const char* version; };
-const struct calls* postchain_picture_calls(void) {
+const struct calls* postchain_image_calls(void) {
     static const struct calls calls = {"9.9.9"};
     return &calls;
 }
@@ -209,12 +209,12 @@ def command(options):
         aperture = moved / "aperture.yaml"
         aperture.write_text("postchain: 1\ncamera: {aperture_image: a.0001.png, f_stop: 1}\n"
                             "passes:\n  - depth_of_field: {}\n")
-        module = one("lib/**/libpostchain_pictures.so", moved)
+        module = one("lib/**/libpostchain_images.so", moved)
         module.unlink()
 
         def expect_refused(why):
             for text in (run("b", "--png", code=5), run("b", code=4, chain=aperture)):
-                for word in ("libpostchain_pictures.so", why, "install"):
+                for word in ("libpostchain_images.so", why, "install"):
                     assert word in text, text
             assert not list(moved.glob("b.*")), "something was written"
             text = call(postchain, "info")

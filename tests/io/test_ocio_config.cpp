@@ -7,7 +7,7 @@
 #include <fstream>
 
 #include "tests/io/exr_files.h"
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 
 namespace postchain::io {
 namespace {
@@ -17,8 +17,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
 
-const PictureCalls& calls() {
-    static const auto module = picture_module(StatusCode::input);
+const ImageCalls& calls() {
+    static const auto module = image_module(StatusCode::input);
     EXPECT_TRUE(module.ok()) << module.status().message();
     return **module;
 }

@@ -173,10 +173,10 @@ TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
             EXPECT_EQ(ExrFile::open(out)->read_channels(0, kRgba)->data, before->data)
                 << compression << " " << tile;
             // The chunks after header and table.
-            constexpr size_t kMostHeader = 2048;
+            constexpr size_t kMaxHeader = 2048;
             const std::string stored = bytes_of(in);
-            ASSERT_GT(stored.size(), 2 * kMostHeader);
-            EXPECT_TRUE(bytes_of(out).ends_with(stored.substr(kMostHeader)))
+            ASSERT_GT(stored.size(), 2 * kMaxHeader);
+            EXPECT_TRUE(bytes_of(out).ends_with(stored.substr(kMaxHeader)))
                 << compression << " " << tile;
             // If one value differs, the whole part is encoded.
             ImageF other = *before;

@@ -119,7 +119,7 @@ TEST(Layers, AgreeWithTheReferenceInEveryMode) {
     }
 }
 
-// At most the units that GL 4.3 promises: 8 images, 16 samplers.
+// At most the units that GL 4.3 guarantees: 8 images, 16 samplers.
 TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
     TestFrame frame = bright_frame(40, 31);
     add_neighbors(frame);

@@ -31,7 +31,7 @@ bool inside(const Point& p, const TruthSettings& settings) {
 }
 
 // A point of the aperture, in radii: the next point of the square that is inside.
-Point lens_point(int& next, const TruthSettings& settings) {
+Point lens_sample(int& next, const TruthSettings& settings) {
     for (;;) {
         ++next;
         const Point p = {2 * halton(next, 2) - 1, 2 * halton(next, 3) - 1};
@@ -51,7 +51,7 @@ ImageF draw_truth(host::Host& host, const TruthSettings& settings) {
         const double u = (i + 0.5) / settings.samples - 0.5;
         host.scene().pose(settings.frame + (settings.shutter ? u * lens.shutter_frames : 0));
         if (settings.lens) {
-            const Point p = lens_point(next, settings);
+            const Point p = lens_sample(next, settings);
             host.scene().look_from(float(settings.lens_sign * radius * p.right),
                                    float(settings.lens_sign * radius * p.up), lens.focus_distance);
         }

@@ -1,5 +1,5 @@
 // Ground truth drawn by OGRE: the mean of the sample's scene at many times within the shutter and
-// from many points of the lens.
+// from many lens samples.
 #pragma once
 
 #include <string>

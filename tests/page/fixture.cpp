@@ -80,7 +80,7 @@ Variant make_variant(int index) {
 
 }  // namespace
 
-ImageF variant_picture(int variant, int frame) {
+ImageF variant_image(int variant, int frame) {
     ImageF image(kWidth, kHeight, 3);
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) {
@@ -97,8 +97,8 @@ ImageF variant_picture(int variant, int frame) {
     return image;
 }
 
-ImageF truth_picture(int frame) {
-    ImageF image = variant_picture(0, frame);
+ImageF truth_image(int frame) {
+    ImageF image = variant_image(0, frame);
     for (size_t i = 0; i < image.pixels(); ++i) image.data[3 * i + 1] *= 2;
     return image;
 }
@@ -154,13 +154,13 @@ Report make_report(const std::string& folder) {
         report.frames.push_back(frame);
         report.page_frames.push_back(frame);
         store(report, {ImageKind::truth, -1, frame, "", image_path("truth", frame)},
-              truth_picture(frame));
+              truth_image(frame));
         store(report, {ImageKind::input, -1, frame, "", image_path("input", frame)},
               ImageF(kWidth, kHeight, 3, 0.5f));
         for (int v = 0; v < kGood; ++v) {
             const std::string name = std::to_string(v);
             store(report, {ImageKind::color, v, frame, "", image_path("color" + name, frame)},
-                  variant_picture(v, frame));
+                  variant_image(v, frame));
             store(report,
                   {ImageKind::error, v, frame, "hdr_flip", image_path("error" + name, frame)},
                   error_map(v));
@@ -187,7 +187,7 @@ Report make_blind_report(const std::string& folder) {
         for (int v = 0; v < kGood; ++v)
             store(report,
                   {ImageKind::converged, v, frame, "", image_path(v < 2 ? "many" : "more", frame)},
-                  v < 2 ? truth_picture(frame) : ImageF(kWidth, kHeight, 3, 0.25f));
+                  v < 2 ? truth_image(frame) : ImageF(kWidth, kHeight, 3, 0.25f));
     return report;
 }
 

@@ -14,8 +14,8 @@ inline constexpr int kGood = 3;  // variants with pictures; one more has failed
 // Variant v, linear RGB: (x + 1/2) / 96 * 2^v, halved in the second frame; (y + 1/2) / 64;
 // (v + 1) / 4. In variant 1 the pixels (5,7), (6,7), (7,7) hold NaN, 1e6 and -1 in red. The truth
 // is variant 0 with twice the green.
-ImageF variant_picture(int variant, int frame);
-ImageF truth_picture(int frame);
+ImageF variant_image(int variant, int frame);
+ImageF truth_image(int frame);
 // HDR-FLIP: x / 95 * (v + 1) / 3. FLIP: the same from the other side.
 ImageF error_map(int variant);
 ImageF flip_map(int variant);

@@ -18,7 +18,7 @@
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/frame/frame_reader.h"
 #include "tools/sequence/frame/frame_writer.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/image/preview.h"
 
 namespace {

@@ -31,7 +31,7 @@
 
 namespace {
 
-constexpr int kMostFiles = 4096;
+constexpr int kMaxFiles = 4096;
 
 struct OpenFile {
     bool used = false;
@@ -48,7 +48,7 @@ struct Watch {
     How how = How::never;
     int error = 0;
     long count = 0;
-    OpenFile files[kMostFiles];
+    OpenFile files[kMaxFiles];
 };
 
 // Calls come from several threads, and even before this library's constructors have run.
@@ -104,13 +104,13 @@ bool concerns(const char* path) {
 // The watched file of a descriptor, or null.
 OpenFile* file_at(int fd) {
     pthread_once(&once, begin);
-    if (watch.folder == nullptr || fd < 0 || fd >= kMostFiles || !watch.files[fd].used)
+    if (watch.folder == nullptr || fd < 0 || fd >= kMaxFiles || !watch.files[fd].used)
         return nullptr;
     return &watch.files[fd];
 }
 
 void opened(int fd, const char* path, bool folder) {
-    if (fd < 0 || fd >= kMostFiles) return;
+    if (fd < 0 || fd >= kMaxFiles) return;
     OpenFile& file = watch.files[fd];
     file.used = true;
     file.folder = folder;

@@ -50,9 +50,9 @@ TEST(Cull, NeverLosesASurface) {
         const SceneModel model = scene.make();
         const std::vector<Instant> instants = {instant_of(model, 3.9), instant_of(model, 4.1)};
         const double focus = instants[0].camera.focus_distance;
-        const PictureGeometry picture{200, 113, model.sensor_width_mm,
-                                      lens_radius(instants[0].camera.focal_length_mm, model.f_stop),
-                                      focus};
+        const ImageGeometry picture{200, 113, model.sensor_width_mm,
+                                    lens_radius(instants[0].camera.focal_length_mm, model.f_stop),
+                                    focus};
         const CellLists cells = cull(model, instants, picture);
         int seen = 0, shaded = 0;
         for (size_t id = 0; id < model.objects.size(); ++id)
@@ -75,7 +75,7 @@ TEST(Cull, NeverLosesASurface) {
                 }
                 const glm::dvec3 p = instant.camera.pose.to_local(world);
                 if (p.z <= 0.02) continue;
-                // Through lens point l, the point appears at F (p/z + l (1/s - 1/z)).
+                // Through lens sample l, the point appears at F (p/z + l (1/s - 1/z)).
                 const double angle = random.between(0, 6.283);
                 const glm::dvec2 l =
                     picture.lens_radius * glm::dvec2(std::cos(angle), std::sin(angle));
@@ -103,7 +103,7 @@ TEST(Cull, HoldsForNearSpheresInAWideView) {
         const glm::dvec3 center(random.between(-1.2, 1.2) * z, random.between(-0.6, 0.6) * z, z);
         model.objects.push_back(sphere(radius, still(at(center)), {1, 1, 1}));
     }
-    const PictureGeometry picture{320, 160, 36, 0, 1};
+    const ImageGeometry picture{320, 160, 36, 0, 1};
     const CellLists cells = cull(model, {instant_of(model, 0)}, picture);
     for (size_t id = 0; id < model.objects.size(); ++id)
         for (int i = 0; i < 200; ++i) {

@@ -13,7 +13,7 @@
 #include "tools/measure/scenes/zoom.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::scenes::test {
 namespace {
@@ -148,9 +148,9 @@ TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
 }
 
 TEST_F(Files, ThePictureOfTheApertureIsBesideTheCamera) {
-    std::vector<float> values(ApertureImage::kSide * ApertureImage::kSide);
+    std::vector<float> values(BokehKernel::kSide * BokehKernel::kSide);
     for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 1009) / 3;
-    request_.camera.aperture_image = *ApertureImage::make(values, "/elsewhere/a.png");
+    request_.camera.aperture_image = *BokehKernel::make(values, "/elsewhere/a.png");
     request_.camera.aperture_rotation_deg = 20;
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
     auto camera = load_camera((folder_ / "camera.json").string());

@@ -92,13 +92,13 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsShape) {
 // The right half of a disc, whose lower quarter transmits a third of the light: with the quarters'
 // moments k = 4/(3 pi) and 1/4, weights 3/4 and 1/4.
 TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
-    constexpr int kCells = ApertureImage::kSide;
+    constexpr int kCells = BokehKernel::kSide;
     std::vector<float> values(kCells * kCells);
     for (int y = 0; y < kCells; ++y)
         for (int x = kCells / 2; x < kCells; ++x)
             values[size_t(y * kCells + x)] = y < kCells / 2 ? 1.0f : 1.0f / 3;
     SceneModel model = empty_model(2, 1);
-    model.aperture_image = *ApertureImage::make(values);
+    model.aperture_image = *BokehKernel::make(values);
     const double k = 4 / (3 * M_PI);
     Moments m = through(model, 0, 0);
     EXPECT_NEAR(m.x, k, 0.01);

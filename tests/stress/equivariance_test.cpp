@@ -75,13 +75,13 @@ TEST(Reach, FollowsFromTheParameters) {
     EXPECT_EQ(tile_px(both), 30);
     test::append(both, "depth_of_field",
                  {{"method", "gilham"}, {"downsample", int64_t(4)}, {"blur_sigma_px", 5.0}});
-    EXPECT_EQ(both.promises().lattice_px, 60);  // lcm(30, 4)
+    EXPECT_EQ(both.guarantees().lattice_px, 60);  // lcm(30, 4)
     EXPECT_EQ(tile_px(both), 60);
     // 2.5 x 30 + 4 (ceil(3 x 5 / 4) + 2); 1.006 x 30 + 0.5 + 24.
     EXPECT_EQ(both.reach(frame).depends_px, 99);
     EXPECT_NEAR(both.reach(frame).spreads_px, 54.68, 1e-9);
     test::append(both, "vignette");
-    EXPECT_EQ(both.promises().lattice_px, 0);  // it depends on the position in the image
+    EXPECT_EQ(both.guarantees().lattice_px, 0);  // it depends on the position in the image
     EXPECT_EQ(both.reach(frame).depends_px, 99);
 }
 
@@ -146,7 +146,7 @@ TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
 }
 
 // Checks of a single image.
-TEST_F(Equivariance, PromisesOfConstantsRangeAndQuietAreHeldToo) {
+TEST_F(Equivariance, GuaranteesOfConstantsRangeAndQuietAreHeldToo) {
     EXPECT_EQ(checks_of(Fault::none)["constant"].verdict, Verdict::ok);
     EXPECT_EQ(checks_of(Fault::none)["range"].verdict, Verdict::ok);
     EXPECT_EQ(checks_of(Fault::dims)["constant"].verdict, Verdict::failed);

@@ -16,15 +16,15 @@ class FaultyPass : public PlainPass {
         use.required = {Role::color};
         return use;
     }
-    Promises promises() const override {
-        Promises promises;
-        promises.keeps_constants = true;
-        promises.convex = 1e-6;
-        promises.lattice_px = 40;  // kTile of faulty.comp
-        promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
-        promises.light = light_;
-        promises.driven_by = {Role::motion};
-        return promises;
+    Guarantees guarantees() const override {
+        Guarantees guarantees;
+        guarantees.keeps_constants = true;
+        guarantees.convex = 1e-6;
+        guarantees.lattice_px = 40;  // kTile of faulty.comp
+        guarantees.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn, Symmetry::shift};
+        guarantees.light = light_;
+        guarantees.driven_by = {Role::motion};
+        return guarantees;
     }
     Reach reach() const override { return {1, 1}; }
     std::optional<Identity> identity(const PlanContext&) const override { return {}; }

@@ -52,7 +52,7 @@ TEST(Png, MagmaIsThePublishedMap) {
 TEST(Pictures, FourOfThemWithTheirScales) {
     Exhibit exhibit = exhibit_of(80, 40);
     exhibit.error.at(3, 4) = 0.25f;
-    const auto all = pictured(exhibit);
+    const auto all = imaged(exhibit);
     ASSERT_TRUE(all.ok()) << all.status().message();
     ASSERT_EQ(all->pictures.size(), 4u);
     EXPECT_EQ(all->place, "");
@@ -73,12 +73,12 @@ TEST(Pictures, FourOfThemWithTheirScales) {
 TEST(Pictures, LargeFramesAreCutAroundTheWorst) {
     Exhibit exhibit = exhibit_of(400, 300);
     exhibit.error.at(399, 150) = 1;
-    auto all = pictured(exhibit);
+    auto all = imaged(exhibit);
     ASSERT_TRUE(all.ok());
     EXPECT_EQ(all->place, "160 x 120 pixels from 240,90 of 400 x 300");
     exhibit.error.at(399, 150) = INFINITY;  // larger than any other
     exhibit.error.at(0, 0) = 2;
-    all = pictured(exhibit);
+    all = imaged(exhibit);
     ASSERT_TRUE(all.ok());
     EXPECT_EQ(all->place, "160 x 120 pixels from 240,90 of 400 x 300");
     EXPECT_EQ(all->pictures[3].scale, "magma, 0 to 2");
@@ -91,7 +91,7 @@ const KnownLimit& known_limit() {
 
 struct Sample {
     Matrix matrix;
-    std::vector<PicturedCheck> pictures;
+    std::vector<ImagedCheck> pictures;
 };
 
 Sample sample() {
@@ -112,7 +112,7 @@ Sample sample() {
         cell.measured = {one};
     }
     for (const CellResult& cell : made.matrix.cells) {
-        auto pictures = pictured(exhibit_of(8, 4));
+        auto pictures = imaged(exhibit_of(8, 4));
         EXPECT_TRUE(pictures.ok());
         pictures->cell = &cell;
         pictures->measured = &cell.measured[0];

@@ -24,23 +24,23 @@ std::string failures(const Matrix& matrix) {
 }
 
 // The checks that apply to a chain because of its passes' guarantees.
-std::set<std::string> promised_checks(const Chain& chain) {
+std::set<std::string> guaranteed_checks(const Chain& chain) {
     std::set<std::string> checks(check_names().begin(), check_names().end());
-    const auto keep = [&](std::initializer_list<const char*> names, auto promise) {
-        if (chain.that_promises(promise)) return;
+    const auto keep = [&](std::initializer_list<const char*> names, auto guarantee) {
+        if (chain.that_guarantees(guarantee)) return;
         for (const char* name : names) checks.erase(name);
     };
     const auto has = [](Symmetry symmetry) {
-        return [=](const Promises& one) { return one.symmetries.count(symmetry) > 0; };
+        return [=](const Guarantees& one) { return one.symmetries.count(symmetry) > 0; };
     };
-    keep({"constant"}, [](const Promises& one) { return one.keeps_constants; });
-    keep({"range"}, [](const Promises& one) { return one.convex.has_value(); });
-    keep({"identity"}, [](const Promises& one) { return !one.driven_by.empty(); });
+    keep({"constant"}, [](const Guarantees& one) { return one.keeps_constants; });
+    keep({"range"}, [](const Guarantees& one) { return one.convex.has_value(); });
+    keep({"identity"}, [](const Guarantees& one) { return !one.driven_by.empty(); });
     keep({"mirror"}, has(Symmetry::mirror));
     keep({"flip"}, has(Symmetry::flip));
     keep({"turn"}, has(Symmetry::turn));
     keep({"shift", "grid"}, has(Symmetry::shift));
-    keep({"dot"}, [](const Promises& one) { return one.light != Light::any; });
+    keep({"dot"}, [](const Guarantees& one) { return one.light != Light::any; });
     return checks;
 }
 
@@ -63,7 +63,7 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     EXPECT_EQ(all_rows.size(), 9u);
     for (const auto& subject : subjects) {
         EXPECT_EQ(rows[subject.name], all_rows) << subject.name;
-        EXPECT_EQ(checks[subject.name], promised_checks(subject.chain)) << subject.name;
+        EXPECT_EQ(checks[subject.name], guaranteed_checks(subject.chain)) << subject.name;
     }
 }
 

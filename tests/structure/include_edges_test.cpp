@@ -222,7 +222,7 @@ TEST(IncludeEdges, ChainHasFourLibraries) {
 TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
     static const std::set<std::string> module = {
         "tools/sequence/image/ocio_config.cpp", "tools/sequence/image/ocio_config.h",
-        "tools/sequence/image/picture_calls.cpp", "tools/sequence/image/picture_codec.cpp"};
+        "tools/sequence/image/image_calls.cpp", "tools/sequence/image/image_codec.cpp"};
     size_t count = 0;
     for (const auto& include : all_includes()) {
         if (!include.target.starts_with("OpenImageIO/") &&

@@ -80,8 +80,8 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
     const std::map<std::string, std::string> allowed = {
         {"tools/sequence/files/atomic_file.cpp", "the one that does"},
         {"tools/sequence/exr/exr_output.cpp", "OpenEXR, on a stream of the atomic file"},
-        {"tools/sequence/image/picture_calls.cpp", "OpenImageIO, into memory"},
-        {"tools/sequence/image/picture_codec.cpp", "OpenImageIO, into memory"},
+        {"tools/sequence/image/image_calls.cpp", "OpenImageIO, into memory"},
+        {"tools/sequence/image/image_codec.cpp", "OpenImageIO, into memory"},
         {"tools/measure/experiment/report_folder.cpp",
          "removes a report or study that is replaced"},
         {"tools/sequence/files/claim.cpp", "a lock among processes, nothing is written to it"},

@@ -45,11 +45,11 @@ class Echo final : public PlainPass {
         return use;
     }
 
-    Promises promises() const override {
-        Promises promises;
-        promises.lattice_px = 1;
-        promises.symmetries = {Symmetry::shift};
-        return promises;
+    Guarantees guarantees() const override {
+        Guarantees guarantees;
+        guarantees.lattice_px = 1;
+        guarantees.symmetries = {Symmetry::shift};
+        return guarantees;
     }
 
     Reach reach() const override { return {0, 0}; }

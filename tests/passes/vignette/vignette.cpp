@@ -31,11 +31,11 @@ class Vignette final : public PlainPass {
         return use;
     }
 
-    Promises promises() const override {
-        Promises promises;
-        promises.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn};
-        promises.light = Light::not_more;
-        return promises;
+    Guarantees guarantees() const override {
+        Guarantees guarantees;
+        guarantees.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn};
+        guarantees.light = Light::not_more;
+        return guarantees;
     }
 
     Reach reach() const override { return {0, 0}; }

@@ -14,7 +14,7 @@
 namespace postchain {
 namespace {
 
-std::vector<const CLI::App*> verbs(const CLI::App& app) {
+std::vector<const CLI::App*> subcommands(const CLI::App& app) {
     return app.get_subcommands([](const CLI::App*) { return true; });
 }
 
@@ -81,11 +81,12 @@ void append_parameters(std::string& out, const std::string& prefix, const Parame
 std::string man_page(const CLI::App& app) {
     std::string out = ".TH POSTCHAIN 1 \"\" \"postchain " + std::string(kVersion) + "\"\n";
     out += ".SH NAME\npostchain \\- " + roff(app.get_description()) + "\n.SH SYNOPSIS\n";
-    for (const CLI::App* verb : verbs(app))
-        out += ".B postchain " + roff(verb->get_name()) + "\n[\\fIoptions\\fR]\n.br\n";
-    for (const CLI::App* verb : verbs(app)) {
-        out += ".SH " + roff(verb->get_name()) + "\n" + roff(verb->get_description()) + ".\n";
-        for (const CLI::Option* option : verb->get_options())
+    for (const CLI::App* subcommand : subcommands(app))
+        out += ".B postchain " + roff(subcommand->get_name()) + "\n[\\fIoptions\\fR]\n.br\n";
+    for (const CLI::App* subcommand : subcommands(app)) {
+        out += ".SH " + roff(subcommand->get_name()) + "\n" + roff(subcommand->get_description()) +
+               ".\n";
+        for (const CLI::Option* option : subcommand->get_options())
             out += ".TP\n.B " + roff(names_of(*option)) + "\n" + roff(option->get_description()) +
                    "\n";
     }
@@ -100,23 +101,23 @@ std::string man_page(const CLI::App& app) {
 
 std::string bash_completion(const CLI::App& app) {
     std::vector<std::string> names;
-    for (const CLI::App* verb : verbs(app)) names.push_back(verb->get_name());
+    for (const CLI::App* subcommand : subcommands(app)) names.push_back(subcommand->get_name());
     std::vector<std::string> scene_names;
     for (const auto& scene : scenes::scenes()) scene_names.push_back(scene.name);
     std::string out =
         "# bash completion of postchain, made by `postchain completion`\n"
         "_postchain() {\n"
         "    local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]}\n"
-        "    local verb=${COMP_WORDS[1]}\n"
+        "    local subcommand=${COMP_WORDS[1]}\n"
         "    if ((COMP_CWORD == 1)); then\n"
         "        COMPREPLY=($(compgen -W \"" +
         joined(names, " ") +
         " --help --version\" -- \"$current\"))\n"
         "        return\n"
         "    fi\n"
-        "    case \"$verb $previous\" in\n";
-    for (const CLI::App* verb : verbs(app)) {
-        for (const CLI::Option* option : verb->get_options()) {
+        "    case \"$subcommand $previous\" in\n";
+    for (const CLI::App* subcommand : subcommands(app)) {
+        for (const CLI::Option* option : subcommand->get_options()) {
             auto words = choices_of(*option);
             if (option->get_name(false, true) == "--set") {
                 for (const auto& key : set_keys()) words.push_back(key + "=");
@@ -125,27 +126,27 @@ std::string bash_completion(const CLI::App& app) {
             }
             if (words.empty()) continue;
             for (const auto& name : option->get_lnames())
-                out += "    \"" + verb->get_name() + " --" + name +
+                out += "    \"" + subcommand->get_name() + " --" + name +
                        "\")\n        COMPREPLY=($(compgen -W \"" + joined(words, " ") +
                        "\" -- \"$current\"))\n        return ;;\n";
         }
     }
-    out += "    esac\n    if [[ $current == -* ]]; then\n        case $verb in\n";
-    for (const CLI::App* verb : verbs(app)) {
+    out += "    esac\n    if [[ $current == -* ]]; then\n        case $subcommand in\n";
+    for (const CLI::App* subcommand : subcommands(app)) {
         std::vector<std::string> flags;
-        for (const CLI::Option* option : verb->get_options())
+        for (const CLI::Option* option : subcommand->get_options())
             for (const auto& name : option->get_lnames()) flags.push_back("--" + name);
-        out += "        " + verb->get_name() + ") COMPREPLY=($(compgen -W \"" + joined(flags, " ") +
-               "\" -- \"$current\")) ;;\n";
+        out += "        " + subcommand->get_name() + ") COMPREPLY=($(compgen -W \"" +
+               joined(flags, " ") + "\" -- \"$current\")) ;;\n";
     }
     out +=
         "        esac\n        return\n    fi\n"
-        "    if ((COMP_CWORD == 2)) && [[ $verb == scene ]]; then\n"
+        "    if ((COMP_CWORD == 2)) && [[ $subcommand == scene ]]; then\n"
         "        COMPREPLY=($(compgen -W \"" +
         joined(scene_names, " ") +
         "\" -- \"$current\"))\n"
         "        return\n    fi\n"
-        "    if ((COMP_CWORD == 2)) && [[ $verb == run || $verb == plan ]]; then\n"
+        "    if ((COMP_CWORD == 2)) && [[ $subcommand == run || $subcommand == plan ]]; then\n"
         "        COMPREPLY=($(compgen -W \"" +
         joined(shipped_chains(), " ") +
         "\" -- \"$current\") $(compgen -f -- \"$current\"))\n"

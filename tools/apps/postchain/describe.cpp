@@ -15,14 +15,15 @@
 #include "tools/apps/postchain/plan_summary.h"
 #include "tools/apps/postchain/printable.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 #include "tools/sequence/run/estimate.h"
 #include "tools/sequence/run/layer_record.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {
 
-int plan_verb(const Options& options, const std::string& format, const std::string& pilot_path) {
+int plan_subcommand(const Options& options, const std::string& format,
+                    const std::string& pilot_path) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
@@ -76,7 +77,7 @@ int plan_verb(const Options& options, const std::string& format, const std::stri
     return code;
 }
 
-int info_verb(const Options& options) {
+int info_subcommand(const Options& options) {
     io::Json info;
     info["postchain"] = kVersion;
     info["libraries"] = {
@@ -85,7 +86,7 @@ int info_verb(const Options& options) {
         {"spdlog", concat(SPDLOG_VER_MAJOR, ".", SPDLOG_VER_MINOR, ".", SPDLOG_VER_PATCH)},
         {"nlohmann-json", concat(NLOHMANN_JSON_VERSION_MAJOR, ".", NLOHMANN_JSON_VERSION_MINOR, ".",
                                  NLOHMANN_JSON_VERSION_PATCH)}};
-    const auto pictures = io::picture_module(StatusCode::input);
+    const auto pictures = io::image_module(StatusCode::input);
     if (pictures.ok())
         info["libraries"]["OpenImageIO"] = (*pictures)->open_image_io;
     else
@@ -132,12 +133,12 @@ int info_verb(const Options& options) {
     return context.ok() ? kExitOk : fail(context.status());
 }
 
-int schema_verb() {
+int schema_subcommand() {
     std::fputs((chain_schema(builtin_passes()) + "\n").c_str(), stdout);
     return kExitOk;
 }
 
-int passes_verb(const std::string& format) {
+int passes_subcommand(const std::string& format) {
     const std::string text = format == "json"       ? passes_as_json(builtin_passes()) + "\n"
                              : format == "markdown" ? passes_as_markdown(builtin_passes())
                                                     : passes_as_text(builtin_passes());

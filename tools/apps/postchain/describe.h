@@ -6,9 +6,9 @@
 namespace postchain {
 
 // `pilot`: path of a sidecar, empty = none.
-int plan_verb(const Options& options, const std::string& format, const std::string& pilot);
-int info_verb(const Options& options);
-int schema_verb();
-int passes_verb(const std::string& format);
+int plan_subcommand(const Options& options, const std::string& format, const std::string& pilot);
+int info_subcommand(const Options& options);
+int schema_subcommand();
+int passes_subcommand(const std::string& format);
 
 }  // namespace postchain

@@ -140,64 +140,70 @@ Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& ma
 
 }  // namespace
 
-void add_diff(CLI::App& verb, Options& o, DiffOptions& diff) {
+void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
     diff.pixels_per_degree = metrics::kPixelsPerDegree;
     std::string names, maps;
     for (const auto& row : metrics::metric_rows()) names += row.name + " (" + row.help + "), ";
     for (const auto& row : metrics::map_rows())
         maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
                        row.shown_max, ")");
-    verb.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
-    verb.add_option("B", diff.b, "image or sequence to compare with A")->required();
-    verb.add_option("--frames", o.job.frames,
+    subcommand.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
+    subcommand.add_option("B", diff.b, "image or sequence to compare with A")->required();
+    subcommand
+        .add_option("--frames", o.job.frames,
                     "frames of sequences: 1-10,20-40x2 (default: all "
                     "of A on disk)")
         ->type_name("RANGE");
-    verb.add_option("--metric", diff.metrics,
+    subcommand
+        .add_option("--metric", diff.metrics,
                     "metric, may be repeated (default: all): " + names +
                         "tde (mean |change of the error| from frame to frame)")
         ->type_name("NAME")
         ->expected(1)
         ->take_all();
-    verb.add_option("--fail-above", diff.fail_above,
+    subcommand
+        .add_option("--fail-above", diff.fail_above,
                     "exit with 8 if a frame or the summary exceeds it, may be repeated: "
                     "flip=0.05")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
-    verb.add_option("--map", diff.maps,
+    subcommand
+        .add_option("--map", diff.maps,
                     "error map, may be repeated: .png in magma colors or .exr with values; a "
                     "pattern for sequences")
         ->type_name("FILE")
         ->expected(1)
         ->take_all();
-    verb.add_option("--map-metric", diff.map_metric, "metric of the map: " + maps)
+    subcommand.add_option("--map-metric", diff.map_metric, "metric of the map: " + maps)
         ->type_name("NAME")
         ->capture_default_str();
-    add_on_existing(verb, "if a map exists", diff.on_existing);
-    verb.add_option("--over", diff.over,
+    add_on_existing(subcommand, "if a map exists", diff.on_existing);
+    subcommand
+        .add_option("--over", diff.over,
                     "composite both over this linear gray before comparing "
                     "(default: compare premultiplied color)")
         ->type_name("GRAY")
         ->check(number_within(0, 65504));
-    verb.add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
+    subcommand
+        .add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
         ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
         ->capture_default_str();
-    verb.add_option("--tone-mapper", diff.tone_mapper, "tone mapper of HDR-FLIP")
+    subcommand.add_option("--tone-mapper", diff.tone_mapper, "tone mapper of HDR-FLIP")
         ->check(CLI::IsMember(metrics::tone_mapper_names()))
         ->capture_default_str();
-    verb.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
+    subcommand.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
         ->type_name("NAME");
     for (const char* key : {"layer", "view", "max_memory"})
-        add_setting(verb, *job_parameters().find(key), &o.job);
-    verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        add_setting(subcommand, *job_parameters().find(key), &o.job);
+    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
-    verb.add_flag("--json", o.json,
-                  "one JSON object per frame; for sequences also a summary with "
-                  "\"summary\": true");
+    subcommand.add_flag("--json", o.json,
+                        "one JSON object per frame; for sequences also a summary with "
+                        "\"summary\": true");
 }
 
-int diff_verb(const Options& options, const DiffOptions& diff) {
+int diff_subcommand(const Options& options, const DiffOptions& diff) {
     auto made = work_of(options, diff);
     if (!made.ok()) return fail(made.status());
     DiffWork& work = *made;

@@ -10,7 +10,7 @@
 
 namespace postchain {
 
-void add_diff(CLI::App& verb, Options& options, DiffOptions& diff);
-int diff_verb(const Options& options, const DiffOptions& diff);
+void add_diff(CLI::App& subcommand, Options& options, DiffOptions& diff);
+int diff_subcommand(const Options& options, const DiffOptions& diff);
 
 }  // namespace postchain

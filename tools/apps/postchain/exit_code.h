@@ -1,4 +1,4 @@
-// How a verb ends: its exit code, and what it says of a failure.
+// How a subcommand ends: its exit code, and what it says of a failure.
 #pragma once
 
 #include "chain/status.h"

@@ -33,23 +33,24 @@ std::string duration(double seconds) {
     return text;
 }
 
-void add_experiment(CLI::App& verb, Options& o, ExperimentOptions& e, const ParameterTable& table,
-                    ParameterRef settings) {
-    verb.add_option("--set", o.sets, "change a value of the chain, as in run")
+void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
+                    const ParameterTable& table, ParameterRef settings) {
+    subcommand.add_option("--set", o.sets, "change a value of the chain, as in run")
         ->type_name("KEY=VALUE")
         ->expected(1)
         ->take_all();
-    add_settings(verb, job_parameters(), sequence::kInputGroup, &o.job);
-    add_settings(verb, table, "", settings);
-    verb.add_option("--fail-above", e.fail_above,
+    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
+    add_settings(subcommand, table, "", settings);
+    subcommand
+        .add_option("--fail-above", e.fail_above,
                     "exit with 8 if a variant's mean exceeds it, may be repeated: flip=0.05")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
-    add_settings(verb, job_parameters(), sequence::kPlanGroup, &o.job);
-    add_device(verb, o);
-    verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
-    add_progress(verb, o);
+    add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
+    add_device(subcommand, o);
+    subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    add_progress(subcommand, o);
 }
 
 // Adds the settings outside the tables: those of the run and of this process.
@@ -126,13 +127,14 @@ experiment::ProgressCallback progress_printer() {
     };
 }
 
-void add_ab(CLI::App& verb, Options& o, ExperimentOptions& e) {
-    verb.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")->required();
-    verb.add_option("CHAIN_B", e.chain_b, "the other chain")->required();
-    add_experiment(verb, o, e, experiment::ab_parameters(), &e.ab);
+void add_ab(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
+    subcommand.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")
+        ->required();
+    subcommand.add_option("CHAIN_B", e.chain_b, "the other chain")->required();
+    add_experiment(subcommand, o, e, experiment::ab_parameters(), &e.ab);
 }
 
-int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
     auto a = load_chain_of(options);
     if (!a.ok()) return fail(a.status());
     Options of_b = options;
@@ -164,24 +166,27 @@ int ab_verb(const Options& options, const ExperimentOptions& e, int argc, char**
     return finish(*report, options, settings.assets, *limits, true);
 }
 
-void add_bench(CLI::App& verb, Options& o, ExperimentOptions& e) {
-    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
-    verb.add_option("--sweep", e.sweeps,
+void add_bench(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
+    subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
+        ->required();
+    subcommand
+        .add_option("--sweep", e.sweeps,
                     "values to try for one key of --set, may be repeated (all combinations are "
                     "run): motion_blur.samples=5,9,13")
         ->type_name("KEY=V1,V2,...")
         ->expected(1)
         ->take_all();
-    verb.add_option("--under", e.under,
+    subcommand
+        .add_option("--under", e.under,
                     "pick the cheapest variant whose mean does not exceed it and write its chain "
                     "file, may be repeated: flip=0.1")
         ->type_name("METRIC=NUMBER")
         ->expected(1)
         ->take_all();
-    add_experiment(verb, o, e, experiment::bench_parameters(), &e.bench);
+    add_experiment(subcommand, o, e, experiment::bench_parameters(), &e.bench);
 }
 
-int bench_verb(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+int bench_subcommand(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
     auto chain = find_chain(options.chain);
     if (!chain.ok()) return fail(chain.status());
     // Loaded once separately for its own notes and errors.

@@ -18,9 +18,11 @@ struct ExperimentOptions {
 // Updates one line on a terminal; otherwise prints a line per unit of work.
 experiment::ProgressCallback progress_printer();
 
-void add_ab(CLI::App& verb, Options& options, ExperimentOptions& experiment);
-int ab_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
-void add_bench(CLI::App& verb, Options& options, ExperimentOptions& experiment);
-int bench_verb(const Options& options, const ExperimentOptions& experiment, int argc, char** argv);
+void add_ab(CLI::App& subcommand, Options& options, ExperimentOptions& experiment);
+int ab_subcommand(const Options& options, const ExperimentOptions& experiment, int argc,
+                  char** argv);
+void add_bench(CLI::App& subcommand, Options& options, ExperimentOptions& experiment);
+int bench_subcommand(const Options& options, const ExperimentOptions& experiment, int argc,
+                     char** argv);
 
 }  // namespace postchain

@@ -285,7 +285,7 @@ int look_at_others(const sequence::RunSettings& settings, const io::FrameList& l
 
 }  // namespace
 
-int inspect_verb(const Options& options) {
+int inspect_subcommand(const Options& options) {
     if (options.camera_metadata) {
         std::fputs(io::camera_attributes_as_markdown().c_str(), stdout);
         return kExitOk;

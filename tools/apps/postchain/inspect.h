@@ -6,6 +6,6 @@
 
 namespace postchain {
 
-int inspect_verb(const Options& options);
+int inspect_subcommand(const Options& options);
 
 }  // namespace postchain

@@ -48,10 +48,10 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
     const auto given = app.get_subcommands();
     std::string text = error.what();
     if (given.empty() && argc > 1 && argv[1][0] != '-') {
-        std::vector<std::string> verbs;
-        for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; }))
-            verbs.push_back(verb->get_name());
-        text = unknown_word("subcommand", argv[1], verbs);
+        std::vector<std::string> subcommands;
+        for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; }))
+            subcommands.push_back(subcommand->get_name());
+        text = unknown_word("subcommand", argv[1], subcommands);
     }
     log::error(concat(text, "; see postchain ", given.empty() ? "" : given[0]->get_name() + " ",
                       "--help"));
@@ -160,9 +160,9 @@ int command(int argc, char** argv) {
         "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables");
     CLI::App* man = app.add_subcommand("man", "the man page, as roff");
     CLI::App* completion = app.add_subcommand("completion", "completion script for bash");
-    for (CLI::App* verb : app.get_subcommands([](CLI::App*) { return true; })) {
-        add_logging(*verb, options);
-        refuse_empty_words(*verb);
+    for (CLI::App* subcommand : app.get_subcommands([](CLI::App*) { return true; })) {
+        add_logging(*subcommand, options);
+        refuse_empty_words(*subcommand);
     }
 
     try {
@@ -176,22 +176,22 @@ int command(int argc, char** argv) {
     if (options.progress == "openjd") log::tell_openjd();
     if (*run) {
         const auto record = apply_like(*run, options);
-        return record.ok() ? run_verb(options, *record) : fail(record.status());
+        return record.ok() ? run_subcommand(options, *record) : fail(record.status());
     }
-    if (*plan) return plan_verb(options, plan_format, plan_pilot);
-    if (*inspect) return inspect_verb(options);
-    if (*diff_app) return diff_verb(options, diff);
-    if (*sheet_app) return sheet_verb(options, sheet);
-    if (*scene_app) return scene_verb(options, scene);
-    if (*ab) return ab_verb(options, experiment, argc, argv);
-    if (*bench) return bench_verb(options, experiment, argc, argv);
-    if (*study_app) return study_verb(options, study, argc, argv);
-    if (*stress_app) return stress_verb(options, stress);
-    if (*selftest) return selftest_verb(options, selftest_only);
-    if (*serve_app) return serve_verb(options, serve);
-    if (*info) return info_verb(options);
-    if (*schema) return schema_verb();
-    if (*passes) return passes_verb(passes_format);
+    if (*plan) return plan_subcommand(options, plan_format, plan_pilot);
+    if (*inspect) return inspect_subcommand(options);
+    if (*diff_app) return diff_subcommand(options, diff);
+    if (*sheet_app) return sheet_subcommand(options, sheet);
+    if (*scene_app) return scene_subcommand(options, scene);
+    if (*ab) return ab_subcommand(options, experiment, argc, argv);
+    if (*bench) return bench_subcommand(options, experiment, argc, argv);
+    if (*study_app) return study_subcommand(options, study, argc, argv);
+    if (*stress_app) return stress_subcommand(options, stress);
+    if (*selftest) return selftest_subcommand(options, selftest_only);
+    if (*serve_app) return serve_subcommand(options, serve);
+    if (*info) return info_subcommand(options);
+    if (*schema) return schema_subcommand();
+    if (*passes) return passes_subcommand(passes_format);
     if (*man) std::fputs(man_page(app).c_str(), stdout);
     if (*completion) std::fputs(bash_completion(app).c_str(), stdout);
     return kExitOk;

@@ -8,7 +8,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain {
@@ -33,10 +33,10 @@ std::string option_names(const std::string& key) {
 
 }  // namespace
 
-void refuse_empty_words(CLI::App& verb) {
+void refuse_empty_words(CLI::App& subcommand) {
     const CLI::Validator not_empty(
         [](const std::string& text) { return std::string(text.empty() ? "is empty" : ""); }, "");
-    for (CLI::Option* option : verb.get_options())
+    for (CLI::Option* option : subcommand.get_options())
         if (option->get_items_expected_max() > 0 || option->get_expected_max() > 0)
             option->check(not_empty);
 }
@@ -54,29 +54,32 @@ CLI::Validator number_within(double least, double most) {
         range.get_description());
 }
 
-void add_logging(CLI::App& verb, Options& o) {
-    verb.add_flag("-v,--verbose", o.verbose, "more messages");
-    verb.add_flag("-q,--quiet", o.quiet, "errors only");
-    verb.add_option("--log-format", o.log_format, "form of the messages on stderr")
+void add_logging(CLI::App& subcommand, Options& o) {
+    subcommand.add_flag("-v,--verbose", o.verbose, "more messages");
+    subcommand.add_flag("-q,--quiet", o.quiet, "errors only");
+    subcommand.add_option("--log-format", o.log_format, "form of the messages on stderr")
         ->check(CLI::IsMember({"text", "json"}))
         ->capture_default_str();
 }
 
-void add_progress(CLI::App& verb, Options& o) {
+void add_progress(CLI::App& subcommand, Options& o) {
     CLI::Option* option =
-        verb.add_option(
+        subcommand
+            .add_option(
                 "--progress", o.progress,
                 "terminal: a line on stderr if it is a terminal; openjd: lines for Open Job "
                 "Description on stdout")
             ->check(CLI::IsMember({"terminal", "openjd"}))
             ->capture_default_str();
     // Both would write to stdout.
-    option->excludes(verb.get_option("--json"));
+    option->excludes(subcommand.get_option("--json"));
 }
 
-void add_chain(CLI::App& verb, Options& o) {
-    verb.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")->required();
-    verb.add_option("--set", o.sets,
+void add_chain(CLI::App& subcommand, Options& o) {
+    subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
+        ->required();
+    subcommand
+        .add_option("--set", o.sets,
                     "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2")
         ->type_name("KEY=VALUE")
         ->expected(1)
@@ -88,7 +91,7 @@ const ParameterTable& job_parameters() {
     return table;
 }
 
-void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
+void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settings) {
     const std::string name = option_names(row.key);
     // The row outlives the subcommand, like its table.
     const auto set = [&row, settings](const ParameterValue& value) { row.set(settings, value); };
@@ -96,38 +99,38 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
     switch (row.type) {
         case ParameterType::boolean:
             if (row.default_value == ParameterValue(true))
-                verb.add_flag_callback(
+                subcommand.add_flag_callback(
                     "--no-" + name.substr(2), [set] { set(false); }, "no " + row.help);
             else
-                verb.add_flag_callback(
+                subcommand.add_flag_callback(
                     name, [set] { set(true); }, row.help);
             return;
         case ParameterType::integer:
-            option = verb.add_option_function<int>(
+            option = subcommand.add_option_function<int>(
                 name, [set](int value) { set(int64_t(value)); }, row.help);
             option->check(CLI::Range(int(row.min), int(row.max)));
             break;
         case ParameterType::number:
-            option = verb.add_option_function<double>(
+            option = subcommand.add_option_function<double>(
                 name, [set](double value) { set(value); }, row.help);
             option->check(number_within(row.min, row.max));
             break;
         case ParameterType::point:
-            option = verb.add_option_function<std::array<double, 2>>(
+            option = subcommand.add_option_function<std::array<double, 2>>(
                 name, [set](const std::array<double, 2>& point) { set(point); }, row.help);
             option->check(number_within(row.min, row.max));
             break;
         case ParameterType::choice:
-            option = verb.add_option_function<std::string>(
+            option = subcommand.add_option_function<std::string>(
                 name, [set](const std::string& word) { set(word); }, row.help);
             option->check(CLI::IsMember(row.choices));
             break;
         case ParameterType::text:
             if (row.implied.empty())
-                option = verb.add_option_function<std::string>(
+                option = subcommand.add_option_function<std::string>(
                     name, [set](const std::string& word) { set(word); }, row.help);
             else  // a flag: takes a value only after '=', because the next word may be an argument
-                option = verb.add_flag(name + "{" + row.implied + "}", row.help)
+                option = subcommand.add_flag(name + "{" + row.implied + "}", row.help)
                              ->each([set](const std::string& word) { set(word); });
             option->required(!row.optional);
             if (row.implied.empty()) option->type_name(row.unit);
@@ -136,28 +139,30 @@ void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings) {
     if (row.default_value != ParameterValue()) option->default_str(text_of(row.default_value));
 }
 
-void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
+void add_settings(CLI::App& subcommand, const ParameterTable& table, const std::string& group,
                   ParameterRef settings) {
     for (const Parameter& row : table.rows())
-        if (row.group == group) add_setting(verb, row, settings);
+        if (row.group == group) add_setting(subcommand, row, settings);
 }
 
-void add_on_existing(CLI::App& verb, const std::string& help, io::OnExisting& on_existing) {
+void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisting& on_existing) {
     static const std::map<std::string, io::OnExisting> kWords = {
         {"fail", io::OnExisting::fail}, {"overwrite", io::OnExisting::overwrite}};
-    verb.add_option_function<std::string>(
+    subcommand
+        .add_option_function<std::string>(
             "--on-existing",
             [&on_existing](const std::string& word) { on_existing = kWords.at(word); }, help)
         ->check(CLI::IsMember({"fail", "overwrite"}))
         ->default_str("fail");
 }
 
-void add_device(CLI::App& verb, Options& o) {
-    verb.add_option("--device", o.device,
+void add_device(CLI::App& subcommand, Options& o) {
+    subcommand
+        .add_option("--device", o.device,
                     "GL device: auto, software, or a number listed by `postchain info`")
         ->type_name("N|software")
         ->capture_default_str();
-    verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
 }
 

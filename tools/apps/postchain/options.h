@@ -34,14 +34,14 @@ struct Options {
     bool camera_metadata = false;  // of inspect: prints the table of attributes
 };
 
-void add_logging(CLI::App& verb, Options& options);
-void add_chain(CLI::App& verb, Options& options);   // CHAIN, --set
-void add_device(CLI::App& verb, Options& options);  // --device, --threads
+void add_logging(CLI::App& subcommand, Options& options);
+void add_chain(CLI::App& subcommand, Options& options);   // CHAIN, --set
+void add_device(CLI::App& subcommand, Options& options);  // --device, --threads
 // --progress, for subcommands that a farm runs. Add --json first if the subcommand has it.
-void add_progress(CLI::App& verb, Options& options);
+void add_progress(CLI::App& subcommand, Options& options);
 
 // Refuses empty values everywhere: they come from unset shell variables.
-void refuse_empty_words(CLI::App& verb);
+void refuse_empty_words(CLI::App& subcommand);
 
 // Refuses NaN and values outside the range, with the message of CLI::Range.
 CLI::Validator number_within(double least, double most);
@@ -51,12 +51,12 @@ const ParameterTable& job_parameters();
 // Adds an option for a table row: its name, type, choices, range, default and help. `settings` is
 // the table's struct and must outlive the subcommand. A boolean that is true by default becomes
 // --no-KEY.
-void add_setting(CLI::App& verb, const Parameter& row, ParameterRef settings);
-void add_settings(CLI::App& verb, const ParameterTable& table, const std::string& group,
+void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settings);
+void add_settings(CLI::App& subcommand, const ParameterTable& table, const std::string& group,
                   ParameterRef settings);
 
 // --on-existing for subcommands without incremental results: fail, overwrite.
-void add_on_existing(CLI::App& verb, const std::string& help, io::OnExisting& on_existing);
+void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisting& on_existing);
 
 // Prints every diagnostic; the returned error is already printed.
 Result<ChainFile> load_chain_of(const Options& options);

@@ -7,7 +7,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_sequence.h"
@@ -86,7 +86,7 @@ class WaitLines {
 
 }  // namespace
 
-int run_verb(const Options& options, const std::optional<sequence::Record>& like) {
+int run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);

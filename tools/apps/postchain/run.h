@@ -9,6 +9,6 @@
 namespace postchain {
 
 // `like`: the record to repeat (like.h), if any.
-int run_verb(const Options& options, const std::optional<sequence::Record>& like);
+int run_subcommand(const Options& options, const std::optional<sequence::Record>& like);
 
 }  // namespace postchain

@@ -10,7 +10,7 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/scenes/scene.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain {
 namespace {
@@ -40,23 +40,25 @@ std::string scene_names() {
 
 }  // namespace
 
-void add_scene(CLI::App& verb, Options& options, SceneOptions& scene) {
-    verb.add_option("NAME", scene.name, scene_names())->required();
-    verb.add_option("-o,--output", scene.folder, "output folder; created if it does not exist")
+void add_scene(CLI::App& subcommand, Options& options, SceneOptions& scene) {
+    subcommand.add_option("NAME", scene.name, scene_names())->required();
+    subcommand
+        .add_option("-o,--output", scene.folder, "output folder; created if it does not exist")
         ->type_name("DIR")
         ->required();
-    verb.add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
-    verb.add_option("--frames", scene.frames, "frames to render")->capture_default_str();
-    verb.add_option("--truth-samples", scene.truth_samples,
+    subcommand.add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
+    subcommand.add_option("--frames", scene.frames, "frames to render")->capture_default_str();
+    subcommand
+        .add_option("--truth-samples", scene.truth_samples,
                     "samples over shutter and lens for mb, dof and both; 0 = none")
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
-    add_on_existing(verb, "if an output file exists", scene.on_existing);
-    add_settings(verb, camera_parameters(), "", &scene.camera);
-    add_device(verb, options);
+    add_on_existing(subcommand, "if an output file exists", scene.on_existing);
+    add_settings(subcommand, camera_parameters(), "", &scene.camera);
+    add_device(subcommand, options);
 }
 
-int scene_verb(const Options& options, const SceneOptions& scene) {
+int scene_subcommand(const Options& options, const SceneOptions& scene) {
     scenes::SceneRequest request;
     request.name = scene.name;
     request.folder = scene.folder;

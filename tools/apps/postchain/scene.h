@@ -14,7 +14,7 @@ struct SceneOptions {
     io::OnExisting on_existing = io::OnExisting::fail;
     Camera camera;  // overrides the scene's
 };
-void add_scene(CLI::App& verb, Options& options, SceneOptions& scene);
-int scene_verb(const Options& options, const SceneOptions& scene);
+void add_scene(CLI::App& subcommand, Options& options, SceneOptions& scene);
+int scene_subcommand(const Options& options, const SceneOptions& scene);
 
 }  // namespace postchain

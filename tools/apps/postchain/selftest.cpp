@@ -192,14 +192,15 @@ Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
 
 }  // namespace
 
-void add_selftest(CLI::App& verb, Options& options, std::string& only) {
-    verb.add_option("--only", only, "only tests whose name contains this; * matches any characters")
+void add_selftest(CLI::App& subcommand, Options& options, std::string& only) {
+    subcommand
+        .add_option("--only", only, "only tests whose name contains this; * matches any characters")
         ->type_name("PATTERN");
-    verb.add_flag("--json", options.json, "one JSON object");
-    add_device(verb, options);
+    subcommand.add_flag("--json", options.json, "one JSON object");
+    add_device(subcommand, options);
 }
 
-int selftest_verb(const Options& options, const std::string& only) {
+int selftest_subcommand(const Options& options, const std::string& only) {
     auto all = subjects();
     if (!all.ok()) return fail(all.status());
     std::erase_if(*all, [&](const auto& one) { return !stress::matches(only, one.name); });

@@ -15,9 +15,9 @@ class App;
 
 namespace postchain {
 
-void add_selftest(CLI::App& verb, Options& options, std::string& only);
+void add_selftest(CLI::App& subcommand, Options& options, std::string& only);
 // `only`: pattern for test names, as in stress::matches(). Returns kExitHealth, after the table, if
 // a test fails; 6 without GL.
-int selftest_verb(const Options& options, const std::string& only);
+int selftest_subcommand(const Options& options, const std::string& only);
 
 }  // namespace postchain

@@ -90,52 +90,61 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
 
 }  // namespace
 
-void add_serve(CLI::App& verb, Options& options, ServeOptions& serve) {
-    verb.add_option("--root", serve.roots,
+void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
+    subcommand
+        .add_option("--root", serve.roots,
                     "folder that must contain every path of a job, may be repeated; relative paths "
                     "start at the first")
         ->type_name("DIR")
         ->required()
         ->expected(1)
         ->take_all();
-    verb.add_option("--store", serve.store,
+    subcommand
+        .add_option("--store", serve.store,
                     "database of jobs (default: postchain/jobs.sqlite in "
                     "$XDG_STATE_HOME or ~/.local/state)")
         ->type_name("FILE");
-    verb.add_option("--port", serve.port, "port to listen on; 0 = any free port")
+    subcommand.add_option("--port", serve.port, "port to listen on; 0 = any free port")
         ->check(CLI::Range(0, 65535))
         ->capture_default_str();
-    verb.add_option("--bind", serve.bind,
+    subcommand
+        .add_option("--bind", serve.bind,
                     "address to listen on; any but 127.0.0.1 and ::1 needs --token-file")
         ->type_name("ADDRESS")
         ->capture_default_str();
-    verb.add_option("--token-file", serve.token_file,
+    subcommand
+        .add_option("--token-file", serve.token_file,
                     "file whose first line is the bearer token that every request must have")
         ->type_name("FILE");
-    verb.add_option("--host", serve.hosts,
+    subcommand
+        .add_option("--host", serve.hosts,
                     "host name by which clients reach this service, may be repeated")
         ->type_name("NAME")
         ->expected(1)
         ->take_all();
-    verb.add_option("--attempts", serve.attempts, "attempts at a frame before it is quarantined")
+    subcommand
+        .add_option("--attempts", serve.attempts, "attempts at a frame before it is quarantined")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
-    verb.add_option("--max-queue", serve.max_queue,
+    subcommand
+        .add_option("--max-queue", serve.max_queue,
                     "maximum of waiting jobs; further jobs are refused")
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    verb.add_option("--max-connections", serve.max_connections,
+    subcommand
+        .add_option("--max-connections", serve.max_connections,
                     "maximum of simultaneous connections")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    verb.add_option("--max-connections-per-address", serve.max_connections_per_address,
+    subcommand
+        .add_option("--max-connections-per-address", serve.max_connections_per_address,
                     "maximum of simultaneous connections from one address")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    add_device(verb, options);
+    add_device(subcommand, options);
 }
 
-int serve_verb(const Options& options, const ServeOptions& serve) {
+int serve_subcommand(const Options& options, const ServeOptions& serve) {
     auto settings = server_settings(options, serve);
     if (!settings.ok()) return fail(settings.status());
     auto roots = service::Roots::of(serve.roots);

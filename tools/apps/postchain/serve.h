@@ -20,7 +20,7 @@ struct ServeOptions {
     int max_connections = 4096;
     int max_connections_per_address = 2048;
 };
-void add_serve(CLI::App& verb, Options& options, ServeOptions& serve);
-int serve_verb(const Options& options, const ServeOptions& serve);
+void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve);
+int serve_subcommand(const Options& options, const ServeOptions& serve);
 
 }  // namespace postchain

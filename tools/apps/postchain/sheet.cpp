@@ -18,7 +18,7 @@
 namespace postchain {
 namespace {
 
-constexpr int kMostPixels = 16384;  // on a side
+constexpr int kMaxPixels = 16384;  // on a side
 
 // Content of a cell: a file for each side, or none.
 struct SheetFrame {
@@ -97,7 +97,7 @@ Result<Image<uint8_t>> thumbnail_of(const SheetWork& work, const ImageF& picture
     const int height = std::clamp(int(std::lround(picture.height * scale)), 1, layout.height);
     io::PreviewOptions options;
     options.view = work.settings.view;
-    return io::shown_picture(io::shrunk(picture, width, height), options);
+    return io::shown_image(io::shrunk(picture, width, height), options);
 }
 
 // The number of columns that brings the sheet closest to 16:9.
@@ -105,7 +105,7 @@ int fitting_columns(io::SheetLayout layout) {
     int best = 1;
     double least = std::numeric_limits<double>::infinity();
     for (layout.columns = 1; layout.columns <= layout.cells; ++layout.columns) {
-        const double shape = double(layout.picture_width()) / double(layout.picture_height());
+        const double shape = double(layout.image_width()) / double(layout.image_height());
         const double off = std::abs(std::log(shape * 9 / 16));
         if (off < least) best = layout.columns;
         least = std::min(least, off);
@@ -137,10 +137,10 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
                 1, int(std::lround(double(sheet.width) * picture->height / picture->width)));
             layout.columns =
                 sheet.columns > 0 ? std::min(sheet.columns, layout.cells) : fitting_columns(layout);
-            if (layout.picture_width() > kMostPixels || layout.picture_height() > kMostPixels)
+            if (layout.image_width() > kMaxPixels || layout.image_height() > kMaxPixels)
                 return Status(StatusCode::usage,
-                              concat("the sheet would have ", layout.picture_width(), "x",
-                                     layout.picture_height(), " pixels; the limit is ", kMostPixels,
+                              concat("the sheet would have ", layout.image_width(), "x",
+                                     layout.image_height(), " pixels; the limit is ", kMaxPixels,
                                      " a side; choose fewer --cells or a smaller "
                                      "--width"));
             return layout;
@@ -150,33 +150,38 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
 
 }  // namespace
 
-void add_sheet(CLI::App& verb, Options& o, SheetOptions& sheet) {
-    verb.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
+void add_sheet(CLI::App& subcommand, Options& o, SheetOptions& sheet) {
+    subcommand.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
         ->required();
-    verb.add_option("-o,--output", sheet.output, "the sheet: a PNG")->required()->type_name("FILE");
-    verb.add_option("--beside", sheet.beside,
+    subcommand.add_option("-o,--output", sheet.output, "the sheet: a PNG")
+        ->required()
+        ->type_name("FILE");
+    subcommand
+        .add_option("--beside", sheet.beside,
                     "a second sequence, shown to the right of each frame: the input beside the "
                     "output")
         ->type_name("IN");
-    verb.add_option("--cells", sheet.cells,
+    subcommand
+        .add_option("--cells", sheet.cells,
                     "maximum number of frames on the sheet; more are sampled evenly")
         ->check(CLI::Range(1, 10000))
         ->capture_default_str();
-    verb.add_option("--columns", sheet.columns,
+    subcommand
+        .add_option("--columns", sheet.columns,
                     "frames per row (default: about 16:9 for the sheet)")
         ->check(CLI::Range(1, 10000));
-    verb.add_option("--width", sheet.width, "thumbnail width in pixels")
+    subcommand.add_option("--width", sheet.width, "thumbnail width in pixels")
         ->check(CLI::Range(16, 4096))
         ->capture_default_str();
-    add_on_existing(verb, "if the sheet exists", sheet.on_existing);
+    add_on_existing(subcommand, "if the sheet exists", sheet.on_existing);
     for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
                             "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
-        add_setting(verb, *job_parameters().find(key), &o.job);
-    verb.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        add_setting(subcommand, *job_parameters().find(key), &o.job);
+    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
 }
 
-int sheet_verb(const Options& options, const SheetOptions& sheet) {
+int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
     auto made = work_of(options, sheet);
     if (!made.ok()) return fail(made.status());
     const SheetWork& work = *made;

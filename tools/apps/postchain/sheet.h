@@ -15,7 +15,7 @@ struct SheetOptions {
     int width = 240;     // of a thumbnail, pixels
     io::OnExisting on_existing = io::OnExisting::fail;
 };
-void add_sheet(CLI::App& verb, Options& options, SheetOptions& sheet);
-int sheet_verb(const Options& options, const SheetOptions& sheet);
+void add_sheet(CLI::App& subcommand, Options& options, SheetOptions& sheet);
+int sheet_subcommand(const Options& options, const SheetOptions& sheet);
 
 }  // namespace postchain

@@ -14,7 +14,7 @@
 #include "tools/measure/stress/page.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain {
@@ -117,25 +117,27 @@ std::string command_of(const Options& options, const StressOptions& stress) {
 
 }  // namespace
 
-void add_stress(CLI::App& verb, Options& o, StressOptions& stress) {
-    add_chain(verb, o);
-    verb.get_option("CHAIN")->required(false)->description(
+void add_stress(CLI::App& subcommand, Options& o, StressOptions& stress) {
+    add_chain(subcommand, o);
+    subcommand.get_option("CHAIN")->required(false)->description(
         "chain file, or the name of a shipped chain (default: each pass separately, and both "
         "orders)");
-    verb.add_option("-o,--output", stress.folder,
+    subcommand
+        .add_option("-o,--output", stress.folder,
                     "folder for index.html (a page with images of failures), stress.txt and "
                     "stress.json")
         ->type_name("DIR");
-    add_on_existing(verb, "if an output file exists", stress.on_existing);
-    verb.add_option("--only", stress.only,
+    add_on_existing(subcommand, "if an output file exists", stress.on_existing);
+    subcommand
+        .add_option("--only", stress.only,
                     "only cells whose name CHAIN/ROW/CELL/PRECISION contains this; * matches any "
                     "characters")
         ->type_name("PATTERN");
-    verb.add_flag("--json", o.json, "one JSON object");
-    add_device(verb, o);
+    subcommand.add_flag("--json", o.json, "one JSON object");
+    add_device(subcommand, o);
 }
 
-int stress_verb(const Options& options, const StressOptions& stress) {
+int stress_subcommand(const Options& options, const StressOptions& stress) {
     auto subjects = subjects_of(options);
     if (!subjects.ok()) return fail(subjects.status());
     const io::OutputFiles files = files_of(options, stress, *subjects);

@@ -14,7 +14,7 @@ struct StressOptions {
     std::string folder;  // empty = writes no files
     io::OnExisting on_existing = io::OnExisting::fail;
 };
-void add_stress(CLI::App& verb, Options& options, StressOptions& stress);
-int stress_verb(const Options& options, const StressOptions& stress);
+void add_stress(CLI::App& subcommand, Options& options, StressOptions& stress);
+int stress_subcommand(const Options& options, const StressOptions& stress);
 
 }  // namespace postchain

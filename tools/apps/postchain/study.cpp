@@ -49,16 +49,16 @@ int finish(const study::Study& study, const study::StudyFolder& folder, bool jso
 
 }  // namespace
 
-void add_study(CLI::App& verb, Options& o, StudyOptions& s) {
-    verb.add_option("STUDY", s.file, "study file, YAML or JSON")->required();
-    add_settings(verb, study::study_parameters(), "", &s.settings);
-    add_settings(verb, study::study_parameters(), study::kSplitGroup, &s.settings);
-    add_device(verb, o);
-    verb.add_flag("--json", o.json, "the report as one JSON object on stdout");
-    add_progress(verb, o);
+void add_study(CLI::App& subcommand, Options& o, StudyOptions& s) {
+    subcommand.add_option("STUDY", s.file, "study file, YAML or JSON")->required();
+    add_settings(subcommand, study::study_parameters(), "", &s.settings);
+    add_settings(subcommand, study::study_parameters(), study::kSplitGroup, &s.settings);
+    add_device(subcommand, o);
+    subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    add_progress(subcommand, o);
 }
 
-int study_verb(const Options& options, const StudyOptions& s, int argc, char** argv) {
+int study_subcommand(const Options& options, const StudyOptions& s, int argc, char** argv) {
     io::Chunk chunk;
     if (!s.settings.chunk.empty()) {
         auto parsed = io::Chunk::parse(s.settings.chunk);

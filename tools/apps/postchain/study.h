@@ -11,7 +11,7 @@ struct StudyOptions {
     std::string file;
     study::StudySettings settings;
 };
-void add_study(CLI::App& verb, Options& options, StudyOptions& study);
-int study_verb(const Options& options, const StudyOptions& study, int argc, char** argv);
+void add_study(CLI::App& subcommand, Options& options, StudyOptions& study);
+int study_subcommand(const Options& options, const StudyOptions& study, int argc, char** argv);
 
 }  // namespace postchain

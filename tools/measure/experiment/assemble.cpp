@@ -6,7 +6,7 @@
 #include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/exit_code.h"
 

@@ -105,7 +105,7 @@ class BenchRun {
                 auto work = work_of(v, frame);
                 auto result =
                     work.ok() ? store_->frame(name_of_variant(v), frame, *work) : std::nullopt;
-                if (!result || (kept(frame) && !take_pictures(v, frame))) {
+                if (!result || (kept(frame) && !take_images(v, frame))) {
                     whole = false;
                     continue;
                 }
@@ -167,7 +167,7 @@ class BenchRun {
         truth_results_[frame] = std::move(*noise);
         return true;
     }
-    bool take_pictures(size_t v, int frame) {
+    bool take_images(size_t v, int frame) {
         bool whole = report::take_stored_image(
             report_, entry(report::ImageKind::color, int(v), frame, name_of_variant(v)));
         for (const char* map : kStoredMaps)

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "config/chain_file.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::experiment {
 

@@ -19,7 +19,7 @@ Result<metrics::Picture> filtered_with(const Plan& plan, PlaneView planes, Execu
 int grid_tile_px(const Chain& chain) {
     int tile = 1;
     for (const auto& link : chain.links) {
-        const int lattice = link.pass->promises().lattice_px;
+        const int lattice = link.pass->guarantees().lattice_px;
         if (lattice == 0) return 0;
         tile = std::max(tile, lattice);
     }

@@ -20,7 +20,7 @@ inline constexpr int kGridShifts = 4;
 // Border tiles excluded from grid, because a shift moves content in and out there.
 inline constexpr int kGridMarginTiles = 3;
 
-// Size of the largest grid that a pass depends on (Promises::lattice_px). 1 = none. 0 = a pass
+// Size of the largest grid that a pass depends on (Guarantees::lattice_px). 1 = none. 0 = a pass
 // depends on the position in the image, so a shift does not show a grid.
 int grid_tile_px(const Chain& chain);
 // Up to kGridShifts values spread over 1..tile_px-1, all below a quarter of the shorter side.

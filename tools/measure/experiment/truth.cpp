@@ -8,7 +8,7 @@
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_settings.h"
 

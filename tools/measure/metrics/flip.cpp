@@ -22,7 +22,7 @@ constexpr float kColorKnee = 0.4f;        // p_c, part of the largest difference
 constexpr float kColorKneeValue = 0.95f;  // p_t, what the knee maps to
 constexpr float kHuntScale = 0.01f;
 // Largest exposed value: far above white for every tone curve, with a finite square.
-constexpr float kLargestExposed = 1e15f;
+constexpr float kMaxExposed = 1e15f;
 constexpr int kBlock = 16;     // pixels
 constexpr int kBandRows = 64;  // rows
 
@@ -204,7 +204,7 @@ class Band {
         for (int x = 0; x < width_; ++x) {
             float v[3];
             for (int c = 0; c < 3; ++c)
-                v[c] = std::min(std::max(rgb[3 * x + c], 0.0f) * shown.gain, kLargestExposed);
+                v[c] = std::min(std::max(rgb[3 * x + c], 0.0f) * shown.gain, kMaxExposed);
             if (shown.mapper == ToneMapper::reinhard) {
                 const float scale = 1 / (1 + float(luminance(v)));
                 for (float& value : v) value *= scale;

@@ -72,9 +72,9 @@ Status check_sizes(const Picture& truth, const Picture& input) {
 
 // `test_energy(i, e)`: e of the test at pixel i, given the ground truth's e.
 template <class TestEnergy>
-Sharpness over_regions(const Picture& truth_picture, const Picture& input,
+Sharpness over_regions(const Picture& truth_image, const Picture& input,
                        const TestEnergy& test_energy) {
-    const ImageF truth = energy_around(truth_picture);
+    const ImageF truth = energy_around(truth_image);
     const ImageF unblurred = energy_around(input);
     Region blurred, sharp;
     for (size_t i = 0; i < truth.data.size(); ++i) {

@@ -12,7 +12,7 @@ struct TileRange {
 
 // Tiles of a sphere in camera coordinates. For a point p of it, |p.x/p.z - c.x/c.z| <= r/(z-r) (1 +
 // |c.x|/z).
-TileRange tiles_of(glm::dvec3 c, double r, double focal_px, const PictureGeometry& picture) {
+TileRange tiles_of(glm::dvec3 c, double r, double focal_px, const ImageGeometry& picture) {
     const int last_x = (picture.width - 1) / SCENE_TILE, last_y = (picture.height - 1) / SCENE_TILE;
     const double near = c.z - r, far = c.z + r;
     if (far <= 0) return {0, 0, -1, -1};
@@ -121,7 +121,7 @@ Instant instant_of(const SceneModel& model, double time) {
 }
 
 CellLists cull(const SceneModel& model, const std::vector<Instant>& instants,
-               const PictureGeometry& picture) {
+               const ImageGeometry& picture) {
     std::vector<std::vector<glm::dvec4>> bounds;
     for (const Object& object : model.objects) bounds.push_back(bounds_of(object));
 

@@ -16,7 +16,7 @@ struct Instant {
 };
 Instant instant_of(const SceneModel& model, double time);
 
-struct PictureGeometry {
+struct ImageGeometry {
     int width = 0;
     int height = 0;
     double sensor_width_mm = 36;
@@ -43,6 +43,6 @@ struct CellLists {
     LightGrid grid;
 };
 CellLists cull(const SceneModel& model, const std::vector<Instant>& instants,
-               const PictureGeometry& picture);
+               const ImageGeometry& picture);
 
 }  // namespace postchain::scenes

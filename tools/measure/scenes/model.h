@@ -84,7 +84,7 @@ struct SceneModel {
     double shutter_frames = kDefaultShutterFrames;
     // The aperture, as in chain/frame.h.
     int aperture_blades = 0;
-    ApertureImage aperture_image;
+    BokehKernel aperture_image;
     double aperture_rotation_deg = 0;
     double aperture_curvature = 0;
     double aperture_ratio = 1;

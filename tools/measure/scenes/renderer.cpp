@@ -30,8 +30,7 @@ void append_rows(std::vector<glm::vec4>& rows, const Pose& pose) {
     for (int row = 0; row < 3; ++row) rows.push_back(row_of(pose, row));
 }
 
-std::vector<glm::vec4> rows_of(const std::vector<Instant>& instants,
-                               const PictureGeometry& picture) {
+std::vector<glm::vec4> rows_of(const std::vector<Instant>& instants, const ImageGeometry& picture) {
     std::vector<glm::vec4> rows;
     for (const Instant& instant : instants) {
         append_rows(rows, instant.camera.pose);
@@ -86,8 +85,8 @@ struct SceneRenderer::Impl {
     GLuint block = 0;
     GLuint aperture = 0;  // image texture
 
-    void set_aperture(const ApertureImage& image) {
-        constexpr int kSide = ApertureImage::kSide;
+    void set_aperture(const BokehKernel& image) {
+        constexpr int kSide = BokehKernel::kSide;
         std::vector<float> values = image.values();
         float most = 0;  // of the cells that the unit disc touches
         for (int y = 0; y < kSide; ++y)
@@ -140,8 +139,8 @@ Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create(const egl::ContextO
     glCreateBuffers(kStorages, renderer->impl_->storage.data());
     glCreateBuffers(1, &renderer->impl_->block);
     glCreateTextures(GL_TEXTURE_2D, 1, &renderer->impl_->aperture);
-    glTextureStorage2D(renderer->impl_->aperture, 1, GL_R32F, ApertureImage::kSide,
-                       ApertureImage::kSide);
+    glTextureStorage2D(renderer->impl_->aperture, 1, GL_R32F, BokehKernel::kSide,
+                       BokehKernel::kSide);
     return renderer;
 }
 
@@ -160,7 +159,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     if (!program.ok()) return program.status();
 
     const Instant now = instant_of(model, settings.time);
-    PictureGeometry picture{width, height, model.sensor_width_mm, 0, now.camera.focus_distance};
+    ImageGeometry picture{width, height, model.sensor_width_mm, 0, now.camera.focus_distance};
     if (settings.lens) picture.lens_radius = lens_radius(now.camera.focal_length_mm, model.f_stop);
 
     const bool noisy = settings.lens || settings.shutter_frames > 0;

@@ -16,7 +16,7 @@
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::scenes {
 namespace {
@@ -71,9 +71,9 @@ RenderSettings settings_of(const SceneRequest& request, const SceneModel& model,
     return settings;
 }
 
-Result<ScenePlanes> render_picture(SceneRenderer& renderer, const SceneRequest& request,
-                                   const SceneModel& model, int frame, Picture picture,
-                                   const Progress& progress) {
+Result<ScenePlanes> render_image(SceneRenderer& renderer, const SceneRequest& request,
+                                 const SceneModel& model, int frame, Picture picture,
+                                 const Progress& progress) {
     const RenderSettings settings = settings_of(request, model, frame, picture);
     if (is_truth(picture) && request.truth_samples < 1)
         return Status(StatusCode::usage, "the ground truth of a scene needs at least one sample");
@@ -258,7 +258,7 @@ Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& re
                                  Picture picture, const Progress& progress) {
     auto model = model_for(request);
     if (!model.ok()) return model.status();
-    return render_picture(renderer, request, *model, frame, picture, progress);
+    return render_image(renderer, request, *model, frame, picture, progress);
 }
 
 std::string camera_json(const SceneRequest& request, const SceneModel& model) {
@@ -348,7 +348,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                 };
             if (progress && !progress(0))
                 return Status(StatusCode::canceled, "stopped while writing a scene");
-            auto planes = render_picture(renderer, request, *model, frame, picture, progress);
+            auto planes = render_image(renderer, request, *model, frame, picture, progress);
             if (!planes.ok()) return planes.status();
             const std::string path = picture_path(request, picture, frame);
             const auto permit = files.permit(path);
@@ -359,7 +359,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
         }
     }
     if (model->aperture_image) {
-        ImageF values(ApertureImage::kSide, ApertureImage::kSide, 1);
+        ImageF values(BokehKernel::kSide, BokehKernel::kSide, 1);
         values.data = model->aperture_image.values();
         const auto permit = files.permit(aperture_path(request));
         if (!permit.ok()) return permit.status();

@@ -28,7 +28,7 @@ struct Cell {
     uint64_t nonfinite_placed = 0;
     uint64_t nonfinite_counted = 0;
 
-    // Whether the planes of all these roles leave a pass nothing to do (chain/promises.h).
+    // Whether the planes of all these roles leave a pass nothing to do (chain/guarantees.h).
     bool is_quiet(RoleSet roles) const;
 };
 

@@ -89,7 +89,7 @@ const std::vector<std::string>& check_names() {
 
 int tile_px(const Chain& chain) {
     constexpr int kFine = 16, kUsual = 40;
-    const int lattice = std::max(chain.promises().lattice_px, 1);
+    const int lattice = std::max(chain.guarantees().lattice_px, 1);
     return lattice >= kFine ? lattice : (kUsual + lattice - 1) / lattice * lattice;
 }
 

@@ -25,12 +25,12 @@
 // differently. A relative error is |a - b| divided by the maximum of |a|, |b| and 1e-4 of the
 // largest color; it is at most 2. grid is the sum of |a - b| divided by the larger sum of colors.
 //
-// range to dot are checked only for chains that guarantee them (chain/promises.h). If a pass lacks
-// a guarantee with its settings, its first variant with the guarantee is used; without one the
-// check does not apply. mirror to grid need sides that are multiples of r. shift and grid extend
-// the frame beyond its borders, because borders may depend on position. dot uses the depth and
-// motion of the cell's center pixel everywhere; a pass that does not guarantee to keep light may
-// lose it but not gain it.
+// range to dot are checked only for chains that guarantee them (chain/guarantees.h). If a pass
+// lacks a guarantee with its settings, its first variant with the guarantee is used; without one
+// the check does not apply. mirror to grid need sides that are multiples of r. shift and grid
+// extend the frame beyond its borders, because borders may depend on position. dot uses the depth
+// and motion of the cell's center pixel everywhere; a pass that does not guarantee to keep light
+// may lose it but not gain it.
 //
 // A half holds at most 65504: under fp16, range, constant and reference get the input as a half
 // file would store it.

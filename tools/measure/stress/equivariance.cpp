@@ -26,8 +26,8 @@ bool CellMeasurement::fits_tiles() const {
 }
 
 std::optional<Chain> CellMeasurement::chain_with(Symmetry symmetry) const {
-    return subject_.chain.that_promises(
-        [&](const Promises& one) { return one.symmetries.count(symmetry) > 0; });
+    return subject_.chain.that_guarantees(
+        [&](const Guarantees& one) { return one.symmetries.count(symmetry) > 0; });
 }
 
 Status CellMeasurement::turns() {
@@ -143,9 +143,11 @@ Status CellMeasurement::dot() {
     // The passes that keep light; and all passes if none gains light.
     Chain keeping, chain;
     for (const auto& link : subject_.chain.links) {
-        if (auto one = link.that_promises([](const Promises& p) { return p.light == Light::kept; }))
+        if (auto one =
+                link.that_guarantees([](const Guarantees& p) { return p.light == Light::kept; }))
             keeping.links.push_back(std::move(*one));
-        if (auto one = link.that_promises([](const Promises& p) { return p.light != Light::any; }))
+        if (auto one =
+                link.that_guarantees([](const Guarantees& p) { return p.light != Light::any; }))
             chain.links.push_back(std::move(*one));
     }
     if (chain.links.size() < subject_.chain.links.size()) chain = keeping.clone();

@@ -213,8 +213,8 @@ Status Measurement::range() {
     auto out = filter(subject_.chain, held_frame_, held_planes_);
     if (!out.ok()) return out.status();
     held_out_ = std::move(*out);
-    const auto convex =
-        subject_.chain.that_promises([](const Promises& one) { return one.convex.has_value(); });
+    const auto convex = subject_.chain.that_guarantees(
+        [](const Guarantees& one) { return one.convex.has_value(); });
     if (!convex) return Status();
     auto of_convex = filter(*convex, held_frame_, held_planes_);
     if (!of_convex.ok()) return of_convex.status();
@@ -239,7 +239,7 @@ Status Measurement::range() {
             at = i / 4;
         }
     }
-    add("range", worst, *convex->promises().convex, place_of(in, at));
+    add("range", worst, *convex->guarantees().convex, place_of(in, at));
     exhibit(in, *of_convex, in, std::move(map), "input",
             "distance from the channel's input range, relative to its largest");
     return Status();
@@ -247,7 +247,7 @@ Status Measurement::range() {
 
 // The cell's depth, motion and lens with constant color: each channel's maximum.
 Status Measurement::constant() {
-    if (!subject_.chain.promises().keeps_constants) return Status();
+    if (!subject_.chain.guarantees().keeps_constants) return Status();
     FramePlanes planes = held_planes_;
     ImageF& flat = planes[Role::color];
     float most[4] = {0, 0, 0, 0};
@@ -275,7 +275,7 @@ Status Measurement::repeat() {
 }
 
 void Measurement::identity() {
-    const RoleSet driven_by = subject_.chain.promises().driven_by;
+    const RoleSet driven_by = subject_.chain.guarantees().driven_by;
     if (driven_by.empty() || !cell_.is_quiet(driven_by)) return;
     add_equal("identity", color(), out_, color(), "input");
 }

@@ -13,9 +13,9 @@ using io::Json;
 
 // A failure or limit: one check of one cell, with its pictures.
 Json entry_of(const CellResult& cell, const Measured& measured,
-              const std::vector<PicturedCheck>& pictured) {
+              const std::vector<ImagedCheck>& imaged) {
     Json place, pictures = Json::array();
-    for (const PicturedCheck& shown : pictured) {
+    for (const ImagedCheck& shown : imaged) {
         if (shown.measured != &measured) continue;
         place = shown.place;
         for (const Picture& picture : shown.pictures)
@@ -36,21 +36,20 @@ Json entry_of(const CellResult& cell, const Measured& measured,
 
 // Numbers are texts of three digits. `entry` of a check of a row is the index of the failure or
 // limit that it shows.
-Json json_of(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
-             const PageFacts& facts) {
+Json json_of(const Matrix& matrix, const std::vector<ImagedCheck>& imaged, const PageFacts& facts) {
     std::map<const Measured*, size_t> failed;
     Json failures = Json::array();
     for (const CellResult& cell : matrix.cells)
         for (const Measured& one : cell.measured)
             if (one.verdict == Verdict::failed) {
                 failed.emplace(&one, failures.size());
-                failures.push_back(entry_of(cell, one, pictured));
+                failures.push_back(entry_of(cell, one, imaged));
             }
 
     std::map<const KnownLimit*, size_t> met;
     Json limits = Json::array();
     for (const LimitUse& use : limits_met(matrix)) {
-        Json entry = entry_of(*use.worst.cell, *use.worst.measured, pictured);
+        Json entry = entry_of(*use.worst.cell, *use.worst.measured, imaged);
         entry["limit"] = {{"check", use.limit->check},
                           {"bound", number_text(use.limit->bound)},
                           {"reason", use.limit->reason},
@@ -85,7 +84,7 @@ Json json_of(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
             {"checked", matrix.checks()},
             {"ok", matrix.count(Verdict::ok)},
             {"limited", matrix.count(Verdict::limit)},
-            {"pictured_at_most", kMaxPictured},
+            {"pictured_at_most", kMaxImaged},
             {"checks", checks},
             {"rows", rows},
             {"failures", failures},
@@ -94,9 +93,9 @@ Json json_of(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
 
 }  // namespace
 
-std::string matrix_as_page(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
+std::string matrix_as_page(const Matrix& matrix, const std::vector<ImagedCheck>& imaged,
                            const PageFacts& facts) {
-    return page::with_data("stress/page.html", io::json_text(json_of(matrix, pictured, facts)));
+    return page::with_data("stress/page.html", io::json_text(json_of(matrix, imaged, facts)));
 }
 
 }  // namespace postchain::stress

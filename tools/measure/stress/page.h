@@ -1,6 +1,6 @@
 // The matrix as one page: a file that opens from disk and needs no network.
 //
-//   Matrix --pictures.h--> PicturedCheck --matrix_as_page: into tools/page/stress--> HTML
+//   Matrix --pictures.h--> ImagedCheck --matrix_as_page: into tools/page/stress--> HTML
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct PageFacts {
     std::string renderer;
     std::string command;  // that made it
 };
-std::string matrix_as_page(const Matrix& matrix, const std::vector<PicturedCheck>& pictured,
+std::string matrix_as_page(const Matrix& matrix, const std::vector<ImagedCheck>& imaged,
                            const PageFacts& facts);
 
 }  // namespace postchain::stress

@@ -36,7 +36,7 @@ void put_pixel(Image<uint8_t>& image, int x, int y, uint8_t r, uint8_t g, uint8_
     to[2] = b;
 }
 
-Status add_png(PicturedCheck& all, std::string title, std::string scale,
+Status add_png(ImagedCheck& all, std::string title, std::string scale,
                const Image<uint8_t>& image) {
     auto png = io::encode_png(image);
     if (!png.ok()) return png.status();
@@ -64,7 +64,7 @@ Image<uint8_t> shown(const ImageF& color, const Part& part, double low, double h
     return image;
 }
 
-Status add_error(PicturedCheck& all, const Exhibit& exhibit, const Part& part) {
+Status add_error(ImagedCheck& all, const Exhibit& exhibit, const Part& part) {
     double most = 0;
     for (float e : exhibit.error.data)
         if (std::isfinite(e)) most = std::max(most, double(e));
@@ -85,8 +85,8 @@ Status add_error(PicturedCheck& all, const Exhibit& exhibit, const Part& part) {
 
 }  // namespace
 
-Result<PicturedCheck> pictured(const Exhibit& exhibit) {
-    PicturedCheck all;
+Result<ImagedCheck> imaged(const Exhibit& exhibit) {
+    ImagedCheck all;
     const Part part = part_of(exhibit.error);
     if (part.width < exhibit.error.width || part.height < exhibit.error.height)
         all.place = concat(part.width, " x ", part.height, " pixels from ", part.x, ",", part.y,
@@ -121,9 +121,9 @@ Result<PicturedCheck> pictured(const Exhibit& exhibit) {
     return all;
 }
 
-Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
-                                               const std::vector<Subject>& subjects,
-                                               const Matrix& matrix) {
+Result<std::vector<ImagedCheck>> pictures_of(Executor& executor,
+                                             const std::vector<Subject>& subjects,
+                                             const Matrix& matrix) {
     std::vector<std::pair<const CellResult*, std::set<const Measured*>>> wanted;
     std::set<const Measured*> worst;
     for (const auto& use : limits_met(matrix)) worst.insert(use.worst.measured);
@@ -131,12 +131,12 @@ Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
     for (const auto& cell : matrix.cells) {
         std::set<const Measured*> checks;
         for (const auto& one : cell.measured) {
-            const bool failed = one.verdict == Verdict::failed && ++failures <= kMaxPictured;
+            const bool failed = one.verdict == Verdict::failed && ++failures <= kMaxImaged;
             if (failed || worst.count(&one)) checks.insert(&one);
         }
         if (!checks.empty()) wanted.emplace_back(&cell, std::move(checks));
     }
-    std::vector<PicturedCheck> all;
+    std::vector<ImagedCheck> all;
     for (const auto& subject : subjects) {
         const Subject prepared = with_cells_camera({subject.name, subject.chain.clone()});
         std::vector<Cell> cells;  // made when first needed
@@ -154,7 +154,7 @@ Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
             for (const Measured* one : checks) {
                 for (const auto& exhibit : exhibits) {
                     if (exhibit.check != one->check) continue;
-                    auto pictures = pictured(exhibit);
+                    auto pictures = imaged(exhibit);
                     if (!pictures.ok()) return pictures.status().at(result->name());
                     pictures->cell = result;
                     pictures->measured = one;

@@ -1,7 +1,7 @@
 // Exhibits as small PNG images: colors on their own scale, errors in magma.
 //
 //   Matrix --pictures_of: failed cells and the worst of each limit, measured again-->
-//   PicturedCheck
+//   ImagedCheck
 #pragma once
 
 #include <string>
@@ -20,22 +20,22 @@ struct Picture {
 };
 
 // One check of one cell as images: input, result, comparison (unless it is the input), error.
-struct PicturedCheck {
+struct ImagedCheck {
     const CellResult* cell = nullptr;
     const Measured* measured = nullptr;
     std::string place;  // part of the frame that is shown, if not all
     std::vector<Picture> pictures;
 };
 
-// Images of the first kMaxPictured failed checks and of the worst cell of each known limit.
+// Images of the first kMaxImaged failed checks and of the worst cell of each known limit.
 // `subjects` are those of the run. Errors: those of measure(); output: the PNG encoder's.
-inline constexpr size_t kMaxPictured = 400;
-Result<std::vector<PicturedCheck>> pictures_of(Executor& executor,
-                                               const std::vector<Subject>& subjects,
-                                               const Matrix& matrix);
+inline constexpr size_t kMaxImaged = 400;
+Result<std::vector<ImagedCheck>> pictures_of(Executor& executor,
+                                             const std::vector<Subject>& subjects,
+                                             const Matrix& matrix);
 
 // Images of one exhibit; larger frames are cropped to the surroundings of the largest error. Result
 // and comparison share a scale; non-finite values are magenta.
-Result<PicturedCheck> pictured(const Exhibit& exhibit);
+Result<ImagedCheck> imaged(const Exhibit& exhibit);
 
 }  // namespace postchain::stress

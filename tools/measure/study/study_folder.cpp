@@ -17,11 +17,11 @@ constexpr TextLimits kResultLimits = {size_t(64) << 20, 32};
 
 // Shortened to the text around the first difference.
 std::string shown(const std::string& line, size_t from) {
-    constexpr size_t kMost = 120;
+    constexpr size_t kMax = 120;
     const size_t begin = from > 40 ? from - 40 : 0;
-    std::string text = line.substr(begin, kMost);
+    std::string text = line.substr(begin, kMax);
     if (begin > 0) text = "..." + text;
-    if (begin + kMost < line.size()) text += "...";
+    if (begin + kMax < line.size()) text += "...";
     return text;
 }
 

@@ -8,7 +8,7 @@
 #include "config/chain_find.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::study {
 namespace {
@@ -150,7 +150,7 @@ class StudyReader {
         return std::move(*found);
     }
 
-    bool hold_picture(const TextNode& at, const std::string& path, Camera& camera) {
+    bool hold_image(const TextNode& at, const std::string& path, Camera& camera) {
         const std::string file = camera.aperture_image.file();
         if (file.empty()) return true;
         auto resolved = paths_.file(file);
@@ -158,7 +158,7 @@ class StudyReader {
             error(at, path, "its aperture_image: " + resolved.status().message());
             return false;
         }
-        camera.aperture_image = ApertureImage(*resolved);
+        camera.aperture_image = BokehKernel(*resolved);
         return true;
     }
 
@@ -167,7 +167,7 @@ class StudyReader {
         ChainFile file = parse_chain(text.text, text.file_name, registry_);
         const Status status = file.status();
         for (auto& one : file.diagnostics) file_.diagnostics.push_back(std::move(one));
-        if (!status.ok() || !hold_picture(at, path, file.chain.camera)) return std::nullopt;
+        if (!status.ok() || !hold_image(at, path, file.chain.camera)) return std::nullopt;
         io::ApertureFiles pictures;
         if (Status read = pictures.read(file.chain.camera); !read.ok()) {
             error(at, path, read);
@@ -431,9 +431,9 @@ class StudyReader {
             auto camera = load_camera(job.camera);
             if (camera.ok() && camera->status().ok()) {
                 const TextNode* at = node.find("camera");
-                bool good = hold_picture(at ? *at : node, above + "camera", camera->camera);
+                bool good = hold_image(at ? *at : node, above + "camera", camera->camera);
                 for (auto& [number, frame] : camera->frames)
-                    good = hold_picture(at ? *at : node, above + "camera", frame.camera) && good;
+                    good = hold_image(at ? *at : node, above + "camera", frame.camera) && good;
                 if (!good) return;
             }
         }

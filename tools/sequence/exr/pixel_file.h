@@ -1,6 +1,6 @@
 // A file of pixels: its parts as plain data, and their channels read into planes of the file's own
 // number types, so that unfiltered channels can be written back bit for bit. ExrFile is one;
-// PictureFile (tools/sequence/image) presents another format as an EXR of one part.
+// ImageFile (tools/sequence/image) presents another format as an EXR of one part.
 #pragma once
 
 #include <array>

@@ -10,8 +10,8 @@
 
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/image/picture_format.h"
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_format.h"
+#include "tools/sequence/image/image_module.h"
 
 namespace postchain::io {
 namespace {
@@ -73,8 +73,8 @@ Status check_exr(int fd, uint64_t file_bytes) {
     return Status();
 }
 
-Status check_picture(const std::string& path, const PictureFormat& format) {
-    const auto calls = picture_module(StatusCode::input);
+Status check_image(const std::string& path, const ImageFormat& format) {
+    const auto calls = image_module(StatusCode::input);
     if (!calls.ok()) return calls.status();
     const auto info = (*calls)->describe(path, format.name);
     if (!info.ok()) return info.status();
@@ -92,8 +92,8 @@ Status check_complete(const std::string& path) try {
         status = not_whole("is not a file");
     else if (info.st_size == 0)
         status = not_whole("the file is empty (zero bytes)");
-    else if (const PictureFormat* format = picture_format_of(path))
-        status = check_picture(path, *format);
+    else if (const ImageFormat* format = image_format_of(path))
+        status = check_image(path, *format);
     else
         status = check_exr(fd, uint64_t(info.st_size));
     ::close(fd);

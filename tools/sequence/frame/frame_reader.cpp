@@ -7,7 +7,7 @@
 
 #include "config/profile_match.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/image/picture_file.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {
 
@@ -31,8 +31,7 @@ Result<std::shared_ptr<PixelFile>> shared(Result<File> file) {
 
 Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path, const ReadLimits& limits,
                                                std::optional<Transfer> transfer) {
-    if (picture_format_of(path))
-        return shared(PictureFile::open(path, limits, std::move(transfer)));
+    if (image_format_of(path)) return shared(ImageFile::open(path, limits, std::move(transfer)));
     return shared(ExrFile::open(path, limits));
 }
 

@@ -30,8 +30,8 @@ namespace postchain::io {
 // (ProfileMatch::roles; with separate files, of each role's own file).
 using ChannelAssignment = std::map<Role, RoleChannels>;
 
-// Opens an EXR, or another format by its extension. `transfer`: see PictureFile::open. Errors
-// (input): those of ExrFile::open and PictureFile::open.
+// Opens an EXR, or another format by its extension. `transfer`: see ImageFile::open. Errors
+// (input): those of ExrFile::open and ImageFile::open.
 Result<std::shared_ptr<PixelFile>> open_pixels(const std::string& path,
                                                const ReadLimits& limits = {},
                                                std::optional<Transfer> transfer = {});

@@ -62,17 +62,17 @@ std::vector<size_t> evenly_chosen(size_t count, size_t most) {
     return chosen;
 }
 
-int64_t SheetLayout::picture_width() const {
+int64_t SheetLayout::image_width() const {
     return kGap + int64_t(columns) * (int64_t(sides) * width + kGap);
 }
 
-int64_t SheetLayout::picture_height() const {
+int64_t SheetLayout::image_height() const {
     return kGap + int64_t(rows()) * (int64_t(height) + kBar) + kBar;
 }
 
 ContactSheet::ContactSheet(const SheetLayout& layout)
     : layout_(layout),
-      picture_(int(layout.picture_width()), int(layout.picture_height()), 3, kGround) {}
+      picture_(int(layout.image_width()), int(layout.image_height()), 3, kGround) {}
 
 int ContactSheet::left(int cell, int side) const {
     return kGap + cell % layout_.columns * (layout_.sides * layout_.width + kGap) +

@@ -23,8 +23,8 @@ struct SheetLayout {
     int width = 240, height = 135;  // thumbnail, pixels
 
     int rows() const { return (cells + columns - 1) / columns; }
-    int64_t picture_width() const;
-    int64_t picture_height() const;
+    int64_t image_width() const;
+    int64_t image_height() const;
 };
 
 class ContactSheet {

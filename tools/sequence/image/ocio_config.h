@@ -1,5 +1,5 @@
 // Configurations of OpenColorIO: read at their first use, and again after changes. Part of the
-// module of picture_calls.h.
+// module of image_calls.h.
 #pragma once
 
 #include <OpenImageIO/color.h>
@@ -17,7 +17,7 @@ namespace postchain::io {
 // OpenColorIO cannot read it, no display.
 Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path);
 
-// See PictureCalls.
+// See ImageCalls.
 Result<std::vector<std::string>> ocio_files(const std::string& path);
 
 }  // namespace postchain::io

@@ -1,11 +1,11 @@
 #include "tools/sequence/image/png.h"
 
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 
 namespace postchain::io {
 
 Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
-    const auto pictures = picture_module(StatusCode::output);
+    const auto pictures = image_module(StatusCode::output);
     if (!pictures.ok()) return pictures.status();
     return (*pictures)->encode_png(pixels);
 } catch (...) {
@@ -13,7 +13,7 @@ Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
 }
 
 Result<Image<uint8_t>> magma_of(const ImageF& values) try {
-    const auto pictures = picture_module(StatusCode::output);
+    const auto pictures = image_module(StatusCode::output);
     if (!pictures.ok()) return pictures.status();
     return (*pictures)->magma_of(values);
 } catch (...) {

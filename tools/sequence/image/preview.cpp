@@ -6,7 +6,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/image/png_text.h"
 
@@ -29,10 +29,10 @@ ImageF finite_rgb(const ImageF& color) {
 
 }  // namespace
 
-Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options) {
+Result<Image<uint8_t>> shown_image(const ImageF& color, const PreviewOptions& options) {
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
     if (options.view) {
-        const auto pictures = picture_module(StatusCode::output);
+        const auto pictures = image_module(StatusCode::output);
         if (!pictures.ok()) return pictures.status();
         ImageF rgb = finite_rgb(color);
         if (Status s = (*pictures)->to_view(rgb, *options.view); !s.ok()) return s;
@@ -62,7 +62,7 @@ Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& 
 }
 
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
-    const auto shown = shown_picture(color, options);
+    const auto shown = shown_image(color, options);
     if (!shown.ok()) return shown.status();
     auto png = encode_png(*shown);
     if (!png.ok() || options.provenance.empty()) return png;

@@ -22,8 +22,8 @@ struct PreviewOptions {
     std::string provenance = {};           // stored in the file; empty: none
 };
 // The first three channels for display, 8 bits (gray for one channel without a view), composited
-// over black. Errors: those of PictureCalls::to_view, and if its module cannot be loaded.
-Result<Image<uint8_t>> shown_picture(const ImageF& color, const PreviewOptions& options = {});
+// over black. Errors: those of ImageCalls::to_view, and if its module cannot be loaded.
+Result<Image<uint8_t>> shown_image(const ImageF& color, const PreviewOptions& options = {});
 // The preview as a PNG. Errors (output): the encoder's.
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options = {});
 // Writes the preview to a file.

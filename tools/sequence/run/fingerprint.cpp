@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/sidecar.h"
 
@@ -24,7 +24,7 @@ bool whole(io::ExrFile& file) {
 // Sizes and times of an OpenColorIO configuration and the tables it names.
 std::string text_of_config(const std::string& config) {
     std::vector<std::string> files = {config};
-    const auto module = io::picture_module(StatusCode::input);
+    const auto module = io::image_module(StatusCode::input);
     if (module.ok())
         if (auto named = (*module)->ocio_files(config); named.ok()) files = std::move(*named);
     std::string text;
@@ -94,7 +94,7 @@ bool is_done(const std::string& output, const std::string& fingerprint,
     const std::string made[] = {provenance_of(fingerprint, settings.strict),
                                 provenance_of(fingerprint, true)};
     // Not every format other than EXR can hold an attribute, so only the sidecar is checked.
-    if (io::picture_format_of(output)) {
+    if (io::image_format_of(output)) {
         const auto bytes = fs::file_size(output, error);
         return !error && (sidecar_says(made[0], bytes) || sidecar_says(made[1], bytes));
     }

@@ -7,7 +7,7 @@
 #include "chain/depth_at.h"
 #include "chain/hold_still.h"
 #include "config/profile_match.h"
-#include "tools/sequence/image/picture_file.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/run/camera_motion.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"
@@ -175,7 +175,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
             !status.ok())
             return status;
     }
-    if (const io::PictureFile* picture = picture_of(color_file))
+    if (const io::ImageFile* picture = picture_of(color_file))
         header.match.options.unpremultiplied = picture->info().unassociated;
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};

@@ -36,9 +36,9 @@ std::string missing_text(const std::vector<int>& frames, const RunSettings& sett
 Status check_output_name(const RunSettings& settings) {
     std::string extension = fs::path(settings.output.text()).extension().string();
     for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
-    if (extension == ".exr" || io::picture_format_of(settings.output.text())) return Status();
+    if (extension == ".exr" || io::image_format_of(settings.output.text())) return Status();
     return Status(StatusCode::usage, concat(settings.output.text(), ": outputs end in .exr, ",
-                                            io::picture_extensions()));
+                                            io::image_extensions()));
 }
 
 // With --watch, files are looked for later.

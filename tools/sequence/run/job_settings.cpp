@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "config/profile.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
 

@@ -1,7 +1,7 @@
 #include "tools/sequence/run/output_frame.h"
 
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/image/picture_file.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::sequence {
 namespace {
@@ -49,12 +49,12 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                              "an EXR holds scene-linear light; leave it "
                              "out"));
     const RoleChannels& color = header.assignment.at(Role::color);
-    if (io::picture_format_of(path)) {
+    if (io::image_format_of(path)) {
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
             return Status(
                 StatusCode::usage,
                 path + ": --compression, --half and --channels apply only to EXR outputs");
-        return io::picture_encoding(path, color_file, color.channels.size(), settings.picture)
+        return io::image_encoding(path, color_file, color.channels.size(), settings.picture)
             .status();
     }
     if (settings.picture.transfer || settings.picture.bits != 0)
@@ -78,7 +78,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     const io::InputFrame& input = source.input;
     const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
-    if (!io::picture_format_of(path)) {
+    if (!io::image_format_of(path)) {
         if (picture_of(color_file))
             return with_notes(write_new_exr(path, source, result, options), color_file,
                               source.input.assignment.at(Role::color).channels.size());
@@ -87,7 +87,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     }
     const RoleChannels& color = input.assignment.at(Role::color);
     const auto encoding =
-        io::picture_encoding(path, color_file, color.channels.size(), settings.picture);
+        io::image_encoding(path, color_file, color.channels.size(), settings.picture);
     if (!encoding.ok()) return encoding.status();
     if (encoding->unassociated) {
         ConvertOptions unassociated;
@@ -102,7 +102,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
 }
 
 std::string largest_text(const std::string& path) {
-    return io::picture_format_of(path) ? "the range of the format" : "the largest half, 65504";
+    return io::image_format_of(path) ? "the range of the format" : "the largest half, 65504";
 }
 
 }  // namespace postchain::sequence

@@ -13,7 +13,7 @@
 namespace postchain::sequence {
 
 // Whether the frame can be written in this format, decided from its header. Errors: those of
-// io::check_rewritable() and io::picture_encoding(); (usage) EXR settings for another format, or
+// io::check_rewritable() and io::image_encoding(); (usage) EXR settings for another format, or
 // the reverse.
 Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
                     const io::WriteOptions& options);

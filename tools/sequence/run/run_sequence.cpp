@@ -7,7 +7,7 @@
 
 #include "chain/layers.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fingerprint.h"
@@ -241,10 +241,10 @@ Status have_folder(const RunSettings& settings) {
 }
 
 // Finds an unusable configuration before any frame is filtered.
-Status check_pictures(const RunSettings& settings) {
+Status check_images(const RunSettings& settings) {
     const auto& stored = settings.picture.transfer;
     if (!settings.preview && !(stored && !io::config_of(*stored).empty())) return Status();
-    const auto module = io::picture_module(StatusCode::output);
+    const auto module = io::image_module(StatusCode::output);
     if (!module.ok()) return module.status();
     ImageF pixel(1, 1, 3);
     const auto show = [&](const io::DisplayView& view) { return (*module)->to_view(pixel, view); };
@@ -282,7 +282,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
-    if (Status status = check_pictures(settings); !status.ok()) return status;
+    if (Status status = check_images(settings); !status.ok()) return status;
     FilterJob job(chain, settings, files, executor, renderer);
     std::unique_ptr<FrameFeed> feed;
     if (settings.watch)

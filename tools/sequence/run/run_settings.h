@@ -11,7 +11,7 @@
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/sequence/image/picture_writer.h"
+#include "tools/sequence/image/image_writer.h"
 #include "tools/sequence/run/frame_source.h"
 
 namespace postchain::sequence {
@@ -41,7 +41,7 @@ struct RunSettings {
     io::OnExisting on_existing = io::OnExisting::fail;
     io::HalfOverflow overflow = io::HalfOverflow::refuse;
     io::ExrSettings exr;
-    io::PictureSettings picture;
+    io::ImageSettings picture;
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;
     bool strict = false;                  // non-finite values are an error

@@ -10,10 +10,10 @@
 namespace postchain::sequence {
 namespace {
 
-constexpr double kLeastChange = 0.05;
+constexpr double kMinChange = 0.05;
 constexpr double kTimesMedian = 4;
 constexpr uint64_t kSurveyBytes = uint64_t(64) << 30;
-constexpr size_t kLeastFrames = 8;
+constexpr size_t kMinFrames = 8;
 
 std::string number(double value) {
     char text[32];
@@ -146,7 +146,7 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
         const bool more_follow = i + 1 < frames_.size() && frames_[i + 1].change;
         if (!more_follow) continue;
         const double change = *frames_[i + 1].change;
-        if (change > kLeastChange && change > kTimesMedian * usual_change)
+        if (change > kMinChange && change > kTimesMedian * usual_change)
             add(concat("the image changes ",
                        usual_change > 0 ? number(change / usual_change) + " times as much as usual"
                                         : std::string("unlike elsewhere"),
@@ -234,7 +234,7 @@ std::string SequenceSurvey::text() const {
 
 std::vector<int> frames_to_survey(const std::vector<int>& frames, uint64_t bytes) {
     const size_t fit =
-        std::max<size_t>(kLeastFrames, size_t(kSurveyBytes / std::max<uint64_t>(1, bytes)));
+        std::max<size_t>(kMinFrames, size_t(kSurveyBytes / std::max<uint64_t>(1, bytes)));
     if (fit >= frames.size()) return frames;
     std::vector<int> chosen;
     for (size_t i = 0; i < fit; ++i) chosen.push_back(frames[i * (frames.size() - 1) / (fit - 1)]);

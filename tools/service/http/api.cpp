@@ -13,7 +13,7 @@ namespace {
 
 using io::Json;
 
-constexpr size_t kMostJobs = 500;  // per reply
+constexpr size_t kMaxJobs = 500;  // per reply
 constexpr const char* kExr = "image/x-exr";
 constexpr const char* kPolicy = "Content-Security-Policy";
 
@@ -29,7 +29,7 @@ Reply job_reply(int status, const Answer<Job>& answer) {
     return json_reply(status, io::json_text(json_of(std::get<Job>(answer), job_fields())));
 }
 
-Reply picture_reply(const Answer<Picture>& answer) {
+Reply image_reply(const Answer<Picture>& answer) {
     if (const auto* wrong = std::get_if<Problem>(&answer)) return problem(*wrong);
     Reply reply;
     reply.type = std::get<Picture>(answer).type;
@@ -145,9 +145,9 @@ void Api::add_jobs() {
                  const std::string limit = query_of(call, "limit");
                  const auto most =
                      limit.empty() ? std::optional<size_t>(50) : number_of<size_t>(limit);
-                 if (!most || *most < 1 || *most > kMostJobs)
+                 if (!most || *most < 1 || *most > kMaxJobs)
                      return respond(
-                         problem(400, concat("limit is not an integer in 1..", kMostJobs)));
+                         problem(400, concat("limit is not an integer in 1..", kMaxJobs)));
                  auto answer =
                      service_.jobs(query_of(call, "state"), query_of(call, "before"), *most + 1);
                  if (const auto* wrong = std::get_if<Problem>(&answer))
@@ -271,7 +271,7 @@ void Api::add_results() {
                      if (!frame) return respond(problem(404, kNoFrame));
                      service_.thumbnail(
                          call.values[0], *frame, after,
-                         [respond](Answer<Picture> picture) { respond(picture_reply(picture)); });
+                         [respond](Answer<Picture> picture) { respond(image_reply(picture)); });
                  },
              .type = "image/png"});
     routes_.push_back(
@@ -280,7 +280,7 @@ void Api::add_results() {
          .summary = "A file of the report of an ab, bench or study job",
          .handle =
              [this](const Call& call, const Respond& respond) {
-                 Reply reply = picture_reply(service_.report_file(call.values[0], call.values[1]));
+                 Reply reply = image_reply(service_.report_file(call.values[0], call.values[1]));
                  // Pages contain scripts, so they run sandboxed in an origin of their own.
                  if (reply.status == 200)
                      reply.headers.emplace_back(
@@ -317,7 +317,7 @@ void Api::add_tools() {
                  const bool exr = accept && accept->find(kExr) != std::string::npos;
                  service_.preview(
                      call.request.body,
-                     [respond](Answer<Picture> picture) { respond(picture_reply(picture)); },
+                     [respond](Answer<Picture> picture) { respond(image_reply(picture)); },
                      exr ? kExr : "image/png");
              },
          .body = "PreviewRequest",

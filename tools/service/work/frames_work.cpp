@@ -174,10 +174,10 @@ class FramesWork {
             });
         const auto inputs = reader.open(task.source, task.files);
         if (!inputs.ok()) return false;
-        RunSettings picture_alone = settings;
-        picture_alone.sidecar = picture_alone.preview = false;
+        RunSettings image_alone = settings;
+        image_alone.sidecar = image_alone.preview = false;
         return sequence::is_done(task.output, sequence::fingerprint_of(chain_, settings, *inputs),
-                                 picture_alone);
+                                 image_alone);
     }
 
     // ---------------------------------------------------------------------------- one frame

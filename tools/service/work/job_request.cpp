@@ -7,7 +7,7 @@
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "tools/measure/experiment/assemble.h"
-#include "tools/sequence/image/aperture_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/service/work/request_body.h"
@@ -121,7 +121,7 @@ class RequestParser {
             body_.add(std::move(one));
         }
         if (!file.status().ok()) return;
-        if (body_.hold_picture(key, file.chain.camera)) {
+        if (body_.hold_image(key, file.chain.camera)) {
             io::ApertureFiles pictures;
             if (Status status = pictures.read(file.chain.camera); !status.ok())
                 body_.fault(key, "camera.aperture_image: " + status.message());
@@ -275,9 +275,9 @@ class RequestParser {
         if (job_.camera.empty()) return true;
         auto camera = load_camera(job_.camera);
         if (!camera.ok() || !camera->status().ok()) return true;  // reported with the settings
-        bool good = body_.hold_picture("camera", camera->camera);
+        bool good = body_.hold_image("camera", camera->camera);
         for (auto& [number, frame] : camera->frames)
-            good = body_.hold_picture("camera", frame.camera) && good;
+            good = body_.hold_image("camera", frame.camera) && good;
         return good;
     }
 

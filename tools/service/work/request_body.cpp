@@ -2,7 +2,7 @@
 
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/image/picture_module.h"
+#include "tools/sequence/image/image_module.h"
 #include "tools/service/work/held_paths.h"
 
 namespace postchain::service {
@@ -100,7 +100,7 @@ void RequestBody::hold_file(const Parameter& row, ParameterRef settings) {
 }
 
 void RequestBody::hold_tables(const std::string& key, const std::string& config) {
-    const auto module = io::picture_module(StatusCode::input);
+    const auto module = io::image_module(StatusCode::input);
     if (!module.ok()) return fault(key, module.status().message());
     const auto files = (*module)->ocio_files(config);
     if (!files.ok()) return;  // reported by the transfer that uses it
@@ -132,7 +132,7 @@ void RequestBody::hold_rows(const ParameterTable& table, ParameterRef settings) 
         if (path_kind(row) == PathKind::file) hold_file(row, settings);
 }
 
-bool RequestBody::hold_picture(const std::string& key, Camera& camera) {
+bool RequestBody::hold_image(const std::string& key, Camera& camera) {
     const std::string file = camera.aperture_image.file();
     if (file.empty()) return true;
     auto resolved = roots_.resolve(file);
@@ -141,7 +141,7 @@ bool RequestBody::hold_picture(const std::string& key, Camera& camera) {
         outside(key, "camera.aperture_image is outside the folders of this service");
         return false;
     }
-    camera.aperture_image = ApertureImage(*resolved);
+    camera.aperture_image = BokehKernel(*resolved);
     return true;
 }
 

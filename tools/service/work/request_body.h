@@ -46,7 +46,7 @@ class RequestBody {
     void hold_file(const Parameter& row, ParameterRef settings);
     void hold_rows(const ParameterTable& table, ParameterRef settings);
     std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text);
-    bool hold_picture(const std::string& key, Camera& camera);
+    bool hold_image(const std::string& key, Camera& camera);
 
   private:
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings);

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMostLinks = 40;  // limit of the Linux kernel
+constexpr int kMaxLinks = 40;  // limit of the Linux kernel
 
 bool is_in(const std::string& path, const std::string& folder) {
     return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
@@ -52,7 +52,7 @@ std::string without_links(const std::string& absolute) {
             done = next;
             continue;
         }
-        if (++links > kMostLinks) return "";
+        if (++links > kMaxLinks) return "";
         char target[PATH_MAX];
         const ssize_t length = ::readlink(next.c_str(), target, sizeof(target));
         if (length <= 0 || size_t(length) >= sizeof(target)) return "";

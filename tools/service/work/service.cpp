@@ -31,9 +31,9 @@ namespace {
 constexpr int kRetryAfterS = 30;
 constexpr size_t kMaxKeyBytes = 255;
 constexpr uintmax_t kMaxReportBytes = 512 << 20;  // per file of a report
-constexpr size_t kMaxPictures = 64;               // waiting previews and thumbnails
+constexpr size_t kMaxImages = 64;                 // waiting previews and thumbnails
 constexpr int kMaxPlannedFrames = 100;            // per request
-constexpr uint64_t kLeastRoom = 64 << 20;         // free bytes; below, a disk counts as full
+constexpr uint64_t kMinRoom = 64 << 20;           // free bytes; below, a disk counts as full
 constexpr auto kTestPatience = std::chrono::seconds(1);
 
 Problem problem(Problem::Kind kind, const std::string& detail, int retry_after_s = 0) {
@@ -67,7 +67,7 @@ std::string trouble_of_folder(const std::string& folder) {
     if (::access(folder.c_str(), W_OK | X_OK) != 0) return folder + ": cannot be written";
     struct statvfs room;
     if (::statvfs(folder.c_str(), &room) == 0 &&
-        uint64_t(room.f_bavail) * uint64_t(room.f_frsize) < kLeastRoom)
+        uint64_t(room.f_bavail) * uint64_t(room.f_frsize) < kMinRoom)
         return folder + ": the disk is full";
     return "";
 }
@@ -166,7 +166,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     state->store = std::move(*store);
     state->worker = std::make_unique<Worker>(*state->store, state->reader, state->counters,
                                              registry, *device, settings.attempts);
-    state->pictures = std::make_unique<ErrandThread>(kMaxPictures);
+    state->pictures = std::make_unique<ErrandThread>(kMaxImages);
     if (Status status = state->pictures->begin(); !status.ok()) return status;
     if (Status status = state->worker->begin(); !status.ok()) return status;
     return std::unique_ptr<Service>(new Service(std::move(state)));

@@ -1,0 +1,83 @@
+#include "passes/common/lens_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "chain/work_list.h"
+#include "shaders/shared/lens_samples_uniforms.h"
+
+namespace postchain::lens {
+namespace {
+
+constexpr int kMaxSets = 64;  // more show no difference
+constexpr double kSteps = 32767;
+
+int16_t packed(double x) {
+    return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kSteps));
+}
+
+// A point of an image: as by an outline, but equal steps are equal shares of light.
+std::array<double, 2> image_point(const Aperture& aperture, double within, double turns) {
+    const auto [x, y] = aperture.image.point(within, turns);
+    const double angle = aperture.rotation_deg * std::numbers::pi / 180;
+    const double c = std::cos(angle), s = std::sin(angle);
+    const auto half_size = aperture.half_size();
+    return {half_size[0] * (c * x + s * y), half_size[1] * (c * y - s * x)};
+}
+
+}  // namespace
+
+std::array<double, 2> Points::at(int point, int set) const {
+    const auto& p = packed[size_t(set * count + point)];
+    return {p[0] / kSteps, p[1] / kSteps};
+}
+
+int sets_of(int count) {
+    return std::min(kMaxSets, LENS_SAMPLES_MAX / count);
+}
+
+Points lens_samples(const Aperture& aperture, int count, int more) {
+    const Outline outline(aperture);
+    Points points;
+    points.count = count + more;
+    points.sets = sets_of(points.count);
+    for (int set = 0; set < points.sets; ++set) {
+        for (int point = 0; point < points.count; ++point) {
+            const int i = point < count ? point : point - count;
+            const double within = (i + 0.5) / (point < count ? count : more);
+            const double turns = i / std::numbers::phi + double(set) / points.sets;
+            if (aperture.image) {
+                const auto [x, y] = image_point(aperture, within, turns);
+                points.packed.push_back({packed(x), packed(y)});
+            } else {
+                const auto [x, y] = outline.at(turns);
+                const double radius = std::sqrt(within);
+                points.packed.push_back({packed(radius * x), packed(radius * y)});
+            }
+        }
+    }
+    return points;
+}
+
+TextureId add_table(PassPlanner& planner, const Points& points) {
+    const TextureId table =
+        planner.texture("lens_samples", Format::rg32f, points.count, points.sets);
+    shared::LensSamplesUniforms uniforms{};
+    uniforms.points = points.count;
+    uniforms.sets = points.sets;
+    for (size_t i = 0; i < points.packed.size(); ++i) {
+        const auto& [x, y] = points.packed[i];
+        uniforms.packed_points[i / 4][int(i % 4)] = int(uint16_t(x) | uint32_t(uint16_t(y)) << 16);
+    }
+    Step step;
+    step.name = "lens_samples";
+    step.program = {"common/lens_samples.comp", {}};
+    step.set_uniforms(uniforms);
+    step.bindings = {{0, table, Access::write}};
+    step.groups = groups_for(points.count, points.sets);
+    planner.step(std::move(step));
+    return table;
+}
+
+}  // namespace postchain::lens

@@ -1,0 +1,199 @@
+// postchain run over non-EXR images: metadata of the input that is still true is in the output.
+#include <cmath>
+#include <cstring>
+
+#include "tests/command/pictures.h"
+#include "tests/io/exr_files.h"
+
+namespace postchain::test {
+namespace {
+
+class ImageMetadataTest : public FormatsTest {
+  protected:
+    // Noise of 48x32 with these attributes at this position.
+    Stored write_noise(const std::string& name, OIIO::ImageSpec more, OIIO::TypeDesc type = kByte) {
+        const Kind kind{"", type, type == kByte ? 8 : 16, 3};
+        const Stored picture = noise_of(kind, 48, 32);
+        OIIO::ImageSpec spec(48, 32, 3, type);
+        spec.extra_attribs = more.extra_attribs;
+        spec.x = more.x;
+        spec.y = more.y;
+        spec.full_width = 48;
+        spec.full_height = 32;
+        auto out = OIIO::ImageOutput::create(at(name));
+        EXPECT_TRUE(out && out->open(at(name), spec)) << OIIO::geterror();
+        EXPECT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, picture.values.data()) && out->close());
+        return read_picture(at(name));
+    }
+    std::string notes_of(const std::string& name) const {
+        return Json::parse(read_text(at("out/" + name + ".json")))["write_notes"].dump();
+    }
+};
+
+TEST_F(ImageMetadataTest, ATiffIsPackedAsItsInputWhereThatLosesNothing) {
+    for (const auto& [compression, expected] : {std::pair{"jpeg", "zip"},
+                                                {"lzw", "lzw"},
+                                                {"none", "none"},
+                                                {"packbits", "packbits"},
+                                                {"zip", "zip"}}) {
+        OIIO::ImageSpec more;
+        more.attribute("compression", compression);
+        const Stored in = write_noise("c.tif", more);
+        const auto outcome = through("c.tif", "o.tif");
+        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        OIIO::ImageSpec found;
+        EXPECT_EQ(read_picture(at("out/o.tif"), &found).values, in.values) << compression;
+        EXPECT_EQ(found.get_string_attribute("compression"), expected);
+        EXPECT_EQ(contains(notes_of("o.tif"), "packed with zip, not with jpeg"),
+                  std::string(compression) == "jpeg")
+            << notes_of("o.tif");
+    }
+}
+
+// A 128-byte header with the signature of ICC.1 7.2 and no tags.
+std::vector<uint8_t> icc_profile() {
+    std::vector<uint8_t> profile(132, 0);
+    profile[3] = 132;
+    std::memcpy(profile.data() + 36, "acsp", 4);
+    return profile;
+}
+
+TEST_F(ImageMetadataTest, AnIccProfileIsKeptWhereValuesMeanTheSame) {
+    OIIO::ImageSpec more;
+    const auto profile = icc_profile();
+    more.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, int(profile.size())),
+                   profile.data());
+    write_noise("c.tif", more);
+    const auto has_profile = [&](const Arguments& arguments) {
+        const auto outcome = through("c.tif", "o.tif", arguments);
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        OIIO::ImageSpec found;
+        read_picture(at("out/o.tif"), &found);
+        EXPECT_NE(found.find_attribute("ICCProfile") != nullptr,
+                  contains(notes_of("o.tif"), "the ICC profile is left out"));
+        return found.find_attribute("ICCProfile") != nullptr;
+    };
+    EXPECT_TRUE(has_profile({}));
+    EXPECT_TRUE(has_profile({"--output-transfer", "srgb"}));
+    EXPECT_TRUE(has_profile({"--input-transfer", "rec709"}));
+    EXPECT_FALSE(has_profile({"--output-transfer", "linear"}));
+    EXPECT_FALSE(has_profile({"--output-transfer", "gamma22"}));
+    EXPECT_FALSE(has_profile({"--bits", "32"}));
+}
+
+TEST_F(ImageMetadataTest, APlaceOnAPageIsNoWindow) {
+    for (const char* name : {"c.png", "c.dpx"}) {
+        OIIO::ImageSpec more;
+        more.x = 5;
+        more.y = 7;
+        more.attribute("XResolution", 72.f);
+        more.attribute("YResolution", 72.f);
+        const Stored in = write_noise(name, more, std::string(name) == "c.png" ? kByte : kShort);
+        const auto outcome = through(name, name);
+        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        EXPECT_EQ(read_picture(at(std::string("out/") + name)).values, in.values) << name;
+        ASSERT_EQ(through(name, "o.exr").code, 0);
+        EXPECT_EQ(read_color(at("out/o.exr")).width, 48) << name;
+    }
+}
+
+TEST_F(ImageMetadataTest, NoTimeIsInvented) {
+    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
+    for (const char* name : {"o.tif", "o.dpx"}) {
+        ASSERT_EQ(through("in.exr", name).code, 0);
+        OIIO::ImageSpec found;
+        read_picture(at(std::string("out/") + name), &found);
+        EXPECT_EQ(found.get_string_attribute("DateTime", "0000:00:00 00:00:00"),
+                  "0000:00:00 00:00:00")
+            << name;
+    }
+    OIIO::ImageSpec more;
+    more.attribute("DateTime", "2013:07:19 12:00:00");
+    write_noise("c.tif", more);
+    ASSERT_EQ(through("c.tif", "o.tif").code, 0);
+    OIIO::ImageSpec found;
+    read_picture(at("out/o.tif"), &found);
+    EXPECT_EQ(found.get_string_attribute("DateTime"), "2013:07:19 12:00:00");
+}
+
+TEST_F(ImageMetadataTest, PagesThatAreLeftOutAreNoted) {
+    const std::vector<float> page(48 * 32 * 3, 0.5f);
+    const OIIO::ImageSpec spec(48, 32, 3, kByte);
+    auto out = OIIO::ImageOutput::create(at("c.tif"));
+    ASSERT_TRUE(out->open(at("c.tif"), spec));
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, page.data()));
+    ASSERT_TRUE(out->open(at("c.tif"), spec, OIIO::ImageOutput::AppendSubimage));
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, page.data()) && out->close());
+    for (const char* name : {"o.tif", "o.exr"}) {
+        ASSERT_EQ(through("c.tif", name).code, 0);
+        EXPECT_TRUE(contains(notes_of(name), "the input has several pages")) << notes_of(name);
+    }
+    write_noise("one.tif", {});
+    ASSERT_EQ(through("one.tif", "o.tif").code, 0);
+    EXPECT_FALSE(contains(notes_of("o.tif"), "pages")) << notes_of("o.tif");
+}
+
+TEST_F(ImageMetadataTest, ChannelsOfEveryPartThatAreLeftOutAreCounted) {
+    write_file(at("in.exr"),
+               {{.name = "beauty", .channels = {{"R"}, {"G"}, {"B"}, {"key.R"}}},
+                {.name = "data", .channels = {{"Z", Imf::FLOAT}, {"id", Imf::UINT}}}});
+    const auto outcome = through("in.exr", "o.tif");
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(notes_of("o.tif"), "3 channels besides color")) << notes_of("o.tif");
+}
+
+TEST_F(ImageMetadataTest, WhatAFileDoesNotSayOfItsCurveIsNoted) {
+    // Dark enough that curves differing by more than eight bits are wrong.
+    write_exr("in.exr", std::vector<std::array<float, 4>>(16, {0.02f, 0.02f, 0.02f, 1}));
+    int noted = 0;
+    for (const char* name : {"o.png", "o.tif", "o.dpx", "o.jpg", "o.hdr"})
+        for (const char* curve : {"linear", "srgb", "rec709", "gamma22", "cineon"}) {
+            Arguments more = {"--output-transfer", curve};
+            if (std::string(name) == "o.tif") more.insert(more.end(), {"--bits", "16"});
+            const auto outcome = through("in.exr", name, more);
+            ASSERT_EQ(outcome.code, 0) << outcome.text();
+            // Either it reads back as the same light, or a note was printed.
+            const std::string out = at(std::string("out/") + name), back = at("out/back.exr");
+            ASSERT_EQ(
+                run({"run", at("none.yaml"), "-i", out, "-o", back, "--on-existing", "overwrite"})
+                    .code,
+                0);
+            const bool same = std::abs(read_color(back).data[0] / 0.02f - 1) < 0.1f;
+            const bool says = contains(outcome.text(), "does not say that its values are");
+            EXPECT_NE(same, says) << name << " " << curve;
+            noted += says;
+        }
+    EXPECT_EQ(noted, 4 + 4 + 4 + 1);
+}
+
+// The point where 4.5 v meets a v^0.45 - (a - 1) with equal slope: a = 10 v^0.55, so 5.5 v - 10
+// v^0.55 + 1 = 0.
+TEST_F(ImageMetadataTest, EveryCodeOf16BitsComesBackThroughEveryCurve) {
+    Stored ramp{256, 256, 3, {}};
+    for (int i = 0; i < 65536; ++i)
+        for (int c = 0; c < 3; ++c) ramp.values.push_back(float((i * (1 + c)) % 65536) / 65535);
+    write_picture(at("c.png"), {"c.png", kShort, 16, 3}, ramp);
+    const Stored in = read_picture(at("c.png"));
+    for (const char* curve : {"linear", "srgb", "rec709", "gamma22"}) {
+        const auto outcome = through("c.png", "o.png", {"--input-transfer", curve});
+        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        EXPECT_EQ(read_picture(at("out/o.png")).values, in.values) << curve;
+    }
+    double low = 0.01, high = 0.03;
+    for (int i = 0; i < 60; ++i) {
+        const double v = (low + high) / 2;
+        (5.5 * v - 10 * std::pow(v, 0.55) + 1 > 0 ? low : high) = v;
+    }
+    const double a = 10 * std::pow(low, 0.55);
+    ASSERT_EQ(through("c.png", "o.exr", {"--input-transfer", "rec709"}).code, 0);
+    const ImageF light = read_color(at("out/o.exr"));
+    for (int i = 0; i < 65536; i += 37) {
+        const double v = i / 65535.0;
+        EXPECT_NEAR(light.at(i % 256, i / 256, 0),
+                    v < 4.5 * low ? v / 4.5 : std::pow((v + a - 1) / a, 1 / 0.45), 2e-7)
+            << i;
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,294 @@
+// Every pass keeps what it guarantees (chain/guarantees.h), and one that guarantees too much is
+// found. Mirrors, turns and light are measured by the stability matrix (tests/stress).
+#include "tests/conformance/conformance.h"
+
+namespace postchain {
+namespace {
+
+using test::TestFrame;
+
+class GuaranteeTest : public Conformance {
+  protected:
+    static ImageF color_of(const Chain& chain, const FrameDescription& frame,
+                           const FramePlanes& planes, Precision precision = Precision::fp32) {
+        PlanOptions options = everything();
+        options.precision = precision;
+        return test::filter(chain, frame, planes, options).at(Role::color);
+    }
+
+    // The facts and the size of these planes, with the camera of `frame`.
+    static FrameDescription described(const FramePlanes& planes, const FrameDescription& frame) {
+        FrameDescription anew = test::describe(planes);
+        anew.camera = frame.camera;
+        anew.display_width = frame.display_width;
+        return anew;
+    }
+
+    // Each of these returns a description of the broken guarantee; empty: it is kept, or not
+    // guaranteed.
+
+    static std::string wrong_constants(const Chain& chain) {
+        if (!chain.guarantees().keeps_constants) return "";
+        for (const Precision precision : {Precision::fp32, Precision::fp16}) {
+            for (const auto& [width, height] : kSizes) {
+                TestFrame frame = moving_frame(width, height);
+                // A half holds the second.
+                frame.planes[Role::color] =
+                    precision == Precision::fp32
+                        ? test::constant_image(width, height, {0.3f, 7.1f, 1e-3f, 1.0f})
+                        : test::constant_image(width, height,
+                                               {0.25f, 65504.0f, -0x1.554p-9f, 0x1p-24f});
+                const ImageF out = color_of(chain, described(frame.planes, frame.description),
+                                            frame.planes, precision);
+                if (!test::equal_bits(out, frame.planes[Role::color]))
+                    return concat(width, "x", height, " in ", name_of(precision));
+            }
+        }
+        return "";
+    }
+
+    static std::string wrong_range(const Chain& given) {
+        const auto chain =
+            given.that_guarantees([](const Guarantees& one) { return one.convex.has_value(); });
+        if (!chain) return "";
+        const double tolerance = *chain->guarantees().convex;
+        for (const auto& [width, height] : kSizes) {
+            TestFrame frame = moving_frame(width, height);
+            ImageF& color = frame.planes[Role::color];
+            color = test::noise_image(width, height, 4, 3, -2.0f, 50.0f);
+            const ImageF out = color_of(*chain, frame.description, frame.planes);
+            for (size_t c = 0; c < 4; ++c) {
+                float low = INFINITY, high = -INFINITY;
+                for (size_t i = c; i < color.data.size(); i += 4) {
+                    low = std::min(low, color.data[i]);
+                    high = std::max(high, color.data[i]);
+                }
+                const float more = float(tolerance) * std::max(std::abs(low), std::abs(high));
+                for (size_t i = c; i < out.data.size(); i += 4)
+                    if (!(out.data[i] >= low - more && out.data[i] <= high + more))
+                        return concat(out.data[i], " of ", low, " to ", high, " at ", width, "x",
+                                      height);
+            }
+        }
+        return "";
+    }
+
+    static std::string wrong_reach(const Chain& chain) {
+        const int width = 331, height = 257;
+        const TestFrame frame = moving_frame(width, height);
+        const double reach = chain.reach(frame.description).depends_px;
+        if (std::isinf(reach)) return "";
+        const ImageF before = color_of(chain, frame.description, frame.planes);
+        for (const Role role : {Role::color, Role::inverse_depth, Role::motion}) {
+            for (const auto& [x, y] : {std::array{width / 2, height / 2},
+                                       std::array{width / 4, height / 2}, std::array{2, 3}}) {
+                for (const float value : {0.0f, 60000.0f}) {
+                    FramePlanes planes = frame.planes;
+                    for (int c = 0; c < planes[role].channels; ++c)
+                        planes[role].at(x, y, c) = value;
+                    const ImageF out = color_of(chain, frame.description, planes);
+                    for (int v = 0; v < height; ++v)
+                        for (int u = 0; u < width; ++u)
+                            if (std::max(std::abs(u - x), std::abs(v - y)) > reach &&
+                                std::memcmp(out.pixel(u, v), before.pixel(u, v), 16) != 0)
+                                return concat(name_of(role), " at ", x, ",", y, " changes ", u, ",",
+                                              v, "; guaranteed: ", reach, " px");
+                }
+            }
+        }
+        return "";
+    }
+
+    // One bright pixel in black, under one long motion and out of focus.
+    static std::string wrong_spread(const Chain& chain) {
+        TestFrame frame = moving_frame(1, 1);
+        frame.description.display_width = 640;
+        const double spread = chain.reach(frame.description).spreads_px;
+        if (std::isinf(spread)) return "";
+        const int middle = int(spread) + 8, side = 2 * middle + 1;
+        FramePlanes planes;
+        planes[Role::color] = test::constant_image(side, side, {0, 0, 0, 0});
+        planes[Role::inverse_depth] = test::constant_image(side, side, {0.5f});
+        planes[Role::motion] = test::constant_image(side, side, {500, 300});
+        for (int c = 0; c < 4; ++c) planes[Role::color].at(middle, middle, c) = 7;
+        const ImageF out = color_of(chain, described(planes, frame.description), planes);
+        for (int y = 0; y < side; ++y)
+            for (int x = 0; x < side; ++x)
+                if (std::max(std::abs(x - middle), std::abs(y - middle)) > spread &&
+                    out.at(x, y) != 0)
+                    return concat("light at ", x - middle, ",", y - middle,
+                                  " from the dot; guaranteed: ", spread, " px");
+        return "";
+    }
+
+    // Two windows on a larger frame, one lattice apart: far from their borders both show the same.
+    static std::string wrong_shift(const Chain& given) {
+        const auto chain = given.that_guarantees(
+            [](const Guarantees& one) { return one.symmetries.count(Symmetry::shift) > 0; });
+        if (!chain) return "";
+        const int lattice = chain->guarantees().lattice_px;
+        if (lattice < 1) return "guaranteed without a lattice";
+        FrameDescription camera = moving_frame(1, 1).description;
+        camera.display_width = 640;
+        const int reach = int(std::ceil(chain->reach(camera).depends_px));
+        const int side = 2 * reach + lattice + 16;
+        const TestFrame large =
+            test::layered_frame(side + lattice, side + lattice, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
+        const auto window = [&](int x, int y) {
+            FramePlanes planes;
+            for (const auto& [role, plane] : large.planes) {
+                ImageF& to = planes[role] = ImageF(side, side, plane.channels);
+                for (int row = 0; row < side; ++row)
+                    std::copy_n(plane.pixel(x, y + row), side * plane.channels, to.pixel(0, row));
+            }
+            return color_of(*chain, described(planes, camera), planes);
+        };
+        const ImageF still = window(0, 0);
+        for (const bool along_x : {true, false}) {
+            const int dx = along_x ? lattice : 0, dy = along_x ? 0 : lattice;
+            const ImageF moved = window(dx, dy);
+            for (int y = lattice + reach; y < side - reach; ++y)
+                for (int x = lattice + reach; x < side - reach; ++x)
+                    if (std::memcmp(still.pixel(x, y), moved.pixel(x - dx, y - dy), 16) != 0)
+                        return concat("after a move by ", dx, ",", dy, " px ", x, ",", y,
+                                      " is another");
+        }
+        return "";
+    }
+
+    // Quiet planes at the limit of the guarantee; the other planes stay busy.
+    static std::string wrong_quiet(const Chain& chain) {
+        const RoleSet driven_by = chain.guarantees().driven_by;
+        if (driven_by.empty()) return "";
+        TestFrame frame = moving_frame(64, 40);
+        frame.description.camera.shutter_frames = 1;
+        if (driven_by.has(Role::color))
+            for (float& value : frame.planes[Role::color].data)
+                value = 0.5f * (1 + float(kQuietContrast) * (value - 0.5f));
+        if (driven_by.has(Role::inverse_depth))
+            frame.planes[Role::inverse_depth] = ImageF(64, 40, 1, 0.1f);  // the plane in focus
+        if (driven_by.has(Role::motion)) {
+            ImageF& motion = frame.planes[Role::motion];
+            for (size_t i = 0; i < motion.data.size(); i += 2) {
+                motion.data[i] = float(2 * kQuietSpeedPx * 0.5999);
+                motion.data[i + 1] = float(2 * kQuietSpeedPx * (i % 3 ? -0.8 : 0.8));
+            }
+        }
+        const ImageF out =
+            color_of(chain, described(frame.planes, frame.description), frame.planes);
+        const bool same = test::equal_bits(out, frame.planes.at(Role::color));
+        return same ? "" : "acts where " + driven_by.text() + " are quiet";
+    }
+};
+
+TEST_P(GuaranteeTest, ConstantsComeBackBitForBit) {
+    EXPECT_EQ(wrong_constants(chain()), "");
+}
+TEST_P(GuaranteeTest, ColorsStayInTheRangeOfTheInput) {
+    EXPECT_EQ(wrong_range(chain()), "");
+}
+TEST_P(GuaranteeTest, NothingFartherThanTheReachCounts) {
+    EXPECT_EQ(wrong_reach(chain()), "");
+}
+TEST_P(GuaranteeTest, LightGoesNoFartherThanItsSpread) {
+    EXPECT_EQ(wrong_spread(chain()), "");
+}
+TEST_P(GuaranteeTest, MovesWithThePictureByItsLattice) {
+    EXPECT_EQ(wrong_shift(chain()), "");
+}
+TEST_P(GuaranteeTest, DoesNothingWhereWhatDrivesItIsQuiet) {
+    EXPECT_EQ(wrong_quiet(chain()), "");
+}
+
+TEST_P(GuaranteeTest, VariantsAreOfItsOwnParameters) {
+    const PassType& type = GetParam();
+    for (const PassVariant& variant : type.variants) {
+        EXPECT_FALSE(variant.name.empty());
+        for (const auto& [key, value] : variant.settings) {
+            const Parameter* row = type.parameters->find(key);
+            ASSERT_NE(row, nullptr) << key;
+            EXPECT_TRUE(row->check(value).ok()) << key;
+        }
+    }
+}
+
+FOR_EVERY_PASS(GuaranteeTest);
+
+// ------------------------------------------------------------------------------------ boasts
+
+// Another pass on a frame, with a reach that it does not keep.
+class BoastOnFrame final : public PassOnFrame {
+  public:
+    BoastOnFrame(ResolvedPass pass, Reach reach)
+        : pass_(std::make_unique<ResolvedPass>(std::move(pass))), reach_(reach) {}
+    Reach reach() const override { return reach_; }
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        return (*pass_)->identity(context);
+    }
+    void plan(PassPlanner& planner) const override { (*pass_)->plan(planner); }
+    void write_uniforms(const PlanContext& context, UniformWriter& uniforms) const override {
+        (*pass_)->write_uniforms(context, uniforms);
+    }
+    void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        (*pass_)->reference(context, frame);
+    }
+
+  private:
+    std::unique_ptr<ResolvedPass> pass_;
+    Reach reach_;
+};
+
+// Another pass, with guarantees that it does not keep.
+class Boast final : public Pass {
+  public:
+    Boast(std::unique_ptr<Pass> pass, Guarantees guarantees, Reach reach)
+        : pass_(std::move(pass)), guarantees_(std::move(guarantees)), reach_(reach) {}
+    Guarantees guarantees() const override { return guarantees_; }
+    RoleUse roles() const override { return pass_->roles(); }
+    Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
+        auto pass = pass_->resolve(frame);
+        if (!pass.ok()) return pass.status();
+        return ResolvedPass(BoastOnFrame(std::move(*pass), reach_));
+    }
+    ParameterRef parameters() override { return pass_->parameters(); }
+
+  private:
+    std::unique_ptr<Pass> pass_;
+    Guarantees guarantees_;
+    Reach reach_;
+};
+
+class Boasts : public GuaranteeTest {
+  protected:
+    static Chain boast(const char* name, const Guarantees& guarantees, Reach reach = {}) {
+        // Chains point at their types: these stay.
+        static std::vector<std::unique_ptr<PassType>> types;
+        types.push_back(std::make_unique<PassType>(*test::every_pass().find(name)));
+        types.back()->create = [create = types.back()->create, guarantees, reach] {
+            return std::make_unique<Boast>(create(), guarantees, reach);
+        };
+        Chain chain;
+        chain.links.push_back({types.back().get(), types.back()->create()});
+        return chain;
+    }
+};
+
+// Each check finds a pass that breaks the guarantee.
+TEST_F(Boasts, AreFound) {
+    EXPECT_EQ(wrong_constants(boast("vignette", {})), "") << "nothing is guaranteed";
+    EXPECT_NE(wrong_constants(boast("vignette", {.keeps_constants = true})), "");
+    EXPECT_NE(wrong_range(boast("echo", {.convex = 0})), "");
+    const std::set<Symmetry> shift = {Symmetry::shift};
+    EXPECT_NE(wrong_shift(boast("fxaa", {.symmetries = shift}, {0, 0})), "") << "no lattice";
+    EXPECT_NE(wrong_shift(boast("vignette", {.lattice_px = 1, .symmetries = shift}, {0, 0})), "");
+    EXPECT_NE(wrong_shift(boast("motion_blur", {.lattice_px = 1, .symmetries = shift}, {150, 0})),
+              "");
+    EXPECT_NE(wrong_reach(boast("fxaa", {}, {0, 0})), "");
+    EXPECT_NE(wrong_spread(boast("motion_blur", {}, {0, 0})), "");
+    for (const Role role : {Role::color, Role::inverse_depth, Role::motion}) {
+        EXPECT_NE(wrong_quiet(boast("vignette", {.driven_by = {role}})), "") << name_of(role);
+    }
+}
+
+}  // namespace
+}  // namespace postchain

@@ -1,0 +1,282 @@
+// An image as the aperture: the lens samples, and the image of a point light.
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "passes/common/lens_samples.h"
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+using Light = std::function<double(double, double)>;
+constexpr int kSide = BokehKernel::kSide;
+
+BokehKernel image_of(const Light& light) {
+    std::vector<float> values;
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x)
+            values.push_back(
+                float(light((x + 0.5) / (kSide / 2) - 1, (y + 0.5) / (kSide / 2) - 1)));
+    auto image = BokehKernel::make(std::move(values), "picture.png");
+    EXPECT_TRUE(image.ok()) << image.status().message();
+    return *image;
+}
+
+double right_half(double x, double) {
+    return x > 0 ? 1 : 0;
+}
+
+// The letter F with a half-bright stem: no rotation or mirroring maps it to itself.
+double letter(double x, double y) {
+    if (y < -0.7 || y > 0.7) return 0;
+    if (x > -0.5 && x < -0.2) return 0.5;
+    const bool arm = (y < -0.4 && x < 0.6) || (y > -0.15 && y < 0.15 && x < 0.3);
+    return x > -0.5 && arm ? 1 : 0;
+}
+
+struct Means {
+    double x = 0, y = 0, xx = 0, yy = 0;
+};
+Means means_of(const lens::Points& points) {
+    Means m;
+    const double n = double(points.packed.size());
+    for (int set = 0; set < points.sets; ++set)
+        for (int i = 0; i < points.count; ++i) {
+            const auto [x, y] = points.at(i, set);
+            m.x += x / n, m.y += y / n, m.xx += x * x / n, m.yy += y * y / n;
+        }
+    return m;
+}
+
+const double kHalf =
+    4 / (3 * std::numbers::pi);  // distance of half a disc's centroid from its edge
+
+TEST(ApertureImagePoints, AreTurnedThenStretched) {
+    const BokehKernel right = image_of(right_half);
+    for (const int count : {16, 64, 1023}) {
+        const Means m = means_of(lens::lens_samples({.image = right}, count));
+        EXPECT_NEAR(m.x, kHalf, 0.01) << count;
+        EXPECT_NEAR(m.y, 0, 0.01) << count;
+        EXPECT_NEAR(m.xx, 0.25, 0.01) << count;
+        EXPECT_NEAR(m.yy, 0.25, 0.01) << count;
+    }
+    // Counterclockwise, with y down.
+    Means m = means_of(lens::lens_samples({.image = right, .rotation_deg = 90}, 64));
+    EXPECT_NEAR(m.x, 0, 0.01);
+    EXPECT_NEAR(m.y, -kHalf, 0.01);
+    m = means_of(lens::lens_samples({.image = right, .rotation_deg = 90, .ratio = 2}, 64));
+    EXPECT_NEAR(m.y, -kHalf, 0.01);
+    EXPECT_NEAR(m.xx, 1.0 / 16, 0.005);
+    m = means_of(lens::lens_samples({.image = right, .ratio = 0.5}, 64));
+    EXPECT_NEAR(m.x, kHalf, 0.01);
+    EXPECT_NEAR(m.yy, 1.0 / 16, 0.005);
+}
+
+// Each set's mean is closer to the light's than a quarter of the standard error of random points,
+// the deviation of x over the square root of their number.
+TEST(ApertureImagePoints, OfEachSetAreSpreadEvenly) {
+    const double deviation = std::sqrt(0.25 - kHalf * kHalf);
+    for (const int count : {32, 64, 128}) {
+        const auto points = lens::lens_samples({.image = image_of(right_half)}, count);
+        double squares = 0;
+        for (int set = 0; set < points.sets; ++set) {
+            double mean = 0;
+            for (int i = 0; i < count; ++i) mean += points.at(i, set)[0] / count;
+            squares += (mean - kHalf) * (mean - kHalf) / points.sets;
+        }
+        EXPECT_LT(std::sqrt(squares), 0.25 * deviation / std::sqrt(count)) << count;
+    }
+}
+
+TEST(ApertureImagePoints, OfAWhitePictureAreThoseOfADisc) {
+    const auto white =
+        lens::lens_samples({.image = image_of([](double, double) { return 1; })}, 50);
+    const auto disc = lens::lens_samples({}, 50);
+    ASSERT_EQ(white.sets, disc.sets);
+    for (int set = 0; set < disc.sets; ++set)
+        for (int i = 0; i < disc.count; ++i)
+            for (size_t axis = 0; axis < 2; ++axis)
+                EXPECT_NEAR(white.at(i, set)[axis], disc.at(i, set)[axis], 1e-4);
+}
+
+// A white polygon and blades of the same shape give the same points, but the image's order is
+// clockwise from the right, the blades' counterclockwise from a corner, half a blade earlier.
+TEST(ApertureImagePoints, OfAPolygonAreThoseOfBlades) {
+    const double blade = 2 * std::numbers::pi / 5;
+    const BokehKernel image = image_of([&](double x, double y) {
+        const double angle = std::atan2(y, x);
+        const double from_middle = angle - blade * std::floor(angle / blade + 0.5);
+        return std::hypot(x, y) * std::cos(from_middle) < std::cos(blade / 2) ? 1 : 0;
+    });
+    const lens::Outline outline({.blades = 5});
+    double sum = 0;
+    constexpr int kSteps = 100;
+    for (int i = 0; i < kSteps; ++i)
+        for (int j = 0; j < kSteps; ++j) {
+            const double within = (i + 0.5) / kSteps, turn = (j + 0.5) / kSteps;
+            const auto p = image.point(within, turn), q = outline.at(turn + 0.1);
+            sum += std::hypot(p[0] - std::sqrt(within) * q[0], p[1] + std::sqrt(within) * q[1]);
+        }
+    // On average the points differ by less than half a cell of the image.
+    EXPECT_LT(sum / (kSteps * kSteps), 0.5 / (kSide / 2));
+}
+
+// Pearson correlation of the aperture image and the image of a point light, over pixels; the
+// aperture image is averaged over each.
+double correlation(const ImageF& dot, double radius, const Light& light) {
+    double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    for (int y = 0; y < dot.height; ++y)
+        for (int x = 0; x < dot.width; ++x) {
+            double expected = 0;
+            constexpr int kFine = 4;
+            for (int i = 0; i < kFine * kFine; ++i) {
+                const double u = (x - 48 + (i % kFine + 0.5) / kFine - 0.5) / radius;
+                const double v = (y - 48 + (i / kFine + 0.5) / kFine - 0.5) / radius;
+                if (u * u + v * v < 1) expected += light(u, v) / (kFine * kFine);
+            }
+            const double seen = dot.at(x, y);
+            n += 1, a += seen, b += expected;
+            aa += seen * seen, bb += expected * expected, ab += seen * expected;
+        }
+    return (ab - a * b / n) / std::sqrt((aa - a * a / n) * (bb - b * b / n));
+}
+
+double turned(double x, double y) {
+    return letter(-x, -y);
+}
+
+// R = 8 px for sky, -24 px for the near plane.
+TEST(ApertureImageDot, LooksLikeThePicture) {
+    const BokehKernel image = image_of(letter);
+    const ImageF behind = dot(0, {}, 0, 0, image), before = dot(1, {}, 0, 0, image);
+    EXPECT_NEAR(sum_of(behind), 1, 0.03);
+    EXPECT_NEAR(sum_of(before), 1, 0.03);
+    EXPECT_GT(correlation(behind, 8, letter), 0.95);
+    EXPECT_LT(correlation(behind, 8, turned), 0.75);
+    EXPECT_GT(correlation(before, 24, turned), 0.9);
+    EXPECT_LT(correlation(before, 24, letter), 0.6);
+}
+
+TEST(ApertureImageDot, IsTurnedAndStretched) {
+    const BokehKernel image = image_of(letter);
+    // A quarter turn counterclockwise moves the right to the top.
+    const Light quarter = [](double x, double y) { return letter(-y, x); };
+    EXPECT_GT(correlation(dot(0, {{"aperture_rotation_deg", 90.0}}, 0, 0, image), 8, quarter),
+              0.95);
+    const Light tall = [](double x, double y) { return turned(2 * x, y); };
+    EXPECT_GT(correlation(dot(1, {{"aperture_ratio", 2.0}}, 0, 0, image), 24, tall), 0.9);
+}
+
+// In the lower right corner, in front of the focus, the barrel keeps the part farther from the
+// center.
+TEST(ApertureImageDot, IsCutByTheBarrel) {
+    const double away_x = 16 / std::hypot(16, 9), away_y = 9 / std::hypot(16, 9);
+    const Light cut = [&](double x, double y) {
+        return std::hypot(x - 0.8 * away_x, y - 0.8 * away_y) < 1 ? turned(x, y) : 0;
+    };
+    const ImageF seen = dot(1, {{"cats_eye", 0.8}}, 6400 - 48, 3600 - 48, image_of(letter));
+    EXPECT_NEAR(sum_of(seen), 1, 0.06);
+    EXPECT_GT(correlation(seen, 24, cut), 0.9);
+    EXPECT_LT(correlation(seen, 24, turned), 0.88);
+}
+
+// Noise of 32 points through a white image, compared with that through a disc.
+TEST(ApertureImageDot, AWhitePictureIsNoNoisierThanADisc) {
+    const FramePlanes planes = deep_planes(96, 64);
+    const auto error = [&](const BokehKernel& image) {
+        FrameDescription frame = describe_round(planes);
+        frame.camera.aperture_image = image;
+        const auto filtered = [&](int samples) {
+            return filter(chain_of("depth_of_field",
+                                   {{"method", "inverse_warp"}, {"samples", int64_t(samples)}}),
+                          frame, planes)
+                .at(Role::color);
+        };
+        const ImageF few = filtered(32), many = filtered(1023);
+        double squares = 0;
+        for (size_t i = 0; i < few.data.size(); ++i)
+            squares += std::pow(few.data[i] - many.data[i], 2);
+        return std::sqrt(squares / double(few.data.size()));
+    };
+    const double disc = error({});
+    EXPECT_GT(disc, 0.01);
+    EXPECT_LT(error(image_of([](double, double) { return 1; })), 1.02 * disc);
+}
+
+TEST(BokehKernel, AgreesWithItsReference) {
+    for (const char* pass : {"depth_of_field", "joint_blur"}) {
+        TestFrame frame = layered_frame(131, 77, {9, 4}, {-3, 2});
+        frame.description.camera.f_stop = 0.5;
+        frame.description.camera.aperture_image = image_of(letter);
+        frame.description.camera.aperture_rotation_deg = 30;
+        frame.description.camera.cats_eye = 0.7;
+        PlanOptions whole;
+        whole.elide = false;
+        const Chain chain = chain_of(pass, {{"samples", int64_t(20)}});
+        const std::string color = concat("0.", pass, ".color");
+        const auto gpu = filter_with_stages(chain, frame.description, frame.planes, whole);
+        const auto expected = reference(chain, frame.description, frame.planes, whole);
+        const auto difference = compare(gpu.stages.at(color), expected.stages.at(color), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << pass << difference.text;
+        // The result differs from a disc's.
+        frame.description.camera.aperture_image = {};
+        const auto disc = reference(chain, frame.description, frame.planes, whole);
+        EXPECT_GT(compare(gpu.stages.at(color), disc.stages.at(color), 1e-3).fraction, 0.1);
+    }
+}
+
+std::string error_of(const Chain& chain, const Camera& camera) {
+    const TestFrame made = layered_frame(20, 20, {9, 4}, {-3, 2});
+    FrameDescription frame = made.description;
+    frame.camera = camera;
+    const auto plan = make_plan(chain, frame);
+    if (plan.ok()) return "";
+    EXPECT_EQ(plan.status().code(), StatusCode::chain);
+    return plan.status().message();
+}
+
+TEST(BokehKernel, BladesBesideItAreAnError) {
+    using testing::AllOf, testing::HasSubstr;
+    Camera camera = round_camera();
+    camera.aperture_image = image_of(letter);
+    for (const char* pass : {"depth_of_field", "joint_blur"}) {
+        EXPECT_EQ(error_of(chain_of(pass, {}), camera), "");
+        EXPECT_THAT(error_of(chain_of(pass, {{"aperture_blades", int64_t(7)}}), camera),
+                    AllOf(HasSubstr(concat("passes[0].", pass, ": aperture_blades: 7 from this")),
+                          HasSubstr("(picture.png)"), HasSubstr("leave one out")));
+        EXPECT_THAT(error_of(chain_of(pass, {{"aperture_curvature", 0.25}}), camera),
+                    HasSubstr("aperture_curvature: 0.25 from this pass"));
+        Camera both = camera;
+        both.aperture_blades = 6;
+        EXPECT_THAT(error_of(chain_of(pass, {}), both),
+                    HasSubstr("aperture_blades: 6 from the camera"));
+        Camera named = round_camera();
+        named.aperture_image = BokehKernel("picture.png");
+        EXPECT_THAT(error_of(chain_of(pass, {}), named),
+                    HasSubstr("aperture_image: picture.png has not been read"));
+    }
+    // Gilham's method has no aperture.
+    camera.aperture_blades = 6;
+    EXPECT_EQ(error_of(chain_of("depth_of_field", {{"method", "gilham"}}), camera), "");
+}
+
+TEST(BokehKernel, APlanIsThatOfItsValues) {
+    const FramePlanes planes = deep_planes(40, 30);
+    const auto hash_of = [&](const BokehKernel& image) {
+        FrameDescription frame = describe_round(planes);
+        frame.camera.aperture_image = image;
+        const auto plan = make_plan(chain_of("depth_of_field", {}), frame);
+        EXPECT_TRUE(plan.ok());
+        return plan->hash();
+    };
+    const BokehKernel image = image_of(letter);
+    EXPECT_EQ(hash_of(image), hash_of(*BokehKernel::make(image.values(), "other.png")));
+    EXPECT_NE(hash_of(image), hash_of(image_of(turned)));
+    EXPECT_NE(hash_of(image), hash_of({}));
+}
+
+}  // namespace
+}  // namespace postchain::test

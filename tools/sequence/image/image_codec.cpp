@@ -1,0 +1,285 @@
+#include "tools/sequence/image/image_codec.h"
+
+#include <OpenImageIO/imageio.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+
+#include "tools/sequence/image/image_scan.h"
+
+namespace postchain::io {
+namespace {
+
+Status refuse(const std::string& why) {
+    return Status(StatusCode::input, why);
+}
+
+// Color as it is stored: OpenImageIO would multiply it by alpha in the file's own bits. By the
+// reader of this format and no other.
+Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path,
+                                                         const std::string& format) {
+    OIIO::ImageSpec config, found;
+    config.attribute("oiio:UnassociatedAlpha", 1);
+    auto file = OIIO::ImageInput::create(format);
+    if (!file) return refuse("cannot be read: " + OIIO::geterror());
+    if (!file->open(path, found, config))
+        return refuse("damaged, or not of the format of its name: " + file->geterror());
+    return file;
+}
+
+// A header may state anything.
+constexpr int kMaxOffset = 1 << 28;
+constexpr size_t kMaxAttribute = size_t(1) << 20;  // of a text; more is cut off
+constexpr uint64_t kMaxTileBytes = uint64_t(512) << 20;
+
+// Sizes that the file cannot hold, and what would not fit in a number.
+Status check_sizes(const std::string& path, const std::string& format,
+                   const OIIO::ImageSpec& spec) {
+    for (const int offset : {spec.x, spec.y, spec.full_x, spec.full_y})
+        if (std::abs(int64_t(offset)) > kMaxOffset)
+            return refuse(concat("its pixels begin at ", offset, "; set their offset to 0"));
+    if (spec.width < 1 || spec.height < 1) return refuse("has no pixels");
+    // Whole tiles are decoded, and a tile may be larger than the picture.
+    const auto whole = [](int side, int tile) {
+        return tile > 0 ? (int64_t(side) + tile - 1) / tile * tile : int64_t(side);
+    };
+    const uint64_t of_pixel = spec.pixel_bytes(true);
+    if (spec.tile_width > 0 &&
+        uint64_t(spec.tile_width) * uint64_t(spec.tile_height) > kMaxTileBytes / of_pixel)
+        return refuse(concat("has tiles of ", spec.tile_width, "x", spec.tile_height,
+                             " pixels, more than 512 MiB each; write it with smaller ones"));
+    const uint64_t width = uint64_t(whole(spec.width, spec.tile_width));
+    const uint64_t height = uint64_t(whole(spec.height, spec.tile_height));
+    const uint64_t most =
+        most_stored_bytes(format, spec.get_string_attribute("compression"), bytes_in(path));
+    if (width > most / height / of_pixel)
+        return refuse(concat("damaged or truncated: ", spec.width, "x", spec.height,
+                             " pixels are more than ", bytes_in(path),
+                             " bytes can hold; render it again, or wait until it is written"));
+    return {};
+}
+
+// Integers of `bits` as OpenImageIO gives them: spread over 8 or 16 bits.
+float unit_value(uint32_t stored, uint32_t whole, int bits) {
+    const double largest = double((1 << bits) - 1);
+    return float(std::round(double(stored) / whole * largest) / largest);
+}
+
+// Of another format: what describes how its file was packed.
+bool is_of_format(const std::string& name) {
+    for (const char* prefix : {"tiff:", "png:", "dpx:", "jpeg:", "hdr:", "openexr:"})
+        if (name.starts_with(prefix)) return true;
+    return false;
+}
+
+// What was true of the file that was read alone, or is said anew.
+bool is_stale(const std::string& name) {
+    static constexpr const char* kNames[] = {"oiio:SHA-1",
+                                             "oiio:AverageColor",
+                                             "oiio:ConstantColor",
+                                             "oiio:ColorSpace",
+                                             "oiio:BitsPerSample",
+                                             "oiio:UnassociatedAlpha",
+                                             "oiio:subimages",
+                                             "thumbnail_width",
+                                             "thumbnail_height",
+                                             "thumbnail_nchannels",
+                                             "thumbnail_image",
+                                             "compression",
+                                             "Compression",
+                                             "planarconfig",
+                                             "tiff:ColorSpace",
+                                             "tiff:Compression",
+                                             "tiff:PlanarConfiguration",
+                                             "tiff:PhotometricInterpretation",
+                                             "Exif:ColorSpace",
+                                             "dpx:ImageDescriptor",
+                                             "dpx:EndOfLinePadding",
+                                             "dpx:EndOfImagePadding",
+                                             "PixelAspectRatio",
+                                             "openexr:chunkCount",
+                                             "screenWindowCenter",
+                                             "screenWindowWidth",
+                                             "worldtocamera",
+                                             "worldtoscreen"};
+    return std::any_of(std::begin(kNames), std::end(kNames),
+                       [&](const char* one) { return name == one; });
+}
+
+// Errors (output), without the path.
+Status add_metadata(const ImageToWrite& picture, OIIO::ImageSpec& spec) {
+    if (picture.metadata_of.empty()) return {};
+    const auto from = OIIO::ImageInput::open(picture.metadata_of);
+    if (!from) return Status(StatusCode::output, "no metadata of " + OIIO::geterror());
+    const OIIO::ImageSpec there = from->spec(picture.metadata_part);
+    const bool same_format = picture.info.format == from->format_name();
+    for (const OIIO::ParamValue& attribute : there.extra_attribs) {
+        const std::string name = attribute.name().string();
+        if (is_stale(name) || (!same_format && is_of_format(name))) continue;
+        if (!picture.same_transfer && name.starts_with("ICCProfile")) continue;
+        spec.extra_attribs.push_back(attribute);
+    }
+    return {};
+}
+
+// A file without a name: encoders that seek write it, and its bytes are read back.
+class MemoryFile {
+  public:
+    MemoryFile() : fd_(memfd_create("postchain picture", MFD_CLOEXEC)) {}
+    ~MemoryFile() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    MemoryFile(const MemoryFile&) = delete;
+    std::string path() const { return concat("/proc/self/fd/", fd_); }
+    Result<std::string> bytes() const {
+        const off_t size = ::lseek(fd_, 0, SEEK_END);
+        std::string bytes(size > 0 ? size_t(size) : 0, '\0');
+        for (size_t done = 0; done < bytes.size();) {
+            const ssize_t got = ::pread(fd_, bytes.data() + done, bytes.size() - done, off_t(done));
+            if (got <= 0) return Status(StatusCode::output, std::strerror(errno));
+            done += size_t(got);
+        }
+        if (bytes.empty()) return Status(StatusCode::output, "nothing was encoded");
+        return bytes;
+    }
+
+  private:
+    int fd_;
+};
+
+OIIO::TypeDesc type_of(const ImageInfo& info) {
+    return info.is_float    ? OIIO::TypeDesc::FLOAT
+           : info.bits <= 8 ? OIIO::TypeDesc::UINT8
+                            : OIIO::TypeDesc::UINT16;
+}
+
+}  // namespace
+
+Result<ImageInfo> describe_image(const std::string& path, const std::string& format) {
+    if (Status s = check_content(path, format); !s.ok()) return s;
+    const auto file = open_as_stored(path, format);
+    if (!file.ok()) return file.status();
+    const OIIO::ImageSpec& spec = (*file)->spec();
+    if (spec.deep || spec.depth > 1) return refuse("is deep or a volume; flatten it");
+    if (spec.nchannels < 3 || spec.nchannels > 4)
+        return refuse(concat("has ", spec.nchannels,
+                             " channels; color has three, or four with alpha: write it as RGB"));
+    if (Status s = check_sizes(path, format, spec); !s.ok()) return s;
+    std::string space = spec.get_string_attribute("tiff:ColorSpace");
+    for (char& c : space) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
+    if (space.ends_with("LAB") || space.starts_with("LOGL"))
+        return refuse(concat("has values of ", space, "; write it as RGB"));
+    ImageInfo info;
+    info.format = format;
+    info.width = spec.width;
+    info.height = spec.height;
+    info.x = spec.x;
+    info.y = spec.y;
+    // A place on a page is none in a display window.
+    if (spec.full_width == spec.width && spec.full_height == spec.height) {
+        info.x = spec.full_x;
+        info.y = spec.full_y;
+    }
+    info.display_x = spec.full_x;
+    info.display_y = spec.full_y;
+    info.display_width = spec.full_width;
+    info.display_height = spec.full_height;
+    // What OpenEXR takes as one; DPX states it as NaN or 0 where it is not known.
+    const float aspect = spec.get_float_attribute("PixelAspectRatio", 1);
+    if (aspect >= 1e-6f && aspect <= 1e6f) info.pixel_aspect = aspect;
+    info.channels = spec.nchannels;
+    info.is_float = spec.format.is_floating_point();
+    info.bits = info.is_float
+                    ? 32
+                    : spec.get_int_attribute("oiio:BitsPerSample", int(spec.format.size()) * 8);
+    if (!info.is_float && info.bits < 8) info.bits = 8;
+    if (!info.is_float && size_t(info.bits) > spec.format.size() * 8)
+        return refuse(
+            concat("says that its values have ", info.bits, " bits, in ", spec.format.size() * 8));
+    const bool integer =
+        spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
+    if ((!info.is_float && !integer) || (info.is_float && spec.format.size() > 4))
+        return refuse(concat("has values of the type ", spec.format.c_str(),
+                             "; 8 to 16 bits, half or float are read"));
+    info.unassociated =
+        spec.nchannels == 4 &&
+        (format == "png" || spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0);
+    info.color_space = spec.get_string_attribute("oiio:ColorSpace");
+    for (const OIIO::ParamValue& attribute : spec.extra_attribs) {
+        // In metadata_val() a text has quotes around it.
+        const std::string text = attribute.type() == OIIO::TypeString
+                                     ? attribute.get_string()
+                                     : spec.metadata_val(attribute, false);
+        info.attributes[attribute.name().string()] = text.substr(0, kMaxAttribute);
+    }
+    info.has_more = (*file)->seek_subimage(1, 0);
+    return info;
+}
+
+Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info) {
+    const auto opened = open_as_stored(path, info.format);
+    if (!opened.ok()) return opened.status();
+    OIIO::ImageInput* file = opened->get();
+    const OIIO::ImageSpec& spec = file->spec();
+    if (spec.width != info.width || spec.height != info.height || spec.nchannels != info.channels)
+        return refuse("has changed while it was read");
+    if (is_cut(path, info.format, info))
+        return refuse("truncated: it ends too early; render it again, or wait until it is written");
+    ImageF image(info.width, info.height, info.channels);
+    bool read = false;
+    if (info.is_float) {
+        read = file->read_image(0, 0, 0, info.channels, OIIO::TypeDesc::FLOAT, image.data.data());
+    } else {
+        const auto get = [&](auto whole, OIIO::TypeDesc type) {
+            std::vector<decltype(whole)> stored(image.data.size());
+            read = file->read_image(0, 0, 0, info.channels, type, stored.data());
+            for (size_t i = 0; i < stored.size(); ++i)
+                image.data[i] = unit_value(stored[i], whole, info.bits);
+        };
+        if (info.bits <= 8)
+            get(uint8_t(255), OIIO::TypeDesc::UINT8);
+        else
+            get(uint16_t(65535), OIIO::TypeDesc::UINT16);
+    }
+    const std::string said = file->geterror();
+    if (!read || !said.empty())
+        return refuse(concat("damaged or truncated: ", said.empty() ? "no pixels" : said,
+                             "; render it again, or wait until it is written"));
+    return image;
+}
+
+Result<std::string> encode_image(const ImageToWrite& picture) {
+    const ImageInfo& info = picture.info;
+    OIIO::ImageSpec spec(info.width, info.height, info.channels, type_of(info));
+    if (Status s = add_metadata(picture, spec); !s.ok()) return s;
+    if (info.channels == 4) spec.alpha_channel = 3;
+    if (!info.is_float) spec.attribute("oiio:BitsPerSample", info.bits);
+    if (info.unassociated) spec.attribute("oiio:UnassociatedAlpha", 1);
+    if (!info.color_space.empty()) spec.attribute("oiio:ColorSpace", info.color_space);
+    if (info.pixel_aspect != 1) spec.attribute("PixelAspectRatio", info.pixel_aspect);
+    if (!picture.compression.empty()) spec.attribute("compression", picture.compression);
+    // Where there is none, encoders of TIFF and DPX would take the time of writing: no two files
+    // were equal then. EXIF's word for an unknown time.
+    const bool is_timed = info.format == "tiff" || info.format == "dpx";
+    if (is_timed && !spec.find_attribute("DateTime"))
+        spec.attribute("DateTime", "0000:00:00 00:00:00");
+    for (const auto& [name, text] : picture.attributes) spec.attribute(name, text);
+    const MemoryFile memory;
+    const auto out = OIIO::ImageOutput::create(picture.info.format);
+    const OIIO::TypeDesc given = info.is_float ? OIIO::TypeDesc(OIIO::TypeDesc::FLOAT)
+                                               : OIIO::TypeDesc(OIIO::TypeDesc::UINT16);
+    if (!out || !out->open(memory.path(), spec) || !out->write_image(given, picture.values) ||
+        !out->close())
+        return Status(StatusCode::output,
+                      "cannot be encoded: " + (out ? out->geterror() : OIIO::geterror()));
+    return memory.bytes();
+}
+
+}  // namespace postchain::io

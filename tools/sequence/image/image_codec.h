@@ -1,0 +1,13 @@
+// Pictures of color through OpenImageIO. Part of the module of image_calls.h.
+#pragma once
+
+#include "tools/sequence/image/image_calls.h"
+
+namespace postchain::io {
+
+// See ImageCalls.
+Result<ImageInfo> describe_image(const std::string& path, const std::string& format);
+Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info);
+Result<std::string> encode_image(const ImageToWrite& picture);
+
+}  // namespace postchain::io

@@ -1,0 +1,148 @@
+#include "tools/sequence/image/image_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "tools/sequence/image/image_module.h"
+
+namespace postchain::io {
+namespace {
+
+// The curve that the file states, by OpenImageIO's names.
+Result<Curve> stated_curve(const ImageInfo& info) {
+    std::string said = info.color_space;
+    for (char& c : said) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    if (said == "linear" || said == "scene_linear") return Curve::linear;
+    if (said == "srgb") return Curve::srgb;
+    if (said == "rec709") return Curve::rec709;
+    if (said == "kodaklog") return Curve::cineon;
+    if (said == "gamma2.2" || said == "gammacorrected2.2") return Curve::gamma22;
+    if (said.empty()) return info.is_float ? Curve::linear : Curve::srgb;
+    return Status(StatusCode::input, concat("says that its values are ", info.color_space,
+                                            "; state the transfer with --input-transfer"));
+}
+
+// The light for each stored integer.
+std::vector<float> decoded_codes(Curve curve, int bits) {
+    const int largest = (1 << bits) - 1;
+    std::vector<float> light(size_t(largest) + 1);
+    for (int code = 0; code <= largest; ++code)
+        light[size_t(code)] = float(decode(curve, double(code) / largest));
+    return light;
+}
+
+// Converts from a color space to the frames' space. Non-finite values stay unchanged.
+Status decode_space(const ImageCalls& calls, const OcioSpace& space, ImageF& stored) {
+    std::vector<std::pair<size_t, float>> nonfinite;
+    for (size_t i = 0; i < stored.data.size(); ++i)
+        if (float& value = stored.data[i]; !std::isfinite(value)) {
+            nonfinite.emplace_back(i, value);
+            value = 0;
+        }
+    Status status = calls.from_space(stored, space);
+    for (const auto& [i, value] : nonfinite) stored.data[i] = value;
+    return status;
+}
+
+}  // namespace
+
+Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& limits,
+                                  std::optional<Transfer> transfer) try {
+    std::error_code error;
+    if (!std::filesystem::exists(path, error))
+        return Status(StatusCode::input, path + ": no such file");
+    if (!std::filesystem::is_regular_file(path, error))
+        return Status(StatusCode::input, path + ": is not a file");
+    const auto calls = image_module(StatusCode::input);
+    if (!calls.ok()) return calls.status().at(path);
+    ImageFile file;
+    file.path_ = path;
+    file.bytes_ = std::filesystem::file_size(path, error);
+    file.format_ = image_format_of(path);
+    auto info = (*calls)->describe(path, file.format_->name);
+    if (!info.ok()) return info.status().at(path);
+    file.info_ = std::move(*info);
+    const ImageInfo& i = file.info_;
+    for (const int side : {i.width, i.height, i.display_width, i.display_height})
+        if (side < 1 || side > limits.max_side)
+            return Status(StatusCode::input,
+                          concat(path, ": ", i.width, "x", i.height, " pixels; at most ",
+                                 limits.max_side, " a side are read"));
+    if (uint64_t(i.width) * uint64_t(i.height) * uint64_t(i.channels) * sizeof(float) >
+        limits.max_bytes)
+        return Status(StatusCode::input,
+                      concat(path, ": ", i.width, "x", i.height, " pixels are more than are read"));
+    if (transfer) {
+        file.transfer_ = *transfer;
+    } else {
+        auto stated = stated_curve(i);
+        if (!stated.ok()) return stated.status().at(path);
+        file.transfer_ = *stated;
+    }
+    // Reports an unusable configuration before pixels are decoded.
+    if (const auto* space = std::get_if<OcioSpace>(&file.transfer_)) {
+        ImageF pixel(1, 1, 3);
+        if (Status s = (*calls)->from_space(pixel, *space); !s.ok()) return s;
+    }
+    file.parts_ = {file.part()};
+    return file;
+} catch (...) {
+    return status_of_exception(path);
+}
+
+ExrPart ImageFile::part() const {
+    ExrPart part;
+    part.type = format_->name;
+    part.compression = format_->name;
+    for (int c = 0; c < info_.channels; ++c)
+        part.channels.push_back({std::string(1, "RGBA"[c]), PixelType::float32});
+    part.data_window = {info_.x, info_.y, info_.x + info_.width - 1, info_.y + info_.height - 1};
+    part.display_window = {info_.display_x, info_.display_y,
+                           info_.display_x + info_.display_width - 1,
+                           info_.display_y + info_.display_height - 1};
+    part.pixel_aspect = info_.pixel_aspect;
+    part.attributes = info_.attributes;
+    return part;
+}
+
+Status ImageFile::read_planes(PartPixels& pixels) {
+    const auto* space = std::get_if<OcioSpace>(&transfer_);
+    const Curve curve = space ? Curve::linear : std::get<Curve>(transfer_);
+    if (!stored_) {
+        const auto calls = image_module(StatusCode::input);
+        if (!calls.ok()) return calls.status().at(path_);
+        auto stored = (*calls)->read_stored(path_, info_);
+        if (!stored.ok()) return stored.status().at(path_);
+        if (space)
+            if (Status s = decode_space(**calls, *space, *stored); !s.ok()) return s;
+        stored_ = std::make_shared<const ImageF>(std::move(*stored));
+    }
+    const ImageF& stored = *stored_;
+    const Window whole = parts()[0].data_window;
+    const int largest = (1 << std::min(info_.bits, 16)) - 1;
+    std::vector<float> codes;
+    if (!info_.is_float && !space) codes = decoded_codes(curve, info_.bits);
+    for (PartPixels::Plane& plane : pixels.planes) {
+        const int channel = int(std::string_view("RGBA").find(plane.channel.name));
+        auto* values = reinterpret_cast<float*>(plane.bytes.get());
+        for (int y = pixels.window.min_y; y <= pixels.window.max_y; ++y) {
+            const float* row = stored.pixel(0, y - whole.min_y) + channel;
+            for (int x = 0; x < stored.width; ++x, ++values) {
+                const float value = row[size_t(x) * size_t(stored.channels)];
+                if (channel == 3 || space || (info_.is_float && curve == Curve::linear))
+                    *values = value;
+                else if (info_.is_float)
+                    *values = float(decode(curve, double(value)));
+                else
+                    *values = codes[size_t(std::lround(value * float(largest)))];
+            }
+        }
+    }
+    // Consecutive rows are read from one decoded image; it is freed after a read of the whole
+    // image.
+    if (pixels.window == whole) stored_.reset();
+    return {};
+}
+
+}  // namespace postchain::io

@@ -5,7 +5,7 @@
 //   y: tap value in [-1, 1): shifts its taps or times
 //
 //   halton  radical inverses in base 2 and 3 of the pixel's index in Morton order (x in the even
-//           bits): any 2^k x 2^k square of the picture holds an even spread of the first value
+//           bits): any 2^k x 2^k square of the image holds an even spread of the first value
 //   ign     J. Jimenez' interleaved gradient noise, fract(52.9829189 fract(0.06711056 x +
 //           0.00583715 y)), evaluated in 0.32 fixed point so that every machine agrees; the tap
 //           value takes the axes the other way round

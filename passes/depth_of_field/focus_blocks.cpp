@@ -1,7 +1,7 @@
 // Plans the sorting of blocks.
 //
 //   depth     --coc----------> sharp, blurred, mixed; blurs
-//   blurs     --needed_y-----> blur_y blocks; needed_y     read by the picture's bilinear taps
+//   blurs     --needed_y-----> blur_y blocks; needed_y     read by the image's bilinear taps
 //   needed_y  --needed_x-----> blur_x blocks; needed_x     read by the Gaussian along y
 //   needed_x  --needed_small-> small blocks                read by the Gaussian along x
 #include "passes/depth_of_field/focus_blocks.h"

@@ -2,7 +2,7 @@
 // Finds the blocks of the downsampled image that are read. One thread per block of 16 x 16 of its
 // pixels.
 //
-//   blurs (of the picture's blocks), or needed (of the downsampled image's) -> needed, work list
+//   blurs (of the image's blocks), or needed (of the downsampled image's) -> needed, work list
 //
 // A block's readers are the blocks over it, factor x factor of them, and those within reach.
 #include "common/work_list.glsl"

@@ -5,7 +5,7 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(MotionBlurUniforms)
-ivec2 size;                   // of the picture
+ivec2 size;                   // of the image
 ivec2 tiles;                  // ceil(size / tile_px)
 int tile_px;                  // r: tile edge and largest half-velocity
 int samples;                  // N

@@ -7,7 +7,7 @@
 #endif
 
 UNIFORMS_BEGIN(SceneUniforms)
-ivec2 size;   // pixels of the picture
+ivec2 size;   // pixels of the image
 ivec2 tiles;  // tiles of 16x16 pixels
 int object_count;
 int pose_step;             // pose sets to go on by per sample; 0 = one set for all samples

@@ -1,4 +1,4 @@
-// Pictures of apertures: how their light is distributed, in closed forms; what they refuse; what
+// Images of apertures: how their light is distributed, in closed forms; what they refuse; what
 // a camera does with them.
 #include "chain/bokeh_kernel.h"
 

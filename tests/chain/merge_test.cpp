@@ -155,7 +155,7 @@ TEST(MergePlans, PlansWithoutStepsHandTheInputOn) {
 // Both orders of the shipped chains, and chains that differ in one value.
 TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
     const auto frame = test::layered_frame(67, 43, {9, 3}, {-4, 1});
-    const test::Settings lens = {{"f_stop", 0.05}};  // wide enough to blur so small a picture
+    const test::Settings lens = {{"f_stop", 0.05}};  // wide enough to blur so small an image
     const test::Settings blur = {{"samples", int64_t(9)}, {"max_blur_px", int64_t(8)}};
     Chain paper, dof_first, more_taps, nothing;
     test::append(paper, "motion_blur", blur);

@@ -1,4 +1,4 @@
-// The sign self-check on pictures whose motion is known by construction.
+// The sign self-check on images whose motion is known by construction.
 #include "chain/sign_check.h"
 
 #include <gtest/gtest.h>

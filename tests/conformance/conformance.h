@@ -30,7 +30,7 @@ class Conformance : public ::testing::TestWithParam<PassType> {
     static test::TestFrame moving_frame(int width, int height) {
         test::TestFrame frame =
             test::layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
-        frame.description.camera.f_stop = 0.2;  // blurs the square also in so small a picture
+        frame.description.camera.f_stop = 0.2;  // blurs the square also in so small an image
         return frame;
     }
 

@@ -141,7 +141,7 @@ TEST_P(OnDevice, EveryTextureIsStoredAsThePlanSays) {
             std::exp2(float(std::max(std::ilogb(std::max(std::abs(value), 1e-30f)), -14) - 10));
         return std::abs(value) <= 65504 && value / step == std::nearbyint(value / step);
     };
-    // The share of a texture's values that are halves. Sampled: most pictures hold some.
+    // The share of a texture's values that are halves. Sampled: most images hold some.
     const auto halves = [&](const Plan& plan, const std::string& name) {
         double share = -1;
         const auto out = test::executor().filter(

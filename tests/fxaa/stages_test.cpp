@@ -280,7 +280,7 @@ TEST(Filter, EveryPresetWalksItsSteps) {
 
 // ---- GPU against reference -----------------------------------------------------------------
 
-// A picture with edges of all slopes, noise and highlights up to 40; alpha in 0..1.
+// An image with edges of all slopes, noise and highlights up to 40; alpha in 0..1.
 ImageF busy_image(int width, int height) {
     ImageF image = noise_image(width, height, 4, 7, 0.0f, 0.15f);
     for (int y = 0; y < height; ++y) {

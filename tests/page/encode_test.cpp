@@ -1,4 +1,4 @@
-// Pictures of the page, taken apart again with zlib and a decoder of this file's own.
+// Images of the page, taken apart again with zlib and a decoder of this file's own.
 #include "tools/measure/report/page/encode.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // page_fixture DIR: writes the report of fixture.h as DIR/index.html, as DIR/light.html with its
-// pictures in "DIR/its pictures", and without a truth as DIR/blind.html; with a score of the input,
+// images in "DIR/its images", and without a truth as DIR/blind.html; with a score of the input,
 // a winner and a warning as DIR/scored.html, two variants that won and that did not as DIR/ab.html
 // and DIR/undecided.html.
 #include <cstdio>

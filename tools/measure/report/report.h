@@ -81,7 +81,7 @@ struct ErrorSplit {
     std::optional<double> cross;
     // The other metrics, side by side; they do not add up.
     std::map<std::string, ErrorParts> others;
-    int seeds = 0;                         // averaged in the converged picture
+    int seeds = 0;                         // averaged in the converged image
     double converged_noise = 0;            // its remaining MSE, from the scatter over seeds
     std::vector<std::string> convergence;  // "motion_blur.samples 25 -> 401", "... seed averaged"
     std::vector<std::string> notes;        // omitted parts, and why
@@ -161,7 +161,7 @@ struct StoredImage {
 // A region with large errors, or a chosen one.
 struct Crop {
     int frame = 0;
-    int x = 0, y = 0, width = 0, height = 0;  // pixels, inside the picture
+    int x = 0, y = 0, width = 0, height = 0;  // pixels, inside the image
     std::string why;                          // "paper: mean HDR-FLIP 0.41"
 };
 

@@ -46,7 +46,7 @@ Status check_sizes(const std::string& path, const std::string& format,
         if (std::abs(int64_t(offset)) > kMaxOffset)
             return refuse(concat("its pixels begin at ", offset, "; set their offset to 0"));
     if (spec.width < 1 || spec.height < 1) return refuse("has no pixels");
-    // Whole tiles are decoded, and a tile may be larger than the picture.
+    // Whole tiles are decoded, and a tile may be larger than the image.
     const auto whole = [](int side, int tile) {
         return tile > 0 ? (int64_t(side) + tile - 1) / tile * tile : int64_t(side);
     };

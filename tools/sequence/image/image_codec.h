@@ -1,4 +1,4 @@
-// Pictures of color through OpenImageIO. Part of the module of image_calls.h.
+// Images of color through OpenImageIO. Part of the module of image_calls.h.
 #pragma once
 
 #include "tools/sequence/image/image_calls.h"

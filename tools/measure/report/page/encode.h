@@ -1,4 +1,4 @@
-// Pictures as the page carries them: small, decoded by the browser's own zlib
+// Images as the page carries them: small, decoded by the browser's own zlib
 // (tools/page/report/images.js).
 //
 //   values --channel by channel--> differences modulo 2^bits, to the left (first column: to above;

@@ -55,7 +55,7 @@ std::string as_address(const fs::path& path) {
     return text;
 }
 
-// One picture of the page.
+// One image of the page.
 struct Entry {
     std::string id;
     StoredImage image;
@@ -63,7 +63,7 @@ struct Entry {
     const StoredImage* reference = nullptr;
 };
 
-// The picture that a result or the input is compared with; nullptr: none is kept.
+// The image that a result or the input is compared with; nullptr: none is kept.
 const StoredImage* reference_of(const Report& report, const StoredImage& image) {
     if (image.kind != ImageKind::color && image.kind != ImageKind::input) return nullptr;
     if (const auto* truth = report.find(ImageKind::truth, -1, image.frame)) return truth;
@@ -72,11 +72,11 @@ const StoredImage* reference_of(const Report& report, const StoredImage& image) 
                              : report.find(ImageKind::converged, image.variant, image.frame);
 }
 
-// Every stored picture, each with the error maps that follow from it.
+// Every stored image, each with the error maps that follow from it.
 std::vector<Entry> entries_of(const Report& report) {
     std::vector<Entry> entries;
     for (const StoredImage& image : report.images) {
-        // Converged pictures are references of error maps only.
+        // Converged images are references of error maps only.
         if (image.kind == ImageKind::converged) continue;
         entries.push_back({concat("image-", entries.size()), image});
         if (const StoredImage* reference = reference_of(report, image))
@@ -126,14 +126,14 @@ Result<ImageF> loaded(const Report& report, const StoredImage& stored) {
     return image;
 }
 
-// The pictures of an error map, kept for the next map of the same picture.
+// The images of an error map, kept for the next map of the same image.
 struct Compared {
     std::string path;
     ImageF test;
     metrics::Pair pair;
 };
 
-// An error map of a picture on its scale; pixels that are not finite there are NaN.
+// An error map of an image on its scale; pixels that are not finite there are NaN.
 Result<ImageF> pixel_map(const Report& report, const Entry& entry, Compared& last) {
     if (last.path != entry.image.path) {
         auto test = loaded(report, entry.image);

@@ -1,8 +1,8 @@
 // The report as a page: one HTML file that opens from disk and needs no network.
 //
-//   tools/page/report + report.json + pictures and their error maps --> index.html
+//   tools/page/report + report.json + images and their error maps --> index.html
 //
-// Pictures are encoded as encode.h says. They are loaded, encoded and written one at a time.
+// Images are encoded as encode.h says. They are loaded, encoded and written one at a time.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@
 namespace postchain::report {
 
 struct PageOptions {
-    // Folder for the pictures, created if missing: scripts beside the page, which it loads on
-    // demand. For long sequences, whose page would be too large for a browser. Empty: the pictures
+    // Folder for the images, created if missing: scripts beside the page, which it loads on
+    // demand. For long sequences, whose page would be too large for a browser. Empty: the images
     // are in the page.
     std::string assets_folder;
 };

@@ -115,10 +115,12 @@ const ParameterTable& camera_parameters() {
                       .help = "blades of the aperture; below 3: a disc",
                       .unset_means = "from --camera, else a disc",
                       .excludes = "aperture_image"})
-            .file("aperture_image", &Camera::aperture_image,
-                  {.unit = "FILE",
-                   .help = "picture of the aperture, a square: how much light passes at each point",
-                   .unset_means = "from --camera, else blades or a disc"})
+            .file(
+                "aperture_image", &Camera::aperture_image,
+                {.unit = "FILE",
+                 .help = "bokeh kernel: a square image of the light that passes each point of the "
+                         "aperture",
+                 .unset_means = "from --camera, else blades or a disc"})
             .number(
                 "aperture_rotation_deg", &Camera::aperture_rotation_deg,
                 {.min = -360,
@@ -127,13 +129,13 @@ const ParameterTable& camera_parameters() {
                  .help = "turns the aperture counterclockwise; at 0 the first corner of the blades "
                          "is 180/blades above the right, as in Cycles",
                  .unset_means = "from --camera, else 0"})
-            .number(
-                "aperture_curvature", &Camera::aperture_curvature,
-                {.min = 0,
-                 .max = 1,
-                 .help = "of the blades, in inverse radii of the aperture: 0 straight, 1 a disc",
-                 .unset_means = "from --camera, else 0",
-                 .excludes = "aperture_image"})
+            .number("aperture_curvature", &Camera::aperture_curvature,
+                    {.min = 0,
+                     .max = 1,
+                     .help = "curvature of the blades, in inverse radii of the aperture: 0 "
+                             "straight, 1 a disc",
+                     .unset_means = "from --camera, else 0",
+                     .excludes = "aperture_image"})
             .number("aperture_ratio", &Camera::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,
@@ -144,8 +146,8 @@ const ParameterTable& camera_parameters() {
                     {.min = 0,
                      .max = 1,
                      .unit = "radii",
-                     .help = "how far the circle of the lens barrel, which cuts the aperture, is "
-                             "moved in the corners of the picture; 0: not cut",
+                     .help = "shift of the lens barrel's circle, which cuts the aperture, in the "
+                             "corners of the frame; 0: not cut",
                      .unset_means = "from --camera, else 0"})
             .table();
     return table;

@@ -88,7 +88,7 @@ TEST_F(ReplaceTest, PictureOfTheApertureOfAChainOrCameraFile) {
         run({"run", at("fxaa.yaml"), "-i", in(), "--frames", "1", "-o", to("o.####.exr"), "--png",
              "--camera", at("camera.json"), "--on-existing", "overwrite"});
     EXPECT_EQ(by_camera.code, 2) << by_camera.text();
-    EXPECT_TRUE(contains(by_camera.err, "picture of the aperture")) << by_camera.err;
+    EXPECT_TRUE(contains(by_camera.err, "bokeh kernel")) << by_camera.err;
     EXPECT_EQ(read_text(to("o.0001.png")), picture);
 }
 

@@ -68,7 +68,7 @@ Result<BokehKernel> read_aperture_image(const std::string& path) try {
 
 std::vector<InputFile> inputs_of(const Camera& camera) {
     if (camera.aperture_image.file().empty()) return {};
-    return {{camera.aperture_image.file(), "the picture of the aperture"}};
+    return {{camera.aperture_image.file(), "the bokeh kernel"}};
 }
 
 Status ApertureFiles::read(Camera& camera) try {

@@ -131,7 +131,7 @@ TEST_F(Command, UsageErrorsComeBeforeAnythingIsWritten) {
 TEST_F(Command, ATruthThatDoesNotFitIsAnInputError) {
     fs::remove(folder_.path("truth.0002.exr"));
     EXPECT_EQ(run(ab()), 0) << log();
-    EXPECT_THAT(log(), HasSubstr("1 of 2 frames were scored"));
+    EXPECT_THAT(log(), HasSubstr("1 of 2 frames were measured"));
     EXPECT_EQ(run(ab({"--on-existing", "overwrite", "--frames", "2"})), 4);
     EXPECT_THAT(log(), HasSubstr("the ground truth has no file for any of the"));
 }

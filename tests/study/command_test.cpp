@@ -165,7 +165,7 @@ TEST_F(StudyCommand, ResultsOfAnotherStudyAreRefused) {
     refused("was made from");
     write_text(at("fxaa.yaml"), kFxaa);
     write_study(scene("a") + scene("b"));
-    refused("c.plain_vs_along.json: is of another study");
+    refused("c.plain_vs_along.json: belongs to another study");
     write_study(scene("a") + scene("b") + scene("c"));
     write_sequence(at("b"), {1}, 40, 30);
     refused("in.0001.exr");

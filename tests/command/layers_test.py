@@ -64,7 +64,7 @@ class Layers(Frames):
         done = subprocess.run([self.postchain, "plan", "balanced", "-q", "-i",
                                FRAMES / "layers.0002.exr", "--layers", "Emit", *LENS],
                               capture_output=True, text=True, check=True)
-        self.assertIn("extra layers filtered:  ViewLayer.Emit\n", done.stdout)
+        self.assertIn("extra layers filtered: ViewLayer.Emit\n", done.stdout)
         self.assertIn("ViewLayer.Normal", done.stdout)
 
     def test_errors(self):

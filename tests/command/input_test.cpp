@@ -254,7 +254,7 @@ TEST_F(InputTest, FloatColorThatOverflows) {
     EXPECT_EQ(clamped.code, 0) << clamped.text();
     EXPECT_TRUE(contains(clamped.err, "result pixels are non-finite")) << clamped.err;
     EXPECT_GT(sidecar(1)["health"]["output_nonfinite"], 0);
-    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "not finite"));
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "non-finite"));
     for (float value : read_color(out(1)).data) ASSERT_TRUE(std::isfinite(value));
     EXPECT_EQ(filter("all", {"--strict", "--on-existing", "overwrite"}).code, 7);
 }

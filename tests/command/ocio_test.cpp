@@ -338,7 +338,7 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
         {{"--ocio", at("config.ocio")}, 2, "has no effect by itself"},
         {{"--ocio", at("config.ocio"), "--ocio-view", "Halved"}, 2, "--output-transfer view"},
         {{"--output-transfer", "view"}, 2, "needs an OpenColorIO configuration"},
-        {{"--output-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "an EXR holds"},
+        {{"--output-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "EXR outputs, which hold"},
         {{"--output-transfer", "view", "--ocio", at("config.ocio")}, 2, "look at it with --png"},
         {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
         {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "cannot be inverted"},

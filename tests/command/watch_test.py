@@ -133,7 +133,7 @@ class Watch(unittest.TestCase):
             process = self.start(f"watched{seed}", "--frames", "1-5", "--watch")
             self.write_all(seed).join()
             said = self.end(process)
-            self.assertRegex(said, "0/5 frames; waiting for frames: not (there|complete) yet: ")
+            self.assertRegex(said, "0/5 frames; waiting for frames: (missing|incomplete): ")
             self.assertIn("5 written of 5 frames", said)
             self.assert_as_a_run(f"watched{seed}", "--on-existing", "overwrite")
 

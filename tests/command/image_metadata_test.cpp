@@ -139,7 +139,7 @@ TEST_F(ImageMetadataTest, ChannelsOfEveryPartThatAreLeftOutAreCounted) {
                 {.name = "data", .channels = {{"Z", Imf::FLOAT}, {"id", Imf::UINT}}}});
     const auto outcome = through("in.exr", "o.tif");
     ASSERT_EQ(outcome.code, 0) << outcome.text();
-    EXPECT_TRUE(contains(notes_of("o.tif"), "3 channels besides color")) << notes_of("o.tif");
+    EXPECT_TRUE(contains(notes_of("o.tif"), "3 channels other than color")) << notes_of("o.tif");
 }
 
 TEST_F(ImageMetadataTest, WhatAFileDoesNotSayOfItsCurveIsNoted) {

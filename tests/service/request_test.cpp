@@ -199,7 +199,7 @@ TEST_F(RequestTest, TextsThatAreNoJob) {
 
 // Each is a chain file, but not JSON.
 TEST_F(RequestTest, YamlIsNotAJob) {
-    for (const std::string& text :
+    for (const char* text :
          {"chain: fast\n", "{chain: fast}", "{'chain': 'fast'}", "{\"chain\": fast}",
           "{\"chain\": \"fast\",\n}", "{\"chain\": \"fast\"} # comment", "{\"frames\": 010}"}) {
         const Problem problem = refused(text);

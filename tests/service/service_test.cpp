@@ -163,7 +163,7 @@ class NoShader final : public PlainPass {
         use.required = {Role::color};
         return use;
     }
-    Promises promises() const override { return {}; }
+    Guarantees guarantees() const override { return {}; }
     Reach reach() const override { return {}; }
     std::optional<Identity> identity(const PlanContext& context) const override {
         if (context.frame.frame_number == 3) return std::nullopt;

@@ -78,7 +78,7 @@ void restore(std::span<const Role> roles, const std::map<Role, ImageD>& before,
 ResolvedPass unblurred(ResolvedPass pass, MattedPass::Seen frame, int matte);
 FrameDescription with_held_layers(const FrameDescription& frame);
 
-// What the pass filters, in the reference: layers with the object held out.
+// Replaces the layers by those that the pass filters, with the object held out, in the reference.
 void hold_out_reference(std::map<Role, ImageD>& planes, int matte);
 
 }  // namespace postchain

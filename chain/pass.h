@@ -41,7 +41,7 @@ struct RoleUse {
     RoleSet carried;    // planes it must rewrite if they exist and a later pass reads them
 };
 
-// What a pass knows of a frame when it plans.
+// The facts about a frame that a pass plans with.
 struct PlanContext {
     const FrameDescription& frame;
     Precision precision = Precision::fp32;
@@ -130,7 +130,7 @@ struct Identity {
     StatedFact fact;
 };
 
-// What the camera and bounds of a frame decide about the steps of a pass, as numbers of its own.
+// A pass's decisions about its steps that follow from a frame's camera and bounds, as numbers.
 using ShapeNumbers = std::array<uint64_t, 4>;
 
 // Fills the uniform blocks that the steps of one pass declare (Step::take_uniforms()).

@@ -166,7 +166,7 @@ void main() {
         if (is_pixel) store_unchanged(pixel);
         return;
     }
-    // Of the shutter alone a search begins where that of the time sample before has led.
+    // Without a lens, a search begins at the surface that the previous time sample has found.
     Surface begin = pixel.surface;
     Sums sums = no_samples();
     SampleSet set = first_set(pixel);

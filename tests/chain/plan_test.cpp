@@ -162,8 +162,7 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     EXPECT_EQ(off->elisions[0].rule, kRuleConfiguration);
 }
 
-// What was not even decoded is listed, and what a pass that is off would have done with it is
-// computed all the same.
+// Planes that were not decoded are listed, and the saving of an elided pass counts its work on them.
 TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     FrameDescription f = frame();
     f.planes = {Role::color};

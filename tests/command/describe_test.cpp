@@ -82,7 +82,7 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     // Color, depth and motion as stored and as float, and twice the result: more than the planes.
     EXPECT_GT(memory["frame"], 48 * 32 * 4 * (4 + 1 + 2));
     EXPECT_GE(memory["textures"], one["peak_bytes"]);
-    // Of more than four frames, four are in memory.
+    // At most four frames are in memory.
     EXPECT_EQ(int64_t(six["estimate"]["memory_bytes"]["process"]) - int64_t(memory["process"]),
               3 * int64_t(memory["frame"]));
     EXPECT_FALSE(one["estimate"].contains("seconds"));

@@ -214,7 +214,7 @@ TEST(Precedence, ASetCameraValueBeatsAPassesOwn) {
     const ChainFile angle = parse("postchain: 1\npasses:\n  - smear: {shutter_angle_deg: 90}\n",
                                   {"camera.shutter_frames=0.25"});
     EXPECT_EQ(smear(*angle.chain.links[0].pass).shutter_angle_deg, std::nullopt);
-    // Of two overrides the pass's own takes precedence.
+    // The pass's own override takes precedence.
     const ChainFile own =
         parse(kTwice, {"passes[0].shutter_frames=2", "camera.shutter_frames=0.25"});
     EXPECT_EQ(smear(*own.chain.links[0].pass).shutter_frames, 2.0);

@@ -274,8 +274,8 @@ TEST(IdentityByFacts, FxaaOfOnePixel) {
             }
 }
 
-// What the complete run makes of a still frame's hint is 0, and FXAA with a hint of 0 is FXAA
-// without.
+// The complete run writes a hint of 0 for a still frame, and FXAA with a hint of 0 equals FXAA
+// without one.
 TEST(IdentityByFacts, NoHintIsAHintOfZero) {
     for (const char* kind : {"checkerboard", "threshold"})
         for (const char* gate : {"tile", "pixel"})

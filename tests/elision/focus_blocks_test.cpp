@@ -47,8 +47,8 @@ Elided check(const Chain& chain, const FramePlanes& planes, Precision precision,
     return elided;
 }
 
-// What it needs of the downsampled image is a matter of which blocks its taps reach: the one pixel
-// out of focus visits every place against the blocks of the downsampled image.
+// The taps of a pixel decide which blocks of the downsampled image it needs: the one pixel out of
+// focus is placed at every offset against these blocks.
 TEST(FocusTiles, OneBlurredPixelAtEveryOffset) {
     unsigned copied = 0, all = 0;
     for (const int64_t factor : kFactors) {

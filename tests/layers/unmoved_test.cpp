@@ -185,7 +185,7 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
     paint(Role::color, matte, 0.5f);
     std::map<Neighbor, ImageF> theirs;
     for (const Neighbor neighbor : kNeighbors) {
-        // Of the same depths, half of its width from where it stands in this frame.
+        // The same depths, moved by half its width.
         const int shift = neighbor == Neighbor::before ? -16 : 16;
         ImageF there(width, height, 1);
         for (int y = 0; y < height; ++y)

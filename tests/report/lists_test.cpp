@@ -1,4 +1,4 @@
-// What tables list, and in which order.
+// Rows of tables and their order.
 #include "tools/measure/report/lists.h"
 
 #include <gmock/gmock.h>

@@ -227,7 +227,7 @@ TEST(ClearEdges, LeaveWhatIsOpaqueOrFarFromAnySurface) {
     EXPECT_EQ(cloud.planes.at(Role::inverse_depth).at(18, 10), 1e-10f);
 }
 
-// Of two surfaces at the same distance, the one with more coverage.
+// Between two surfaces at the same distance, the one with more coverage wins.
 TEST(ClearEdges, BelongToWhatCoversMore) {
     ImageF color(3, 1, 4, 0.5f), depth(3, 1, 1);
     color.at(0, 0, 3) = 0.6f;

@@ -116,7 +116,7 @@ TEST(StudyFile, FaultsAreNamedAtTheirPlaces) {
     EXPECT_THAT(refused(kHead), HasSubstr("scenes: is a list"));
 }
 
-// What a service does not let a study read is refused with the place of the text.
+// A path that a service does not allow is refused, with its line and column.
 TEST(StudyFile, EveryPathIsAskedFor) {
     std::vector<std::string> asked;
     const StudyPaths paths = {[&](const std::string& path) -> Result<std::string> {

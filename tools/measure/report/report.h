@@ -188,7 +188,7 @@ struct Report {
 
     std::vector<MetricInfo> metrics;
     std::vector<std::pair<std::string, double>> constants;  // epsilons and the like
-    // Of HDR-FLIP, from all references together; the same for every variant and frame.
+    // Exposures of HDR-FLIP, from all references together; equal for every variant and frame.
     double exposure_start = 0, exposure_stop = 0;  // EV
     std::vector<double> exposures;
     std::string tone_mapper;

@@ -58,8 +58,8 @@ export function model_of(report, store) {
     model.error_map = (source, frame, map) =>
         [source.kind === "truth" ? "none" : "error", source.variant, frame, map];
 
-    // What the metrics and the error maps were compared with (docs/report.md): without a truth two
-    // chains are compared with each other.
+    // The reference of metrics and error maps (docs/report.md): without ground truth two chains are
+    // compared with each other.
     model.reference_kind = report.reference;
     const kept = store.maps();
     model.maps = kMaps.filter(({ key }) => kept.includes(key))

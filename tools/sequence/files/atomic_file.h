@@ -17,7 +17,7 @@
 
 namespace postchain::io {
 
-// What commit() does if the final name exists. files/output_files.h decides which is allowed.
+// The action of commit() if the final name exists. files/output_files.h decides which is allowed.
 enum class OnExisting {
     fail,       // an error, also when another process makes the file first
     overwrite,  // replace it

@@ -284,7 +284,7 @@ Result<OnExisting> OutputFiles::permit(const std::string& path) const {
     bool known = file_at_.count(whole) > 0;
     for (const OutputFamily& family : families_)
         known = known || (folder == family.folder && family.has(name_of(path)));
-    // What is to be kept under skip is not written at all.
+    // Files to be kept under skip are not written at all.
     return known && on_existing_ != OnExisting::fail ? OnExisting::overwrite : OnExisting::fail;
 }
 

@@ -72,14 +72,14 @@ float unit_value(uint32_t stored, uint32_t whole, int bits) {
     return float(std::round(double(stored) / whole * largest) / largest);
 }
 
-// Of another format: what describes how its file was packed.
+// Attributes of another format that describe its file's packing.
 bool is_of_format(const std::string& name) {
     for (const char* prefix : {"tiff:", "png:", "dpx:", "jpeg:", "hdr:", "openexr:"})
         if (name.starts_with(prefix)) return true;
     return false;
 }
 
-// What was true of the file that was read alone, or is said anew.
+// Attributes that hold only for the file that was read, or are written anew.
 bool is_stale(const std::string& name) {
     static constexpr const char* kNames[] = {"oiio:SHA-1",
                                              "oiio:AverageColor",
@@ -191,7 +191,7 @@ Result<ImageInfo> describe_image(const std::string& path, const std::string& for
     info.display_y = spec.full_y;
     info.display_width = spec.full_width;
     info.display_height = spec.full_height;
-    // What OpenEXR takes as one; DPX states it as NaN or 0 where it is not known.
+    // The range that OpenEXR accepts; DPX stores NaN or 0 if it is unknown.
     const float aspect = spec.get_float_attribute("PixelAspectRatio", 1);
     if (aspect >= 1e-6f && aspect <= 1e6f) info.pixel_aspect = aspect;
     info.channels = spec.nchannels;

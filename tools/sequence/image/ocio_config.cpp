@@ -31,7 +31,7 @@ void add_sources(const ocio::ConstTransformRcPtr& transform, std::set<std::strin
     }
 }
 
-// What the file transforms of a configuration name, as written.
+// The files named by the file transforms of a configuration, as written.
 std::set<std::string> sources_of(const ocio::Config& config) {
     std::set<std::string> sources;
     const auto spaces = ocio::SEARCH_REFERENCE_SPACE_ALL;

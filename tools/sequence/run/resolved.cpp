@@ -16,7 +16,7 @@ const Origin* find(const Origins& origins, const std::string& key) {
     return found == origins.end() ? nullptr : &found->second;
 }
 
-// Of a row of the camera: what the chain says lies over what the frame brings.
+// The origin of a camera value: the chain's value takes precedence over the frame's.
 Origin of_camera(const Chain& chain, const SourceFrame& frame, const std::string& row) {
     if (const Origin* stated = find(chain.origins, "camera." + row)) return *stated;
     if (const Origin* stated = find(frame.camera_origins, row)) return *stated;

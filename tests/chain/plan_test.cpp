@@ -162,7 +162,8 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     EXPECT_EQ(off->elisions[0].rule, kRuleConfiguration);
 }
 
-// Planes that were not decoded are listed, and the saving of an elided pass counts its work on them.
+// Planes that were not decoded are listed, and the saving of an elided pass counts its work on
+// them.
 TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     FrameDescription f = frame();
     f.planes = {Role::color};

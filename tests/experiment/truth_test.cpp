@@ -129,7 +129,8 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
     auto survey = survey_input(settings.run, metrics::ToneMapper::aces, false);
     ASSERT_TRUE(survey.ok());
-    EXPECT_THAT(find_scene(settings.run, *survey).why_not, HasSubstr("camera.json to name a scene"));
+    EXPECT_THAT(find_scene(settings.run, *survey).why_not,
+                HasSubstr("camera.json to name a scene"));
     scenes::SceneRequest request;
     request.name = "zoom";
     request.frames = {1, 2, 3};

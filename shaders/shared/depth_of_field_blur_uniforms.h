@@ -7,11 +7,11 @@
 #define DEPTH_OF_FIELD_MAX_TAPS 1536  // one side; sigma 500 px at full size needs 1500
 
 UNIFORMS_BEGIN(DepthOfFieldBlurUniforms)
-ivec2 size;  // of the downsampled image, pixels
-int quads;   // vec4s in use: ceil(taps / 4)
-int pad0;
-// weights[i/4][i%4] = exp(-(i+1)^2 / (2 sigma^2)), 0 beyond the last tap; the center weighs 1.
-vec4 weights[DEPTH_OF_FIELD_MAX_TAPS / 4];
+    ivec2 size;  // of the downsampled image, pixels
+    int quads;   // vec4s in use: ceil(taps / 4)
+    int pad0;
+    // weights[i/4][i%4] = exp(-(i+1)^2 / (2 sigma^2)), 0 beyond the last tap; the center weighs 1.
+    vec4 weights[DEPTH_OF_FIELD_MAX_TAPS / 4];
 UNIFORMS_END
 
 #ifdef __cplusplus

@@ -6,12 +6,12 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(DepthOfFieldNeededUniforms)
-ivec2 blocks;  // of the downsampled image
-ivec2 reach;   // of the reader, in its own blocks on each side
-int factor;    // edge of the reader's plane over that of the downsampled image
-int pad0;
-int pad1;
-int pad2;
+    ivec2 blocks;  // of the downsampled image
+    ivec2 reach;   // of the reader, in its own blocks on each side
+    int factor;    // edge of the reader's plane over that of the downsampled image
+    int pad0;
+    int pad1;
+    int pad2;
 UNIFORMS_END
 
 #ifdef __cplusplus

@@ -5,24 +5,24 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(GuestUniforms)
-ivec2 size;      // of the frame
-ivec2 color_at;  // where its first stored texel is in each texture
-ivec2 depth_at;
-ivec2 motion_at;
-ivec2 exposure_at;
-ivec2 output_at;
-int bottom_up;  // 1: the first stored row is the bottom one
-int distance;   // 1: depth is a distance; 0: 1/d = depth_offset + depth_slope * stored
-float depth_offset;
-float depth_slope;
-vec2 motion_scale;  // (stored - motion_bias) * motion_scale - motion_jitter: texels as stored
-vec2 motion_bias;
-vec2 motion_jitter;
-float gain;      // of color, besides the exposure
-float sky_sign;  // of the way to where a direction is in the other frame
-vec4 sky_x;      // rows of (x, y, 1) -> (x, y, w) of the other frame; x, y of clip space
-vec4 sky_y;
-vec4 sky_w;
+    ivec2 size;      // of the frame
+    ivec2 color_at;  // where its first stored texel is in each texture
+    ivec2 depth_at;
+    ivec2 motion_at;
+    ivec2 exposure_at;
+    ivec2 output_at;
+    int bottom_up;  // 1: the first stored row is the bottom one
+    int distance;   // 1: depth is a distance; 0: 1/d = depth_offset + depth_slope * stored
+    float depth_offset;
+    float depth_slope;
+    vec2 motion_scale;  // (stored - motion_bias) * motion_scale - motion_jitter: texels as stored
+    vec2 motion_bias;
+    vec2 motion_jitter;
+    float gain;      // of color, besides the exposure
+    float sky_sign;  // of the way to where a direction is in the other frame
+    vec4 sky_x;      // rows of (x, y, 1) -> (x, y, w) of the other frame; x, y of clip space
+    vec4 sky_y;
+    vec4 sky_w;
 UNIFORMS_END
 
 #ifdef __cplusplus

@@ -8,12 +8,12 @@
 #define LENS_SAMPLES_MAX 4092
 
 UNIFORMS_BEGIN(LensSamplesUniforms)
-int points;  // of a set
-int sets;
-int pad0;
-int pad1;
-ivec4 packed_points[LENS_SAMPLES_MAX / 4];  // set after set; x in the lower half of each int, y
-                                            // in the upper, in steps of 1/32767
+    int points;  // of a set
+    int sets;
+    int pad0;
+    int pad1;
+    ivec4 packed_points[LENS_SAMPLES_MAX / 4];  // set after set; x in the lower half of each int, y
+                                                // in the upper, in steps of 1/32767
 UNIFORMS_END
 
 #ifdef __cplusplus

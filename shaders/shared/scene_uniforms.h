@@ -7,29 +7,29 @@
 #endif
 
 UNIFORMS_BEGIN(SceneUniforms)
-ivec2 size;   // pixels of the image
-ivec2 tiles;  // tiles of 16x16 pixels
-int object_count;
-int pose_step;             // pose sets to go on by per sample; 0 = one set for all samples
-int first_sample;          // index into the sample points; 0 starts the sums anew
-int sample_count;          // of this dispatch
-uint seed;                 // of the rotation of sample points per pixel
-int rotate_samples;        // 0: every pixel uses the same sample points
-float lens_radius;         // scene units; 0 = pinhole
-float focus_distance;      // scene units
-vec4 light;                // unit vector towards the light; w = its strength
-vec4 zenith;               // color of the sky overhead; w = alpha of the background, 0 or 1
-vec4 horizon;              // color of the sky at the horizon; w = amount of clouds, 0..1
-vec4 ambient;              // light from all around, above; w = share that comes from below
-vec4 light_right;          // unit vector across the light; w = offset of the first column, in cells
-vec4 light_up;             // unit vector across both; w = offset of the first row, in cells
-vec2 light_cells;          // cells per scene unit, x and y
-int light_lists;           // where the lists of the cells begin
-int aperture_blades;       // below 3: a disc
-float aperture_rotation;   // radians, counterclockwise
-float aperture_curvature;  // of the blades, 0..1
-float aperture_ratio;      // height over width
-float barrel_per_px;       // how far the barrel's circle is moved, radii per pixel from the middle
+    ivec2 size;   // pixels of the image
+    ivec2 tiles;  // tiles of 16x16 pixels
+    int object_count;
+    int pose_step;             // pose sets to go on by per sample; 0 = one set for all samples
+    int first_sample;          // index into the sample points; 0 starts the sums anew
+    int sample_count;          // of this dispatch
+    uint seed;                 // of the rotation of sample points per pixel
+    int rotate_samples;        // 0: every pixel uses the same sample points
+    float lens_radius;         // scene units; 0 = pinhole
+    float focus_distance;      // scene units
+    vec4 light;                // unit vector towards the light; w = its strength
+    vec4 zenith;               // color of the sky overhead; w = alpha of the background, 0 or 1
+    vec4 horizon;              // color of the sky at the horizon; w = amount of clouds, 0..1
+    vec4 ambient;              // light from all around, above; w = share that comes from below
+    vec4 light_right;          // unit vector across the light; w = offset of the first column, in cells
+    vec4 light_up;             // unit vector across both; w = offset of the first row, in cells
+    vec2 light_cells;          // cells per scene unit, x and y
+    int light_lists;           // where the lists of the cells begin
+    int aperture_blades;       // below 3: a disc
+    float aperture_rotation;   // radians, counterclockwise
+    float aperture_curvature;  // of the blades, 0..1
+    float aperture_ratio;      // height over width
+    float barrel_per_px;       // how far the barrel's circle is moved, radii per pixel from the middle
 UNIFORMS_END
 
 #ifdef __cplusplus

@@ -24,19 +24,13 @@ using glm::ivec4;
 using glm::vec2;
 using glm::vec4;
 }  // namespace postchain::shared
-#define UNIFORMS_BEGIN(Name)      \
-    namespace postchain::shared { \
-    struct alignas(16) Name {     \
-        static constexpr const char* kName = #Name;
-#define UNIFORMS_END \
-    }                \
-    ;                \
-    }
+#define UNIFORMS_BEGIN(Name)                            \
+    namespace postchain::shared { struct alignas(16) Name { \
+    static constexpr const char* kName = #Name;
+#define UNIFORMS_END }; }
 #else
 #define UNIFORMS_BEGIN(Name) layout(std140, binding = 0) uniform Name {
-#define UNIFORMS_END \
-    }                \
-    uniforms;
+#define UNIFORMS_END } uniforms;
 #endif
 
 #endif

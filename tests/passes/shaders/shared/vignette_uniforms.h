@@ -5,9 +5,9 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(VignetteUniforms)
-ivec2 size;      // of the frame, pixels
-float strength;  // light that the corners lose, 0..1
-int alpha;       // 1: alpha too
+    ivec2 size;      // of the frame, pixels
+    float strength;  // light that the corners lose, 0..1
+    int alpha;       // 1: alpha too
 UNIFORMS_END
 
 #ifdef __cplusplus

@@ -9,9 +9,9 @@
 namespace postchain {
 namespace {
 
-// A pass before this one that moves color farther than this (px) makes the planes of other frames
-// strangers to the color: they have not been through it. Decided by the passes' bounds only, so
-// that rules do not change it.
+// If earlier passes have moved color farther than this (px), neighboring frames are not used: their
+// color has not been through those passes. Only the passes' reach decides, so that rules do not
+// change it.
 constexpr double kSpreadWithNeighborsPx = 2;
 
 // Why the rules elide a pass; an error if it must run and cannot.

@@ -27,7 +27,7 @@ struct PlanShape {
     bool operator==(const PlanShape&) const = default;
 };
 
-// Passes refer to the frame: stays in its place.
+// Cannot be moved, because the resolved passes refer to its frame.
 class ResolvedChain {
   public:
     struct Link {
@@ -40,8 +40,8 @@ class ResolvedChain {
     ResolvedChain(const ResolvedChain&) = delete;
     ResolvedChain& operator=(const ResolvedChain&) = delete;
 
-    // Replaces an earlier frame without an allocation, unless it fails. The arguments but for the
-    // frame, which is copied, are referred to. `rules`: options.rules(chain). Errors: of
+    // Replaces an earlier frame. Allocates only if it fails or a pass has a matte. Copies the frame
+    // and refers to the other arguments. `rules`: options.rules(chain). Errors: those of
     // make_plan().
     Status resolve(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
                    const RuleNames& rules);

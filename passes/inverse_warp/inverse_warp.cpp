@@ -95,6 +95,9 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
     return uniforms;
 }
 
+// To the farthest cell, 16 of 2 px away, in which behind.comp looks for a hidden surface.
+constexpr double kBehindReachPx = 2 * 16 + 2;
+
 std::string flag(bool on) {
     return on ? "1" : "0";
 }
@@ -150,7 +153,7 @@ class Planner {
         TextureId moving_blocks = -1, still_blocks = -1;  // work lists
     };
     struct Background {
-        TextureId color = -1, depth = -1, layers = -1;
+        TextureId color = -1, cells = -1, layers = -1;
     };
     struct Hint {
         TextureId given = -1, made = -1;
@@ -288,12 +291,12 @@ class Planner {
         Background background;
         background.color =
             planner_.texture("background_color", planner_.context().color_format(), width, height);
-        background.depth = planner_.texture("background_depth", Format::rg32f, width, height);
+        const TextureId depth = planner_.texture("background_depth", Format::rg32f, width, height);
         Step step = make_block_step("background");
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
                          {0, background.color, Access::write},
-                         {1, background.depth, Access::write}};
+                         {1, depth, Access::write}};
         step.taps = 2 * pixels_;
         std::vector<Binding> arrays;
         if (layered_) {
@@ -302,7 +305,19 @@ class Planner {
             arrays = {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}};
         }
         add_layered_step(planner_, std::move(step), arrays, pixels_);
+        add_behind(background, depth);
         return background;
+    }
+
+    void add_behind(Background& background, TextureId depth) {
+        const PlanTexture size = planner_.describe(depth);
+        background.cells =
+            planner_.texture("background", Format::rgba32ui, size.width, size.height);
+        Step step = make_surface_step("behind");
+        step.groups = groups_for(size.width, size.height);
+        step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
+        step.taps = 16 * pixels_;
+        planner_.step(std::move(step));
     }
 
     Hint add_hint() {
@@ -373,7 +388,7 @@ class Planner {
                          {2, from.starts.surfaces},
                          {0, result.color, Access::write},
                          {11, from.background.color},
-                         {12, from.background.depth}};
+                         {12, from.background.cells}};
         if (from.noise >= 0) step.bindings.push_back({3, from.noise});
         for (const Searched& other : from.neighbors) {
             const bool before = other.neighbor == Neighbor::before;
@@ -513,15 +528,16 @@ std::vector<Settings> every_shape(const Settings& settings) {
 
 // The blocks that can reach a pixel's block end `ring` blocks from it, and a surface at their edge
 // is told from others up to four pixels around it. Every position of the search lies on a path that
-// ends at the pixel; occluded surfaces come from cells up to one and a half blocks around, and
-// denoised colors from two pixels further. If blocks choose how many samples they take, a pixel
+// ends at the pixel; occluded surfaces come from cells up to kBehindReachPx around, and denoised
+// colors from two pixels further. If blocks choose how many samples they take, a pixel
 // depends on all of its block.
 Reach WarpOnFrame::reach() const {
     // In a neighboring frame paths are as long as the motion vectors.
     if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
     const double longest = longest_px(settings_);
     const double block = settings_.more_samples > 0 ? kBlockPx : 0;
-    return {kBlockPx * (ring_of(longest) + 1) + 7.0 + block, longest + 1.5 * kBlockPx + 7 + block};
+    const double hidden = longest + kBehindReachPx + 7 + block;
+    return {std::max(kBlockPx * (ring_of(longest) + 1) + 7.0 + block, hidden), hidden};
 }
 
 // The table of lens samples is of an aperture, not of a frame: plan() makes it.

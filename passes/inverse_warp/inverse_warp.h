@@ -7,7 +7,8 @@
 //   surfaces --block_surfaces-> block_surfaces
 //   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
-//   color, surfaces, starts, background_color, background_depth [, noise] [, lens_samples]
+//   background_depth, background_color --behind-> background
+//   color, surfaces, starts, background_color, background [, noise] [, lens_samples]
 //                                                     --gather-> color [, hint]     moving_blocks
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
 //   colors and surfaces of the frames before and after --gather-> surfaces occluded in this frame

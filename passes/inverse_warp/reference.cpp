@@ -198,14 +198,18 @@ class Gather {
     }
 
     Seen resolve(const Pixel& pixel, const Sample& now, const Search& here) const {
-        const Vec behind =
+        const Vec far =
             frames_.here.inside(pixel.p - here.far.displacement(now, frames_.half_open));
-        const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : behind;
+        const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : far;
         const Found found = resolve_occluded(frames_, pixel, now, here);
+        const Behind& behind = here.behind;
+        if (behind.inverse_depth >= 0 && behind.inverse_depth > found.inverse_depth * kOneDepth)
+            return {background_.color_behind(behind.sides, behind.at), behind.inverse_depth,
+                    behind.path, behind.at};
         if (found.inverse_depth >= 0)
             return {color_at(found.frame->color, found.at), found.inverse_depth, found.path, at};
         const Color far_color = color_at(frames_.here.color, here.far_at);
-        return {background_.at(behind, here.far.inverse_depth, far_color), here.far.inverse_depth,
+        return {background_.at(far, here.far.inverse_depth, far_color), here.far.inverse_depth,
                 here.far.a, at};
     }
 
@@ -216,7 +220,7 @@ class Gather {
         for (int k = 0; k < set.n; ++k) {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
-            const Search found = search(frames_, pixel, now, begin, !s_.lens);
+            const Search found = search(frames_, background_, pixel, now, begin, !s_.lens);
             accumulate(sums, pixel, now, resolve(pixel, now, found), s_);
         }
     }

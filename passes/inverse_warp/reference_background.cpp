@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "chain/work_list.h"
 
@@ -9,6 +10,13 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kEdgePart = 0.25;
+constexpr double kShows = 0.3, kOneColor = 0.25;
+constexpr std::array<int, 8> kDistances = {1, 2, 3, 4, 6, 8, 12, 16};
+constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
+
+std::array<int, 2> along(std::array<int, 2> cell, std::array<int, 2> line, int distance) {
+    return {cell[0] + distance * line[0], cell[1] + distance * line[1]};
+}
 
 int block_count(int pixels) {
     return (pixels + kBlockPx - 1) / kBlockPx;
@@ -65,6 +73,64 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
         levels_.push_back(std::move(coarse));
     }
     levels_.erase(levels_.begin());
+    columns_ = (color.width + 1) / 2;
+    rows_ = (color.height + 1) / 2;
+}
+
+const Background::Cell& Background::smallest(std::array<int, 2> cell) const {
+    return levels_[0].cells[size_t(cell[1]) * size_t(levels_[0].columns) + size_t(cell[0])];
+}
+
+int Background::distance_behind(std::array<int, 2> cell, std::array<int, 2> line, double q) const {
+    double behind = -1;
+    for (const int distance : kDistances) {
+        const auto [x, y] = along(cell, line, distance);
+        if (x < 0 || y < 0 || x >= columns_ || y >= rows_) return 0;
+        const Cell& shown = smallest({x, y});
+        if (shown.part == 0) return 0;
+        if (behind < 0 && shown.inverse_depth * kOneDepth < q) behind = shown.inverse_depth;
+        if (behind < 0) continue;
+        if (!one_depth(shown.inverse_depth, behind)) return 0;
+        if (shown.part > kShows) return distance;
+    }
+    return 0;
+}
+
+bool Background::one_surface(const Sides& sides) const {
+    const Cell &a = smallest(sides.first), &b = smallest(sides.second);
+    const auto toned = [](double c) { return c / (1 + std::abs(c)); };
+    for (size_t c = 0; c < 3; ++c)
+        if (std::abs(toned(a.color[c]) - toned(b.color[c])) >= kOneColor) return false;
+    return one_depth(a.inverse_depth, b.inverse_depth);
+}
+
+std::optional<Background::Sides> Background::sides_of(Vec x, double q) const {
+    const std::array<int, 2> cell = {int(x.x) / 2, int(x.y) / 2};
+    const double own = smallest(cell).inverse_depth;
+    if (own * kOneDepth < q) return Sides{cell, cell};
+    double shortest = std::numeric_limits<double>::infinity();
+    std::optional<Sides> sides;
+    for (const auto& line : kLines) {
+        const int a = distance_behind(cell, line, own);
+        const int b = distance_behind(cell, {-line[0], -line[1]}, own);
+        const double span = (a + b) * std::hypot(line[0], line[1]);
+        if (a == 0 || b == 0 || span >= shortest) continue;
+        shortest = span;
+        sides = Sides{along(cell, line, a), along(cell, line, -b)};
+        if (!one_surface(*sides)) sides.reset();
+    }
+    return sides;
+}
+
+Color Background::color_behind(const Sides& sides, Vec at) const {
+    const Vec a = {double(sides.first[0]), double(sides.first[1])};
+    const Vec way = Vec{double(sides.second[0]), double(sides.second[1])} - a;
+    const double share =
+        std::clamp(dot(0.5 * at - a, way) / std::max(dot(way, way), 1.0), 0.0, 1.0);
+    Color color = smallest(sides.first).color;
+    const Color& other = smallest(sides.second).color;
+    for (size_t c = 0; c < color.size(); ++c) color[c] += share * (other[c] - color[c]);
+    return color;
 }
 
 Color Background::at(Vec at, double inverse_depth, const Color& otherwise) const {

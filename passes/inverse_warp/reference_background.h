@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "chain/image.h"
@@ -19,6 +20,16 @@ class Background {
     // the smallest cells around that show one. If none does: `otherwise`.
     Color at(Vec at, double inverse_depth, const Color& otherwise) const;
 
+    // Cells of the smallest size that show one surface, on both sides of what hides it.
+    struct Sides {
+        std::array<int, 2> first = {}, second = {};
+    };
+    // The sides of what continues behind the surface of inverse depth q that pixel x shows. None
+    // are known: nothing.
+    std::optional<Sides> sides_of(Vec x, double q) const;
+    // The color at the position `at`, pixels, of what the sides show.
+    Color color_behind(const Sides& sides, Vec at) const;
+
   private:
     // The farthest surface in a square of pixels: mean color, inverse depth, part of the square.
     struct Cell {
@@ -31,8 +42,13 @@ class Background {
         std::vector<Cell> cells;
     };
     static Cell merge(const std::array<Cell, 4>& quarters);
+    const Cell& smallest(std::array<int, 2> cell) const;
+    bool one_surface(const Sides& sides) const;
+    // Distance, in cells, to the first surface behind inverse depth q; 0 if there is none.
+    int distance_behind(std::array<int, 2> cell, std::array<int, 2> line, double q) const;
 
     std::vector<Level> levels_;
+    int columns_ = 0, rows_ = 0;  // cells of the smallest size within the frame
 };
 
 }  // namespace postchain::inverse_warp::reference

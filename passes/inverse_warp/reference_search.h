@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "chain/image.h"
+#include "passes/inverse_warp/reference_background.h"
 #include "passes/inverse_warp/reference_starts.h"
 
 namespace postchain::inverse_warp::reference {
@@ -47,6 +48,14 @@ struct Found {
     Vec path;  // a
 };
 
+// A surface that this frame hides: it continues behind the one shown at the position `at`.
+struct Behind {
+    double inverse_depth = -1;  // -1: none
+    Background::Sides sides;
+    Vec path;  // a
+    Vec at;    // px
+};
+
 // Result of the search in this frame.
 struct Search {
     Found nearest;        // of the accepted surfaces
@@ -56,12 +65,13 @@ struct Search {
     Vec far_at;                         // its pixel
     double first_depth = -1;            // inverse depth of the first surface visited
     std::vector<bool> occluded_starts;  // this frame may hide these start surfaces
+    Behind behind;                      // the nearest
 };
 
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block. If
 // `advance`, `begin` becomes the surface found from it.
-Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
-              bool advance);
+Search search(const Frames& frames, const Background& background, const Pixel& pixel,
+              const Sample& now, Surface& begin, bool advance);
 
 // The nearest surface that the sample sees in any frame.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,

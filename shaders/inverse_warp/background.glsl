@@ -1,9 +1,4 @@
 // The fill of surfaces that no frame shows, from the cells of background.comp.
-layout(binding = 11) uniform sampler2D background_color;
-layout(binding = 12) uniform sampler2D background_depth;
-#ifdef LAYERS
-layout(binding = 14) uniform sampler2DArray background_layers;
-#endif
 
 // Cells of one size, edge to edge: `columns_left` columns of smaller ones stand before them.
 struct CellLevel {
@@ -23,7 +18,7 @@ bool fill_from(CellLevel level, float inverse_depth, inout WideColor fill) {
         const vec2 corner = vec2(i & 1, i >> 1);
         ivec2 cell = clamp(ivec2(base + corner), ivec2(0), level.cells - 1);
         cell.x += level.columns_left;
-        const vec2 depth_part = texelFetch(background_depth, cell, 0).xy;
+        const vec2 depth_part = uintBitsToFloat(texelFetch(background, cell, 0).xy);
         const vec2 w = mix(1.0 - f, f, corner);
         const float weight = w.x * w.y * depth_part.y;
         if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
@@ -50,4 +45,15 @@ WideColor background_at(vec2 at, float inverse_depth, WideColor otherwise) {
         level.place = 0.5 * level.place - 0.25;
     } while (!filled && level.cells.x >= uniforms.blocks.x);
     return fill;
+}
+
+// The color of a hidden surface, from the cells on both sides of what hides it.
+WideColor color_behind(Behind behind) {
+    const ivec2 a = unpack_cell(behind.sides.x), b = unpack_cell(behind.sides.y);
+    const vec2 way = vec2(b - a);
+    const float share =
+        clamp(dot(0.5 * behind.at - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
+    const WideColor first = fetch(WIDE(background_color, background_layers), a);
+    const WideColor second = fetch(WIDE(background_color, background_layers), b);
+    return plus(first, share, minus(second, first));
 }

@@ -7,7 +7,7 @@
 // here, neighboring frames are searched. If nothing is found anywhere, the farthest surface visited
 // is extended behind its occluder.
 //
-//   color, surfaces, starts, background_color, background_depth [, lens_samples] [, noise] [, hint]
+//   color, surfaces, starts, background_color, background [, lens_samples] [, noise] [, hint]
 //       -> color [, soft, spread] [, hint]
 //   color, surfaces of the frames before and after
 //
@@ -27,12 +27,15 @@
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
+#include "inverse_warp/cells.glsl"
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
 
 layout(binding = 0) uniform sampler2D color;  // linear
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 2) uniform usampler2D starts;
+layout(binding = 11) uniform sampler2D background_color;
+layout(binding = 12) uniform usampler2D background;
 layout(binding = 0) writeonly uniform image2D blurred;
 #if DENOISE
 layout(binding = 2) writeonly uniform image2D soft;
@@ -46,6 +49,7 @@ layout(binding = 1) writeonly uniform image2D hint;
 #endif
 #ifdef LAYERS
 layout(binding = 13) uniform sampler2DArray layers;  // linear
+layout(binding = 14) uniform sampler2DArray background_layers;
 layout(binding = 4) writeonly uniform image2DArray layers_blurred;
 #endif
 #if DENOISE && defined(LAYERS)
@@ -89,18 +93,21 @@ Pixel pixel_at(ivec2 at) {
     return pixel;
 }
 
-// The color that a sample sees: of the nearest surface found in any frame, otherwise the fill. A
-// surface that this frame hides is mostly shown by the frame before or after.
+// The color that a sample sees: of the nearest surface found in any frame or known to continue behind
+// what this frame shows, otherwise the fill.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
-    const vec2 behind = inside_of(pixel.p - displacement(here.far, now));
-    const vec2 at = shown ? here.nearest.at : behind;
+    const vec2 far = inside_of(pixel.p - displacement(here.far, now));
+    const vec2 at = shown ? here.nearest.at : far;
     Found found = here.nearest;
     if (kNeighbors) found = resolve_occluded(pixel, now, here);
+    const Behind behind = here.behind;
+    if (behind.inverse_depth >= 0.0 && behind.inverse_depth > found.inverse_depth * kOneDepth)
+        return Seen(color_behind(behind), behind.inverse_depth, behind.path, behind.at);
     if (found.inverse_depth >= 0.0)
         return Seen(color_of(found), found.inverse_depth, found.path, at);
     const WideColor far_color = fetch(WIDE(color, layers), ivec2(here.far_at));
-    return Seen(background_at(behind, here.far.inverse_depth, far_color), here.far.inverse_depth,
+    return Seen(background_at(far, here.far.inverse_depth, far_color), here.far.inverse_depth,
                 here.far.a, at);
 }
 

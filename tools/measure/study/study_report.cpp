@@ -19,12 +19,6 @@ std::string number(const std::optional<double>& value) {
     return value ? report::figure(*value) : "";
 }
 
-Json json_of(const Values& values) {
-    Json list = Json::array();
-    for (const auto& value : values) list.push_back(report::json_of(value));
-    return list;
-}
-
 Json json_of(const std::vector<Row>& rows, bool families) {
     Json list = Json::array();
     for (const Row& row : rows) {
@@ -33,8 +27,8 @@ Json json_of(const std::vector<Row>& rows, bool families) {
             json["scenes"] = row.scenes;
         else
             json["family"] = row.family;
-        json["means"] = json_of(row.means);
-        json["gains"] = json_of(row.gains);
+        json["means"] = report::json_of(row.means);
+        json["gains"] = report::json_of(row.gains);
         list.push_back(std::move(json));
     }
     return list;
@@ -244,7 +238,7 @@ std::string report_as_json(const StudyReport& report) {
                           {"better", report::name_of(table.metric.better)},
                           {"scenes", json_of(table.scenes, false)},
                           {"families", json_of(table.families, true)},
-                          {"means", json_of(table.means)},
+                          {"means", report::json_of(table.means)},
                           {"best", table.best ? Json(report.variants[*table.best]) : Json()},
                           {"pairs", results}});
     }

@@ -44,12 +44,6 @@ void add_frames(std::vector<std::string>& lines, const Scene& scene) {
             add_stamp(lines, "truth", path);
 }
 
-Json json_of(const Values& values) {
-    Json list = Json::array();
-    for (const auto& value : values) list.push_back(report::json_of(value));
-    return list;
-}
-
 void take(const report::Report& report, UnitResult& result) {
     result.truth = report.truth.value_or("");
     result.frames = report.frames;
@@ -144,7 +138,7 @@ std::string text_of(const UnitResult& result) {
     Json variants = Json::array();
     for (const auto& variant : result.variants) {
         Json metrics = Json::object();
-        for (const auto& [name, values] : variant.metrics) metrics[name] = json_of(values);
+        for (const auto& [name, values] : variant.metrics) metrics[name] = report::json_of(values);
         variants.push_back({{"name", variant.name}, {"metrics", metrics}});
     }
     return io::json_text({{"postchain_unit", 1},

@@ -343,7 +343,7 @@ TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     open();
     const std::string slow = submit(
         json({{"kind", "study"}, {"study", study}, {"output", "study"}, {"priority", -1}}).dump());
-    ASSERT_TRUE(wait_for([&] { return fs::exists(root("study/units/s0.quick_vs_report.json")); }));
+    ASSERT_TRUE(wait_for([&] { return fs::exists(root("study/tasks/s0.quick_vs_report.json")); }));
     const Job first = ended(submit(body()));
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);

@@ -93,8 +93,8 @@ class StudyReader {
         else
             read_sweep(root);
         read_scenes(root);
-        if (study_.scenes.size() * std::max<size_t>(study_.pairs.size(), 1) > kMaxUnits)
-            error(root, "", concat("has more than ", kMaxUnits, " units of work"));
+        if (study_.scenes.size() * std::max<size_t>(study_.pairs.size(), 1) > kMaxTasks)
+            error(root, "", concat("has more than ", kMaxTasks, " tasks"));
     }
 
   private:

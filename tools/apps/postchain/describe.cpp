@@ -17,7 +17,7 @@
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/run/estimate.h"
-#include "tools/sequence/run/layer_record.h"
+#include "tools/sequence/run/layers_json.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {

@@ -202,8 +202,9 @@ class Gather {
             frames_.here.inside(pixel.p - here.far.displacement(now, frames_.half_open));
         const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : far;
         const Found found = resolve_occluded(frames_, pixel, now, here);
-        const Behind& behind = here.behind;
-        if (behind.inverse_depth >= 0 && behind.inverse_depth > found.inverse_depth * kOneDepth)
+        const Behind behind =
+            find_behind(frames_, background_, pixel, now, here, found.inverse_depth);
+        if (behind.inverse_depth >= 0)
             return {background_.color_behind(behind.sides, behind.at), behind.inverse_depth,
                     behind.path, behind.at};
         if (found.inverse_depth >= 0)
@@ -220,7 +221,7 @@ class Gather {
         for (int k = 0; k < set.n; ++k) {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
-            const Search found = search(frames_, background_, pixel, now, begin, !s_.lens);
+            const Search found = search(frames_, pixel, now, begin, !s_.lens);
             accumulate(sums, pixel, now, resolve(pixel, now, found), s_);
         }
     }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kEdgePart = 0.25;
 constexpr double kShows = 0.3, kOneColor = 0.25;
-constexpr std::array<int, 8> kDistances = {1, 2, 3, 4, 6, 8, 12, 16};
+constexpr std::array<int, 6> kDistances = {1, 2, 3, 5, 9, 16};
 constexpr std::array<std::array<int, 2>, 4> kLines = {{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
 
 std::array<int, 2> along(std::array<int, 2> cell, std::array<int, 2> line, int distance) {

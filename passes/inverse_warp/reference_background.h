@@ -27,6 +27,7 @@ class Background {
     // The sides of what continues behind the surface of inverse depth q that pixel x shows. None
     // are known: nothing.
     std::optional<Sides> sides_of(Vec x, double q) const;
+    double inverse_depth(std::array<int, 2> cell) const { return smallest(cell).inverse_depth; }
     // The color at the position `at`, pixels, of what the sides show.
     Color color_behind(const Sides& sides, Vec at) const;
 

@@ -7,7 +7,7 @@
 namespace postchain::inverse_warp::reference {
 namespace {
 
-constexpr double kAcceptPx = 0.75, kBehindPx = 1.5;
+constexpr double kAcceptPx = 0.75;
 constexpr int kSteps = 2, kNeighborSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
@@ -60,38 +60,6 @@ void keep_farthest(Search& s, const Visit& v, const Sample& now) {
     s.far = *v.surface;
     s.far_residual = v.error;
     s.far_at = v.x;
-}
-
-// The surface of inverse depth q in a cell; if the cell shows none, its last one.
-const Surface& surface_in_cell(const Frame& frame, std::array<int, 2> cell, double q) {
-    const Surface* s = nullptr;
-    for (int i = 0; i < 4; ++i) {
-        s = &frame.surface(frame.inside({2.0 * cell[0] + i % 2, 2.0 * cell[1] + i / 2}));
-        if (one_depth(s->inverse_depth, q)) break;
-    }
-    return *s;
-}
-
-// Does the first step from a start surface visit one that is not accepted, and not farther?
-bool hides(const Frames& frames, const Surface& start, Vec p, const Sample& now) {
-    const Visit v = visit(frames, p, start.displacement(now, frames.half_open), now);
-    return !v.accepted && !nearer(start.inverse_depth, v.surface->inverse_depth, now);
-}
-
-// The nearest surface counts that is displaced from behind the one at X, the place from which the
-// start surface would be displaced to p.
-void keep_behind(Search& s, const Frames& frames, const Background& background,
-                 const Surface& start, Vec p, const Sample& now) {
-    const Vec at = rounded(p - start.displacement(now, frames.half_open));
-    const Vec x = frames.here.inside(at);
-    const double q = start.inverse_depth;
-    if (x.x != at.x || x.y != at.y || q <= s.behind.inverse_depth) return;
-    const auto sides = background.sides_of(x, frames.here.surface(x).inverse_depth);
-    if (!sides) return;
-    const Surface& shown = surface_in_cell(frames.here, sides->first, q);
-    const Vec d = shown.displacement(now, frames.half_open);
-    if (one_depth(shown.inverse_depth, q) && longer_axis(x - p + d) <= kBehindPx)
-        s.behind = {q, *sides, shown.a, frames.here.inside(p - d)};
 }
 
 // The steps by which one surface, at inverse depth `start`, is searched, until one is accepted.
@@ -152,8 +120,8 @@ Vec Frame::inside(Vec at) const {
     return {std::clamp(at.x, 0.0, color.width - 1.0), std::clamp(at.y, 0.0, color.height - 1.0)};
 }
 
-Search search(const Frames& frames, const Background& background, const Pixel& pixel,
-              const Sample& now, Surface& begin, bool advance) {
+Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
+              bool advance) {
     const std::vector<Surface>& starts = pixel.block->starts;
     Search s;
     s.residual = kAcceptPx;
@@ -167,8 +135,6 @@ Search search(const Frames& frames, const Background& background, const Pixel& p
     double occluded_from = s.nearest.inverse_depth * now.depth_ratio;
     for (size_t i = 0; i < starts.size() && starts[i].inverse_depth > occluded_from; ++i) {
         bool occluded = false;
-        if (hides(frames, starts[i], pixel.p, now))
-            keep_behind(s, frames, background, starts[i], pixel.p, now);
         search_from(s, frames, pixel.p, now, starts[i], kSteps, occluded);
         s.occluded_starts[i] = occluded;
         occluded_from = std::max(occluded_from, s.nearest.inverse_depth / now.depth_ratio);
@@ -196,6 +162,23 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     for (size_t i = 0; i < starts.size(); ++i)
         if (here.occluded_starts[i]) search_neighbors(starts[i]);
     return nearest;
+}
+
+Behind find_behind(const Frames& frames, const Background& background, const Pixel& pixel,
+                   const Sample& now, const Search& here, double found) {
+    const std::vector<Surface>& starts = pixel.block->starts;
+    for (size_t i = 0; i < starts.size(); ++i) {
+        const double q = starts[i].inverse_depth;
+        const Vec d = starts[i].displacement(now, frames.half_open);
+        if (!here.occluded_starts[i] || q <= kOneDepth * found) continue;
+        const Visit first = visit(frames, pixel.p, d, now);
+        const double shown = first.surface->inverse_depth;
+        if (first.beyond || first.accepted || nearer(q, shown, now)) continue;
+        const auto sides = background.sides_of(first.x, shown);
+        if (sides && one_depth(background.inverse_depth(sides->first), q))
+            return {q, *sides, starts[i].a, frames.here.inside(pixel.p - d)};
+    }
+    return {};
 }
 
 }  // namespace postchain::inverse_warp::reference

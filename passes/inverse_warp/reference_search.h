@@ -65,16 +65,20 @@ struct Search {
     Vec far_at;                         // its pixel
     double first_depth = -1;            // inverse depth of the first surface visited
     std::vector<bool> occluded_starts;  // this frame may hide these start surfaces
-    Behind behind;                      // the nearest
 };
 
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block. If
 // `advance`, `begin` becomes the surface found from it.
-Search search(const Frames& frames, const Background& background, const Pixel& pixel,
-              const Sample& now, Surface& begin, bool advance);
+Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
+              bool advance);
 
 // The nearest surface that the sample sees in any frame.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here);
+
+// The nearest start surface, nearer than the inverse depth `found`, that is displaced to the pixel
+// from behind what this frame shows.
+Behind find_behind(const Frames& frames, const Background& background, const Pixel& pixel,
+                   const Sample& now, const Search& here, double found);
 
 }  // namespace postchain::inverse_warp::reference

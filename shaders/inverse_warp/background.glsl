@@ -46,14 +46,3 @@ WideColor background_at(vec2 at, float inverse_depth, WideColor otherwise) {
     } while (!filled && level.cells.x >= uniforms.blocks.x);
     return fill;
 }
-
-// The color of a hidden surface, from the cells on both sides of what hides it.
-WideColor color_behind(Behind behind) {
-    const ivec2 a = unpack_cell(behind.sides.x), b = unpack_cell(behind.sides.y);
-    const vec2 way = vec2(b - a);
-    const float share =
-        clamp(dot(0.5 * behind.at - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
-    const WideColor first = fetch(WIDE(background_color, background_layers), a);
-    const WideColor second = fetch(WIDE(background_color, background_layers), b);
-    return plus(first, share, minus(second, first));
-}

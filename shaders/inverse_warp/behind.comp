@@ -13,8 +13,8 @@ layout(binding = 0) uniform sampler2D background_depth;
 layout(binding = 1) uniform sampler2D background_color;
 layout(binding = 0) writeonly uniform uimage2D background;
 
-const int kDistances = 8;
-const int kDistance[kDistances] = int[kDistances](1, 2, 3, 4, 6, 8, 12, 16);  // cells
+const int kDistances = 6;
+const int kDistance[kDistances] = int[kDistances](1, 2, 3, 5, 9, 16);  // cells
 const ivec2 kLines[4] = ivec2[4](ivec2(1, 0), ivec2(0, 1), ivec2(1, 1), ivec2(1, -1));
 const float kShows = 0.3;     // part of a cell: more than its edge pixels
 const float kOneColor = 0.25;  // largest difference of c/(1 + c)

@@ -14,6 +14,7 @@
 //   samples.glsl     SampleSet   time samples and lens samples
 //   search.glsl      Search      the search for one sample's surface in this frame
 //   neighbors.glsl   Found       the search for an occluded surface in the frames before and after
+//   behind.glsl      Behind      the occluded surfaces that continue behind their occluder
 //   background.glsl              the fill of surfaces that no frame shows
 //   accumulate.glsl  Seen, Sums  one sample's color; the sums over a pixel's samples
 //   adaptive.glsl                a second set of samples for noisy blocks
@@ -73,6 +74,7 @@ struct Pixel {
 #include "inverse_warp/search.glsl"
 #include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
+#include "inverse_warp/behind.glsl"
 #include "inverse_warp/accumulate.glsl"
 #include "inverse_warp/adaptive.glsl"
 
@@ -101,8 +103,8 @@ Seen resolve(Pixel pixel, Sample now, Search here) {
     const vec2 at = shown ? here.nearest.at : far;
     Found found = here.nearest;
     if (kNeighbors) found = resolve_occluded(pixel, now, here);
-    const Behind behind = here.behind;
-    if (behind.inverse_depth >= 0.0 && behind.inverse_depth > found.inverse_depth * kOneDepth)
+    const Behind behind = find_behind(pixel, now, here, found.inverse_depth);
+    if (behind.inverse_depth >= 0.0)
         return Seen(color_behind(behind), behind.inverse_depth, behind.path, behind.at);
     if (found.inverse_depth >= 0.0)
         return Seen(color_of(found), found.inverse_depth, found.path, at);

@@ -2,7 +2,6 @@
 
 const bool kBefore = BEFORE == 1, kAfter = AFTER == 1, kNeighbors = kBefore || kAfter;
 const float kAcceptPx = 0.75;                      // |X + D(X) - p| along each axis
-const float kBehindPx = 1.5;                       // the same of a hidden surface, by its sides' motion
 const int kSteps = 2;                              // from each start surface
 const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
 
@@ -12,14 +11,6 @@ struct Found {
     vec2 at;    // px
     float inverse_depth;
     vec2 path;  // a
-};
-
-// A surface that this frame hides: it continues behind the one shown at the position `at`.
-struct Behind {
-    float inverse_depth;  // -1: none
-    uvec2 sides;          // cells that show it on both sides
-    vec2 path;            // a
-    vec2 at;              // px
 };
 
 // One step: the pixel X that it visits, and whether the surface there is the sample's.
@@ -45,7 +36,7 @@ struct Search {
     vec2 far_at;           // its pixel
     float first_depth;     // inverse depth of the first surface visited; below 0 before that
     uint occluded_starts;  // a bit for each start surface that this frame may hide
-    Behind behind;         // the nearest
+    uint hidden_starts;    // and for each of which this frame shows another where it should be
 };
 
 vec2 inside_of(vec2 at) {
@@ -64,7 +55,7 @@ Search begin_search(Pixel pixel, Sample now, Surface begin) {
     s.far_at = pixel.p;
     s.first_depth = -1.0;
     s.occluded_starts = 0u;
-    s.behind = Behind(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
+    s.hidden_starts = 0u;
     return s;
 }
 
@@ -105,48 +96,15 @@ void keep_farthest(inout Search s, Visit v, float ratio) {
     s.far_at = v.x;
 }
 
-// The cells that show, on both sides of pixel x, what continues behind its surface of inverse depth
-// q: the pixel's own cell if that shows it.
-uvec2 sides_of(vec2 x, float q) {
-    const ivec2 cell = ivec2(x) / 2;
-    const uvec4 bits = texelFetch(background, cell, 0);
-    return uintBitsToFloat(bits.x) * kOneDepth < q ? uvec2(pack_cell(cell)) : bits.zw;
-}
-
-// The surface of inverse depth q in a cell; if the cell shows none, its last one.
-Surface surface_in_cell(ivec2 cell, float q) {
-    Surface s;
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 at = min(2 * cell + ivec2(i & 1, i >> 1), uniforms.size - 1);
-        s = unpack_surface(texelFetch(surfaces, at, 0));
-        if (one_depth(s.inverse_depth, q)) break;
-    }
-    return s;
-}
-
-// The nearest surface counts that is displaced from behind the one visited to p.
-void keep_behind(inout Search s, Visit v, float inverse_depth, vec2 p, Sample now) {
-    if (inverse_depth <= s.behind.inverse_depth) return;
-    const uvec2 sides = sides_of(v.x, v.surface.inverse_depth);
-    if (sides.x == kNoCell) return;
-    const Surface shown = surface_in_cell(unpack_cell(sides.x), inverse_depth);
-    const vec2 d = displacement(shown, now);
-    const vec2 off = abs(v.x - p + d);
-    if (one_depth(shown.inverse_depth, inverse_depth) && max(off.x, off.y) <= kBehindPx)
-        s.behind = Behind(inverse_depth, sides, shown.a, inside_of(p - d));
-}
-
 // A start surface may be occluded if its steps visit one that is not farther, or leave the frame.
-void note_occluded(inout Search s, Visit v, Pixel pixel, Sample now) {
+void note_occluded(inout Search s, Visit v, Pixel pixel, float ratio) {
     if (s.first_depth < 0.0) s.first_depth = v.surface.inverse_depth;
-    for (int i = 0; i < STARTS; ++i) {
-        const float q = pixel.starts[i].inverse_depth;
-        if (i + 1 != s.start || v.accepted ||
-            !(v.beyond || v.surface.inverse_depth * now.depth_ratio >= q))
-            continue;
-        s.occluded_starts |= 1u << i;
-        if (s.steps == 0 && !v.beyond) keep_behind(s, v, q, pixel.p, now);
-    }
+    for (int i = 0; i < STARTS; ++i)
+        if (i + 1 == s.start && !v.accepted &&
+            (v.beyond || v.surface.inverse_depth * ratio >= pixel.starts[i].inverse_depth)) {
+            s.occluded_starts |= 1u << i;
+            if (s.steps == 0 && !v.beyond) s.hidden_starts |= 1u << i;
+        }
 }
 
 // Goes on to the next start surface, unless the surface found occludes all that are left: one found
@@ -177,7 +135,7 @@ Search search(Pixel pixel, Sample now, inout Surface begin) {
         const Visit v = visit(pixel.p, s.d, now);
         keep_nearest(s, v, pixel.p, now.depth_ratio);
         keep_farthest(s, v, now.depth_ratio);
-        note_occluded(s, v, pixel, now);
+        note_occluded(s, v, pixel, now.depth_ratio);
         if (!kLens && v.accepted && s.start == 0) begin = v.surface;
         s.d = v.d;
         ++s.steps;

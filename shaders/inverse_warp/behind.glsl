@@ -1,0 +1,52 @@
+// Surfaces that this frame hides, and that continue behind what it shows (behind.comp).
+
+struct Behind {
+    float inverse_depth;  // -1: none
+    uvec2 sides;          // cells that show it on both sides
+    vec2 path;            // a
+    vec2 at;              // where it is in this frame, px
+};
+
+// The cells on both sides of what pixel x shows, of inverse depth q: its own, if that shows what is
+// behind too.
+uvec2 sides_of(vec2 x, float q) {
+    const ivec2 cell = ivec2(x) / 2;
+    const uvec4 bits = texelFetch(background, cell, 0);
+    return uintBitsToFloat(bits.x) * kOneDepth < q ? uvec2(pack_cell(cell)) : bits.zw;
+}
+
+// The nearest start surface, nearer than the inverse depth `found`, that is displaced to the pixel
+// from behind what this frame shows.
+Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
+    Behind behind = Behind(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
+    uint starts_left = here.hidden_starts;
+    while (starts_left != 0u) {
+        const int i = findLSB(starts_left);
+        starts_left &= starts_left - 1u;
+        Surface start = pixel.starts[0];
+        for (int k = 1; k < STARTS; ++k)
+            if (k == i) start = pixel.starts[k];
+        if (start.inverse_depth <= kOneDepth * found) break;
+        const vec2 x = pixel.p + floor(0.5 - displacement(start, now));
+        const float occluder = unpack_surface(texelFetch(surfaces, ivec2(x), 0)).inverse_depth;
+        const uvec2 sides = sides_of(x, occluder);
+        if (sides.x == kNoCell) continue;
+        const float shown = uintBitsToFloat(texelFetch(background, unpack_cell(sides.x), 0).x);
+        if (!one_depth(shown, start.inverse_depth)) continue;
+        const vec2 at = inside_of(pixel.p - displacement(start, now));
+        behind = Behind(start.inverse_depth, sides, start.a, at);
+        break;
+    }
+    return behind;
+}
+
+// The color of a hidden surface, from the cells on both sides of what hides it.
+WideColor color_behind(Behind behind) {
+    const ivec2 a = unpack_cell(behind.sides.x), b = unpack_cell(behind.sides.y);
+    const vec2 way = vec2(b - a);
+    const float share =
+        clamp(dot(0.5 * behind.at - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
+    const WideColor first = fetch(WIDE(background_color, background_layers), a);
+    const WideColor second = fetch(WIDE(background_color, background_layers), b);
+    return plus(first, share, minus(second, first));
+}

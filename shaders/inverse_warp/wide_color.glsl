@@ -46,7 +46,7 @@ WideColor divided(WideColor a, float divisor) {
 
 WideColor fetch(WIDE_SAMPLER(color, layers), ivec2 at) {
     WideColor c;
-    c.planes[0] = texelFetch(color, at, 0);
+    c.planes[0] = finite_color(texelFetch(color, at, 0));
 #ifdef LAYERS
     FOR_LAYERS(l) c.planes[1 + l] = LAYER_FETCH(layers, at, l);
 #endif
@@ -62,8 +62,9 @@ WideColor color_at(WIDE_SAMPLER(color, layers), vec2 at) {
     const vec2 filtered_at = (base + f + 0.5) / vec2(uniforms.size);
     WideColor c;
     c.planes[0] = textureLod(color, filtered_at, 0.0);
-    // A weight of 0 times a non-finite value is NaN: then only the nearest pixel counts.
-    if (!is_finite(c.planes[0])) return fetch(WIDE(color, layers), ivec2(at + 0.5));
+    // The sampler has mixed a value that passes do not read: then only the nearest pixel counts.
+    if (floatBitsToUint(c.planes[0]) != floatBitsToUint(finite_color(c.planes[0])))
+        return fetch(WIDE(color, layers), ivec2(at + 0.5));
 #ifdef LAYERS
     FOR_LAYERS(l)
         c.planes[1 + l] = textureLod(layers, vec3(filtered_at, float(LAYERS_FIRST + l)), 0.0);

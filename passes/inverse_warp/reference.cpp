@@ -26,8 +26,6 @@ constexpr double kSharpening = 2;
 constexpr int kMinTimes = 5;
 
 // Color at a position between pixels: bilinear, with weights sharpened about their center.
-// (On the device a sampler mixes the values as stored: next to one that passes do not read, only
-// the nearest pixel counts.)
 Color color_at(const ImageD& color, Vec at) {
     const auto sharpened = [](double f) {
         return std::clamp(kSharpening * (f - 0.5) + 0.5, 0.0, 1.0);

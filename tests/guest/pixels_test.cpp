@@ -330,7 +330,7 @@ TEST(Pixels, ValuesThatAreNotFiniteAreReplaced) {
     depth.at(10, 10) = -inf;
     motion.at(50, 30, 0) = nan;
     clean.planes[Role::color].at(30, 20, 1) = 0;
-    clean.planes[Role::color].at(31, 20, 0) = 0;
+    clean.planes[Role::color].at(31, 20, 0) = 65504;
     clean.planes[Role::inverse_depth].at(10, 10) = 0;
     clean.planes[Role::motion].at(50, 30, 0) = clean.planes[Role::motion].at(50, 30, 1) = 0;
     const auto turned = [](const ImageF& plane) { return HostTexture(GL_RGBA32F, plane, true); };

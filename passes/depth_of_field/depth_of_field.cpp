@@ -92,7 +92,10 @@ class DepthOfFieldOnFrame final : public Filter {
         return values;
     }
 
-    std::vector<Cut> cuts() const override { return lens::cuts(coc_, frame_); }
+    // Gilham's radii beyond two deviations of its Gaussian look the same, cut or not.
+    std::vector<Cut> cuts() const override {
+        return warps() ? lens::cuts(coc_, frame_) : std::vector<Cut>();
+    }
 
     // The color is exact up to a radius of 0.5 px; gilham's hint only if the radius is 0.
     std::optional<Identity> identity(const PlanContext& context) const override {

@@ -63,8 +63,7 @@ WideColor color_at(WIDE_SAMPLER(color, layers), vec2 at) {
     WideColor c;
     c.planes[0] = textureLod(color, filtered_at, 0.0);
     // The sampler may have mixed a value that passes do not read: then by hand.
-    const vec4 read = finite_color(c.planes[0]);
-    if (floatBitsToUint(c.planes[0]) != floatBitsToUint(read)) {
+    if (!is_readable(c.planes[0])) {
         c = no_color();
         int i = 0;
         do {

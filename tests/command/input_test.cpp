@@ -253,7 +253,9 @@ TEST_F(InputTest, CutsAreSaid) {
               2 * 0.25 * std::sqrt(45.0));
     expect_warned({"depth_of_field: the radius of the circle of confusion of ",
                    " pixels is cut to 0.75 px; the largest is ", "set max_radius_px"},
-                  "all", {"--set", "depth_of_field.max_radius_px=0.75"});
+                  "all",
+                  {"--set", "depth_of_field.max_radius_px=0.75", "--set",
+                   "depth_of_field.method=inverse_warp"});
     const auto whole = filter("all", {"--on-existing", "overwrite"});
     EXPECT_FALSE(contains(whole.err, " is cut to ")) << whole.err;
 }

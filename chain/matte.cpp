@@ -18,7 +18,7 @@ constexpr double kMinCoverage = 1.0 / 32;
 // Beside the object a soft pixel shows the mean of the pixels around it, each weighted by a
 // Gaussian of its distance times (1 - m)^16. Its own color weighs kOwn (1 - m)^16/m, and what the
 // sum of weights lacks of kMinWeight.
-constexpr int kAround = 2;
+constexpr int kSpreadReach = 2;
 constexpr double kSpreadPx = 1.25;
 constexpr double kOwn = 1.0 / 16, kMinWeight = 1.0 / 16;
 
@@ -48,8 +48,10 @@ ImageD held_reference(const std::map<Role, ImageD>& planes, Role color_role, Rol
         if (m == 0 || m == 1) return std::vector<Part>{{x, y, 1}};
         std::vector<Part> parts;
         double total = 0;
-        for (int j = std::max(y - kAround, 0); j <= std::min(y + kAround, height - 1); ++j)
-            for (int i = std::max(x - kAround, 0); i <= std::min(x + kAround, width - 1); ++i) {
+        for (int j = std::max(y - kSpreadReach, 0); j <= std::min(y + kSpreadReach, height - 1);
+             ++j)
+            for (int i = std::max(x - kSpreadReach, 0); i <= std::min(x + kSpreadReach, width - 1);
+                 ++i) {
                 const double square = (i - x) * (i - x) + (j - y) * (j - y);
                 const double other = matte_at(mattes, matte, height, i, j);
                 const double near =

@@ -272,7 +272,7 @@ Result<Plan> make_plan(const ResolvedChain& resolved) {
         for (Role role : kAllRoles)
             if (use.on_demand.has(role)) current.erase(role);
     }
-    const RoleSet wanted_outputs = resolved.outputs();
+    const RoleSet wanted_outputs = outputs_of(resolved.frame(), resolved.options());
     for (Role role : kAllRoles)
         if (wanted_outputs.has(role) && current.count(role)) plan.outputs[role] = current[role];
     drop_unread_steps(plan, reasons, resolved.rules());
@@ -309,14 +309,8 @@ std::vector<ProgramKey> programs_of(const Chain& chain, const FrameDescription& 
             if (std::find(programs.begin(), programs.end(), step.program) == programs.end())
                 programs.push_back(step.program);
     };
-    // From the last pass on: planes that passes after this one could read.
     std::vector<RoleSet> readable(chain.links.size());
-    RoleSet later = options.outputs | (frame.planes & RoleSet{Role::layers});
-    for (size_t i = chain.links.size(); i-- > 0;) {
-        readable[i] = later;
-        const RoleUse use = chain.links[i].pass->roles();
-        later = later | use.required | use.optional;
-    }
+    each_readable(chain, frame, options, [&](size_t i, RoleSet planes) { readable[i] = planes; });
     RoleSet made;  // by earlier passes, those that run
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const ChainLink& link = chain.links[i];

@@ -88,8 +88,8 @@ FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
     return frame;
 }
 
-RoleSet ResolvedChain::outputs() const {
-    return options_->outputs | (frame_.planes & RoleSet{Role::layers});
+RoleSet outputs_of(const FrameDescription& frame, const PlanOptions& options) {
+    return options.outputs | (frame.planes & RoleSet{Role::layers});
 }
 
 PlanContext ResolvedChain::context(size_t pass) const {
@@ -119,12 +119,8 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
 // an upper bound: every plane that a later pass could read.
 Status ResolvedChain::judge() {
     auto& passes = shape_.passes;
-    RoleSet readable = outputs();
-    for (size_t i = passes.size(); i-- > 0;) {
-        passes[i].wanted = readable;
-        const RoleUse use = chain_->links[i].pass->roles();
-        readable = readable | use.required | use.optional;
-    }
+    each_readable(*chain_, frame_, *options_,
+                  [&](size_t i, RoleSet readable) { passes[i].wanted = readable; });
     RoleSet available = frame_.planes;
     bool color_is_input = true;
     double spread_px = 0;
@@ -154,7 +150,7 @@ Status ResolvedChain::judge() {
 // Last to first: which planes a later pass that runs reads.
 void ResolvedChain::find_wanted() {
     auto& passes = shape_.passes;
-    RoleSet wanted = outputs();
+    RoleSet wanted = outputs_of(frame_, *options_);
     for (size_t i = passes.size(); i-- > 0;) {
         passes[i].wanted = rules_->contains(kRuleUnusedStep) ? wanted : kEveryRole;
         const RoleUse use = chain_->links[i].pass->roles();

@@ -55,8 +55,6 @@ class ResolvedChain {
     // The pass that moves color too far for the planes of other frames to be of use after it; the
     // number of passes if there is none.
     size_t first_spreading_pass() const { return first_spreading_; }
-    // Planes that a plan of this frame returns: the requested ones, and its extra layers.
-    RoleSet outputs() const;
     PlanContext context(size_t pass) const;
 
   private:
@@ -88,6 +86,20 @@ std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescrip
 
 // The frame with the chain's own camera laid over its.
 FrameDescription seen_by(const Chain& chain, const FrameDescription& given);
+// Planes that a plan of the frame returns: the requested ones, and its extra layers.
+RoleSet outputs_of(const FrameDescription& frame, const PlanOptions& options);
+// Calls found(i, planes) for each pass, last to first: the outputs and the planes that later passes
+// could read. Allocates nothing.
+template <class Found>
+void each_readable(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
+                   Found&& found) {
+    RoleSet readable = outputs_of(frame, options);
+    for (size_t i = chain.links.size(); i-- > 0;) {
+        found(i, readable);
+        const RoleUse use = chain.links[i].pass->roles();
+        readable = readable | use.required | use.optional;
+    }
+}
 
 // Writes the bytes of this frame's uniform blocks over those of `plan`, which was made for a frame
 // of the same shape; steps that were added to it since are left alone. Allocates nothing.

@@ -57,6 +57,9 @@ inline constexpr std::array<Role, 4> kFileRoles = {Role::color, Role::inverse_de
 enum class Neighbor : uint8_t { before, after };
 inline constexpr std::array<Neighbor, 2> kNeighbors = {Neighbor::before, Neighbor::after};
 const char* name_of(Neighbor neighbor);
+constexpr int frames_to(Neighbor neighbor) {
+    return neighbor == Neighbor::before ? -1 : 1;
+}
 
 // Planes that are read of another frame: the file's, its layers and mattes.
 inline constexpr std::array<Role, 6> kNeighborRoles = {

@@ -36,6 +36,14 @@ Status Status::at(const std::string& place) const {
     return Status(code_, place + ": " + message_);
 }
 
+Status input_error(std::string message) {
+    return Status(StatusCode::input, std::move(message));
+}
+
+Status input_error(const std::string& path, const std::string& what) {
+    return input_error(path + ": " + what);
+}
+
 Status out_of_memory(const std::string& place) noexcept {
     try {
         return Status(StatusCode::memory, place + ": not enough memory");

@@ -47,6 +47,8 @@ class [[nodiscard]] Status {
     std::string message_;
 };
 
+Status input_error(std::string message);
+Status input_error(const std::string& path, const std::string& what);  // "path: what"
 // "place: not enough memory", or a shorter message if not even this one fits into memory.
 Status out_of_memory(const std::string& place) noexcept;
 // The exception now being handled: out_of_memory(), otherwise StatusCode::internal with its

@@ -13,7 +13,6 @@ namespace postchain {
 namespace {
 
 constexpr int kProfileVersion = 1;
-constexpr std::string_view kLayer = "<layer>";
 
 // The key of each role in a profile. `depth` is the stored value, in the file's encoding.
 struct RoleKey {

@@ -18,6 +18,8 @@ namespace postchain {
 // name, dots included; the rest of a name is literal.
 using ChannelPattern = std::vector<std::string>;
 
+inline constexpr std::string_view kLayer = "<layer>";
+
 // Patterns that share one convention. Each role uses only its own members.
 struct RoleSource {
     std::vector<ChannelPattern> channels;         // the first complete one is used

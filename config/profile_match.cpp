@@ -9,8 +9,6 @@
 namespace postchain {
 namespace {
 
-constexpr std::string_view kLayer = "<layer>";
-
 // Channels of one part in one view: name without view -> name in the file. Each channel also has
 // the name part.channel, for files with one part per layer.
 using PartNames = std::map<std::string, std::string>;

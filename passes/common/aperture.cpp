@@ -9,7 +9,7 @@ namespace postchain::lens {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kSteps = 256;  // steps of half a blade
+constexpr int kHalfBladeSteps = 256;  // steps of half a blade
 
 bool is_disc(const Aperture& aperture) {
     return aperture.blades < 3 || aperture.curvature == 1;
@@ -162,10 +162,10 @@ double blade_radius(int blades, double curvature, double angle) {
 
 Outline::Outline(const Aperture& aperture) : aperture_(aperture) {
     if (is_disc(aperture)) return;
-    const double step = kPi / aperture.blades / kSteps;
+    const double step = kPi / aperture.blades / kHalfBladeSteps;
     double sum = 0;
     swept_ = {0};
-    for (int i = 0; i < kSteps; ++i) {
+    for (int i = 0; i < kHalfBladeSteps; ++i) {
         const double radius = blade_radius(aperture.blades, aperture.curvature, (i + 0.5) * step);
         sum += radius * radius;
         swept_.push_back(sum);
@@ -187,7 +187,7 @@ std::array<double, 2> Outline::at(double turn) const {
     const auto above = std::upper_bound(swept_.begin(), swept_.end() - 1, std::abs(side));
     const double low = *(above - 1), high = *above;
     const double steps = double(above - swept_.begin() - 1) + (std::abs(side) - low) / (high - low);
-    const double from_middle = std::copysign(steps * kPi / blades / kSteps, side);
+    const double from_middle = std::copysign(steps * kPi / blades / kHalfBladeSteps, side);
     const double radius = blade_radius(blades, aperture_.curvature, from_middle);
     const double angle =
         aperture_.rotation_deg * kPi / 180 + 2 * kPi * blade / blades + from_middle;

@@ -11,10 +11,10 @@ namespace postchain::lens {
 namespace {
 
 constexpr int kMaxSets = 64;  // more show no difference
-constexpr double kSteps = 32767;
+constexpr double kUnit = 32767;
 
 int16_t packed(double x) {
-    return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kSteps));
+    return int16_t(std::lround(std::clamp(x, -1.0, 1.0) * kUnit));
 }
 
 // A point of an image: as by an outline, but equal steps are equal shares of light.
@@ -30,7 +30,7 @@ std::array<double, 2> image_point(const Aperture& aperture, double within, doubl
 
 std::array<double, 2> Points::at(int point, int set) const {
     const auto& p = packed[size_t(set * count + point)];
-    return {p[0] / kSteps, p[1] / kSteps};
+    return {p[0] / kUnit, p[1] / kUnit};
 }
 
 int sets_of(int count) {

@@ -89,8 +89,9 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
 
     ASSERT_EQ(filter("motion_blur", {"--frames", "1"}).code, 0);
     Json times = sidecar(1)["times_ms"];
-    const Json timed = plan({"--frames", "2", "--pilot", out(1) + ".json"})["estimate"]["seconds"];
-    // A frame of the same size and plan takes the pilot's time.
+    const Json timed =
+        plan({"--frames", "2", "--calibration", out(1) + ".json"})["estimate"]["seconds"];
+    // A frame of the same size and plan takes the calibration's time.
     EXPECT_NEAR(double(timed["filter"]), double(times["passes"][0]["ms"]) / 1000, 1e-9);
     EXPECT_NEAR(double(timed["read"]), (double(times["read"]) + double(times["convert"])) / 1000,
                 1e-9);
@@ -98,18 +99,25 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     EXPECT_NEAR(double(timed["all"]),
                 double(timed["read"]) + double(timed["filter"]) + double(timed["write"]), 1e-9);
     // Twice the samples are nearly twice the fetches of the gather.
-    const Json longer = plan({"--frames", "2", "--pilot", out(1) + ".json", "--set",
+    const Json longer = plan({"--frames", "2", "--calibration", out(1) + ".json", "--set",
                               "motion_blur.samples=51"})["estimate"]["seconds"];
     EXPECT_GT(double(longer["filter"]), 1.3 * double(timed["filter"]));
 
-    // A pilot without the pass gives no estimate, and a file that is not a sidecar is refused.
+    // A calibration without the pass gives no estimate, and a file that is not a sidecar is
+    // refused.
     const auto other =
-        run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--pilot", out(1) + ".json"});
+        run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--calibration", out(1) + ".json"});
     EXPECT_EQ(other.code, 0);
-    EXPECT_TRUE(contains(other.err, "a pass that the pilot did not")) << other.err;
+    EXPECT_TRUE(contains(other.err, "a pass that the calibration did not")) << other.err;
     EXPECT_FALSE(json_lines(other.out)[0]["estimate"].contains("seconds"));
+    const auto former =
+        run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--pilot", out(1) + ".json"});
+    EXPECT_EQ(former.out, other.out);
+    EXPECT_TRUE(contains(former.err, "'--pilot' is the former name of '--calibration'"))
+        << former.err;
+    EXPECT_FALSE(contains(run({"plan", "--help"}).out, "--pilot"));
     for (const auto& path : {in(1), at("motion_blur.yaml"), at("none.json")}) {
-        const auto refused = run({"plan", at("fxaa.yaml"), "-i", in(1), "--pilot", path});
+        const auto refused = run({"plan", at("fxaa.yaml"), "-i", in(1), "--calibration", path});
         EXPECT_EQ(refused.code, 4) << path;
         EXPECT_TRUE(contains(refused.err, path)) << refused.err;
     }

@@ -1,13 +1,13 @@
 """Kills `postchain serve` at random moments (SIGKILL) while it works on one job of small frames, starts
 it again and submits the job anew under its key until it is done, and compares all that it wrote with an
 undisturbed run of the command: every frame there once, whole, of the same bits; no temporary left;
-in the store one job, every frame written, none set aside, each with one event of its end.
+in the store one job, every frame written, none quarantined, each with one event of its end.
 
     python3 tests/service/kills.py build/tools/apps/postchain/postchain --work /tmp/kills \\
         --frames 200 --kills 40
 
 A kill meets a frame alone in flight only by chance, so attempts are many here: that a frame which kills
-its process is set aside is poison.py's.
+its process is quarantined is poison.py's.
 """
 import argparse
 import collections

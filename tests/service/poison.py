@@ -1,5 +1,5 @@
 """Two frames of a job kill the process that opens them. The service is started again whenever it has
-died: it must set these two aside after three attempts each, alone, and do all the others, whose bits
+died: it must quarantine these two after three attempts each, alone, and do all the others, whose bits
 are those of the command.
 
     python3 tests/service/poison.py build/tools/apps/postchain/postchain \\
@@ -46,7 +46,7 @@ def main():
         deaths += 1
         if deaths > 4 * ATTEMPTS:
             raise SystemExit("it dies again and again")
-    if ended["state"] != "failed" or "set aside: 3, 13" not in ended["message"]:
+    if ended["state"] != "failed" or "quarantined: 3, 13" not in ended["message"]:
         said.append(f"the job: {ended['state']}, {ended['message']}")
     # First together with others, then each alone.
     if not len(POISON) * ATTEMPTS <= deaths <= len(POISON) * (ATTEMPTS + 1):
@@ -54,10 +54,10 @@ def main():
     said += jobs.differences(out, expected, whole=True)
     said += [f"{path}: never removed" for path in jobs.temporaries(out)]
     store = sqlite3.connect(work / "store.db")
-    aside = [row[0] for row in store.execute(
-        "SELECT frame FROM frames WHERE state = 'set_aside' ORDER BY frame")]
-    if aside != POISON:
-        said.append(f"set aside: {aside}")
+    quarantined = [row[0] for row in store.execute(
+        "SELECT frame FROM frames WHERE state = 'quarantined' ORDER BY frame")]
+    if quarantined != POISON:
+        said.append(f"quarantined: {quarantined}")
     if ended["done"] != FRAMES - len(POISON):
         said.append(f"{ended['done']} frames done")
     for sentence in said:

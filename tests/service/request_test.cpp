@@ -11,6 +11,7 @@
 #include "tests/command/frames.h"
 #include "tests/io/exr_files.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/request_body.h"
 
 namespace postchain::service {
 namespace {
@@ -48,6 +49,7 @@ class RequestTest : public testing::Test {
         ADD_FAILURE() << text_of(std::get<Problem>(read).diagnostics);
         return {};
     }
+    std::vector<std::string> warnings(const json& body) { return taken(body).warnings; }
     json with(const std::string& key, const json& value) const {
         json body = whole_;
         body[key] = value;
@@ -60,6 +62,44 @@ class RequestTest : public testing::Test {
     std::unique_ptr<JobReader> reader_;
     json whole_;
 };
+
+// Of an elision rule, and in a chain. The former key of a row is read and warned about like one of
+// a chain file.
+TEST_F(RequestTest, FormerNamesAreReadWithAWarning) {
+    EXPECT_EQ(warnings(whole_).size(), 0u);
+    const auto found = warnings(with("no_elide", "still_tiles"));
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NE(found[0].find("'still_tiles' is the former name of 'still_blocks'"),
+              std::string::npos)
+        << found[0];
+
+    struct Settings {
+        int samples = 0;
+    };
+    const ParameterTable table =
+        ParameterTableBuilder<Settings>()
+            .integer(
+                "samples", &Settings::samples,
+                {.min = 0, .max = 9, .help = "count", .former = {.keys = {"taps"}, .choices = {}}})
+            .table();
+    const auto read = [&](const std::string& text) {
+        RequestBody body(text, roots_);
+        Settings settings;
+        body.read_rows(table, "", &settings);
+        return std::pair(settings.samples, body.faults());
+    };
+    EXPECT_EQ(read("{\"samples\": 5}"), std::pair(5, Diagnostics()));
+    const auto [samples, faults] = read("{\"taps\": 5}");
+    EXPECT_EQ(samples, 5);
+    ASSERT_EQ(faults.size(), 1u);
+    EXPECT_EQ(faults[0].severity, Severity::warning);
+    EXPECT_EQ(
+        faults[0].message,
+        "'taps' is the former name of 'samples' and will not be accepted by the next version");
+    const auto twice = read("{\"samples\": 5, \"taps\": 6}").second;
+    ASSERT_EQ(twice.size(), 1u);
+    EXPECT_EQ(twice[0].message, "given twice, also by a former name");
+}
 
 TEST_F(RequestTest, AWholeJob) {
     json body = whole_;

@@ -122,7 +122,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     open();
     const Job job = ended("2");
     EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_EQ(frames("2")[0].state, FrameState::set_aside);
+    EXPECT_EQ(frames("2")[0].state, FrameState::quarantined);
     EXPECT_NE(frames("2")[0].message.find("exists"), std::string::npos) << frames("2")[0].message;
     EXPECT_EQ(content(out(1)), "a stranger's");
     EXPECT_EQ(frames("2")[1].state, FrameState::written);
@@ -131,7 +131,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     EXPECT_EQ(fs::last_write_time(out(2)), time) << "was written again";
 }
 
-TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
+TEST_F(Jobs, APoisonedFrameIsQuarantinedAndTheOthersAreDone) {
     std::ofstream(root("in.0003.exr"), std::ios::binary) << "no EXR";
     open();
     const std::string id = submit(body());
@@ -140,9 +140,9 @@ TEST_F(Jobs, APoisonedFrameIsSetAsideAndTheOthersAreDone) {
     EXPECT_EQ(job.exit_code, 1);
     EXPECT_EQ(job.done, 5);
     EXPECT_EQ(job.failed, 1);
-    EXPECT_NE(job.message.find("1 of 6 frames set aside: 3"), std::string::npos) << job.message;
+    EXPECT_NE(job.message.find("1 of 6 frames quarantined: 3"), std::string::npos) << job.message;
     const JobFrame frame = frames(id)[2];
-    EXPECT_EQ(frame.state, FrameState::set_aside);
+    EXPECT_EQ(frame.state, FrameState::quarantined);
     EXPECT_EQ(frame.attempts, attempts_);
     EXPECT_NE(frame.message.find("in.0003.exr"), std::string::npos) << frame.message;
     // After the repair a retry does only this frame.
@@ -204,7 +204,7 @@ TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     const Job job = ended(id);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.done, 5) << job.message;
-    EXPECT_EQ(frames(id)[2].state, FrameState::set_aside);
+    EXPECT_EQ(frames(id)[2].state, FrameState::quarantined);
     EXPECT_EQ(frames(id)[2].attempts, attempts_);
     EXPECT_NE(frames(id)[2].message.find("nowhere.comp"), std::string::npos);
     size_t anew = 0;
@@ -343,7 +343,7 @@ TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     open();
     const std::string slow = submit(
         json({{"kind", "study"}, {"study", study}, {"output", "study"}, {"priority", -1}}).dump());
-    ASSERT_TRUE(wait_for([&] { return fs::exists(root("study/units/s0.quick_vs_report.json")); }));
+    ASSERT_TRUE(wait_for([&] { return fs::exists(root("study/tasks/s0.quick_vs_report.json")); }));
     const Job first = ended(submit(body()));
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);

@@ -99,7 +99,7 @@ TEST_F(StoreTest, FramesInFlightTogetherGoOnAloneAndKeepTheirAttempts) {
     }
 }
 
-TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsSetAside) {
+TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsQuarantined) {
     open();
     const std::string id = running(2);
     for (int death = 1; death <= 3; ++death) {
@@ -111,7 +111,7 @@ TEST_F(StoreTest, AFrameThatKillsTheProcessAloneIsSetAside) {
         open();
         EXPECT_EQ(frame(id, 1).attempts, death);
     }
-    EXPECT_EQ(frame(id, 1).state, FrameState::set_aside);
+    EXPECT_EQ(frame(id, 1).state, FrameState::quarantined);
     EXPECT_EQ(job(id).state, JobState::queued) << "the other frame is still to be done";
     EXPECT_EQ(job(id).failed, 1);
     EXPECT_EQ(store_->events(id, 0, 100)->back().type, "requeued");
@@ -140,13 +140,13 @@ TEST_F(StoreTest, WhatWasGivenUpWaitsAsBefore) {
     EXPECT_FALSE((*store_->to_do(id))[0].alone);
 }
 
-TEST_F(StoreTest, FailuresCountUntilTheFrameIsSetAside) {
+TEST_F(StoreTest, FailuresCountUntilTheFrameIsQuarantined) {
     open(2);
     const std::string id = running(1);
     for (int attempt = 1; attempt <= 2; ++attempt) {
         ASSERT_TRUE(store_->frame_begins(id, 1).ok());
         ASSERT_TRUE(store_->frame_fails(id, 1, "why").ok());
-        EXPECT_EQ(frame(id, 1).state, attempt < 2 ? FrameState::waiting : FrameState::set_aside);
+        EXPECT_EQ(frame(id, 1).state, attempt < 2 ? FrameState::waiting : FrameState::quarantined);
     }
     EXPECT_EQ(frame(id, 1).message, "why");
     Job end = job(id);
@@ -275,6 +275,32 @@ TEST_F(StoreTest, AStoreOfALaterVersionStays) {
     sqlite3_exec(other, "PRAGMA user_version = 99", nullptr, nullptr, nullptr);
     sqlite3_close(other);
     EXPECT_NE(refusal().find("later version"), std::string::npos) << refusal();
+}
+
+// A job that had quarantined one of its frames: its events say so, and a retry runs it again.
+TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
+    std::ifstream dump(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql");
+    const std::string sql(std::istreambuf_iterator<char>(dump), {});
+    ASSERT_FALSE(sql.empty());
+    sqlite3* old = nullptr;
+    ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(old, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+    sqlite3_close(old);
+    for (int i = 0; i < 2; ++i) open();  // the second time it is a store of this version
+    EXPECT_EQ(job("1").state, JobState::failed);
+    EXPECT_EQ(job("1").failed, 1);
+    EXPECT_EQ(frame("1", 1).state, FrameState::written);
+    EXPECT_EQ(frame("1", 1).sidecar, "{\"a\": 1}");
+    EXPECT_EQ(frame("1", 2).state, FrameState::quarantined);
+    EXPECT_EQ(store_->tally("1")->quarantined, std::vector{2});
+    std::vector<std::string> types;
+    for (const Event& event : events("1")) types.push_back(event.type);
+    EXPECT_EQ(types,
+              (std::vector<std::string>{"queued", "started", "frames", "frame", "frame_failed",
+                                        "frame_failed", "quarantined", "failed"}));
+    ASSERT_TRUE(store_->retry("1").ok());
+    ASSERT_EQ(to_do("1").size(), 1u);
+    EXPECT_EQ(to_do("1")[0].frame, 2);
 }
 
 TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {

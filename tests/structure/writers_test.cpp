@@ -162,7 +162,7 @@ TEST(Writers, OnlyOnePlaceSaysOverwrite) {
                                            // Its own report, continued after a crash.
                                            "tools/service/work/experiment_work.cpp",
                                            // Its own results, in a folder with the mark of a study.
-                                           "tools/measure/study/unit.cpp"};
+                                           "tools/measure/study/task.cpp"};
     static const std::regex says(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     size_t met = 0;
     for (const auto& [file, lines] : sources())

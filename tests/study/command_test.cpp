@@ -50,7 +50,7 @@ class StudyCommand : public CommandTest {
     size_t results(const std::string& folder) const {
         std::error_code error;
         size_t count = 0;
-        for (const auto& entry : fs::directory_iterator(at(folder + "/units"), error))
+        for (const auto& entry : fs::directory_iterator(at(folder + "/tasks"), error))
             count +=
                 entry.path().extension() == ".json" && entry.path().filename().string()[0] != '.';
         return count;
@@ -82,10 +82,10 @@ TEST_F(StudyCommand, ItsGainsAreThoseOfAb) {
         contains(read_text(at("study/index.html")), "\"scenes/b/plain_vs_along/index.html\""));
     // A second call measures nothing and says the same.
     const std::string before = report("study");
-    const auto time = fs::last_write_time(at("study/units/a.plain_vs_along.json"));
+    const auto time = fs::last_write_time(at("study/tasks/a.plain_vs_along.json"));
     EXPECT_EQ(run(study("study")).code, 0);
     EXPECT_EQ(report("study"), before);
-    EXPECT_EQ(fs::last_write_time(at("study/units/a.plain_vs_along.json")), time);
+    EXPECT_EQ(fs::last_write_time(at("study/tasks/a.plain_vs_along.json")), time);
 }
 
 TEST_F(StudyCommand, TwoProcessesAndPartsGiveTheBytesOfOne) {
@@ -103,7 +103,7 @@ TEST_F(StudyCommand, TwoProcessesAndPartsGiveTheBytesOfOne) {
     }
     EXPECT_EQ(run(study("parts", {"--chunk", "2/3"})).code, 0);
     EXPECT_EQ(report("parts"), report("one"));
-    for (const auto& entry : fs::directory_iterator(at("parts/units")))
+    for (const auto& entry : fs::directory_iterator(at("parts/tasks")))
         EXPECT_EQ(entry.path().extension(), ".json") << entry.path();
 }
 
@@ -136,12 +136,12 @@ TEST_F(StudyCommand, ASceneThatFailsIsNamedAndTheOthersStand) {
     EXPECT_EQ(json["tables"][0]["scenes"].size(), 2u);
     EXPECT_TRUE(contains(json["scenes"][1]["failure"], "the ground truth has no file"));
     // When the truth is there, only that scene is measured.
-    const auto time = fs::last_write_time(at("study/units/a.plain_vs_along.json"));
+    const auto time = fs::last_write_time(at("study/tasks/a.plain_vs_along.json"));
     for (const char* frame : {"1", "2"})
         fs::copy_file(at("b/truth/in.000" + std::string(frame) + ".exr"),
                       at("b/truth/none.000" + std::string(frame) + ".exr"));
     EXPECT_EQ(run(study("study")).code, 0);
-    EXPECT_EQ(fs::last_write_time(at("study/units/a.plain_vs_along.json")), time);
+    EXPECT_EQ(fs::last_write_time(at("study/tasks/a.plain_vs_along.json")), time);
     EXPECT_EQ(Json::parse(read_text(at("study/report.json")))["tables"][0]["scenes"].size(), 3u);
 }
 
@@ -170,12 +170,26 @@ TEST_F(StudyCommand, ResultsOfAnotherStudyAreRefused) {
     write_sequence(at("b"), {1}, 40, 30);
     refused("in.0001.exr");
     // A later call says what may be done about it.
-    for (const char* file : {"units/mine.json", "units/notes.txt", "scenes/notes.txt"})
+    for (const char* file : {"tasks/mine.json", "tasks/notes.txt", "scenes/notes.txt"})
         write_text(at(std::string("study/") + file), "mine");
     EXPECT_EQ(run(study("study", {"--on-existing", "overwrite"})).code, 1);
     // That removes results and reports alone.
-    for (const char* file : {"units/mine.json", "units/notes.txt", "scenes/notes.txt"})
+    for (const char* file : {"tasks/mine.json", "tasks/notes.txt", "scenes/notes.txt"})
         EXPECT_TRUE(exists(at(std::string("study/") + file))) << file;
+}
+
+// Version 0.1 kept its results in units/.
+TEST_F(StudyCommand, AStudyBegunByAnEarlierVersionIsRefused) {
+    fs::create_directories(at("study/units"));
+    write_text(at("study/.postchain-study"), "This folder is a study of postchain.\n");
+    write_text(at("study/units/a.plain_vs_along.json"), "{\"postchain_unit\": 1}");
+    for (const char* on_existing : {"skip", "overwrite"}) {
+        const auto outcome = run(study("study", {"--on-existing", on_existing}));
+        EXPECT_EQ(outcome.code, 2) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, "was begun by postchain 0.1")) << outcome.err;
+    }
+    EXPECT_FALSE(exists(at("study/tasks")));
+    EXPECT_TRUE(exists(at("study/units/a.plain_vs_along.json")));
 }
 
 TEST_F(StudyCommand, AFolderOfOthersIsNotTouched) {
@@ -183,7 +197,7 @@ TEST_F(StudyCommand, AFolderOfOthersIsNotTouched) {
     write_text(at("mine/notes.txt"), "mine");
     const auto outcome = run(study("mine"));
     EXPECT_EQ(outcome.code, 5) << outcome.text();
-    EXPECT_FALSE(exists(at("mine/units")));
+    EXPECT_FALSE(exists(at("mine/tasks")));
     // Nor one in which an input lies.
     EXPECT_EQ(run(study("a")).code, 2);
 }

@@ -35,9 +35,9 @@ TEST(StudyFile, EveryPairIsAskedAndPathsAreBesideTheFile) {
     EXPECT_EQ(study.title, "study");
     ASSERT_EQ(study.pairs.size(), 3u);
     EXPECT_EQ(study.pairs[2], (std::pair<size_t, size_t>(1, 2)));
-    const auto units = units_of(study);
-    ASSERT_EQ(units.size(), 6u);
-    EXPECT_EQ(units[4].name, "t.one_vs_three");
+    const auto tasks = tasks_of(study);
+    ASSERT_EQ(tasks.size(), 6u);
+    EXPECT_EQ(tasks[4].name, "t.one_vs_three");
     EXPECT_EQ(study.scenes[0].family, "s");
     EXPECT_EQ(study.scenes[1].family, "f");
     EXPECT_EQ(study.scenes[0].measured.run.input.color().text(), "shots/a.####.exr");
@@ -53,7 +53,7 @@ TEST(StudyFile, QuestionsNameThePairs) {
     const StudyFile file = read(kHead + "questions: [[three, one]]\nscenes:\n" + kScene);
     ASSERT_TRUE(file.status().ok()) << text_of(file.diagnostics);
     ASSERT_EQ(file.study.pairs.size(), 1u);
-    EXPECT_EQ(units_of(file.study)[0].name, "s.three_vs_one");
+    EXPECT_EQ(tasks_of(file.study)[0].name, "s.three_vs_one");
     EXPECT_THAT(refused(kHead + "questions: [[one, four]]\nscenes:\n" + kScene),
                 HasSubstr("study.yaml:3:19: error: questions[0]: unknown chain 'four'"));
     EXPECT_THAT(refused(kHead + "questions: [[one, two], [two, one]]\nscenes:\n" + kScene),
@@ -88,7 +88,7 @@ TEST(StudyFile, ABenchComparesWithItsFirstVariant) {
     ASSERT_TRUE(file.status().ok()) << text_of(file.diagnostics);
     ASSERT_EQ(file.study.pairs.size(), 2u);
     EXPECT_EQ(file.study.pairs[1], (std::pair<size_t, size_t>(0, 2)));
-    EXPECT_EQ(units_of(file.study).size(), 1u);
+    EXPECT_EQ(tasks_of(file.study).size(), 1u);
     EXPECT_EQ(file.study.names()[1], "motion_blur.samples=9");
 }
 

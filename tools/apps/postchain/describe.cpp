@@ -17,22 +17,22 @@
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/run/estimate.h"
-#include "tools/sequence/run/layer_record.h"
+#include "tools/sequence/run/layers_json.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {
 
 int plan_subcommand(const Options& options, const std::string& format,
-                    const std::string& pilot_path) {
+                    const std::string& calibration_path) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
-    std::optional<sequence::Pilot> pilot;
-    if (!pilot_path.empty()) {
-        auto read = sequence::read_pilot(pilot_path);
-        if (!read.ok()) return fail(read.status().at("--pilot"));
-        pilot = std::move(*read);
+    std::optional<sequence::Calibration> calibration;
+    if (!calibration_path.empty()) {
+        auto read = sequence::read_calibration(calibration_path);
+        if (!read.ok()) return fail(read.status().at("--calibration"));
+        calibration = std::move(*read);
     }
     io::set_exr_threads(threads_of(options));
     int code = kExitOk;
@@ -42,11 +42,12 @@ int plan_subcommand(const Options& options, const std::string& format,
         for (const auto& warning : planned.warnings) log::warning(warning);
         if (planned.plan.ok()) {
             const Plan& plan = *planned.plan;
-            const auto seconds = pilot ? sequence::seconds_of(plan, *pilot) : std::nullopt;
-            if (pilot && !seconds)
+            const auto seconds =
+                calibration ? sequence::seconds_of(plan, *calibration) : std::nullopt;
+            if (calibration && !seconds)
                 log::warning(
-                    concat("--pilot ", pilot->path, ": frame ", planned.frame,
-                           " runs a pass that the pilot did not; cannot estimate its time"));
+                    concat("--calibration ", calibration->path, ": frame ", planned.frame,
+                           " runs a pass that the calibration did not; cannot estimate its time"));
             const std::string text =
                 format == "json"  ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
                 : format == "dot" ? plan_as_dot(plan)

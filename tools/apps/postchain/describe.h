@@ -5,8 +5,9 @@
 
 namespace postchain {
 
-// `pilot`: path of a sidecar, empty = none.
-int plan_subcommand(const Options& options, const std::string& format, const std::string& pilot);
+// `calibration`: path of a sidecar, empty = none.
+int plan_subcommand(const Options& options, const std::string& format,
+                    const std::string& calibration);
 int info_subcommand(const Options& options);
 int schema_subcommand();
 int passes_subcommand(const std::string& format);

@@ -60,11 +60,6 @@ std::string number_text(const std::optional<double>& value) {
     return text;
 }
 
-void print_line(const Json& json) {
-    std::printf("%s\n", io::json_text(json).c_str());
-    std::fflush(stdout);
-}
-
 void print_table(const Values& values) {
     for (const auto& [name, value] : values)
         std::printf("  %-16s %s\n", name.c_str(), number_text(value).c_str());

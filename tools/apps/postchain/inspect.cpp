@@ -111,11 +111,6 @@ Json describe_signs(const SignCheck& check) {
     return json;
 }
 
-// Attributes and names may contain invalid UTF-8.
-void print_line(const Json& json) {
-    std::printf("%s\n", io::json_text(json).c_str());
-}
-
 void print_file(const Json& file) {
     std::printf("%s: %llu bytes\n", printable(file["file"].get<std::string>()).c_str(),
                 (unsigned long long)file["bytes"].get<uint64_t>());

@@ -67,7 +67,7 @@ int command(int argc, char** argv) {
     StressOptions stress;
     ServeOptions serve;
     StudyOptions study;
-    std::string selftest_only, plan_format = "text", plan_pilot, passes_format = "text";
+    std::string selftest_only, plan_format = "text", plan_calibration, passes_format = "text";
     const ParameterTable& job = job_parameters();
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
@@ -104,9 +104,12 @@ int command(int argc, char** argv) {
         ->excludes(text)
         ->excludes(json);
 
-    plan->add_option("--pilot", plan_pilot,
-                     "sidecar of a frame filtered on a similar machine, to estimate times")
-        ->type_name("FILE");
+    auto* calibration =
+        plan->add_option("--calibration", plan_calibration,
+                         "sidecar of a frame filtered on a similar machine, to estimate times")
+            ->type_name("FILE");
+    auto* pilot =  // former name
+        plan->add_option("--pilot", plan_calibration)->group("")->excludes(calibration);
 
     CLI::App* inspect =
         app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
@@ -178,7 +181,8 @@ int command(int argc, char** argv) {
         const auto record = apply_like(*run, options);
         return record.ok() ? run_subcommand(options, *record) : fail(record.status());
     }
-    if (*plan) return plan_subcommand(options, plan_format, plan_pilot);
+    if (*pilot) log::warning(former_name_text("--pilot", "--calibration"));
+    if (*plan) return plan_subcommand(options, plan_format, plan_calibration);
     if (*inspect) return inspect_subcommand(options);
     if (*diff_app) return diff_subcommand(options, diff);
     if (*sheet_app) return sheet_subcommand(options, sheet);

@@ -6,7 +6,7 @@
 
 #include "chain/plan_bytes.h"
 #include "chain/text.h"
-#include "tools/sequence/run/layer_record.h"
+#include "tools/sequence/run/layers_json.h"
 
 namespace postchain {
 namespace {

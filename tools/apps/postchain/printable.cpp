@@ -32,4 +32,9 @@ std::string printable(std::string_view text, Lines lines) {
     return out;
 }
 
+void print_line(const io::Json& json) {
+    std::printf("%s\n", io::json_text(json).c_str());
+    std::fflush(stdout);
+}
+
 }  // namespace postchain

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "tools/sequence/files/json.h"
+
 namespace postchain {
 
 enum class Lines {
@@ -15,5 +17,8 @@ enum class Lines {
 // characters as \x1b, C1 controls and direction marks as \u{202e}, invalid UTF-8 bytes as \xff. All
 // printed text passes through it.
 std::string printable(std::string_view text, Lines lines = Lines::escape);
+
+// One line of standard output, also if a reader waits for it. Text may contain invalid UTF-8.
+void print_line(const io::Json& json);
 
 }  // namespace postchain

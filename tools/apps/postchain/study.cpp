@@ -84,13 +84,13 @@ int study_subcommand(const Options& options, const StudyOptions& s, int argc, ch
                                  options.threads,
                                  {argv, argv + argc}};
     auto done =
-        study::work_on_units(*study, *folder, chunk, machine, progress_printer(), &stop.flag());
+        study::work_on_tasks(*study, *folder, chunk, machine, progress_printer(), &stop.flag());
     log::progress("");
     if (stop.asked()) return stop.exit_code();
     if (!done.ok()) return fail(done.status());
     if (done->complete()) return finish(*study, *folder, options.json);
     log::info(
-        concat(done->results, " of ", done->units,
+        concat(done->results, " of ", done->tasks,
                " results are complete; the process that makes the last one writes the report"));
     return kExitOk;
 }

@@ -22,19 +22,32 @@ Status unknown(const char* what, const std::string& name, const std::vector<Row>
     return Status(StatusCode::usage, concat("no ", what, " '", name, "'; known are ", known));
 }
 
+// A function of the pair as a row's `measure`.
+template <auto function>
+std::optional<double> measured(const Pair& pair) {
+    return function(pair);
+}
+
+double nonfinite_pixels(const Pair& pair) {
+    return double(pair.test.nonfinite);
+}
+
 }  // namespace
 
 const std::vector<MetricRow>& metric_rows() {
     static const std::vector<MetricRow> rows = {
         {"flip", "FLIP of linear values clamped to 0..1, mean"},
         {"hdr_flip", "HDR-FLIP, mean"},
-        {"relmse", "mean of (I-R)^2 / (|R| + 0.01)^2"},
-        {"smape", "mean of 2|I-R| / (|I| + |R| + 0.02)"},
-        {"mse", "mean of (I-R)^2"},
-        {"psnr", "dB after the display transform, peak 1; none if equal", false},
-        {"ssim", "on luma after the display transform; none below 11x11 pixels", false},
-        {"nonfinite", "pixels of the tested image with NaN or Inf"},
-        {"relmse_trimmed", "relmse without the worst 0.1 % of the pixels"},
+        {"relmse", "mean of (I-R)^2 / (|R| + 0.01)^2", true, measured<relmse>},
+        {"smape", "mean of 2|I-R| / (|I| + |R| + 0.02)", true, measured<smape>},
+        {"mse", "mean of (I-R)^2", true, measured<mse>},
+        {"psnr", "dB after the display transform, peak 1; none if equal", false, measured<psnr>},
+        {"ssim", "on luma after the display transform; none below 11x11 pixels", false,
+         measured<ssim>},
+        {"nonfinite", "pixels of the tested image with NaN or Inf", true,
+         measured<nonfinite_pixels>},
+        {"relmse_trimmed", "relmse without the worst 0.1 % of the pixels", true,
+         measured<relmse_trimmed>},
         {"difference_p50", "median of the largest |I-R| of each pixel"},
         {"difference_p95", "95th percentile of the same"},
         {"difference_p99", "99th percentile of the same"},
@@ -73,11 +86,11 @@ Result<Comparison> compare(const Pair& pair, const CompareSettings& settings) {
         if (!find_metric(name)) return unknown("metric", name, metric_rows());
     if (!settings.map.empty() && !find_map(settings.map))
         return unknown("error map", settings.map, map_rows());
-    const auto wanted = [&](const char* name) {
+    const auto wanted = [&](const std::string& name) {
         return settings.metrics.empty() || settings.metrics.count(name) > 0;
     };
     Comparison result;
-    const auto add = [&](const char* name, auto&& measure) {
+    const auto add = [&](const std::string& name, auto&& measure) {
         if (wanted(name)) result.values.emplace_back(name, measure());
     };
     // FLIP computes its map anyway.
@@ -94,13 +107,8 @@ Result<Comparison> compare(const Pair& pair, const CompareSettings& settings) {
                                ? *settings.exposures
                                : exposure_range(pair.reference, settings.flip.tone_mapper);
     add_flip("hdr_flip", [&] { return hdr_flip(pair, result.exposures, settings.flip); });
-    add("relmse", [&] { return relmse(pair); });
-    add("smape", [&] { return smape(pair); });
-    add("mse", [&] { return mse(pair); });
-    add("psnr", [&] { return psnr(pair); });
-    add("ssim", [&] { return ssim(pair); });
-    add("nonfinite", [&] { return double(pair.test.nonfinite); });
-    add("relmse_trimmed", [&] { return relmse_trimmed(pair); });
+    for (const MetricRow& row : metric_rows())
+        if (row.measure) add(row.name, [&] { return row.measure(pair); });
     if (wanted("difference_p50") || wanted("difference_p95") || wanted("difference_p99") ||
         wanted("difference_max")) {
         const Percentiles p = difference_percentiles(pair);

@@ -16,6 +16,8 @@ struct MetricRow {
     std::string name;
     std::string help;
     bool is_error = true;  // 0 = equal, higher = worse; false: higher = better (psnr, ssim)
+    // Null: compare() computes it with others (FLIP with its map, all percentiles together).
+    std::optional<double> (*measure)(const Pair&) = nullptr;
 };
 // flip, hdr_flip, relmse, smape, mse, psnr, ssim, nonfinite, then the distribution of differences.
 const std::vector<MetricRow>& metric_rows();

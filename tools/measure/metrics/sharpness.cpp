@@ -8,10 +8,6 @@
 namespace postchain::metrics {
 namespace {
 
-double squared(double v) {
-    return v * v;
-}
-
 ImageF gradient_energy(const Picture& picture) {
     const ImageF luma = display_luma(picture);
     ImageF energy(luma.width, luma.height, 1);
@@ -21,8 +17,8 @@ ImageF gradient_energy(const Picture& picture) {
                 return double(luma.at(std::clamp(x + dx, 0, luma.width - 1),
                                       std::clamp(y + dy, 0, luma.height - 1)));
             };
-            energy.at(x, y) =
-                float(squared((at(1, 0) - at(-1, 0)) / 2) + squared((at(0, 1) - at(0, -1)) / 2));
+            const double dx = (at(1, 0) - at(-1, 0)) / 2, dy = (at(0, 1) - at(0, -1)) / 2;
+            energy.at(x, y) = float(dx * dx + dy * dy);
         }
     return energy;
 }

@@ -61,6 +61,12 @@ Json json_of(const std::optional<double>& value) {
     return *value;
 }
 
+Json json_of(const std::vector<std::optional<double>>& values) {
+    Json list = Json::array();
+    for (const auto& value : values) list.push_back(json_of(value));
+    return list;
+}
+
 Json json_of(const Timing& timing) {
     Json passes = Json::array();
     for (const PassCost& cost : timing.passes) {

@@ -11,6 +11,7 @@ namespace postchain::report {
 using io::Json;
 
 Json json_of(const std::optional<double>& value);  // null for none, NaN, Inf
+Json json_of(const std::vector<std::optional<double>>& values);
 Json json_of(const Timing& timing);
 Json json_of(const ErrorSplit& split);
 // As elision_json(), without the keys of the work list, which belong to one frame's plan.

@@ -7,16 +7,10 @@
 namespace postchain::report {
 namespace {
 
-Json numbers(const std::vector<std::optional<double>>& values) {
-    Json list = Json::array();
-    for (const auto& value : values) list.push_back(json_of(value));
-    return list;
-}
-
 Json metrics_json(const Metrics& metrics) {
     Json json = Json::object();
     for (const auto& [name, series] : metrics)
-        json[name] = {{"mean", json_of(series.mean)}, {"frames", numbers(series.frames)}};
+        json[name] = {{"mean", json_of(series.mean)}, {"frames", json_of(series.frames)}};
     return json;
 }
 
@@ -71,7 +65,7 @@ Json comparison(const Comparison& comparison) {
     for (const MetricComparison& metric : comparison.metrics)
         metrics.push_back({{"metric", metric.metric},
                            {"n", metric.n},
-                           {"differences", numbers(metric.differences)},
+                           {"differences", json_of(metric.differences)},
                            {"mean", json_of(metric.mean)},
                            {"t_interval", interval(metric.t_interval)},
                            {"bootstrap", interval(metric.bootstrap)},

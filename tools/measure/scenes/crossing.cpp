@@ -6,7 +6,7 @@
 namespace postchain::scenes {
 namespace {
 
-constexpr double kWall = 3.0;
+constexpr double kCrossingWall = 3.0;
 constexpr double kFocalPx = 50.0 / 36.0 * 640;  // pixels per unit slope, 640 wide
 
 // Position on a straight path through the view at depth z that starts over out of view.
@@ -43,41 +43,41 @@ SceneModel make_crossing() {
     scene.light = {0.22, 0.35, -0.9};
     Random random(20);
 
-    Object wall = rectangle(1.6, 1.0, still(at({0, 0, kWall})), {0.38, 0.09, 0.04});
+    Object wall = rectangle(1.6, 1.0, still(at({0, 0, kCrossingWall})), {0.38, 0.09, 0.04});
     wall.pattern = SCENE_BRICKS;
     wall.cell = 0.06;
     wall.color_b = {0.17, 0.15, 0.13};
     wall.hole = {0.52, 0.24, 0.20, 0};
     scene.objects.push_back(wall);
-    Object frame = torus(0.21, 0.02, still(at({0.52, 0.24, kWall})), {0.55, 0.42, 0.15});
+    Object frame = torus(0.21, 0.02, still(at({0.52, 0.24, kCrossingWall})), {0.55, 0.42, 0.15});
     scene.objects.push_back(frame);
     Object stripes =
-        rectangle(0.22, 0.17, still(at({-0.30, 0.36, kWall - 0.02})), {0.10, 0.30, 0.28});
+        rectangle(0.22, 0.17, still(at({-0.30, 0.36, kCrossingWall - 0.02})), {0.10, 0.30, 0.28});
     stripes.pattern = SCENE_STRIPES;
     stripes.cell = 0.045;
     stripes.color_b = {0.52, 0.16, 0.20};
     stripes.pattern_extra = {1, 0};
     scene.objects.push_back(stripes);
     Object rings =
-        rectangle(0.15, 0.13, still(at({0.88, -0.44, kWall - 0.02})), {0.40, 0.06, 0.50});
+        rectangle(0.15, 0.13, still(at({0.88, -0.44, kCrossingWall - 0.02})), {0.40, 0.06, 0.50});
     rings.pattern = SCENE_RINGS;
     rings.cell = 0.05;
     rings.color_b = {0.55, 0.55, 0.50};
     scene.objects.push_back(rings);
     Object checks =
-        rectangle(0.22, 0.12, still(at({0.25, -0.46, kWall - 0.02})), {0.62, 0.50, 0.08});
+        rectangle(0.22, 0.12, still(at({0.25, -0.46, kCrossingWall - 0.02})), {0.62, 0.50, 0.08});
     checks.pattern = SCENE_CHECKER;
     checks.cell = 0.045;
     checks.color_b = {0.03, 0.05, 0.22};
     scene.objects.push_back(checks);
-    scene.add_sign(0.26, 0.18, still(at({-0.68, -0.08, kWall - 0.02})), {0.20, 0.52, 0.15},
+    scene.add_sign(0.26, 0.18, still(at({-0.68, -0.08, kCrossingWall - 0.02})), {0.20, 0.52, 0.15},
                    {0.03, 0.06, 0.03}, {"NO PARKING", "F/1.4", "EXIT 23"});
-    scene.add_sign(0.20, 0.12, still(at({-0.50, -0.46, kWall - 0.02})), {0.05, 0.12, 0.32},
+    scene.add_sign(0.20, 0.12, still(at({-0.50, -0.46, kCrossingWall - 0.02})), {0.05, 0.12, 0.32},
                    {0.75, 0.75, 0.70}, {"SHUTTER", "CROSSING"});
     const glm::dvec2 lights[] = {{-0.95, 0.50}, {0.05, 0.52},  {0.98, 0.52}, {-0.98, -0.52},
                                  {0.55, -0.22}, {-0.10, 0.02}, {1.00, 0.05}};
     for (const glm::dvec2& place : lights)
-        scene.objects.push_back(lamp(0.013, still(at({place, kWall - 0.03})), 26));
+        scene.objects.push_back(lamp(0.013, still(at({place, kCrossingWall - 0.03})), 26));
 
     constexpr int kCount = 90;
     for (int i = 0; i < kCount; ++i) {

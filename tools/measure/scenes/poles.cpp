@@ -6,12 +6,12 @@
 namespace postchain::scenes {
 namespace {
 
-constexpr double kGround = -0.75;
-constexpr double kPeriod = 60;  // frames of a pan back and forth
+constexpr double kPolesGround = -0.75;
+constexpr double kPolesPeriod = 60;  // frames of a pan back and forth
 
 // Fastest at frame 0, 2.6 degrees per frame.
-CameraPose camera_of(double time) {
-    const double yaw = 0.43 * std::sin(2 * glm::pi<double>() / kPeriod * time);
+CameraPose poles_camera(double time) {
+    const double yaw = 0.43 * std::sin(2 * glm::pi<double>() / kPolesPeriod * time);
     return {at({0, 0, 0}, turn({0, 1, 0}, yaw)), 50, 1.6};
 }
 
@@ -24,7 +24,7 @@ Pose around(double yaw, double distance, double y) {
 PoseAt riding(glm::dvec3 pivot, double rest, double amplitude, double rate, double drop) {
     return [=](double time) {
         const double angle = rest + amplitude * std::sin(rate * time);
-        return camera_of(time).pose * at(pivot, turn({0, 0, 1}, angle)) * at({0, -drop, 0});
+        return poles_camera(time).pose * at(pivot, turn({0, 0, 1}, angle)) * at({0, -drop, 0});
     };
 }
 
@@ -32,14 +32,14 @@ PoseAt riding(glm::dvec3 pivot, double rest, double amplitude, double rate, doub
 
 SceneModel make_poles() {
     SceneModel scene;
-    scene.camera = camera_of;
+    scene.camera = poles_camera;
     scene.f_stop = 1.4;
     scene.light = {0.5, 0.6, -0.6};
 
     Random random(11);
 
     Object ground =
-        rectangle(20, 20, still(at({0, kGround, 0}, turn({1, 0, 0}, 0.5 * glm::pi<double>()))),
+        rectangle(20, 20, still(at({0, kPolesGround, 0}, turn({1, 0, 0}, 0.5 * glm::pi<double>()))),
                   {0.20, 0.19, 0.18});
     ground.pattern = SCENE_TILES;
     ground.cell = 0.35;
@@ -53,8 +53,9 @@ SceneModel make_poles() {
     for (int i = 0; yaw < 1.15; ++i) {
         const double half = random.between(0.17, 0.36), distance = random.between(5.6, 6.6);
         const double half_height = 0.5 * random.between(0.75, 1.75) + 0.05;
-        Object tower = rectangle(
-            half, half_height, still(around(yaw, distance, kGround + half_height)), facades[i % 7]);
+        Object tower =
+            rectangle(half, half_height, still(around(yaw, distance, kPolesGround + half_height)),
+                      facades[i % 7]);
         tower.pattern = SCENE_WINDOWS;
         tower.cell = random.between(0.05, 0.08);
         tower.color_b = {0.05, 0.07, 0.10};
@@ -63,10 +64,10 @@ SceneModel make_poles() {
         if (i % 3 == 1)
             scene.add_sign(0.7 * half, 0.11,
                            still(around(yaw, distance - 0.05,
-                                        kGround + half_height * random.between(1.2, 1.7))),
+                                        kPolesGround + half_height * random.between(1.2, 1.7))),
                            {0.06, 0.05, 0.07}, {1.0, 0.12, 0.08}, {i % 2 ? "F/1.4" : "MOTION"});
         if (i % 2 == 0) {
-            const glm::dvec3 roof = around(yaw, distance, kGround + 2 * half_height).position;
+            const glm::dvec3 roof = around(yaw, distance, kPolesGround + 2 * half_height).position;
             scene.objects.push_back(
                 wire(roof, roof + glm::dvec3(0, 0.35, 0), 0.008, {0.1, 0.1, 0.12}));
             scene.objects.push_back(lamp(0.018, still(at(roof + glm::dvec3(0, 0.36, 0))), 22));
@@ -83,7 +84,7 @@ SceneModel make_poles() {
     for (int i = 0; i < 15; ++i) {
         const double turned = -0.95 + 0.135 * i + random.between(-0.03, 0.03);
         const double distance = random.between(1.1, 3.4), slant = random.between(-0.12, 0.12);
-        const glm::dvec3 foot = around(turned, distance, kGround).position;
+        const glm::dvec3 foot = around(turned, distance, kPolesGround).position;
         const glm::dvec3 top = around(turned + slant, distance, 1.3).position;
         scene.objects.push_back(wire(foot, top, random.between(0.0018, 0.0065), colors[i % 5]));
         if (i % 3 == 0)
@@ -105,7 +106,7 @@ SceneModel make_poles() {
     const double at_yaw = 0.21;
     const glm::dvec3 mast = around(at_yaw, 1.75, 0).position;
     scene.objects.push_back(
-        wire({mast.x, kGround, mast.z}, {mast.x, 1.2, mast.z}, 0.009, {0.75, 0.73, 0.70}));
+        wire({mast.x, kPolesGround, mast.z}, {mast.x, 1.2, mast.z}, 0.009, {0.75, 0.73, 0.70}));
     Object banner = rectangle(
         0.20, 0.14,
         [=](double time) {

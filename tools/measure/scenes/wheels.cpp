@@ -6,7 +6,7 @@
 namespace postchain::scenes {
 namespace {
 
-constexpr double kWall = 3.0;
+constexpr double kWheelsWall = 3.0;
 
 struct Wheel {
     glm::dvec3 center;
@@ -51,7 +51,7 @@ void add_wheel(SceneModel& scene, const Wheel& wheel) {
 
 Object panel(double x, double y, double half_width, double half_height, int pattern, double cell,
              glm::dvec3 a, glm::dvec3 b, glm::dvec2 extra = {1, 0}) {
-    Object object = rectangle(half_width, half_height, still(at({x, y, kWall - 0.02})), a);
+    Object object = rectangle(half_width, half_height, still(at({x, y, kWheelsWall - 0.02})), a);
     object.pattern = pattern;
     object.cell = cell;
     object.color_b = b;
@@ -94,7 +94,7 @@ SceneModel make_wheels() {
                       {0.02, 0.06, 0.80},
                       {0.2, 1.7, 3.4, 5.0}});
 
-    Object wall = rectangle(1.6, 1.0, still(at({0, 0, kWall})), {0.40, 0.085, 0.035});
+    Object wall = rectangle(1.6, 1.0, still(at({0, 0, kWheelsWall})), {0.40, 0.085, 0.035});
     wall.pattern = SCENE_BRICKS;
     wall.cell = 0.052;
     wall.color_b = {0.17, 0.15, 0.13};
@@ -114,7 +114,7 @@ SceneModel make_wheels() {
                                   {0.60, 0.07, 0.06}, {0.10, 0.55, 0.52}));
     scene.objects.push_back(panel(0.05, -0.565, 0.09, 0.05, SCENE_STRIPES, 0.03, {0.75, 0.55, 0.05},
                                   {0.02, 0.02, 0.02}, {0.7, 0.7}));
-    const double sign_z = kWall - 0.015;
+    const double sign_z = kWheelsWall - 0.015;
     scene.add_sign(0.17, 0.17, still(at({-0.50, 0.0, sign_z})), {0.22, 0.55, 0.16},
                    {0.02, 0.05, 0.02}, {"NO PARK", "F/1.4", "EXIT 23"});
     scene.add_sign(0.24, 0.16, still(at({0.86, -0.19, sign_z})), {0.45, 0.48, 0.72},
@@ -130,7 +130,7 @@ SceneModel make_wheels() {
                                  {-0.70, -0.32}, {0.52, -0.33}, {0.92, 0.05},  {-0.42, -0.47},
                                  {0.17, -0.40},  {0.60, 0.36},  {1.02, -0.57}};
     for (const glm::dvec2& place : lights)
-        scene.objects.push_back(lamp(0.0135, still(at({place, kWall - 0.03})), 24));
+        scene.objects.push_back(lamp(0.0135, still(at({place, kWheelsWall - 0.03})), 24));
     return scene;
 }
 

@@ -10,7 +10,7 @@ namespace postchain::study {
 
 struct StudySettings {
     std::string folder;
-    std::string chunk;  // "2/4" of the units; empty: all
+    std::string chunk;  // "2/4" of the tasks; empty: all
     io::OnExisting on_existing = io::OnExisting::skip;
 };
 // Rows of the group kSplitGroup split a study by hand.

@@ -15,20 +15,20 @@ const Chain& Study::chain(size_t index) const {
     return kind == report::Kind::ab ? chains[index].chain : variants[index].chain;
 }
 
-std::vector<Unit> units_of(const Study& study) {
-    std::vector<Unit> units;
+std::vector<Task> tasks_of(const Study& study) {
+    std::vector<Task> tasks;
     for (size_t s = 0; s < study.scenes.size(); ++s) {
         const std::string& scene = study.scenes[s].name;
         if (study.kind == report::Kind::bench) {
-            units.push_back({scene, s, std::nullopt});
+            tasks.push_back({scene, s, std::nullopt});
             continue;
         }
         for (size_t p = 0; p < study.pairs.size(); ++p)
-            units.push_back({scene + "." + study.chains[study.pairs[p].first].name + "_vs_" +
+            tasks.push_back({scene + "." + study.chains[study.pairs[p].first].name + "_vs_" +
                                  study.chains[study.pairs[p].second].name,
                              s, p});
     }
-    return units;
+    return tasks;
 }
 
 }  // namespace postchain::study

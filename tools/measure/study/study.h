@@ -1,6 +1,6 @@
 // A study: ab or bench over several scenes, read from its file.
 //
-//   YAML or JSON --study_reader.h--> Study --units_of()--> Units: one call of ab or bench each
+//   YAML or JSON --study_reader.h--> Study --tasks_of()--> Tasks: one call of ab or bench each
 //
 // Settings of scenes are the rows of run/job_settings.h and experiment/settings.h.
 #pragma once
@@ -42,12 +42,12 @@ struct Study {
 };
 
 // One call of ab or bench: a scene and, for ab, a pair.
-struct Unit {
+struct Task {
     std::string name;  // "wheels.lens_vs_joint", "wheels"; a file name
     size_t scene = 0;
     std::optional<size_t> pair;
 };
 // Scene by scene.
-std::vector<Unit> units_of(const Study& study);
+std::vector<Task> tasks_of(const Study& study);
 
 }  // namespace postchain::study

@@ -42,7 +42,7 @@ std::string difference(const std::vector<std::string>& was, const std::vector<st
 
 bool is_result(const std::string& path) {
     const auto text = read_text_file(path, StatusCode::input, kResultLimits);
-    return text.ok() && unit_result_from(*text);
+    return text.ok() && task_result_from(*text);
 }
 
 std::vector<std::string> folders_in(const std::string& folder) {
@@ -73,12 +73,12 @@ Status remove_scene(const std::string& folder) {
 // Removes the files of a study, and no others.
 Status remove_study(const Study& study, const std::string& path) {
     std::set<std::string> known;
-    for (const Unit& unit : units_of(study)) known.insert(fs::path(result_path(unit)).filename());
-    const std::string units = path + "/units", scenes = path + "/scenes";
-    Status status = experiment::remove_files(units, [&](const std::string& name) {
+    for (const Task& task : tasks_of(study)) known.insert(fs::path(result_path(task)).filename());
+    const std::string tasks = path + "/tasks", scenes = path + "/scenes";
+    Status status = experiment::remove_files(tasks, [&](const std::string& name) {
         const std::string extension = fs::path(name).extension();
         return extension == ".claim" || known.contains(name) ||
-               (extension == ".json" && is_result(units + "/" + name));
+               (extension == ".json" && is_result(tasks + "/" + name));
     });
     const auto nothing = [](const std::string&) { return false; };
     for (const std::string& scene : folders_in(scenes)) {
@@ -112,15 +112,20 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
                                  "This folder is a study of postchain.\n",
                                  "name another folder with --output"});
     if (Status status = files.check(); !status.ok()) return status;
+    std::error_code error;
+    if (fs::exists(path + "/units", error))
+        return Status(StatusCode::usage,
+                      path +
+                          ": was begun by postchain 0.1, which keeps results in units/; finish "
+                          "it with that version, or name another folder with --output");
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite)
         if (Status status = remove_study(study, path); !status.ok()) return status;
     if (Status status = files.make_folders(); !status.ok()) return status;
-    std::error_code error;
-    fs::create_directories(path + "/units", error);
+    fs::create_directories(path + "/tasks", error);
     if (error)
-        return Status(StatusCode::output, path + "/units: cannot be created: " + error.message());
-    io::remove_dead_temporaries(path + "/units", [](const std::string&) { return true; });
+        return Status(StatusCode::output, path + "/tasks: cannot be created: " + error.message());
+    io::remove_dead_temporaries(path + "/tasks", [](const std::string&) { return true; });
     StudyFolder folder(path, std::move(files));
     if (Status status = folder.check_results(study); !status.ok()) return status;
     return folder;
@@ -129,37 +134,37 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
 // Existing results belong to this study as it is now.
 Status StudyFolder::check_results(const Study& study) const {
     std::set<std::string> known;
-    for (const Unit& unit : units_of(study)) {
-        known.insert(unit.name + ".json");
-        if (const auto found = result(study, unit); !found.ok()) return found.status();
+    for (const Task& task : tasks_of(study)) {
+        known.insert(task.name + ".json");
+        if (const auto found = result(study, task); !found.ok()) return found.status();
     }
     std::error_code error;
-    for (const auto& entry : fs::directory_iterator(path_ + "/units", error)) {
+    for (const auto& entry : fs::directory_iterator(path_ + "/tasks", error)) {
         const std::string name = entry.path().filename().string();
         if (entry.path().extension() == ".json" && name[0] != '.' && !known.contains(name) &&
             is_result(entry.path().string()))
             return Status(
                 StatusCode::usage,
-                concat(path_, "/units/", name,
+                concat(path_, "/tasks/", name,
                        ": belongs to another study: this one has no such scene or question; "
                        "name another folder with --output, or --on-existing overwrite"));
     }
     return Status();
 }
 
-Result<std::optional<UnitResult>> StudyFolder::result(const Study& study, const Unit& unit) const {
-    const std::string path = path_ + "/" + result_path(unit);
+Result<std::optional<TaskResult>> StudyFolder::result(const Study& study, const Task& task) const {
+    const std::string path = path_ + "/" + result_path(task);
     std::error_code error;
-    if (!fs::exists(path, error)) return std::optional<UnitResult>();
+    if (!fs::exists(path, error)) return std::optional<TaskResult>();
     const auto text = read_text_file(path, StatusCode::input, kResultLimits);
     if (!text.ok()) return text.status();
-    auto result = unit_result_from(*text);
+    auto result = task_result_from(*text);
     if (!result)
         return Status(StatusCode::input,
                       path + ": is not a result of a study; remove it, and it is made again");
     // A scene that failed is tried again, whatever has changed since.
     if (!result->failure.empty()) return result;
-    const std::string differs = difference(result->made_from, made_from(study, unit));
+    const std::string differs = difference(result->made_from, made_from(study, task));
     if (!differs.empty())
         return Status(StatusCode::usage,
                       concat(path, ": ", differs,
@@ -168,8 +173,8 @@ Result<std::optional<UnitResult>> StudyFolder::result(const Study& study, const 
     return result;
 }
 
-Status StudyFolder::keep(const Unit& unit, const UnitResult& result) const {
-    return write(result_path(unit), text_of(result));
+Status StudyFolder::keep(const Task& task, const TaskResult& result) const {
+    return write(result_path(task), text_of(result));
 }
 
 Status StudyFolder::write(const std::string& name, std::string_view text) const {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/measure/study/unit.h"
+#include "tools/measure/study/task.h"
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain::study {
@@ -23,8 +23,8 @@ class StudyFolder {
     const std::string& path() const { return path_; }
     // No value if no result exists yet. Errors (usage): a result of another study or of other
     // files, with the first line that differs; (input): the file cannot be read.
-    Result<std::optional<UnitResult>> result(const Study& study, const Unit& unit) const;
-    Status keep(const Unit& unit, const UnitResult& result) const;
+    Result<std::optional<TaskResult>> result(const Study& study, const Task& task) const;
+    Status keep(const Task& task, const TaskResult& result) const;
     // A file of the folder, whole or not at all. Errors (output).
     Status write(const std::string& name, std::string_view text) const;
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "config/camera_file.h"
-#include "config/chain_find.h"
+#include "config/chain_named.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -93,8 +93,8 @@ class StudyReader {
         else
             read_sweep(root);
         read_scenes(root);
-        if (study_.scenes.size() * std::max<size_t>(study_.pairs.size(), 1) > kMaxUnits)
-            error(root, "", concat("has more than ", kMaxUnits, " units of work"));
+        if (study_.scenes.size() * std::max<size_t>(study_.pairs.size(), 1) > kMaxTasks)
+            error(root, "", concat("has more than ", kMaxTasks, " tasks"));
     }
 
   private:
@@ -127,24 +127,9 @@ class StudyReader {
             error(at, path, at.describe() + " is not a chain's name, file or list of passes");
             return std::nullopt;
         }
-        std::string where = at.text;
-        const auto shipped = shipped_chains();
-        if (!is_path_word(where) ||
-            std::find(shipped.begin(), shipped.end(), where) == shipped.end()) {
-            if (is_path_word(where)) {
-                error(at, path, unknown_word("chain", where, shipped));
-                return std::nullopt;
-            }
-            auto resolved = paths_.file(where);
-            if (!resolved.ok()) {
-                error(at, path, resolved.status());
-                return std::nullopt;
-            }
-            where = *resolved;
-        }
-        auto found = find_chain(where);
+        auto found = find_named_chain(at.text, paths_.file);
         if (!found.ok()) {
-            error(at, path, found.status());
+            error(at, path, found.status().message());
             return std::nullopt;
         }
         return std::move(*found);

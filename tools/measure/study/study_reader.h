@@ -13,7 +13,7 @@
 namespace postchain::study {
 
 inline constexpr int kStudyFileVersion = 1;
-inline constexpr size_t kMaxUnits = 10000;
+inline constexpr size_t kMaxTasks = 10000;
 
 // Resolves the paths of a study. Errors are reported at the place of the path in the file.
 struct StudyPaths {

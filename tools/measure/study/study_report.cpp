@@ -19,12 +19,6 @@ std::string number(const std::optional<double>& value) {
     return value ? report::figure(*value) : "";
 }
 
-Json json_of(const Values& values) {
-    Json list = Json::array();
-    for (const auto& value : values) list.push_back(report::json_of(value));
-    return list;
-}
-
 Json json_of(const std::vector<Row>& rows, bool families) {
     Json list = Json::array();
     for (const Row& row : rows) {
@@ -33,8 +27,8 @@ Json json_of(const std::vector<Row>& rows, bool families) {
             json["scenes"] = row.scenes;
         else
             json["family"] = row.family;
-        json["means"] = json_of(row.means);
-        json["gains"] = json_of(row.gains);
+        json["means"] = report::json_of(row.means);
+        json["gains"] = report::json_of(row.gains);
         list.push_back(std::move(json));
     }
     return list;
@@ -88,9 +82,9 @@ std::string header_of(const std::vector<std::string>& cells) {
     return text + "|\n";
 }
 
-void add_figures(const Study& study, const Unit& unit, const UnitResult& result,
+void add_figures(const Study& study, const Task& task, const TaskResult& result,
                  SceneFigures& figures) {
-    if (!unit.pair) {
+    if (!task.pair) {
         for (size_t v = 0; v < result.variants.size(); ++v)
             figures.variants[v] = result.variants[v].metrics;
         for (size_t p = 0; p < study.pairs.size(); ++p)
@@ -98,10 +92,10 @@ void add_figures(const Study& study, const Unit& unit, const UnitResult& result,
                                 result.variants[study.pairs[p].second].metrics};
         return;
     }
-    const auto& [a, b] = study.pairs[*unit.pair];
+    const auto& [a, b] = study.pairs[*task.pair];
     figures.variants.try_emplace(a, result.variants[0].metrics);
     figures.variants.try_emplace(b, result.variants[1].metrics);
-    figures.pairs[*unit.pair] = {result.variants[0].metrics, result.variants[1].metrics};
+    figures.pairs[*task.pair] = {result.variants[0].metrics, result.variants[1].metrics};
 }
 
 }  // namespace
@@ -130,7 +124,7 @@ size_t StudyReport::failures() const {
                                 [](const auto& scene) { return !scene.failure.empty(); }));
 }
 
-StudyReport make_report(const Study& study, const std::vector<UnitResult>& results) {
+StudyReport make_report(const Study& study, const std::vector<TaskResult>& results) {
     StudyReport report;
     report.title = study.title;
     report.kind = study.kind;
@@ -150,11 +144,11 @@ StudyReport make_report(const Study& study, const std::vector<UnitResult>& resul
         entry.input = scene.input;
         report.scenes.push_back(std::move(entry));
     }
-    const auto units = units_of(study);
+    const auto tasks = tasks_of(study);
     std::set<std::string> renderers;
-    for (size_t u = 0; u < units.size(); ++u) {
-        const UnitResult& result = results[u];
-        SceneEntry& entry = report.scenes[units[u].scene];
+    for (size_t u = 0; u < tasks.size(); ++u) {
+        const TaskResult& result = results[u];
+        SceneEntry& entry = report.scenes[tasks[u].scene];
         if (!result.failure.empty()) {
             if (entry.failure.find(result.failure) == std::string::npos)
                 entry.failure += (entry.failure.empty() ? "" : "; ") + result.failure;
@@ -165,8 +159,8 @@ StudyReport make_report(const Study& study, const std::vector<UnitResult>& resul
         entry.frames = result.frames;
         entry.width = result.width;
         entry.height = result.height;
-        entry.reports.push_back(report_folder_of(study, units[u]) + "/index.html");
-        add_figures(study, units[u], result, figures[units[u].scene]);
+        entry.reports.push_back(report_folder_of(study, tasks[u]) + "/index.html");
+        add_figures(study, tasks[u], result, figures[tasks[u].scene]);
     }
     std::vector<SceneFigures> whole;
     for (size_t s = 0; s < figures.size(); ++s)
@@ -189,12 +183,12 @@ StudyReport make_report(const Study& study, const std::vector<UnitResult>& resul
 }
 
 Result<StudyReport> read_report(const Study& study, const StudyFolder& folder) {
-    std::vector<UnitResult> results;
-    for (const Unit& unit : units_of(study)) {
-        auto result = folder.result(study, unit);
+    std::vector<TaskResult> results;
+    for (const Task& task : tasks_of(study)) {
+        auto result = folder.result(study, task);
         if (!result.ok()) return result.status();
         if (!*result)
-            return Status(StatusCode::input, concat(folder.path(), "/", result_path(unit),
+            return Status(StatusCode::input, concat(folder.path(), "/", result_path(task),
                                                     ": is not there; the study is not complete"));
         results.push_back(std::move(**result));
     }
@@ -244,7 +238,7 @@ std::string report_as_json(const StudyReport& report) {
                           {"better", report::name_of(table.metric.better)},
                           {"scenes", json_of(table.scenes, false)},
                           {"families", json_of(table.families, true)},
-                          {"means", json_of(table.means)},
+                          {"means", report::json_of(table.means)},
                           {"best", table.best ? Json(report.variants[*table.best]) : Json()},
                           {"pairs", results}});
     }

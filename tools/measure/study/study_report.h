@@ -1,4 +1,4 @@
-// The report of a study: plain data made from the results of its units, and its files.
+// The report of a study: plain data made from the results of its tasks, and its files.
 //
 //   results --make_report()--> StudyReport --> report.json, report.csv, report.md, index.html
 //
@@ -38,9 +38,9 @@ struct StudyReport {
     size_t failures() const;
 };
 
-// `results` of all units, in the order of units_of(). A scene is in the tables if all its units
+// `results` of all tasks, in the order of tasks_of(). A scene is in the tables if all its tasks
 // are.
-StudyReport make_report(const Study& study, const std::vector<UnitResult>& results);
+StudyReport make_report(const Study& study, const std::vector<TaskResult>& results);
 // Errors: those of StudyFolder::result(); (input): a result is missing.
 Result<StudyReport> read_report(const Study& study, const StudyFolder& folder);
 

@@ -5,7 +5,7 @@
 //
 // A gain is how much closer B is to ground truth than A, frame by frame of one scene: A - B of an
 // error, B - A of psnr and ssim, |A - 1| - |B - 1| of a ratio. Above 0 always favors B. The family
-// is the unit, because scenes of one family are not independent.
+// is the task, because scenes of one family are not independent.
 #pragma once
 
 #include <map>

@@ -7,12 +7,12 @@
 namespace postchain::study {
 namespace {
 
-// Figures of one unit inside those of all.
-experiment::ProgressCallback inside(const experiment::ProgressCallback& progress, const Unit& unit,
+// Figures of one task inside those of all.
+experiment::ProgressCallback inside(const experiment::ProgressCallback& progress, const Task& task,
                                     size_t done, size_t total) {
     return [=](const experiment::ExperimentProgress& one) {
         experiment::ExperimentProgress all = one;
-        all.what = concat(unit.name, ": ", one.what,
+        all.what = concat(task.name, ": ", one.what,
                           one.total ? concat(" (", one.done, "/", one.total, ")") : "");
         all.done = done;
         all.total = total;
@@ -23,47 +23,47 @@ experiment::ProgressCallback inside(const experiment::ProgressCallback& progress
 
 }  // namespace
 
-Result<WorkDone> work_on_units(const Study& study, const StudyFolder& folder,
+Result<WorkDone> work_on_tasks(const Study& study, const StudyFolder& folder,
                                const io::Chunk& chunk, const Machine& machine,
                                const experiment::ProgressCallback& progress,
                                const std::atomic<bool>* stop) {
-    const auto units = units_of(study);
-    const auto [first, end] = chunk.of(units.size());
+    const auto tasks = tasks_of(study);
+    const auto [first, end] = chunk.of(tasks.size());
     std::set<size_t> failed_before;
     for (size_t i = first; i < end; ++i) {
-        auto result = folder.result(study, units[i]);
+        auto result = folder.result(study, tasks[i]);
         if (!result.ok()) return result.status();
         if (*result && !(*result)->failure.empty()) failed_before.insert(i);
     }
     WorkDone work;
-    work.units = units.size();
+    work.tasks = tasks.size();
     for (bool again = true; again;) {
         again = false;
         size_t done = 0;
         for (size_t i = first; i < end; ++i, ++done) {
             if (stop && *stop) return Status(StatusCode::canceled, "stopped");
-            auto claim = io::Claim::take(folder.path() + "/" + claim_path(units[i]));
+            auto claim = io::Claim::take(folder.path() + "/" + claim_path(tasks[i]));
             if (!claim.ok()) return claim.status();
             if (!*claim) continue;
             // Another process has made it meanwhile.
-            auto result = folder.result(study, units[i]);
+            auto result = folder.result(study, tasks[i]);
             if (!result.ok()) return result.status();
             if (*result && !failed_before.contains(i)) {
                 (*claim)->finish();
                 continue;
             }
             failed_before.erase(i);
-            auto made = measure_unit(study, units[i], folder.path(), machine,
-                                     inside(progress, units[i], done, end - first), stop);
+            auto made = measure_task(study, tasks[i], folder.path(), machine,
+                                     inside(progress, tasks[i], done, end - first), stop);
             if (!made.ok()) return made.status();
-            if (Status status = folder.keep(units[i], *made); !status.ok()) return status;
+            if (Status status = folder.keep(tasks[i], *made); !status.ok()) return status;
             (*claim)->finish();
             ++work.made;
             again = true;
         }
     }
-    for (const Unit& unit : units) {
-        auto result = folder.result(study, unit);
+    for (const Task& task : tasks) {
+        auto result = folder.result(study, task);
         if (!result.ok()) return result.status();
         work.results += result->has_value();
     }

@@ -17,7 +17,7 @@ namespace postchain::io {
 namespace {
 
 // Buffers of one thread.
-struct Scratch {
+struct UnpackBuffers {
     std::unique_ptr<std::byte[]> packed;
     std::unique_ptr<std::byte[]> unpacked;
     std::unique_ptr<Inflater> inflater;
@@ -31,7 +31,7 @@ class ChunkReader {
     }
 
     // Errors (input), without the name of the chunk.
-    Status read(size_t chunk, Scratch& scratch) const {
+    Status read(size_t chunk, UnpackBuffers& scratch) const {
         const Window area = layout_.area(chunk);
         const size_t bytes = layout_.bytes(area);
         uint64_t at = source_.offsets[chunk];
@@ -141,9 +141,9 @@ Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPix
     const size_t first = row_of(pixels.window.min_y) * size_t(layout.across());
     const size_t end = (row_of(pixels.window.max_y) + 1) * size_t(layout.across());
     WorkerPool& pool = WorkerPool::shared();
-    std::vector<Scratch> scratch(std::min(pool.slots(), end - first));
+    std::vector<UnpackBuffers> scratch(std::min(pool.slots(), end - first));
     const size_t most = layout.most_bytes();
-    for (Scratch& s : scratch) {
+    for (UnpackBuffers& s : scratch) {
         s.packed = std::make_unique_for_overwrite<std::byte[]>(most);
         if (!layout.packed) continue;
         s.unpacked = std::make_unique_for_overwrite<std::byte[]>(most);

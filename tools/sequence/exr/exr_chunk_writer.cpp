@@ -17,12 +17,12 @@ constexpr size_t kBytesAtOnce = size_t(4)
                                 << 20;  // bytes of pixels that are packed before they are written
 
 // Buffers of one thread.
-struct Scratch {
+struct PackBuffers {
     std::unique_ptr<std::byte[]> words;
     std::unique_ptr<Deflater> deflater;
 };
 
-struct Chunk {
+struct PackedChunk {
     std::unique_ptr<std::byte[]> bytes;
     size_t size = 0;
 };
@@ -36,7 +36,7 @@ class ChunkPacker {
                 [&](const PartPixels::Plane* plane) { return plane->channel.name == c.name; }));
     }
 
-    void pack(size_t index, Scratch& scratch, Chunk& to) const {
+    void pack(size_t index, PackBuffers& scratch, PackedChunk& to) const {
         const Window area = layout_.area(index);
         const size_t bytes = layout_.bytes(area);
         if (layout_.packed) {
@@ -68,7 +68,7 @@ class ChunkPacker {
 };
 
 void write_chunk(Imf::OStream& stream, const ChunkLayout& layout, std::optional<int> part,
-                 size_t index, const Chunk& chunk) {
+                 size_t index, const PackedChunk& chunk) {
     int32_t head[6];
     size_t count = 0;
     if (part) head[count++] = *part;
@@ -98,10 +98,11 @@ Result<std::vector<uint64_t>> write_chunks(Imf::OStream& stream, const ChunkLayo
                              "holds, 2 GiB; write fewer channels, or smaller tiles"));
     WorkerPool& pool = WorkerPool::shared();
     const size_t slots = pool.slots();
-    std::vector<Chunk> chunks(std::min(count, std::max(2 * slots, kBytesAtOnce / most)));
-    for (Chunk& chunk : chunks) chunk.bytes = std::make_unique_for_overwrite<std::byte[]>(most);
-    std::vector<Scratch> scratch(std::min(slots, chunks.size()));
-    for (Scratch& s : scratch) {
+    std::vector<PackedChunk> chunks(std::min(count, std::max(2 * slots, kBytesAtOnce / most)));
+    for (PackedChunk& chunk : chunks)
+        chunk.bytes = std::make_unique_for_overwrite<std::byte[]>(most);
+    std::vector<PackBuffers> scratch(std::min(slots, chunks.size()));
+    for (PackBuffers& s : scratch) {
         if (!layout.packed) continue;
         s.words = std::make_unique_for_overwrite<std::byte[]>(most);
         s.deflater = std::make_unique<Deflater>(level);

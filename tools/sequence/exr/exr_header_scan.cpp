@@ -23,10 +23,6 @@ constexpr uint32_t kFlagMultiPart = 0x1000;
 constexpr size_t kMaxNameBytes = 255;
 constexpr size_t kMaxParts = 4096;
 
-Status input_error(std::string message) {
-    return Status(StatusCode::input, std::move(message));
-}
-
 Status truncated() {
     return input_error("truncated: the file ends inside its header; copy or render it again");
 }

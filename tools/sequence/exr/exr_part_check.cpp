@@ -24,10 +24,6 @@ const Compression* compression_of(int number) {
     return known ? &kCompressions[number] : nullptr;
 }
 
-Status input_error(std::string message) {
-    return Status(StatusCode::input, std::move(message));
-}
-
 std::string mebibytes(uint64_t bytes) {
     return std::to_string(bytes >> 20) + " MiB";
 }

@@ -27,10 +27,6 @@ namespace postchain::io {
 
 namespace {
 
-Status input_error(const std::string& path, const std::string& what) {
-    return Status(StatusCode::input, concat(path, ": ", what));
-}
-
 ExrPart part_of(const Imf::Header& header) {
     ExrPart part;
     if (header.hasName()) part.name = header.name();

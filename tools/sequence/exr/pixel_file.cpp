@@ -8,10 +8,6 @@ namespace postchain::io {
 
 namespace {
 
-Status input_error(const std::string& path, const std::string& what) {
-    return Status(StatusCode::input, concat(path, ": ", what));
-}
-
 // The part after the last dot: "BY" of "left.BY".
 std::string_view base_name(std::string_view channel) {
     const size_t dot = channel.rfind('.');

@@ -10,10 +10,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
-
 // "shot.0012.exr" is "shot." 0012 ".exr".
 struct NameParts {
     std::string before, digits, after;

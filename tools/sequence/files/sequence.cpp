@@ -20,10 +20,6 @@ Status usage_error(std::string message) {
     return Status(StatusCode::usage, std::move(message));
 }
 
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
-
 size_t count_digits(std::string_view text) {
     size_t n = 0;
     while (n < text.size() && is_digit(text[n])) ++n;
@@ -84,6 +80,10 @@ std::optional<Token> token_at(std::string_view name, size_t at, bool& blank_padd
 }
 
 }  // namespace
+
+bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
 
 Result<FrameRange> FrameRange::parse(std::string_view text, size_t max_frames) {
     if (text.find(':') != std::string_view::npos) {

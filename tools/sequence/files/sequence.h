@@ -23,6 +23,8 @@ namespace postchain::io {
 inline constexpr size_t kMaxFrames = 1'000'000;      // frames of one range
 inline constexpr int kMaxFrameNumber = 999'999'999;  // and its negative
 
+bool is_digit(char c);
+
 // Frames in the order written, each once.
 struct FrameRange {
     std::vector<int> frames;

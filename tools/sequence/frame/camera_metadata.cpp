@@ -18,7 +18,7 @@ constexpr double kNoLimit = 1e9;
 constexpr double kSquare = 1e-3;  // tolerance of axes for unit length and right angles
 
 using Row = CameraAttribute;
-constexpr Row kRows[] = {
+constexpr Row kAttributes[] = {
     {"aperture", "OpenEXR", "f-number", "f_stop", "as it is", kOpenExr},
     {"cameraFNumber", "V-Ray", "f-number", "f_stop", "as it is", kVRay},
     {"tStop", "OpenEXR", "T-stop", "", "with the loss in the lens: it is not the f-number",
@@ -184,7 +184,7 @@ class Reader {
     explicit Reader(const ExrPart& part) : part_(part) {}
 
     CameraMetadata read() {
-        for (const Row& row : kRows) {
+        for (const Row& row : kAttributes) {
             const auto it = part_.attributes.find(row.name);
             if (it == part_.attributes.end()) continue;
             FoundAttribute found{&row, it->second, "", ""};
@@ -398,13 +398,13 @@ class Reader {
 }  // namespace
 
 std::span<const CameraAttribute> camera_attributes() {
-    return kRows;
+    return kAttributes;
 }
 
 std::string camera_attributes_as_markdown() {
     std::string text =
         "| attribute | writer | unit | gives | how | source |\n|---|---|---|---|---|---|\n";
-    for (const Row& row : kRows)
+    for (const Row& row : kAttributes)
         text +=
             concat("| `", row.name, "` | ", row.writer, " | ", row.unit, " | ",
                    *row.gives == 0                                  ? std::string("not used")

@@ -10,10 +10,6 @@
 namespace postchain::io {
 namespace {
 
-Status refuse(const std::string& why) {
-    return Status(StatusCode::input, why);
-}
-
 // Mean of a line of pixels over each cell of the table.
 std::vector<double> cell_means(const std::vector<double>& pixels) {
     constexpr int kCells = BokehKernel::kSide;
@@ -47,8 +43,8 @@ std::vector<float> table_of(const ImageF& gray) {
 
 Result<BokehKernel> read(const std::string& path) {
     std::error_code error;
-    if (!std::filesystem::exists(path, error)) return refuse("no such file");
-    if (!std::filesystem::is_regular_file(path, error)) return refuse("is not a file");
+    if (!std::filesystem::exists(path, error)) return input_error("no such file");
+    if (!std::filesystem::is_regular_file(path, error)) return input_error("is not a file");
     const auto pictures = image_module(StatusCode::input);
     if (!pictures.ok()) return pictures.status();
     const auto gray = (*pictures)->read_gray(path, kMaxApertureSide);

@@ -49,10 +49,6 @@ Result<Image<uint8_t>> magma_of(const ImageF& values) {
     return bytes;
 }
 
-Status refuse(const std::string& why) {
-    return Status(StatusCode::input, why);
-}
-
 // Which channels are color or gray, at most three.
 std::vector<int> shown_channels(const OIIO::ImageSpec& spec) {
     std::vector<int> channels;
@@ -64,18 +60,20 @@ std::vector<int> shown_channels(const OIIO::ImageSpec& spec) {
 
 Status check(const OIIO::ImageSpec& spec, int max_side) {
     const int width = spec.full_width, height = spec.full_height;
-    if (spec.deep) return refuse("is deep; flatten it");
+    if (spec.deep) return input_error("is deep; flatten it");
     if (spec.depth > 1 || spec.full_depth > 1)
-        return refuse("is a volume; one flat picture is needed");
-    if (shown_channels(spec).empty()) return refuse("has no channel of color or gray");
+        return input_error("is a volume; one flat picture is needed");
+    if (shown_channels(spec).empty()) return input_error("has no channel of color or gray");
     for (const int side : {width, height, spec.width, spec.height})
         if (side > max_side)
-            return refuse(concat("has ", side, " pixels on a side; at most ", max_side,
-                                 " are read: make it smaller (", BokehKernel::kSide, " are used)"));
+            return input_error(concat("has ", side, " pixels on a side; at most ", max_side,
+                                      " are read: make it smaller (", BokehKernel::kSide,
+                                      " are used)"));
     if (width != height || width < 1 || spec.width < 1 || spec.height < 1)
-        return refuse(concat("is ", width, "x", height,
-                             " pixels; an aperture image must be square: crop it, or pad it with "
-                             "black"));
+        return input_error(
+            concat("is ", width, "x", height,
+                   " pixels; an aperture image must be square: crop it, or pad it with "
+                   "black"));
     return Status();
 }
 
@@ -85,7 +83,7 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
     const int channels = shown.back() + 1;
     ImageF data(spec.width, spec.height, channels);
     if (!file.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, data.data.data()))
-        return refuse("cannot be read: " + file.geterror());
+        return input_error("cannot be read: " + file.geterror());
     ImageF gray(spec.full_width, spec.full_height, 1);
     for (int y = 0; y < gray.height; ++y)
         for (int x = 0; x < gray.width; ++x) {
@@ -101,15 +99,15 @@ Result<ImageF> gray_of(OIIO::ImageInput& file, const OIIO::ImageSpec& spec) {
                                 : value(0);
             for (size_t i = 0; i < shown.size(); ++i)
                 if (!std::isfinite(value(i)) || value(i) < 0)
-                    return refuse(concat("pixel ", x, ", ", y, " is ", value(i),
-                                         "; the light that passes is a finite number >= 0"));
+                    return input_error(concat("pixel ", x, ", ", y, " is ", value(i),
+                                              "; the light that passes is a finite number >= 0"));
         }
     return gray;
 }
 
 Result<ImageF> read_gray(const std::string& path, int max_side) {
     const auto file = OIIO::ImageInput::open(path);
-    if (!file) return refuse("cannot be read: " + OIIO::geterror());
+    if (!file) return input_error("cannot be read: " + OIIO::geterror());
     const OIIO::ImageSpec spec = file->spec();
     if (Status status = check(spec, max_side); !status.ok()) return status;
     return gray_of(*file, spec);

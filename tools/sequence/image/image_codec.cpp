@@ -17,10 +17,6 @@
 namespace postchain::io {
 namespace {
 
-Status refuse(const std::string& why) {
-    return Status(StatusCode::input, why);
-}
-
 // Color as it is stored: OpenImageIO would multiply it by alpha in the file's own bits. By the
 // reader of this format and no other.
 Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path,
@@ -28,9 +24,9 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_as_stored(const std::string& path
     OIIO::ImageSpec config, found;
     config.attribute("oiio:UnassociatedAlpha", 1);
     auto file = OIIO::ImageInput::create(format);
-    if (!file) return refuse("cannot be read: " + OIIO::geterror());
+    if (!file) return input_error("cannot be read: " + OIIO::geterror());
     if (!file->open(path, found, config))
-        return refuse("damaged, or not of the format of its name: " + file->geterror());
+        return input_error("damaged, or not of the format of its name: " + file->geterror());
     return file;
 }
 
@@ -44,8 +40,8 @@ Status check_sizes(const std::string& path, const std::string& format,
                    const OIIO::ImageSpec& spec) {
     for (const int offset : {spec.x, spec.y, spec.full_x, spec.full_y})
         if (std::abs(int64_t(offset)) > kMaxOffset)
-            return refuse(concat("its pixels begin at ", offset, "; set their offset to 0"));
-    if (spec.width < 1 || spec.height < 1) return refuse("has no pixels");
+            return input_error(concat("its pixels begin at ", offset, "; set their offset to 0"));
+    if (spec.width < 1 || spec.height < 1) return input_error("has no pixels");
     // Whole tiles are decoded, and a tile may be larger than the image.
     const auto whole = [](int side, int tile) {
         return tile > 0 ? (int64_t(side) + tile - 1) / tile * tile : int64_t(side);
@@ -53,16 +49,16 @@ Status check_sizes(const std::string& path, const std::string& format,
     const uint64_t of_pixel = spec.pixel_bytes(true);
     if (spec.tile_width > 0 &&
         uint64_t(spec.tile_width) * uint64_t(spec.tile_height) > kMaxTileBytes / of_pixel)
-        return refuse(concat("has tiles of ", spec.tile_width, "x", spec.tile_height,
-                             " pixels, more than 512 MiB each; write it with smaller ones"));
+        return input_error(concat("has tiles of ", spec.tile_width, "x", spec.tile_height,
+                                  " pixels, more than 512 MiB each; write it with smaller ones"));
     const uint64_t width = uint64_t(whole(spec.width, spec.tile_width));
     const uint64_t height = uint64_t(whole(spec.height, spec.tile_height));
     const uint64_t most =
         most_stored_bytes(format, spec.get_string_attribute("compression"), bytes_in(path));
     if (width > most / height / of_pixel)
-        return refuse(concat("damaged or truncated: ", spec.width, "x", spec.height,
-                             " pixels are more than ", bytes_in(path),
-                             " bytes can hold; render it again, or wait until it is written"));
+        return input_error(concat("damaged or truncated: ", spec.width, "x", spec.height,
+                                  " pixels are more than ", bytes_in(path),
+                                  " bytes can hold; render it again, or wait until it is written"));
     return {};
 }
 
@@ -167,15 +163,16 @@ Result<ImageInfo> describe_image(const std::string& path, const std::string& for
     const auto file = open_as_stored(path, format);
     if (!file.ok()) return file.status();
     const OIIO::ImageSpec& spec = (*file)->spec();
-    if (spec.deep || spec.depth > 1) return refuse("is deep or a volume; flatten it");
+    if (spec.deep || spec.depth > 1) return input_error("is deep or a volume; flatten it");
     if (spec.nchannels < 3 || spec.nchannels > 4)
-        return refuse(concat("has ", spec.nchannels,
-                             " channels; color has three, or four with alpha: write it as RGB"));
+        return input_error(
+            concat("has ", spec.nchannels,
+                   " channels; color has three, or four with alpha: write it as RGB"));
     if (Status s = check_sizes(path, format, spec); !s.ok()) return s;
     std::string space = spec.get_string_attribute("tiff:ColorSpace");
     for (char& c : space) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
     if (space.ends_with("LAB") || space.starts_with("LOGL"))
-        return refuse(concat("has values of ", space, "; write it as RGB"));
+        return input_error(concat("has values of ", space, "; write it as RGB"));
     ImageInfo info;
     info.format = format;
     info.width = spec.width;
@@ -201,13 +198,13 @@ Result<ImageInfo> describe_image(const std::string& path, const std::string& for
                     : spec.get_int_attribute("oiio:BitsPerSample", int(spec.format.size()) * 8);
     if (!info.is_float && info.bits < 8) info.bits = 8;
     if (!info.is_float && size_t(info.bits) > spec.format.size() * 8)
-        return refuse(
+        return input_error(
             concat("says that its values have ", info.bits, " bits, in ", spec.format.size() * 8));
     const bool integer =
         spec.format == OIIO::TypeDesc::UINT8 || spec.format == OIIO::TypeDesc::UINT16;
     if ((!info.is_float && !integer) || (info.is_float && spec.format.size() > 4))
-        return refuse(concat("has values of the type ", spec.format.c_str(),
-                             "; 8 to 16 bits, half or float are read"));
+        return input_error(concat("has values of the type ", spec.format.c_str(),
+                                  "; 8 to 16 bits, half or float are read"));
     info.unassociated =
         spec.nchannels == 4 &&
         (format == "png" || spec.get_int_attribute("oiio:UnassociatedAlpha", 0) != 0);
@@ -229,9 +226,10 @@ Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info)
     OIIO::ImageInput* file = opened->get();
     const OIIO::ImageSpec& spec = file->spec();
     if (spec.width != info.width || spec.height != info.height || spec.nchannels != info.channels)
-        return refuse("has changed while it was read");
+        return input_error("has changed while it was read");
     if (is_cut(path, info.format, info))
-        return refuse("truncated: it ends too early; render it again, or wait until it is written");
+        return input_error(
+            "truncated: it ends too early; render it again, or wait until it is written");
     ImageF image(info.width, info.height, info.channels);
     bool read = false;
     if (info.is_float) {
@@ -250,8 +248,8 @@ Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info)
     }
     const std::string said = file->geterror();
     if (!read || !said.empty())
-        return refuse(concat("damaged or truncated: ", said.empty() ? "no pixels" : said,
-                             "; render it again, or wait until it is written"));
+        return input_error(concat("damaged or truncated: ", said.empty() ? "no pixels" : said,
+                                  "; render it again, or wait until it is written"));
     return image;
 }
 

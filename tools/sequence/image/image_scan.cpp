@@ -13,10 +13,6 @@ namespace {
 
 constexpr uint64_t kMaxText = uint64_t(64) << 20;
 
-Status refuse(const std::string& why) {
-    return Status(StatusCode::input, why);
-}
-
 // libjpeg fills missing pixels with gray and reports no error.
 bool jpeg_has_end(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
@@ -136,8 +132,9 @@ Status check_chunks_of_png(const std::string& path) {
         const uint64_t length = big_endian(head.data());
         const std::string_view type(reinterpret_cast<const char*>(head.data()) + 4, 4);
         if (length > whole - at - 12)
-            return refuse(concat("truncated or damaged: a part of ", length, " bytes in a file of ",
-                                 whole, "; render it again, or wait until it is written"));
+            return input_error(concat("truncated or damaged: a part of ", length,
+                                      " bytes in a file of ", whole,
+                                      "; render it again, or wait until it is written"));
         if (type == "zTXt" || type == "iTXt" || type == "iCCP") {
             texts += length;
             if (texts <= kMaxText) {
@@ -150,7 +147,7 @@ Status check_chunks_of_png(const std::string& path) {
                 }
             }
             if (texts > kMaxText)
-                return refuse(
+                return input_error(
                     "has texts or a profile that become more than 64 MiB; write it "
                     "without them");
         }
@@ -174,17 +171,17 @@ uint64_t user_bytes_of_dpx(const std::string& path) {
 
 Status check_content(const std::string& path, const std::string& format) {
     const std::string found = format_of(first_bytes(path, 8));
-    if (found.empty()) return refuse("damaged, or not of the format of its name");
+    if (found.empty()) return input_error("damaged, or not of the format of its name");
     if (found != format)
-        return refuse(concat("holds a picture of the format ", found, ", and its name says ",
-                             format, "; rename it"));
+        return input_error(concat("holds a picture of the format ", found, ", and its name says ",
+                                  format, "; rename it"));
     if (format == "png") return check_chunks_of_png(path);
     if (format == "dpx") {
         const uint64_t user = user_bytes_of_dpx(path);
         if (user > kMaxText || user > bytes_in(path))
-            return refuse(concat("states ", user, " bytes of data of its writer, in a file of ",
-                                 bytes_in(path),
-                                 "; at most 64 MiB are read: damaged or truncated"));
+            return input_error(concat("states ", user,
+                                      " bytes of data of its writer, in a file of ", bytes_in(path),
+                                      "; at most 64 MiB are read: damaged or truncated"));
     }
     return {};
 }

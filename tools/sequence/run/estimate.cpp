@@ -22,21 +22,22 @@ std::map<int, uint64_t> taps_of(const Plan& plan) {
     return taps;
 }
 
-Pilot pilot_of(const std::string& path, const Json& json) {
-    Pilot pilot;
-    pilot.path = path;
+Calibration calibration_of(const std::string& path, const Json& json) {
+    Calibration calibration;
+    calibration.path = path;
     const Json& plan = json.at("plan");
-    pilot.pixels = plan.at("width").get<uint64_t>() * plan.at("height").get<uint64_t>();
+    calibration.pixels = plan.at("width").get<uint64_t>() * plan.at("height").get<uint64_t>();
     const Json& times = json.at("times_ms");
-    pilot.read_ms = times.at("read").get<double>() + times.at("convert").get<double>();
-    pilot.write_ms = times.at("write").get<double>();
+    calibration.read_ms = times.at("read").get<double>() + times.at("convert").get<double>();
+    calibration.write_ms = times.at("write").get<double>();
     std::map<int, uint64_t> taps;
     for (const Json& step : plan.at("steps"))
         taps[step.at("pass").get<int>()] += step.at("taps").get<uint64_t>();
     for (const Json& pass : times.at("passes"))
-        pilot.passes.push_back({pass.at("name").get<std::string>(), pass.at("ms").get<double>(),
-                                taps[pass.at("pass").get<int>()]});
-    return pilot;
+        calibration.passes.push_back({pass.at("name").get<std::string>(),
+                                      pass.at("ms").get<double>(),
+                                      taps[pass.at("pass").get<int>()]});
+    return calibration;
 }
 
 }  // namespace
@@ -58,13 +59,13 @@ Memory memory_of(const FrameInputs& inputs, const Plan& plan, size_t frames) {
     return memory;
 }
 
-Result<Pilot> read_pilot(const std::string& path) {
+Result<Calibration> read_calibration(const std::string& path) {
     std::ifstream file(path);
     if (!file) return Status(StatusCode::input, path + ": cannot be read");
     try {
         const Json json = Json::parse(file);
-        Pilot pilot = pilot_of(path, json);
-        if (pilot.pixels > 0) return pilot;
+        Calibration calibration = calibration_of(path, json);
+        if (calibration.pixels > 0) return calibration;
     } catch (const Json::exception&) {
         // Reported below for every reason.
     }
@@ -73,26 +74,28 @@ Result<Pilot> read_pilot(const std::string& path) {
                                          "that `postchain run` wrote beside its output");
 }
 
-std::optional<Seconds> seconds_of(const Plan& plan, const Pilot& pilot) {
-    const double pixels = double(plan.width) * double(plan.height) / double(pilot.pixels);
+std::optional<Seconds> seconds_of(const Plan& plan, const Calibration& calibration) {
+    const double pixels = double(plan.width) * double(plan.height) / double(calibration.pixels);
     Seconds seconds;
-    seconds.read = pilot.read_ms * pixels / 1000;
-    seconds.write = pilot.write_ms * pixels / 1000;
-    std::vector<bool> used(pilot.passes.size());
+    seconds.read = calibration.read_ms * pixels / 1000;
+    seconds.write = calibration.write_ms * pixels / 1000;
+    std::vector<bool> used(calibration.passes.size());
     const auto taps = taps_of(plan);
     for (size_t i = 0; i < plan.passes.size(); ++i) {
         if (plan.passes[i].elided) continue;
-        // The pilot may have left out passes: take the next pass of the same name that ran.
+        // The calibration may have left out passes: take the next pass of the same name that ran.
         size_t at = 0;
-        while (at < pilot.passes.size() &&
-               (used[at] || pilot.passes[at].name != plan.passes[i].type))
+        while (at < calibration.passes.size() &&
+               (used[at] || calibration.passes[at].name != plan.passes[i].type))
             ++at;
-        if (at == pilot.passes.size()) return std::nullopt;
+        if (at == calibration.passes.size()) return std::nullopt;
         used[at] = true;
         const auto own = taps.find(int(i));
-        const bool counted = own != taps.end() && own->second > 0 && pilot.passes[at].taps > 0;
-        seconds.filter += pilot.passes[at].ms / 1000 *
-                          (counted ? double(own->second) / double(pilot.passes[at].taps) : pixels);
+        const bool counted =
+            own != taps.end() && own->second > 0 && calibration.passes[at].taps > 0;
+        seconds.filter +=
+            calibration.passes[at].ms / 1000 *
+            (counted ? double(own->second) / double(calibration.passes[at].taps) : pixels);
     }
     return seconds;
 }

@@ -24,7 +24,7 @@ struct Memory {
 Memory memory_of(const FrameInputs& inputs, const Plan& plan, size_t frames);
 
 // Plan and times of a frame that was filtered.
-struct Pilot {
+struct Calibration {
     struct Pass {
         std::string name;
         double ms = 0;
@@ -38,7 +38,7 @@ struct Pilot {
 };
 
 // Errors (input): unreadable, or not the sidecar of a written frame.
-Result<Pilot> read_pilot(const std::string& path);
+Result<Calibration> read_calibration(const std::string& path);
 
 // Seconds of one frame by itself, without compiling programs. Neighboring frames overlap, so a run
 // takes less per frame.
@@ -47,9 +47,9 @@ struct Seconds {
     double all() const { return read + filter + write; }
 };
 
-// Scales the pilot's times: reading and writing by pixels, each pass by its texture fetches. Empty
-// if the plan runs a pass that the pilot did not.
-std::optional<Seconds> seconds_of(const Plan& plan, const Pilot& pilot);
+// Scales the calibration's times: reading and writing by pixels, each pass by its texture fetches.
+// Empty if the plan runs a pass that the calibration did not.
+std::optional<Seconds> seconds_of(const Plan& plan, const Calibration& calibration);
 
 io::Json estimate_json(const Memory& memory, const std::optional<Seconds>& seconds);
 std::string estimate_text(const Memory& memory, const std::optional<Seconds>& seconds);

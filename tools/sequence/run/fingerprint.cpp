@@ -36,15 +36,14 @@ std::string text_of_config(const std::string& config) {
 }
 
 // Everything that decides a frame's canonical planes, in addition to SourceSettings.
-std::string text_of(const OpenedFrame& frame) {
+std::string text_of_frame(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";
     if (header.sky) text += header.sky->text() + "\n";
     if (header.makes_motion) {
         text += "motion from the camera";
         for (const SkyView* view : {&header.sky->now, &header.sky->before, &header.sky->after})
-            for (double value : *view->place)
-                text += " " + postchain::text_of(ParameterValue(value));
+            for (double value : *view->place) text += " " + text_of(ParameterValue(value));
         text += "\n";
     }
     const auto& options = header.match.options;
@@ -115,9 +114,10 @@ bool is_done(const std::string& output, const std::string& fingerprint,
 std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
                            const FrameInputs& inputs) {
     const int frame = inputs.frame->number;
-    std::string text = concat(chain.text(), name_of(settings.plan.precision), " frame ", frame,
-                              "\n", text_of(*inputs.frame), int(settings.source.nonfinite_color),
-                              " ", int(settings.overflow), "\n");
+    std::string text =
+        concat(chain.text(), name_of(settings.plan.precision), " frame ", frame, "\n",
+               text_of_frame(*inputs.frame), int(settings.source.nonfinite_color), " ",
+               int(settings.overflow), "\n");
     const io::ExrSettings& exr = settings.exr;
     if (exr.compression)
         text += concat("compression ", io::name_of(exr.compression->method), " ",
@@ -139,7 +139,7 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
         if (rules.count(rule)) text += rule + "\n";
     if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
     for (const auto& [neighbor, other] : inputs.neighbors)
-        text += concat(postchain::name_of(neighbor), " ", text_of(*other));
+        text += concat(postchain::name_of(neighbor), " ", text_of_frame(*other));
     return concat("postchain ", settings.version, " chain ", hex_of(chain.hash()), " work ",
                   hex_of(hash_text(text)));
 }

@@ -2,7 +2,7 @@
 
 #include "chain/plan_print.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/layer_record.h"
+#include "tools/sequence/run/layers_json.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
 

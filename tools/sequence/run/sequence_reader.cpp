@@ -23,10 +23,6 @@ ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) 
     return stack_planes(planes);
 }
 
-int number_of(Neighbor neighbor, int number) {
-    return neighbor == Neighbor::before ? number - 1 : number + 1;
-}
-
 }  // namespace
 
 struct SequenceReader::Entry : OpenedFrame {
@@ -109,7 +105,7 @@ std::set<Neighbor> SequenceReader::reads_with(int number,
 
 void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     const OpenedFrame& frame = *inputs.frame;
-    const int number = number_of(neighbor, frame.number);
+    const int number = frame.number + frames_to(neighbor);
     std::string& why = inputs.missing[neighbor];
     why = absence(frame.number, neighbor);
     if (!why.empty()) return;
@@ -155,7 +151,7 @@ std::string SequenceReader::absence(int number, Neighbor neighbor) {
                                                                   : FramesOnDisk());
     }
     const bool before = neighbor == Neighbor::before;
-    const int wanted = number_of(neighbor, number);
+    const int wanted = number + frames_to(neighbor);
     const auto beyond = before ? on_disk_->lower_bound(number) : on_disk_->upper_bound(number);
     if (beyond == (before ? on_disk_->begin() : on_disk_->end()))
         return concat("frame ", number, " is the ", before ? "first" : "last", " on disk");

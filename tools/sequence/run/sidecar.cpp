@@ -2,7 +2,7 @@
 
 #include "chain/plan_print.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/layer_record.h"
+#include "tools/sequence/run/layers_json.h"
 
 namespace postchain::sequence {
 namespace {

@@ -13,10 +13,6 @@ namespace {
 constexpr auto kBetweenLooks = std::chrono::seconds(1);
 constexpr auto kSlice = std::chrono::milliseconds(50);  // delay until a stop is noticed
 
-int number_of(Neighbor neighbor, int number) {
-    return neighbor == Neighbor::before ? number - 1 : number + 1;
-}
-
 bool same(const io::FileStamp& a, const io::FileStamp& b) {
     return a.bytes == b.bytes && a.time == b.time;
 }
@@ -141,7 +137,7 @@ bool WatchFeed::will_come(int frame) const {
 bool WatchFeed::waits_for_neighbor(const FrameTask& task, SequenceReader& reader) {
     if (!settings_.input.color().has_token()) return false;
     for (const Neighbor neighbor : kNeighbors) {
-        const int number = number_of(neighbor, task.frame);
+        const int number = task.frame + frames_to(neighbor);
         if (!will_come(number)) continue;
         if (const auto files = on_disk_->find(number);
             files != on_disk_->end() && incomplete(files->second).ok())

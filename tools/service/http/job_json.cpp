@@ -84,7 +84,7 @@ const std::vector<Field<Job>>& job_fields() {
         time_field("ended", "time when it was done, failed or was canceled", &Job::ended_ms),
         field("frames", about("integer", "number of frames; 0 until known"), &Job::frames),
         field("done", about("integer", "frames that are written or were skipped"), &Job::done),
-        field("failed", about("integer", "frames that are missing or set aside"), &Job::failed),
+        field("failed", about("integer", "frames that are missing or quarantined"), &Job::failed),
         field("remaining_s", about("number", "estimate while the job runs; 0 = unknown"),
               &Job::remaining_s),
         field("exit_code", about("integer", "exit code of the command for the same work"),

@@ -42,10 +42,10 @@ const char* name_of(FrameState state) {
             return "skipped";
         case FrameState::missing:
             return "missing";
-        case FrameState::set_aside:
-            return "set_aside";
+        case FrameState::quarantined:
+            return "quarantined";
     }
-    return "set_aside";
+    return "quarantined";
 }
 
 }  // namespace postchain::service

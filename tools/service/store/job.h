@@ -11,17 +11,17 @@ enum class JobKind { run, ab, bench, study };
 enum class JobState { queued, running, done, failed, canceled };
 enum class FrameState {
     waiting,
-    written,    // by this job
-    skipped,    // already complete, made by the same chain from the same input
-    missing,    // not among the input's frames
-    set_aside,  // failed in all ServiceSettings::attempts
+    written,      // by this job
+    skipped,      // already complete, made by the same chain from the same input
+    missing,      // not among the input's frames
+    quarantined,  // failed in all ServiceSettings::attempts
 };
 inline constexpr std::array kJobKinds = {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study};
 inline constexpr std::array kJobStates = {JobState::queued, JobState::running, JobState::done,
                                           JobState::failed, JobState::canceled};
 inline constexpr std::array kFrameStates = {FrameState::waiting, FrameState::written,
                                             FrameState::skipped, FrameState::missing,
-                                            FrameState::set_aside};
+                                            FrameState::quarantined};
 const char* name_of(JobKind kind);
 const char* name_of(JobState state);
 const char* name_of(FrameState state);
@@ -40,7 +40,7 @@ struct Job {
     int64_t ended_ms = 0;
     int frames = 0;          // 0 = not known yet
     int done = 0;            // written, skipped
-    int failed = 0;          // missing, set aside
+    int failed = 0;          // missing, quarantined
     double remaining_s = 0;  // estimate while the job runs; 0 = unknown
     int exit_code = 0;       // as of the command
     std::string verdict;     // ab, bench and study: one line
@@ -60,7 +60,7 @@ struct Event {
     int64_t id = 0;  // increases over all jobs and restarts
     std::string job;
     int64_t time_ms = 0;
-    std::string type;  // "queued", "started", "frame", "set_aside", "requeued", "done", ...
+    std::string type;  // "queued", "started", "frame", "quarantined", "requeued", "done", ...
     std::string data;  // a JSON object on one line
 };
 

@@ -280,7 +280,7 @@ Result<FrameTally> JobStore::tally(const std::string& id) const {
             const std::string state = found.text(1);
             if (state == "waiting") ++tally.waiting;
             if (state == "missing") ++tally.missing;
-            if (state == "set_aside") tally.set_aside.push_back(int(found.integer(0)));
+            if (state == "quarantined") tally.quarantined.push_back(int(found.integer(0)));
             if (found.integer(2) != 0) ++tally.held;
         }
         return tally;
@@ -363,7 +363,7 @@ Status JobStore::frame_fails(const std::string& id, int frame, const std::string
         const int64_t job = number_of(id);
         Statement(database_,
                   "UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts >= ? "
-                  "THEN 'set_aside' ELSE 'waiting' END WHERE job = ? AND frame = ? AND state = "
+                  "THEN 'quarantined' ELSE 'waiting' END WHERE job = ? AND frame = ? AND state = "
                   "'waiting'")
             .bind(message)
             .bind(attempts_)
@@ -373,14 +373,14 @@ Status JobStore::frame_fails(const std::string& id, int frame, const std::string
         if (database_.changes() == 0) return;
         Statement now(database_, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?");
         now.bind(job).bind(frame).step();
-        const bool aside = now.text(0) == "set_aside";
-        Statement(database_, aside
+        const bool quarantined = now.text(0) == "quarantined";
+        Statement(database_, quarantined
                                  ? "UPDATE jobs SET attempts = 0, failed = failed + 1 WHERE id = ?"
                                  : "UPDATE jobs SET attempts = 0 WHERE id = ?")
             .bind(job)
             .run();
         add_event(
-            id, aside ? "set_aside" : "frame_failed",
+            id, quarantined ? "quarantined" : "frame_failed",
             io::json_text({{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}}));
     });
 }
@@ -459,7 +459,7 @@ Result<bool> JobStore::retry(const std::string& id) {
         if (!done) return;
         Statement(database_,
                   "UPDATE frames SET state = 'waiting', attempts = 0, message = '' WHERE job = ? "
-                  "AND state IN ('set_aside', 'missing', 'waiting')")
+                  "AND state IN ('quarantined', 'missing', 'waiting')")
             .bind(job)
             .run();
         count_frames(database_, job);

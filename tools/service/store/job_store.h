@@ -47,7 +47,7 @@ struct FrameEnd {
 // A job's frames, counted by state.
 struct FrameTally {
     int waiting = 0, held = 0, missing = 0;
-    std::vector<int> set_aside;
+    std::vector<int> quarantined;
 };
 
 struct Added {
@@ -94,7 +94,7 @@ class JobStore {
 
     Status frame_begins(const std::string& id, int frame);
     Status frame_ends(const std::string& id, const FrameEnd& end);
-    // The frame waits again, or is set aside after the last attempt.
+    // The frame waits again, or is quarantined after the last attempt.
     Status frame_fails(const std::string& id, int frame, const std::string& message);
     // After a stop: interrupted frames wait again, without a counted attempt.
     Status release(const std::string& id);

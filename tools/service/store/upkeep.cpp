@@ -12,7 +12,7 @@ namespace postchain::service {
 namespace {
 
 constexpr int64_t kApplication = 0x70634a53;  // "pcJS"
-constexpr int64_t kVersion = 1;
+constexpr int64_t kVersion = 2;
 
 constexpr const char* kTables = R"sql(
 CREATE TABLE jobs(
@@ -38,6 +38,12 @@ CREATE TABLE events(
 CREATE INDEX events_job ON events(job, id);
 )sql";
 
+// Version 1 called the state "set_aside".
+constexpr const char* kFromVersion1 = R"sql(
+UPDATE frames SET state = 'quarantined' WHERE state = 'set_aside';
+UPDATE events SET type = 'quarantined' WHERE type = 'set_aside';
+)sql";
+
 constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled')";
 
 }  // namespace
@@ -52,7 +58,7 @@ void count_frames(Database& database, int64_t job) {
               "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
               "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
               "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
-              "('missing', 'set_aside')) WHERE id = ?1")
+              "('missing', 'quarantined')) WHERE id = ?1")
         .bind(job)
         .run();
 }
@@ -80,9 +86,9 @@ void prepare(Database& database, const std::string& path) {
     database.run("PRAGMA journal_mode = WAL");
     database.run("PRAGMA synchronous = FULL");
     database.run("PRAGMA foreign_keys = ON");
-    if (!empty) return;
+    if (version == kVersion) return;
     Transaction transaction(database);
-    database.run(kTables);
+    database.run(empty ? kTables : kFromVersion1);
     database.run(concat("PRAGMA application_id = ", kApplication).c_str());
     database.run(concat("PRAGMA user_version = ", kVersion).c_str());
     transaction.commit();
@@ -119,14 +125,15 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
                 "the process died while only this frame was in "
                 "flight, at the last of ",
                 most_attempts, " attempts");
-            Statement(database,
-                      "UPDATE frames SET state = 'set_aside', message = ? WHERE job = ? AND frame "
-                      "= ?")
+            Statement(
+                database,
+                "UPDATE frames SET state = 'quarantined', message = ? WHERE job = ? AND frame "
+                "= ?")
                 .bind(message)
                 .bind(job)
                 .bind(frame)
                 .run();
-            add_event(id, "set_aside", io::json_text({{"frame", frame}, {"message", message}}));
+            add_event(id, "quarantined", io::json_text({{"frame", frame}, {"message", message}}));
         }
         count_frames(database, job);
         if (in_flight == 0 && attempts >= most_attempts) {

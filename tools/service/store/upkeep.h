@@ -22,7 +22,8 @@ using EventSink =
 
 int64_t now_ms();  // since 1970-01-01 UTC
 
-// Locks the file and creates the tables of a new one. `path` is for messages.
+// Locks the file. Creates the tables of a new one, and converts those of an earlier version. `path`
+// is for messages.
 void prepare(Database& database, const std::string& path);
 
 // Recovers the jobs that ran when the last process died: docs/service.md, "After a crash". Requires

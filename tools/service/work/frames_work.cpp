@@ -57,7 +57,7 @@ class FramesWork {
                 if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
                 return rest_left(WorkEnd::failed(status));
             }
-            if (aside_ && stops_on_error_) return rest_left(WorkEnd::failed(first_failure_));
+            if (quarantined_ && stops_on_error_) return rest_left(WorkEnd::failed(first_failure_));
         }
     }
 
@@ -249,8 +249,8 @@ class FramesWork {
         entered(place_.store.frame_fails(id_, report.frame,
                                          place_.reader.roots().shown_in(status.message())));
         const auto now = place_.store.frame(id_, report.frame);
-        if (now.ok() && *now && (*now)->state == FrameState::set_aside) {
-            aside_ = true;
+        if (now.ok() && *now && (*now)->state == FrameState::quarantined) {
+            quarantined_ = true;
             if (stops_on_error_) place_.stop = true;
         }
     }
@@ -284,13 +284,13 @@ class FramesWork {
         const auto say = [&](const std::string& text) {
             end.message += (end.message.empty() ? "" : "; ") + text;
         };
-        if (!tally->set_aside.empty())
-            say(concat(tally->set_aside.size(), " of ", (*job)->frames,
-                       " frames set aside: ", sequence::frames_text(tally->set_aside)));
+        if (!tally->quarantined.empty())
+            say(concat(tally->quarantined.size(), " of ", (*job)->frames,
+                       " frames quarantined: ", sequence::frames_text(tally->quarantined)));
         if (tally->missing > 0) say(concat(tally->missing, " frames are not on disk"));
         if (tally->held > 0) say(concat(tally->held, " frames are held"));
         if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
-        if (!tally->set_aside.empty()) {
+        if (!tally->quarantined.empty()) {
             end.state = JobState::failed;
             if ((*job)->done == 0 && !first_failure_.ok())
                 end.exit_code = sequence::exit_code(first_failure_);
@@ -308,7 +308,7 @@ class FramesWork {
     const Batch* batch_ = nullptr;
     Status first_failure_;
     Status store_;  // why the store could not record a frame
-    bool aside_ = false;
+    bool quarantined_ = false;
     bool gl_failed_ = false;
     std::string gl_message_;
 };

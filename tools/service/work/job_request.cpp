@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "config/chain_named.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "tools/measure/experiment/assemble.h"
@@ -35,14 +36,13 @@ class RequestParser {
         std::vector<std::string> known;
         for (const auto& [key, schema] : body_keys(kind_, reader_.table_)) known.push_back(key);
         for (const auto& [key, value] : body_.root().entries)
-            if (std::find(known.begin(), known.end(), key.text) == known.end())
+            if (std::find(known.begin(), known.end(), current_key(key.text)) == known.end())
                 body_.fault(key, key.text, unknown_word("key", key.text, known));
         if (is_job()) request_.kind = JobKind(kind_);
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
         if (kind_ == RequestKind::study) {
             read_study();
-            if (has_errors(body_.faults())) return body_.problem();
-            return std::move(request_);
+            return result();
         }
         request_.sets = body_.list("set");
         read_tables();
@@ -53,12 +53,27 @@ class RequestParser {
         if (kind_ == RequestKind::preview) read_preview();
         read_settings();
         if (kind_ == RequestKind::ab || kind_ == RequestKind::bench) read_limits();
-        if (has_errors(body_.faults())) return body_.problem();
-        return std::move(request_);
+        return result();
     }
 
   private:
+    Answer<JobRequest> result() {
+        if (has_errors(body_.faults())) return body_.problem();
+        for (const Diagnostic& one : body_.faults())
+            if (one.severity == Severity::warning)
+                request_.warnings.push_back(roots_.shown_in(one.text()));
+        return std::move(request_);
+    }
+
     // -------------------------------------------------------------------------------- keys
+    // Also for a former key.
+    std::string current_key(const std::string& key) const {
+        for (const ParameterTable* table :
+             {&reader_.table_, &experiment::ab_parameters(), &experiment::bench_parameters()})
+            if (const Parameter* row = table->find(key)) return row->key;
+        return key;
+    }
+
     RequestKind kind_of_job() {
         const TextNode* node = body_.find("kind");
         if (!node) return RequestKind::run;
@@ -130,24 +145,18 @@ class RequestParser {
     }
 
     bool find_chain_text(const std::string& key, const std::string& name, ChainText& text) {
-        std::string path = name;
-        const auto shipped = shipped_chains();
-        if (!is_word(name) || std::find(shipped.begin(), shipped.end(), name) == shipped.end()) {
-            auto resolved = roots_.resolve(name);
-            if (!resolved.ok()) {
-                body_.outside(key, resolved.status().message());
-                return false;
-            }
-            path = *resolved;
-            std::error_code error;
-            if (is_word(name) && !fs::exists(path, error)) {
-                body_.fault(key, unknown_word("chain", name, shipped));
-                return false;
-            }
-        }
-        auto found = find_chain(path);
+        bool outside = false;
+        auto found = find_named_chain(name, [&](const std::string& path) {
+            auto resolved = roots_.resolve(path);
+            outside = !resolved.ok();
+            return resolved;
+        });
         if (!found.ok()) {
-            body_.fault(key, found.status().message());
+            const std::string message = found.status().message();
+            if (outside)
+                body_.outside(key, message);
+            else
+                body_.fault(key, message);
             return false;
         }
         text = std::move(*found);
@@ -304,6 +313,7 @@ class RequestParser {
         Diagnostics notes;
         auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
         if (!settings.ok()) return body_.fault("", settings.status().message());
+        for (Diagnostic& note : notes) body_.add(std::move(note));
         settings->input = std::move(*input);
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;

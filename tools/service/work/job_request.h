@@ -44,6 +44,7 @@ struct JobRequest {
     study::StudySettings study_settings;
     int frame = 0;     // preview
     double scale = 1;  // preview: kMinPreviewScale..1
+    std::vector<std::string> warnings;
 };
 
 class JobReader {

@@ -195,13 +195,14 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
     const auto request = state_->reader.job(body);
     if (const auto* refused = std::get_if<Problem>(&request)) return *refused;
     const JobRequest& job = std::get<JobRequest>(request);
-    const auto added = state_->store->add(job.kind, body, job.priority, idempotency_key,
-                                          state_->settings.max_queue);
+    auto added = state_->store->add(job.kind, body, job.priority, idempotency_key,
+                                    state_->settings.max_queue);
     if (!added.ok()) return problem_of(added.status());
     switch (added->what) {
         case Added::What::made:
             *created = true;
             state_->worker->wake();
+            added->job.message = joined(job.warnings, "; ");
             return added->job;
         case Added::What::same:
             return added->job;
@@ -387,7 +388,7 @@ Answer<std::string> Service::plan(const std::string& body) {
                     frame["plan"] = sequence::planned_json(planned, std::nullopt);
                 else
                     frame["error"] = roots.shown_in(planned.plan.status().message());
-                frame["warnings"] = io::Json::array();
+                frame["warnings"] = request.warnings;
                 for (const std::string& warning : planned.warnings)
                     frame["warnings"].push_back(roots.shown_in(warning));
                 frames.push_back(std::move(frame));

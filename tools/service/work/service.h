@@ -30,7 +30,7 @@ struct ServiceSettings {
     std::string device = "auto";  // as --device of the command
     int threads = 0;              // CPU threads; 0 = one per core
     size_t max_queue = 1000;      // waiting jobs; further ones are refused
-    int attempts = 3;             // per frame, before it is set aside
+    int attempts = 3;             // per frame, before it is quarantined
     std::string version;          // the command's version, for metadata
 };
 

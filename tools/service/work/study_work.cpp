@@ -36,7 +36,7 @@ class StudyWork {
                                      0,
                                      {"postchain", "serve", "study"}};
         const auto done =
-            study::work_on_units(study_, *folder, {}, machine, progress(), &place_.stop);
+            study::work_on_tasks(study_, *folder, {}, machine, progress(), &place_.stop);
         if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (!done.ok())
             return done.status().code() == StatusCode::gl
@@ -83,7 +83,7 @@ class StudyWork {
     // Commands may work in the same folder. The process with the last result writes the report.
     static WorkEnd left_to_others(const study::WorkDone& done) {
         WorkEnd end;
-        end.verdict = concat(done.results, " of ", done.units,
+        end.verdict = concat(done.results, " of ", done.tasks,
                              " results are done; another process makes the others and the report");
         return end;
     }

@@ -1,4 +1,4 @@
-// Runs a `study` job with the same code as the command. Other processes may work on the units of
+// Runs a `study` job with the same code as the command. Other processes may work on the tasks of
 // the same folder.
 #pragma once
 

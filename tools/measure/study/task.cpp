@@ -1,4 +1,4 @@
-#include "tools/measure/study/unit.h"
+#include "tools/measure/study/task.h"
 
 #include <filesystem>
 #include <set>
@@ -44,13 +44,7 @@ void add_frames(std::vector<std::string>& lines, const Scene& scene) {
             add_stamp(lines, "truth", path);
 }
 
-Json json_of(const Values& values) {
-    Json list = Json::array();
-    for (const auto& value : values) list.push_back(report::json_of(value));
-    return list;
-}
-
-void take(const report::Report& report, UnitResult& result) {
+void take(const report::Report& report, TaskResult& result) {
     result.truth = report.truth.value_or("");
     result.frames = report.frames;
     result.width = report.width;
@@ -61,7 +55,7 @@ void take(const report::Report& report, UnitResult& result) {
             result.variants.clear();
             return;
         }
-        UnitResult::Figures figures{variant.name, {}};
+        TaskResult::Figures figures{variant.name, {}};
         for (const auto& [metric, series] : variant.metrics) {
             // Ground truth may exist for some of the frames only.
             figures.metrics[metric] = series.frames;
@@ -75,12 +69,12 @@ bool ends_the_study(const Status& status) {
            status.code() == StatusCode::canceled || status.code() == StatusCode::internal;
 }
 
-Result<report::Report> measured_ab(const Study& study, const Unit& unit,
+Result<report::Report> measured_ab(const Study& study, const Task& task,
                                    const experiment::ExperimentSettings& settings,
                                    const Machine& machine,
                                    const experiment::ProgressCallback& progress,
                                    const std::atomic<bool>* stop) {
-    const auto& [a, b] = study.pairs[*unit.pair];
+    const auto& [a, b] = study.pairs[*task.pair];
     return experiment::run_ab(study.chains[a], study.chains[b], settings, machine.executor,
                               progress, stop);
 }
@@ -107,15 +101,15 @@ Result<report::Report> measured_bench(const Study& study, experiment::BenchSetti
 
 }  // namespace
 
-std::vector<std::string> made_from(const Study& study, const Unit& unit) {
-    const Scene& scene = study.scenes[unit.scene];
+std::vector<std::string> made_from(const Study& study, const Task& task) {
+    const Scene& scene = study.scenes[task.scene];
     std::vector<std::string> lines = {"postchain " + scene.measured.run.version,
                                       std::string("kind ") + report::name_of(study.kind)};
     const auto add_chain = [&](const std::string& name, const Chain& chain) {
         lines.push_back("chain " + name + ": " + chain.text());
     };
-    if (unit.pair) {
-        const auto& [a, b] = study.pairs[*unit.pair];
+    if (task.pair) {
+        const auto& [a, b] = study.pairs[*task.pair];
         for (const size_t index : {a, b})
             add_chain(study.chains[index].name, study.chains[index].chain);
     } else {
@@ -127,27 +121,27 @@ std::vector<std::string> made_from(const Study& study, const Unit& unit) {
     return lines;
 }
 
-std::string result_path(const Unit& unit) {
-    return "units/" + unit.name + ".json";
+std::string result_path(const Task& task) {
+    return "tasks/" + task.name + ".json";
 }
 
-std::string claim_path(const Unit& unit) {
-    return "units/" + unit.name + ".claim";
+std::string claim_path(const Task& task) {
+    return "tasks/" + task.name + ".claim";
 }
 
-std::string report_folder_of(const Study& study, const Unit& unit) {
-    const std::string& scene = study.scenes[unit.scene].name;
-    return "scenes/" + scene + (unit.pair ? "/" + unit.name.substr(scene.size() + 1) : "");
+std::string report_folder_of(const Study& study, const Task& task) {
+    const std::string& scene = study.scenes[task.scene].name;
+    return "scenes/" + scene + (task.pair ? "/" + task.name.substr(scene.size() + 1) : "");
 }
 
-std::string text_of(const UnitResult& result) {
+std::string text_of(const TaskResult& result) {
     Json variants = Json::array();
     for (const auto& variant : result.variants) {
         Json metrics = Json::object();
-        for (const auto& [name, values] : variant.metrics) metrics[name] = json_of(values);
+        for (const auto& [name, values] : variant.metrics) metrics[name] = report::json_of(values);
         variants.push_back({{"name", variant.name}, {"metrics", metrics}});
     }
-    return io::json_text({{"postchain_unit", 1},
+    return io::json_text({{"postchain_task", 1},
                           {"made_from", result.made_from},
                           {"failure", result.failure},
                           {"renderer", result.renderer},
@@ -160,11 +154,11 @@ std::string text_of(const UnitResult& result) {
            "\n";
 }
 
-std::optional<UnitResult> unit_result_from(const std::string& text) {
+std::optional<TaskResult> task_result_from(const std::string& text) {
     try {
         const Json json = Json::parse(text);
-        if (json.at("postchain_unit") != 1) return std::nullopt;
-        UnitResult result;
+        if (json.at("postchain_task") != 1) return std::nullopt;
+        TaskResult result;
         result.made_from = json.at("made_from").get<std::vector<std::string>>();
         result.failure = json.at("failure").get<std::string>();
         result.renderer = json.at("renderer").get<std::string>();
@@ -173,7 +167,7 @@ std::optional<UnitResult> unit_result_from(const std::string& text) {
         result.width = json.at("width").get<int>();
         result.height = json.at("height").get<int>();
         for (const Json& one : json.at("variants")) {
-            UnitResult::Figures figures{one.at("name").get<std::string>(), {}};
+            TaskResult::Figures figures{one.at("name").get<std::string>(), {}};
             for (const auto& [name, list] : one.at("metrics").items())
                 for (const Json& value : list)
                     figures.metrics[name].push_back(
@@ -186,22 +180,22 @@ std::optional<UnitResult> unit_result_from(const std::string& text) {
     }
 }
 
-Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std::string& folder,
+Result<TaskResult> measure_task(const Study& study, const Task& task, const std::string& folder,
                                 const Machine& machine,
                                 const experiment::ProgressCallback& progress,
                                 const std::atomic<bool>* stop) {
-    const Scene& scene = study.scenes[unit.scene];
-    UnitResult result;
-    result.made_from = made_from(study, unit);
+    const Scene& scene = study.scenes[task.scene];
+    TaskResult result;
+    result.made_from = made_from(study, task);
     result.renderer = machine.renderer;
     experiment::BenchSettings settings = scene.measured;
-    settings.folder = folder + "/" + report_folder_of(study, unit);
+    settings.folder = folder + "/" + report_folder_of(study, task);
     settings.renderer = machine.renderer;
     settings.software = machine.software;
     settings.chain_name = study.chains.front().name;
     std::vector<Camera> cameras;
-    if (unit.pair) {
-        const auto& [a, b] = study.pairs[*unit.pair];
+    if (task.pair) {
+        const auto& [a, b] = study.pairs[*task.pair];
         cameras = {study.chain(a).camera, study.chain(b).camera};
         // An existing report belongs to this study, because the folder has the study's mark.
         settings.on_existing = io::OnExisting::overwrite;
@@ -211,7 +205,7 @@ Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std:
     }
     experiment::complete(settings, {settings.run, scene.input, study.chain_files, cameras,
                                     machine.command, machine.threads});
-    auto report = unit.pair ? measured_ab(study, unit, settings, machine, progress, stop)
+    auto report = task.pair ? measured_ab(study, task, settings, machine, progress, stop)
                             : measured_bench(study, settings, machine, progress, stop);
     if (stop && *stop) return Status(StatusCode::canceled, "stopped");
     if (report.ok()) {

@@ -1,7 +1,7 @@
-// Units of a study: the inputs of each, its result on disk, and the call that measures it.
+// Tasks of a study: the inputs of each, its result on disk, and the call that measures it.
 //
 //   DIR/scenes/SCENE[/A_vs_B]/   the report of ab or bench       (experiment/)
-//   DIR/units/UNIT.json          its figures and inputs, written whole or not at all
+//   DIR/tasks/TASK.json          its figures and inputs, written whole or not at all
 #pragma once
 
 #include <atomic>
@@ -19,7 +19,7 @@
 
 namespace postchain::study {
 
-struct UnitResult {
+struct TaskResult {
     // Lines: version, chains, settings, size and time of every file that is read. Results with
     // equal lines are equal, except for rounding of other devices.
     std::vector<std::string> made_from;
@@ -35,18 +35,18 @@ struct UnitResult {
     std::vector<Figures> variants;
 };
 
-std::vector<std::string> made_from(const Study& study, const Unit& unit);
+std::vector<std::string> made_from(const Study& study, const Task& task);
 
 // Relative to the study's folder.
-std::string result_path(const Unit& unit);
-std::string claim_path(const Unit& unit);
-std::string report_folder_of(const Study& study, const Unit& unit);
+std::string result_path(const Task& task);
+std::string claim_path(const Task& task);
+std::string report_folder_of(const Study& study, const Task& task);
 
-std::string text_of(const UnitResult& result);
+std::string text_of(const TaskResult& result);
 // No value if text_of() did not make `text`.
-std::optional<UnitResult> unit_result_from(const std::string& text);
+std::optional<TaskResult> task_result_from(const std::string& text);
 
-// The device on which units are measured.
+// The device on which tasks are measured.
 struct Machine {
     Executor& executor;
     std::string renderer;
@@ -59,7 +59,7 @@ struct Machine {
 
 // Calls run_ab() or run_bench() and writes the report under `folder`. The result has failures of
 // the scene. Errors end the study: (output), (gl), (canceled) by `stop`, (internal).
-Result<UnitResult> measure_unit(const Study& study, const Unit& unit, const std::string& folder,
+Result<TaskResult> measure_task(const Study& study, const Task& task, const std::string& folder,
                                 const Machine& machine,
                                 const experiment::ProgressCallback& progress,
                                 const std::atomic<bool>* stop);

@@ -1,4 +1,4 @@
-#include "tools/sequence/run/layer_record.h"
+#include "tools/sequence/run/layers_json.h"
 
 #include <cstdio>
 #include <map>

@@ -4,10 +4,13 @@
 #include <bit>
 #include <cmath>
 
+#include "shaders/shared/color_limits.h"
+
 namespace postchain {
 namespace {
 
-constexpr float kMaxHalf = 65504.0f;
+using shared::kMaxColor;
+using shared::kMaxHalf;
 
 bool finite(float value) {
     return (std::bit_cast<uint32_t>(value) & 0x7f800000u) != 0x7f800000u;
@@ -36,7 +39,7 @@ class Findings {
 // Results of one walk over the colors. Written so that it vectorizes.
 struct ColorScan {
     std::array<float, 4> low = {}, high = {};
-    bool finite = true;
+    bool finite = true;  // every value can be averaged
     bool negative_zero = false;
     bool plainly_half = true;  // no bit that a half lacks, and no value below 2^-14 but 0
 };
@@ -54,7 +57,7 @@ ColorScan scan(const ImageF& color) {
             const uint32_t size = bits & 0x7fffffffu;
             found.low[c] = value < found.low[c] ? value : found.low[c];
             found.high[c] = value > found.high[c] ? value : found.high[c];
-            nonfinite |= uint32_t(size >= 0x7f800000u);
+            nonfinite |= uint32_t(size > std::bit_cast<uint32_t>(kMaxColor));
             negative_zero |= uint32_t(bits == 0x80000000u);
             odd |= (bits & 0x1fffu) | uint32_t(size > 0x477fe000u) |  // 65504
                    uint32_t(size - 1u < 0x387fffffu);                 // 2^-14, but not 0
@@ -79,7 +82,7 @@ void replace_nonfinite(ImageF& color, const ConvertOptions& options, size_t fram
         float* rgba = color.data.data() + 4 * pixel;
         bool bad = false;
         for (int c = 0; c < 4; ++c) {
-            if (finite(rgba[c])) continue;
+            if (std::abs(rgba[c]) <= kMaxColor) continue;
             bad = true;
             const bool clamp =
                 options.nonfinite_color == NonfiniteColor::clamp && !std::isnan(rgba[c]);
@@ -97,10 +100,12 @@ void premultiply(ImageF& color) {
 }
 
 void convert_color(ImageF& color, const ConvertOptions& options, Findings& findings) {
-    ColorScan found = scan(color);
-    if (!found.finite) replace_nonfinite(color, options, color.pixels(), findings);
     if (options.unpremultiplied) premultiply(color);
-    if (!found.finite || options.unpremultiplied) found = scan(color);
+    ColorScan found = scan(color);
+    if (!found.finite) {
+        replace_nonfinite(color, options, color.pixels(), findings);
+        found = scan(color);
+    }
     std::copy(found.low.begin(), found.low.end(), findings.bounds.min_color.begin());
     std::copy(found.high.begin(), found.high.end(), findings.bounds.max_color.begin());
     findings.bounds.one_color = found.finite && found.low == found.high && !found.negative_zero;
@@ -111,14 +116,13 @@ void convert_color(ImageF& color, const ConvertOptions& options, Findings& findi
 // Every layer of a stack. As color is stored without its alpha, so are they.
 void convert_layers(ImageF& layers, const ImageF& color, const ConvertOptions& options,
                     Findings& findings) {
-    const ColorScan found = scan(layers);
-    if (!found.finite) replace_nonfinite(layers, options, color.pixels(), findings);
     for (size_t pixel = 0; options.unpremultiplied && pixel < layers.pixels(); ++pixel)
         for (size_t c = 0; c < 3; ++c)
             layers.data[4 * pixel + c] *= color.data[4 * (pixel % color.pixels()) + 3];
-    findings.bounds.layers_are_half =
-        (found.finite && found.plainly_half && !options.unpremultiplied) ||
-        std::all_of(layers.data.begin(), layers.data.end(), is_half);
+    const ColorScan found = scan(layers);
+    if (!found.finite) replace_nonfinite(layers, options, color.pixels(), findings);
+    findings.bounds.layers_are_half = (found.finite && found.plainly_half) ||
+                                      std::all_of(layers.data.begin(), layers.data.end(), is_half);
 }
 
 // 1/d as an affine function of the stored depth: 1/d = offset + slope * z.
@@ -236,6 +240,14 @@ void convert_motion(ImageF& motion, const MotionConvention& convention, bool for
 }
 
 }  // namespace
+
+ImageD finite_color(ImageD color) {
+    for (double& value : color.data) {
+        if (std::isnan(value)) value = 0;
+        if (std::abs(value) > double(kMaxColor)) value = std::copysign(double(kMaxHalf), value);
+    }
+    return color;
+}
 
 Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                                   const ConvertOptions& options) {

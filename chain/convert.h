@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "chain/frame.h"
+#include "chain/image.h"
 #include "chain/status.h"
 
 namespace postchain {
@@ -44,15 +45,20 @@ struct MotionConvention {
     double sentinel = std::numeric_limits<double>::infinity();  // |stored| >= this: 0, counted
 };
 
-enum class NonfiniteColor { zero, clamp };  // NaN -> 0 always; Inf -> 0 or the largest half
+// NaN -> 0 always; Inf, and values that passes cannot average (shaders/shared/color_limits.h) -> 0
+// or the largest half of their sign
+enum class NonfiniteColor { zero, clamp };
 
 struct ConvertOptions {
     DepthEncoding depth = DepthEncoding::linear;
     MotionConvention motion;
     MotionConvention motion_back;
     bool unpremultiplied = false;  // color must be multiplied by its alpha
-    NonfiniteColor nonfinite_color = NonfiniteColor::zero;
+    NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
 };
+
+// The color that passes read if a frame was not converted, in their references.
+ImageD finite_color(ImageD color);
 
 // Converts `planes` in place: color (4 channels), inverse_depth (1, still encoded depth), motion
 // and motion_back (2, still in the file's convention). Other planes, a neighbor's among them, are

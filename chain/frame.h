@@ -116,10 +116,11 @@ struct FrameDescription {
     int display_height = 0;
     int origin_x = 0;  // of the planes' first pixel in the display window
     int origin_y = 0;
-    int frame_number = 0;   // seeds come from it
-    RoleSet planes;         // which planes the frame brings, its neighbors' among them
-    RoleSet not_converted;  // others that its files have and no pass needs
-    int layers = 0;         // extra color layers: their number in the plane Role::layers
+    double pixel_aspect = 1;  // width over height of a pixel on the display
+    int frame_number = 0;     // seeds come from it
+    RoleSet planes;           // which planes the frame brings, its neighbors' among them
+    RoleSet not_converted;    // others that its files have and no pass needs
+    int layers = 0;           // extra color layers: their number in the plane Role::layers
     // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
     // -1, or beyond the end: no matte.
     std::vector<int> mattes;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "chain/convert.h"
 #include "chain/work_list.h"
 
 namespace postchain {
@@ -20,6 +21,13 @@ constexpr double kMinCoverage = 1.0 / 32;
 constexpr int kSpreadReach = 2;
 constexpr double kSpreadPx = 1.25;
 constexpr double kOwn = 1.0 / 16, kMinWeight = 1.0 / 16;
+
+// The least part of the pixel's own color that its ground must have so that the object's light, c -
+// (1 - m) ground, is not below 0.
+double own_share(double c, double ground, double kept) {
+    if (kept * ground <= c) return 0;
+    return ground > c ? std::min((kept * ground - c) / (kept * (ground - c)), 1.0) : 1;
+}
 
 // The roles of the planes that hold_out() replaces.
 constexpr std::array<Role, 3> kHeldRoles = {Role::layers, Role::layers_before, Role::layers_after};
@@ -58,14 +66,25 @@ ImageD held_reference(const std::map<Role, ImageD>& planes, Role color_role, Rol
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double m = matte_at(mattes, matte, height, x, y);
-            for (const Part& part : parts_of(x, y, m))
-                for (int c = 0; c < 4; ++c) {
-                    const double share = part.weight * (1 - m);
-                    held.at(x, y, c) += share * color.at(part.x, part.y, c);
-                    for (int i = 0; i < layers; ++i)
-                        held.at(x, y + (i + 2) * height, c) +=
-                            share * own->second.at(part.x, part.y + i * height, c);
-                }
+            const std::vector<Part> parts = parts_of(x, y, m);
+            for (int c = 0; c < 4; ++c) {
+                // The mean of a plane whose first row here is `row`.
+                const auto around = [&](const ImageD& plane, int row) {
+                    double sum = 0;
+                    for (const Part& part : parts)
+                        sum += part.weight * plane.at(part.x, part.y + row, c);
+                    return sum;
+                };
+                const double ground = around(color, 0);
+                const double share = own_share(color.at(x, y, c), ground, 1 - m);
+                const auto hold = [&](const ImageD& plane, int row, double mean) {
+                    return (1 - m) * (mean + share * (plane.at(x, y + row, c) - mean));
+                };
+                held.at(x, y, c) = hold(color, 0, ground);
+                for (int i = 0; i < layers; ++i)
+                    held.at(x, y + (i + 2) * height, c) =
+                        hold(own->second, i * height, around(own->second, i * height));
+            }
             held.at(x, y + height) = 1 - m;
         }
     return held;
@@ -180,6 +199,9 @@ class Unblurred final : public MattedPass {
     }
 
     void reference(const PlanContext& context, ReferenceFrame& frame) const override {
+        for (auto& [role, plane] : frame.planes)
+            if (role == Role::color || role == Role::color_before || role == Role::color_after)
+                plane = finite_color(std::move(plane));
         const std::map<Role, ImageD> before = frame.planes;
         hold_out_reference(frame.planes, matte());
         pass().reference(seen(context), frame);

@@ -36,6 +36,7 @@ class MattedPass : public PassOnFrame {
 
     Reach reach() const override { return pass().reach(); }
     std::vector<UsedValue> used_values() const override { return pass().used_values(); }
+    std::vector<Cut> cuts() const override { return pass().cuts(); }
     std::optional<Identity> identity(const PlanContext& context) const override {
         return pass().identity(seen(context));
     }

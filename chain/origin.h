@@ -5,6 +5,7 @@
 #include <string>
 
 #include "chain/parameter.h"
+#include "chain/role.h"
 
 namespace postchain {
 
@@ -32,6 +33,16 @@ struct UsedValue {
     std::string unit;
     Of of = Of::standard;
     std::string row = key;  // the parameter that gave it, of the pass or of the camera
+};
+
+// A limit of a pass on a displacement that some pixels of the frame exceed: theirs is cut.
+struct Cut {
+    std::string parameter;  // the limit's
+    std::string what;       // "half-length of a streak"
+    double limit_px = 0;
+    double largest_px = 0;  // uncut
+    RoleSet planes;         // a pixel is cut if its value in one of them, of motion the length, is
+    double low = 0, high = 0;  // below `low` or above `high`
 };
 
 }  // namespace postchain

@@ -62,7 +62,12 @@ void UniformWriter::write(std::string_view name, std::string_view type,
                           std::span<const std::byte> bytes) {
     for (Step& step : plan_.steps) {
         if (step.pass != pass_ || step.uniforms_type != type) continue;
-        if (!name.empty() && step.name != name) continue;
+        // A step over many layers runs in parts, NAME_layers_4 (chain/layered_step.cpp).
+        const std::string_view own =
+            std::string_view(step.name).substr(0, step.name.starts_with(name) ? name.size() : 0);
+        const std::string_view rest = std::string_view(step.name).substr(own.size());
+        if (!name.empty() && (own != name || !(rest.empty() || rest.starts_with("_layers_"))))
+            continue;
         step.uniforms.resize(bytes.size());
         std::copy(bytes.begin(), bytes.end(), step.uniforms.begin());
     }

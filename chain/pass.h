@@ -171,6 +171,8 @@ class PassOnFrame {
     // The values it works with, for the record: lens and shutter as they are resolved, the longest
     // streak, the largest circle of confusion.
     virtual std::vector<UsedValue> used_values() const { return {}; }
+    // The limits that this frame's bounds exceed.
+    virtual std::vector<Cut> cuts() const { return {}; }
     // Why the pass returns its color bit for bit; otherwise empty. context.wanted is an upper bound
     // here: every plane that a later pass could read. Facts about color count only if
     // context.color_is_input.

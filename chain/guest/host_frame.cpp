@@ -56,7 +56,8 @@ Failure check_numbers(const pc_frame& given) {
                {"shutter_frames", given.shutter_frames},
                {"max_speed_px", given.max_speed_px},
                {"nearest", given.nearest},
-               {"farthest", given.farthest}};
+               {"farthest", given.farthest},
+               {"pixel_aspect", given.pixel_aspect}};
     for (const auto& [name, value] : all)
         if (!std::isfinite(value)) return {PC_ERROR_CHAIN, concat(name, " is ", value)};
     for (int i = 0; i < 16; ++i)
@@ -65,6 +66,8 @@ Failure check_numbers(const pc_frame& given) {
             return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
     if (given.pre_exposure < 0)
         return {PC_ERROR_CHAIN, concat("pre_exposure is ", given.pre_exposure)};
+    if (given.pixel_aspect < 0)
+        return {PC_ERROR_CHAIN, concat("pixel_aspect is ", given.pixel_aspect)};
     if (given.depth_encoding > PC_DEPTH_REVERSE_INFINITE)
         return {PC_ERROR_ARGUMENT,
                 concat("depth_encoding: ", given.depth_encoding, " is not a PC_DEPTH value")};
@@ -169,6 +172,7 @@ FrameDescription describe(const HostFrame& frame) {
     FrameDescription description;
     description.width = description.display_width = frame.width;
     description.height = description.display_height = frame.height;
+    description.pixel_aspect = double(scale_of(given.pixel_aspect));
     description.frame_number = int(given.frame_number & 0x7fffffff);
     description.planes = {Role::color};
     if (frame.depth.name) description.planes.add(Role::inverse_depth);
@@ -214,10 +218,19 @@ PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
 
 FrameValues values_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    return {given.near_clip,       given.far_clip,       given.focal_length_mm,
-            given.sensor_width_mm, given.f_stop,         given.focus_distance,
-            given.meters_per_unit, given.shutter_frames, given.max_speed_px,
-            given.nearest,         given.farthest,       frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
+    return {given.near_clip,
+            given.far_clip,
+            given.focal_length_mm,
+            given.sensor_width_mm,
+            given.f_stop,
+            given.focus_distance,
+            given.meters_per_unit,
+            given.shutter_frames,
+            given.max_speed_px,
+            given.nearest,
+            given.farthest,
+            given.pixel_aspect,
+            frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
 }
 
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {

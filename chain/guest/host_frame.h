@@ -60,7 +60,7 @@ struct PlanKey {
 PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 
 // The frame's camera and bounds; the last is 1 at a cut.
-using FrameValues = std::array<float, 12>;
+using FrameValues = std::array<float, 13>;
 FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps that convert from and to the host's textures.

@@ -215,6 +215,8 @@ typedef struct pc_frame {
     uint32_t reserved;
     const char* debug_view; /* name of a texture or work list of the plan (pc_explain()), such as
                                "0.motion_blur.tile_max", which is drawn instead of the result */
+    float pixel_aspect;     /* width over height of a pixel on the display; 0 = 1 */
+    uint32_t reserved_2;
 } pc_frame;
 
 /* Sets depth_encoding, the flags of rows and vectors, motion_scale and motion_bias to the

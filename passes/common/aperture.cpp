@@ -62,7 +62,7 @@ const ParameterTable& aperture_parameter_table() {
 }
 
 std::array<double, 2> Aperture::half_size() const {
-    return {std::min(1 / ratio, 1.0), std::min(ratio, 1.0)};
+    return {axes[0] * std::min(1 / ratio, 1.0), axes[1] * std::min(ratio, 1.0)};
 }
 
 Status check_aperture(const ApertureParameters& own, const Camera& camera) {
@@ -87,7 +87,8 @@ Status check_aperture(const ApertureParameters& own, const Camera& camera) {
     return Status();
 }
 
-Aperture aperture_of(const ApertureParameters& own, const Camera& camera) {
+Aperture aperture_of(const ApertureParameters& own, const Camera& camera,
+                     std::array<double, 2> axes) {
     const auto value = [](const auto& first, const auto& second, auto otherwise) {
         return first ? *first : second.value_or(otherwise);
     };
@@ -98,6 +99,7 @@ Aperture aperture_of(const ApertureParameters& own, const Camera& camera) {
     aperture.curvature = value(own.aperture_curvature, camera.aperture_curvature, 0.0);
     aperture.ratio = value(own.aperture_ratio, camera.aperture_ratio, 1.0);
     aperture.cats_eye = value(own.cats_eye, camera.cats_eye, 0.0);
+    aperture.axes = axes;
     return aperture;
 }
 
@@ -131,8 +133,8 @@ std::vector<UsedValue> used_values(const ApertureParameters& own, const Camera& 
 
 uint64_t hash_of(const Aperture& aperture) {
     uint64_t hash = aperture.image ? aperture.image.hash() : uint64_t(aperture.blades);
-    for (const double value :
-         {aperture.rotation_deg, aperture.curvature, aperture.ratio, aperture.cats_eye}) {
+    for (const double value : {aperture.rotation_deg, aperture.curvature, aperture.ratio,
+                               aperture.cats_eye, aperture.axes[0], aperture.axes[1]}) {
         hash ^= std::bit_cast<uint64_t>(value);
         hash *= 0x9e3779b97f4a7c15u;
         hash ^= hash >> 32;
@@ -141,7 +143,8 @@ uint64_t hash_of(const Aperture& aperture) {
 }
 
 double barrel_per_px(const Aperture& aperture, const FrameDescription& frame) {
-    const double corner_px = 0.5 * std::hypot(frame.display_width, frame.display_height);
+    const double corner_px = 0.5 * std::hypot(frame.display_width / aperture.axes[0],
+                                              frame.display_height / aperture.axes[1]);
     return aperture.cats_eye / std::max(corner_px, 1.0);
 }
 

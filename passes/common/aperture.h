@@ -39,22 +39,24 @@ struct Aperture {
     double curvature = 0;     // curvature of the blades: 0 straight .. 1 a disc
     double ratio = 1;         // height over width; the longer of them has the whole radius
     double cats_eye = 0;      // shift of the barrel's circle in the corners, radii
+    std::array<double, 2> axes = {1, 1};  // CircleOfConfusion::axes
 
-    // Half-width and half-height of the ellipse around it, the larger 1.
+    // Half-width and half-height of the ellipse around it in pixels, for a radius of 1.
     std::array<double, 2> half_size() const;
 };
 
 // Hash of all values: equal hashes mean the same lens samples.
 uint64_t hash_of(const Aperture& aperture);
 
-Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera);
+Aperture aperture_of(const ApertureParameters& parameters, const Camera& camera,
+                     std::array<double, 2> axes = {1, 1});
 
 // Its resolved shape; a disc is blades 0. With an image only the image.
 std::vector<UsedValue> used_values(const ApertureParameters& parameters, const Camera& camera);
 
 // The barrel's front, a unit circle, is shifted by this times a ray's place in the frame, radii per
-// pixel from the center. A ray's place follows from its direction: through the lens sample l, pixel
-// p sees at infinity the point p - R l, R the radius there.
+// shorter side of a pixel from the center. A ray's place follows from its direction: through the
+// lens sample l, pixel p sees at infinity the point p - R l, R the radius there.
 double barrel_per_px(const Aperture& aperture, const FrameDescription& frame);
 
 // The boundary of an aperture, for points spread evenly over its area.

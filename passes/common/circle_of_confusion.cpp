@@ -25,6 +25,11 @@ Status not_known(const std::string& keys, bool several) {
                          " here, in the chain's camera, by --camera, or in the file's metadata"));
 }
 
+// The display's width in shorter sides of a pixel.
+double lens_width(const FrameDescription& frame) {
+    return frame.display_width / pixel_axes(frame)[0];
+}
+
 // One value of the lens: the pass's own or the camera's, > 0, or the reason why not.
 Result<double> lens_value(const char* key, const char* unit, const std::optional<double>& own,
                           const std::optional<double>& camera) {
@@ -104,7 +109,7 @@ Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOf
                    " mm = ", f, " scene units at ", meters_per_unit,
                    " m per unit); focus farther away, or correct focal_length_mm or the camera's "
                    "meters_per_unit"));
-    const double f_px = *focal * frame.display_width / *sensor;
+    const double f_px = *focal * lens_width(frame) / *sensor;
     coc.lens = true;
     coc.gain_px = 0.5 * f_px * (f / *f_stop);
     if (p.breathing) coc.gain_px /= 1 - f / s;
@@ -125,8 +130,8 @@ Status resolve_planes(const Parameters& p, const FrameDescription& frame, Circle
     coc.near_span = p.near_sharp - p.near_blurry;
     coc.far_sharp = p.far_sharp;
     coc.far_span = p.far_blurry - p.far_sharp;
-    coc.near_radius_px = p.max_near_fraction * frame.display_width;
-    coc.far_radius_px = p.max_far_fraction * frame.display_width;
+    coc.near_radius_px = p.max_near_fraction * lens_width(frame);
+    coc.far_radius_px = p.max_far_fraction * lens_width(frame);
     return Status();
 }
 
@@ -147,7 +152,31 @@ Status resolve_range(const Parameters& p, const FrameDescription& frame, CircleO
     return Status();
 }
 
+// Inverse depths between which |R| is at most `radius` without max_radius_px: {far limit, near
+// limit}; 0 is infinitely far, infinite is at the camera.
+std::array<double, 2> depths_within(const CircleOfConfusion& coc, double radius) {
+    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+    if (coc.lens) {
+        if (coc.gain_px == 0) return {0, kNoLimit};
+        const double reach = radius / coc.gain_px;
+        return {std::max(0.0, coc.focus_inverse - reach), coc.focus_inverse + reach};
+    }
+    const double near_limit = coc.near_radius_px > radius
+                                  ? coc.near_sharp - coc.near_span * radius / coc.near_radius_px
+                                  : 0;
+    const double far_limit = coc.far_radius_px > radius
+                                 ? coc.far_sharp + coc.far_span * radius / coc.far_radius_px
+                                 : kNoLimit;
+    return {1 / far_limit, near_limit > 0 ? 1 / near_limit : kNoLimit};
+}
+
 }  // namespace
+
+double CircleOfConfusion::largest_uncut_radius_px(double w_min, double w_max) const {
+    CircleOfConfusion uncut = *this;
+    uncut.max_radius_px = std::numeric_limits<double>::infinity();
+    return std::max(std::abs(uncut.radius_px(w_min)), std::abs(uncut.radius_px(w_max)));
+}
 
 double CircleOfConfusion::radius_px(double w) const {
     if (!(w > 0)) w = 0;
@@ -194,8 +223,32 @@ double CircleOfConfusion::typical_radius_px() const {
                     std::abs(radius_px(focal_inverse / kTypicalFocalLengths)));
 }
 
-double max_radius_px(const Parameters& parameters, const FrameDescription& frame) {
-    return parameters.max_radius_px.value_or(kDefaultMaxRadiusFraction * frame.display_width);
+std::array<double, 2> pixel_axes(const FrameDescription& frame) {
+    const double aspect = frame.pixel_aspect;
+    return {std::min(1 / aspect, 1.0), std::min(aspect, 1.0)};
+}
+
+std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& frame) {
+    const FrameBounds& bounds = frame.bounds;
+    if (!std::isfinite(bounds.max_inverse_depth)) return {};
+    const double largest =
+        coc.largest_uncut_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
+    if (largest <= coc.max_radius_px) return {};
+    const auto [low, high] = depths_within(coc, coc.max_radius_px);
+    return {{"max_radius_px",
+             "radius of the circle of confusion",
+             coc.max_radius_px,
+             largest,
+             {Role::inverse_depth},
+             low,
+             high}};
+}
+
+double max_radius_px(const Parameters& parameters, const FrameDescription& frame,
+                     double unset_fraction) {
+    const bool range = parameters.coc == CocSource::range;
+    return parameters.max_radius_px.value_or((range ? kSmallMaxRadiusFraction : unset_fraction) *
+                                             lens_width(frame));
 }
 
 std::vector<Place> depth_places(const Parameters& parameters) {
@@ -205,9 +258,11 @@ std::vector<Place> depth_places(const Parameters& parameters) {
 }
 
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
-                                              const FrameDescription& frame) {
+                                              const FrameDescription& frame,
+                                              double unset_fraction) {
     CircleOfConfusion coc;
-    coc.max_radius_px = max_radius_px(parameters, frame);
+    coc.max_radius_px = max_radius_px(parameters, frame, unset_fraction);
+    coc.axes = pixel_axes(frame);
     Status status;
     switch (parameters.coc) {
         case CocSource::lens:
@@ -223,29 +278,6 @@ Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
     if (!status.ok()) return status;
     return coc;
 }
-
-namespace {
-
-// Inverse depths between which |R| is at most `radius`: {far limit, near limit}; 0 is infinitely
-// far, infinite is at the camera.
-std::array<double, 2> sharp_between(const CircleOfConfusion& coc, double radius) {
-    constexpr double kNoLimit = std::numeric_limits<double>::infinity();
-    if (coc.max_radius_px <= radius) return {0, kNoLimit};
-    if (coc.lens) {
-        if (coc.gain_px == 0) return {0, kNoLimit};
-        const double reach = radius / coc.gain_px;
-        return {std::max(0.0, coc.focus_inverse - reach), coc.focus_inverse + reach};
-    }
-    const double near_limit = coc.near_radius_px > radius
-                                  ? coc.near_sharp - coc.near_span * radius / coc.near_radius_px
-                                  : 0;
-    const double far_limit = coc.far_radius_px > radius
-                                 ? coc.far_sharp + coc.far_span * radius / coc.far_radius_px
-                                 : kNoLimit;
-    return {1 / far_limit, near_limit > 0 ? 1 / near_limit : kNoLimit};
-}
-
-}  // namespace
 
 CircleOfConfusion any_circle_of_confusion(const Parameters& parameters) {
     CircleOfConfusion coc;
@@ -286,11 +318,14 @@ std::vector<UsedValue> used_values(const Parameters& p, const CircleOfConfusion&
         {"max_radius_px", coc.max_radius_px, "px", p.max_radius_px ? Of::pass : Of::standard});
     const FrameBounds& bounds = frame.bounds;
     if (std::isfinite(bounds.max_inverse_depth))
-        values.push_back({"largest_circle_px",
-                          2 * std::max(std::abs(coc.radius_px(bounds.min_inverse_depth)),
-                                       std::abs(coc.radius_px(bounds.max_inverse_depth))),
-                          "px", Of::frame});
-    const auto [far_w, near_w] = sharp_between(coc, sharp_radius_px);
+        values.push_back(
+            {"largest_circle_px",
+             2 * coc.largest_uncut_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth),
+             "px", Of::frame});
+    const auto [far_w, near_w] =
+        coc.max_radius_px <= sharp_radius_px
+            ? std::array<double, 2>{0, std::numeric_limits<double>::infinity()}
+            : depths_within(coc, sharp_radius_px);
     values.push_back({"sharp_from", 1 / near_w, "scene units", Of::frame});
     values.push_back({"sharp_to", far_w > 0 ? ParameterValue(1 / far_w) : ParameterValue(),
                       "scene units", Of::frame});

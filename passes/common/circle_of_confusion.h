@@ -2,7 +2,8 @@
 // blocks of shaders/common/circle_of_confusion.glsl are filled from it.
 //
 // Described in docs/depth_of_field.md, "Circle of confusion". Radius R in pixels of the full
-// image, half the diameter c; R > 0 behind the focus plane, R < 0 in front of it. With w = 1/d:
+// image, half the diameter c; R > 0 behind the focus plane, R < 0 in front of it. Pixels that are
+// not square: R counts their shorter sides (pixel_axes()). With w = 1/d:
 //
 //   lens          R = gain (1/s - w)    gain = f_px A / 2, f_px = f W / sensor_width, A = f/N
 //   + breathing   gain = f_px A / 2 * s/(s - f), which makes c = f^2/(N (s-f)) W/sensor (1 - s w)
@@ -16,6 +17,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <vector>
 
 #include "chain/frame.h"
@@ -40,12 +42,15 @@ struct CircleOfConfusion {
     double far_radius_px = 0;
 
     double max_radius_px = 0;
+    std::array<double, 2> axes = {1, 1};  // of a circle on the display: pixels per shorter side
 
     // R at inverse depth w (1/scene units); 0 = sky, NaN and negative count as sky.
     double radius_px(double w) const;
     // An upper bound of |R| for inverse depths in [w_min, w_max] that holds for the fp32
     // evaluation on the GPU too.
     double largest_radius_px(double w_min, double w_max) const;
+    // |R| without max_radius_px, largest over these depths.
+    double largest_uncut_radius_px(double w_min, double w_max) const;
     // An upper bound of |R| over all depths.
     double largest_radius_px() const;
     // lens: the larger of |R| at infinity and at kTypicalFocalLengths; a function of the camera
@@ -59,8 +64,16 @@ struct CircleOfConfusion {
 // has no world units.
 inline constexpr double kTypicalFocalLengths = 20;
 
-// max_radius_px or its default for this frame.
-double max_radius_px(const Parameters& parameters, const FrameDescription& frame);
+// Pixels along x and y that are as long as the shorter side of a pixel: {1, 1} for square ones.
+std::array<double, 2> pixel_axes(const FrameDescription& frame);
+
+// max_radius_px or its default for this frame; `unset_fraction`: kMaxRadiusFraction or
+// kSmallMaxRadiusFraction.
+double max_radius_px(const Parameters& parameters, const FrameDescription& frame,
+                     double unset_fraction = kMaxRadiusFraction);
+
+// max_radius_px if the frame's depths exceed it.
+std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& frame);
 
 // Places whose depth must be known: Pass::depth_places().
 std::vector<Place> depth_places(const Parameters& parameters);
@@ -68,7 +81,8 @@ std::vector<Place> depth_places(const Parameters& parameters);
 // All values known and checked. Errors: StatusCode::chain; the message has the parameter, its
 // value, its origin and the remedy.
 Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
-                                              const FrameDescription& frame);
+                                              const FrameDescription& frame,
+                                              double unset_fraction = kMaxRadiusFraction);
 
 // A circle of confusion of this kind, without the values of a lens: for listing programs, which
 // depend only on the kind.

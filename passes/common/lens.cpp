@@ -116,7 +116,8 @@ const ParameterTable& parameter_table() {
                      .soft_max = 30,
                      .unit = "px",
                      .help = "largest radius of the circle of confusion",
-                     .unset_means = "3 % of the display width"})
+                     .unset_means = "an eighth of the display width; coc: range, method: gilham: "
+                                    "3 % of it"})
             .table();
     return rows;
 }

@@ -11,7 +11,9 @@ namespace postchain::lens {
 
 enum class CocSource { lens, planes, range };
 
-inline constexpr double kDefaultMaxRadiusFraction = 0.03;  // of the display width
+// max_radius_px if it is unset, in display widths. Where the width of the blur follows from it
+// (coc: range, method: gilham) it is smaller.
+inline constexpr double kMaxRadiusFraction = 1.0 / 8, kSmallMaxRadiusFraction = 0.03;
 
 struct Parameters {
     CocSource coc = CocSource::lens;
@@ -36,7 +38,7 @@ struct Parameters {
     std::optional<double> focus;  // unset = focus_distance, the pass's or the camera's
     double range = 1;
 
-    std::optional<double> max_radius_px;  // unset = 3 % of the display width
+    std::optional<double> max_radius_px;  // unset: of the width
 };
 
 // Rows for the table of a pass that has a lens.

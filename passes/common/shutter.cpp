@@ -34,8 +34,33 @@ double open_frames(const Parameters& parameters, const Camera& camera) {
     return camera.shutter_frames.value_or(kDefaultShutterFrames);
 }
 
-std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame,
-                                   double max_half_px) {
+namespace {
+
+// Largest length of the frame's motion vectors, px per frame; 0 at a camera cut.
+double fastest_px(const FrameDescription& frame) {
+    const FrameBounds& bounds = frame.bounds;
+    if (bounds.camera_cut) return 0;
+    if (!frame.planes.has(Role::motion_back)) return bounds.max_speed_px;
+    return std::max(bounds.max_speed_px, bounds.max_speed_back_px);
+}
+
+}  // namespace
+
+std::vector<Cut> cuts(const Parameters& parameters, const FrameDescription& frame,
+                      double max_half_px) {
+    const double half_open = 0.5 * open_frames(parameters, frame.camera);
+    const double fastest = fastest_px(frame);
+    if (!std::isfinite(fastest) || half_open * fastest <= max_half_px) return {};
+    return {{"max_blur_px",
+             "half-length of a streak",
+             max_half_px,
+             half_open * fastest,
+             {Role::motion, Role::motion_back},
+             0,
+             max_half_px / half_open}};
+}
+
+std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame) {
     using Of = UsedValue::Of;
     const double open = open_frames(parameters, frame.camera);
     UsedValue shutter{"shutter_frames", open, "frames", Of::standard};
@@ -46,13 +71,8 @@ std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDesc
     if (!parameters.shutter_frames && parameters.shutter_angle_deg)
         shutter.row = "shutter_angle_deg";
     std::vector<UsedValue> values = {shutter};
-    const FrameBounds& bounds = frame.bounds;
-    double fastest = bounds.max_speed_px;
-    if (frame.planes.has(Role::motion_back)) fastest = std::max(fastest, bounds.max_speed_back_px);
-    if (std::isfinite(fastest))
-        values.push_back({"longest_streak_px",
-                          bounds.camera_cut ? 0.0 : std::min(open * fastest, 2 * max_half_px), "px",
-                          Of::frame});
+    if (const double fastest = fastest_px(frame); std::isfinite(fastest))
+        values.push_back({"longest_streak_px", open * fastest, "px", Of::frame});
     return values;
 }
 

@@ -22,9 +22,11 @@ const ParameterTable& parameter_table();
 // the camera's, otherwise kDefaultShutterFrames.
 double open_frames(const Parameters& parameters, const Camera& camera);
 
-// The open time, and the longest streak on this frame if its speeds are known. `max_half_px`: limit
-// of half a streak.
-std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame,
-                                   double max_half_px);
+// The open time, and the longest streak on this frame, uncut, if its speeds are known.
+std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame);
+
+// max_blur_px, with this value, if half of the frame's longest streak exceeds it.
+std::vector<Cut> cuts(const Parameters& parameters, const FrameDescription& frame,
+                      double max_half_px);
 
 }  // namespace postchain::shutter

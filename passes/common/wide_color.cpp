@@ -1,9 +1,11 @@
 #include "passes/common/wide_color.h"
 
+#include "chain/convert.h"
+
 namespace postchain {
 
 ImageD wide_color(const ReferenceFrame& frame, Role color, Role layers) {
-    const ImageD& narrow = frame.planes.at(color);
+    const ImageD narrow = finite_color(frame.planes.at(color));
     const auto found = frame.planes.find(layers);
     if (found == frame.planes.end()) return narrow;
     const ImageD& stack = found->second;

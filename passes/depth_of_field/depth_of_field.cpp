@@ -63,7 +63,8 @@ const ParameterTable& table() {
 inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera,
                                      const lens::CircleOfConfusion& coc) {
     inverse_warp::Settings settings;
-    settings.lens = {.coc = coc, .aperture = lens::aperture_of(parameters.aperture, camera)};
+    settings.lens = {.coc = coc,
+                     .aperture = lens::aperture_of(parameters.aperture, camera, coc.axes)};
     settings.samples = parameters.samples;
     settings.search = parameters.search;
     settings.denoise = parameters.denoise;
@@ -89,6 +90,11 @@ class DepthOfFieldOnFrame final : public Filter {
             for (UsedValue& value : lens::used_values(parameters_.aperture, frame_.camera))
                 values.push_back(std::move(value));
         return values;
+    }
+
+    // Gilham's radii beyond two deviations of its Gaussian look the same, cut or not.
+    std::vector<Cut> cuts() const override {
+        return warps() ? lens::cuts(coc_, frame_) : std::vector<Cut>();
     }
 
     // The color is exact up to a radius of 0.5 px; gilham's hint only if the radius is 0.
@@ -161,7 +167,9 @@ class DepthOfField final : public Pass {
     }
 
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, frame);
+        const auto coc = lens::circle_of_confusion(
+            parameters_.lens, frame,
+            warps() ? lens::kMaxRadiusFraction : lens::kSmallMaxRadiusFraction);
         if (!coc.ok()) return coc.status();
         if (warps()) {
             Status status = lens::check_aperture(parameters_.aperture, frame.camera);

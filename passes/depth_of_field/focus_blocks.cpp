@@ -30,10 +30,12 @@ struct Search {
 // The frame's bilinear taps reach one more pixel of the downsampled image, less than a block. The
 // Gaussian's taps come in fours; the last of them have weight 0, but are read.
 std::array<Search, 3> searches_of(const GilhamSizes& sizes) {
-    const int reach = (4 * ((sizes.taps + 3) / 4) + kBlockPx - 1) / kBlockPx;
+    const auto reach = [&](size_t axis) {
+        return (4 * ((sizes.taps[axis] + 3) / 4) + kBlockPx - 1) / kBlockPx;
+    };
     return {{{"needed_y", "blur_y_blocks", sizes.factor, {1, 1}},
-             {"needed_x", "blur_x_blocks", 1, {0, reach}},
-             {"needed_small", "small_blocks", 1, {reach, 0}}}};
+             {"needed_x", "blur_x_blocks", 1, {0, reach(1)}},
+             {"needed_small", "small_blocks", 1, {reach(0), 0}}}};
 }
 
 shared::DepthOfFieldNeededUniforms uniforms_of(const Search& search, const GilhamSizes& sizes) {
@@ -97,11 +99,11 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSi
     // Fetches per pixel of the downsampled image: for downsampling, and for the Gaussian along x or
     // y.
     const int down = sizes.factor * sizes.factor;
-    const int along = (2 * sizes.taps + 1) * (guided ? 2 : 1);
+    const auto along = [&](size_t axis) { return (2 * sizes.taps[axis] + 1) * (guided ? 2 : 1); };
     const Fact unread = {"no block of the result reads them"};
     elide("downsample", blocks.small, true, down, unread);
-    elide("blur_x", blocks.blur_x, true, along, unread);
-    elide("blur_y", blocks.blur_y, true, along, unread);
+    elide("blur_x", blocks.blur_x, true, along(0), unread);
+    elide("blur_y", blocks.blur_y, true, along(1), unread);
 }
 
 void write_focus_uniforms(const GilhamSizes& sizes, UniformWriter& uniforms) {

@@ -17,7 +17,7 @@
 // with the content; docs/depth_of_field.md compares their cost.
 //
 // Our own choices, because the chapter is not public: the Gaussian and its width, the guides of the
-// leak tests as plain box means, and ignoring non-finite colors.
+// leak tests as plain box means.
 #include "passes/depth_of_field/gilham.h"
 
 #include <algorithm>
@@ -61,13 +61,16 @@ Widths widths_of(const Parameters& parameters, const lens::CircleOfConfusion& co
 }
 
 GilhamSizes sizes_of(const Widths& widths, const FrameDescription& frame) {
+    const auto axes = lens::pixel_axes(frame);
     const auto [factor, sigma] = widths;
     GilhamSizes sizes;
     sizes.factor = factor;
     sizes.low_width = (frame.width + sizes.factor - 1) / sizes.factor;
     sizes.low_height = (frame.height + sizes.factor - 1) / sizes.factor;
-    sizes.low_sigma = sigma / sizes.factor;
-    sizes.taps = int(std::ceil(3 * sizes.low_sigma));
+    for (size_t i = 0; i < 2; ++i) {
+        sizes.low_sigma[i] = axes[i] * sigma / sizes.factor;
+        sizes.taps[i] = int(std::ceil(3 * sizes.low_sigma[i]));
+    }
     sizes.full_blur_px = std::max(2 * sigma, 1.0);
     return sizes;
 }
@@ -82,12 +85,13 @@ DepthOfFieldUniforms uniforms_of(const lens::CircleOfConfusion& coc, const Gilha
     return uniforms;
 }
 
-DepthOfFieldBlurUniforms blur_uniforms_of(const GilhamSizes& sizes) {
+// axis 0: along x, 1: along y
+DepthOfFieldBlurUniforms blur_uniforms_of(const GilhamSizes& sizes, size_t axis) {
     DepthOfFieldBlurUniforms uniforms{};
     uniforms.size = {sizes.low_width, sizes.low_height};
-    uniforms.quads = (sizes.taps + 3) / 4;
-    for (int i = 1; i <= sizes.taps; ++i) {
-        const double x = i / sizes.low_sigma;
+    uniforms.quads = (sizes.taps[axis] + 3) / 4;
+    for (int i = 1; i <= sizes.taps[axis]; ++i) {
+        const double x = i / sizes.low_sigma[axis];
         uniforms.weights[(i - 1) / 4][(i - 1) % 4] = float(std::exp(-0.5 * x * x));
     }
     return uniforms;
@@ -121,10 +125,8 @@ class Planner {
         if (by_blocks) add_needed_blocks(planner_, blocks, sizes_, radius.guide >= 0);
         Made result;
         const Pictures small = add_downsample(result, blocks.small);
-        const Pictures blur_x =
-            add_blur("blur_x", "ivec2(1,0)", small, radius.guide, blocks.blur_x);
-        const Pictures blurred =
-            add_blur("blur_y", "ivec2(0,1)", blur_x, radius.guide, blocks.blur_y);
+        const Pictures blur_x = add_blur(0, small, radius.guide, blocks.blur_x);
+        const Pictures blurred = add_blur(1, blur_x, radius.guide, blocks.blur_y);
         result.color.color =
             planner_.texture("color", planner_.context().color_format(), width_, height_);
         if (planner_.has(Role::hint) && planner_.wanted(Role::hint)) {
@@ -223,9 +225,10 @@ class Planner {
         return small;
     }
 
-    // A blur of one direction: "blur_x" or "blur_y".
-    Pictures add_blur(const char* name, const char* direction, const Pictures& source,
-                      TextureId guide, TextureId list) {
+    // A blur of one direction: "blur_x", axis 0, or "blur_y", axis 1.
+    Pictures add_blur(size_t axis, const Pictures& source, TextureId guide, TextureId list) {
+        const char* name = axis == 0 ? "blur_x" : "blur_y";
+        const char* direction = axis == 0 ? "ivec2(1,0)" : "ivec2(0,1)";
         Pictures blurred;
         blurred.color = planner_.texture(name, low_format(), sizes_.low_width, sizes_.low_height);
         Step step;
@@ -240,7 +243,7 @@ class Planner {
         }
         step.take_uniforms<DepthOfFieldBlurUniforms>();
         step.groups = groups_for(sizes_.low_width, sizes_.low_height);
-        const uint64_t taps = low_pixels_ * uint64_t(2 * sizes_.taps + 1);
+        const uint64_t taps = low_pixels_ * uint64_t(2 * sizes_.taps[axis] + 1);
         step.taps = taps * (parameters_.leak == Leak::none ? 1 : 2);
         launch_by(step, list);
         std::vector<Binding> arrays;
@@ -322,7 +325,7 @@ std::vector<GilhamSizes> every_gilham_size(const Parameters& parameters,
 
 // The Gaussian's taps on the copy, a box more for the bilinear taps, and the boxes themselves.
 Reach Gilham::reach() const {
-    const double px = double(sizes_.factor) * (sizes_.taps + 2);
+    const double px = double(sizes_.factor) * (std::max(sizes_.taps[0], sizes_.taps[1]) + 2);
     return {px, px};
 }
 
@@ -338,7 +341,8 @@ void Gilham::plan(PassPlanner& planner) const {
 
 void Gilham::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
     uniforms.set(uniforms_of(coc_, sizes_, frame_));
-    uniforms.set(blur_uniforms_of(sizes_));
+    uniforms.set("blur_x", blur_uniforms_of(sizes_, 0));
+    uniforms.set("blur_y", blur_uniforms_of(sizes_, 1));
     if (context.uses(kRuleFocusBlocks)) write_focus_uniforms(sizes_, uniforms);
 }
 

@@ -1,6 +1,8 @@
 // The method `gilham`. Its double-precision reference is in gilham_reference.h.
 #pragma once
 
+#include <array>
+
 #include "chain/pass.h"
 #include "passes/common/circle_of_confusion.h"
 #include "passes/depth_of_field/depth_of_field.h"
@@ -12,8 +14,10 @@ struct GilhamSizes {
     int factor = 1;     // of the downsampling
     int low_width = 0;  // ceil(width / factor)
     int low_height = 0;
-    double low_sigma = 0;     // of the Gaussian, pixels of the downsampled image
-    int taps = 0;             // on one side: ceil(3 low_sigma)
+    // Along x and y: standard deviation of the Gaussian, pixels of the downsampled image; taps on
+    // one side, ceil(3 low_sigma).
+    std::array<double, 2> low_sigma = {};
+    std::array<int, 2> taps = {};
     double full_blur_px = 1;  // max(2 blur_sigma_px, 1)
 };
 

@@ -9,10 +9,6 @@
 namespace postchain::depth_of_field {
 namespace {
 
-bool all_finite(const double* c) {
-    return std::isfinite(c[0]) && std::isfinite(c[1]) && std::isfinite(c[2]) && std::isfinite(c[3]);
-}
-
 // Scene units; infinite if focus_at is a place in the sky.
 double focus_of(const lens::Parameters& p, const FrameDescription& frame) {
     if (p.coc == lens::CocSource::range && p.focus) return *p.focus;
@@ -23,7 +19,8 @@ double focus_of(const lens::Parameters& p, const FrameDescription& frame) {
 
 // R by the formulas of docs/depth_of_field.md. Lengths in meters for the lens; d in scene units.
 double signed_radius(const lens::Parameters& p, const FrameDescription& frame, double d) {
-    const double display_width = frame.display_width;
+    // In shorter sides of a pixel.
+    const double display_width = frame.display_width * std::max(frame.pixel_aspect, 1.0);
     const double max_radius = p.max_radius_px.value_or(0.03 * display_width);
     double radius = 0;
     switch (p.coc) {
@@ -73,13 +70,11 @@ ImageD box_means(const ImageD& image, int factor, const std::vector<double>& wei
             for (int j = y * factor; j < std::min((y + 1) * factor, image.height); ++j)
                 for (int i = x * factor; i < std::min((x + 1) * factor, image.width); ++i) {
                     const double weight = weights[size_t(j) * size_t(image.width) + size_t(i)];
-                    if (weight == 0) continue;
                     total += weight;
                     for (int c = 0; c < image.channels; ++c)
                         sum[size_t(c)] += weight * image.at(i, j, c);
                 }
-            for (int c = 0; c < image.channels; ++c)
-                low.at(x, y, c) = total > 0 ? sum[size_t(c)] / total : 0;
+            for (int c = 0; c < image.channels; ++c) low.at(x, y, c) = sum[size_t(c)] / total;
         }
     return low;
 }
@@ -145,7 +140,7 @@ void gilham_reference(const Parameters& parameters, const GilhamSizes& sizes,
             const double* c = color.pixel(x, y);
             const double peak = std::max({c[0], c[1], c[2], 0.0});
             double& weight = color_weights[size_t(y) * size_t(width) + size_t(x)];
-            weight = all_finite(c) ? (parameters.hdr_weight ? 1 / (1 + peak) : 1) : 0;
+            weight = parameters.hdr_weight ? 1 / (1 + peak) : 1;
         }
     const ImageD small = box_means(color, sizes.factor, color_weights, sizes);
     ImageD guide;
@@ -155,8 +150,10 @@ void gilham_reference(const Parameters& parameters, const GilhamSizes& sizes,
                           std::vector<double>(color.pixels(), 1.0), sizes);
         frame.stages[by_depth ? "small_depth" : "small_radius"] = guide;
     }
-    const ImageD blur_x = blur(small, guide, parameters.leak, sizes.low_sigma, sizes.taps, 1, 0);
-    const ImageD blur_y = blur(blur_x, guide, parameters.leak, sizes.low_sigma, sizes.taps, 0, 1);
+    const ImageD blur_x =
+        blur(small, guide, parameters.leak, sizes.low_sigma[0], sizes.taps[0], 1, 0);
+    const ImageD blur_y =
+        blur(blur_x, guide, parameters.leak, sizes.low_sigma[1], sizes.taps[1], 0, 1);
 
     ImageD result = color;
     const bool carry_hint = context.available.has(Role::hint) && context.wanted.has(Role::hint);
@@ -165,12 +162,10 @@ void gilham_reference(const Parameters& parameters, const GilhamSizes& sizes,
         for (int x = 0; x < width; ++x) {
             const double radius = std::abs(coc.at(x, y));
             const double weight = smoothstep(0.5, sizes.full_blur_px, radius);
-            const bool sharp_counts = all_finite(color.pixel(x, y));
             for (int c = 0; c < color.channels && weight > 0; ++c) {
                 const double low = bilinear(blur_y, (x + 0.5) / sizes.factor - 0.5,
                                             (y + 0.5) / sizes.factor - 0.5, c);
-                result.at(x, y, c) =
-                    sharp_counts ? (1 - weight) * color.at(x, y, c) + weight * low : low;
+                result.at(x, y, c) = (1 - weight) * color.at(x, y, c) + weight * low;
             }
             for (int c = 0; c < 2 && carry_hint; ++c)
                 hint.at(x, y, c) *= std::clamp(1 - radius, 0.0, 1.0);

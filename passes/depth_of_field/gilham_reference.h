@@ -2,8 +2,7 @@
 // sizes of gilham_sizes() with the shaders. Plain sums divided by plain weights: slow, and as close
 // to the formulas as code gets.
 //
-// Non-finite colors are ignored in the box mean; a box without finite colors is 0; an out-of-focus
-// pixel without a finite color shows only the blurred copy. Storage is not modeled: every stage is
+// Storage is not modeled: every stage is
 // a double.
 #pragma once
 

@@ -37,10 +37,6 @@ Pixel pixel_at(const ImageD& color, int x, int y) {
     return pixel;
 }
 
-bool finite(const Pixel& pixel) {
-    return std::all_of(pixel.begin(), pixel.begin() + 4, [](double v) { return std::isfinite(v); });
-}
-
 double positive_maximum(const Pixel& p) {
     return std::max({p[0], p[1], p[2], 0.0});
 }
@@ -52,9 +48,9 @@ double brightness_weight(const Parameters& parameters, const Pixel& p) {
     return 1 / std::sqrt(1 + std::min(exposed, kMaxLuma));
 }
 
-// From a to b; a itself for weight 0, equal texels, or a texel that is not finite.
+// From a to b; a itself for weight 0 or equal texels.
 Pixel blend(const Parameters& parameters, const Pixel& a, const Pixel& b, double weight) {
-    if (weight == 0 || a == b || !finite(a) || !finite(b)) return a;
+    if (weight == 0 || a == b) return a;
     const double wa = (1 - weight) * brightness_weight(parameters, a);
     const double wb = weight * brightness_weight(parameters, b);
     Pixel mean(a.size());
@@ -151,7 +147,7 @@ Move move_of(const Parameters& parameters, const ImageD& luma, int x, int y,
 Pixel directional(const Parameters& parameters, const ImageD& color, const ImageD& luma, int x,
                   int y, double threshold_scale) {
     const Pixel center = pixel_at(color, x, y);
-    if (!finite(center) || contrast(parameters, luma, x, y, threshold_scale) == 0) return center;
+    if (contrast(parameters, luma, x, y, threshold_scale) == 0) return center;
 
     double xx = 0, xy = 0, yy = 0;  // structure tensor
     for (const auto& [i, j] : {std::pair{0, 0}, {0, -1}, {0, 1}, {-1, 0}, {1, 0}}) {
@@ -172,7 +168,6 @@ Pixel directional(const Parameters& parameters, const ImageD& color, const Image
     for (int j = -1; j <= 1; ++j) {
         for (int i = -1; i <= 1; ++i) {
             const Pixel one = pixel_at(color, x + i, y + j);
-            if (!finite(one)) continue;
             const double u = (i * std::cos(normal) + j * std::sin(normal)) / across;
             const double v = (j * std::cos(normal) - i * std::sin(normal)) / along;
             const double share =
@@ -197,8 +192,7 @@ ImageD reference_luma(const Parameters& parameters, const ImageD& color,
             std::array<double, 3> rgb;
             for (int c = 0; c < 3; ++c) {
                 const double v = color.at(x, y, c);
-                rgb[static_cast<size_t>(c)] =
-                    std::isnan(v) ? 0 : std::clamp(v, -kMaxLuma, kMaxLuma);
+                rgb[static_cast<size_t>(c)] = std::clamp(v, -kMaxLuma, kMaxLuma);
             }
             if (display) {
                 for (double& v : rgb)

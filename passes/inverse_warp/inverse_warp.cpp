@@ -87,6 +87,8 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         uniforms.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
         uniforms.center_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
         uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
+        uniforms.pixel_axis_x = float(settings.lens->aperture.axes[0]);
+        uniforms.pixel_axis_y = float(settings.lens->aperture.axes[1]);
         uniforms.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
         uniforms.more_samples = settings.more_samples;
         // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
@@ -452,6 +454,11 @@ class Planner {
 };
 
 }  // namespace
+
+double max_path_px(std::optional<int> max_blur_px, const FrameDescription& frame) {
+    if (max_blur_px) return *max_blur_px;
+    return std::clamp(frame.display_width / 8.0, 40.0, 1024.0);
+}
 
 const ParameterTable& parameter_table() {
     static const ParameterTable table =

@@ -46,6 +46,12 @@ struct Lens {
     lens::Aperture aperture;
 };
 
+// Longest path on one side of the frame: `max_blur_px`, or its default, an eighth of the display
+// width.
+double max_path_px(std::optional<int> max_blur_px, const FrameDescription& frame);
+inline constexpr const char* kDefaultMaxPathText =
+    "an eighth of the display width, at least 40 and at most 1024";
+
 // The parameters of the search that a pass gives its user.
 struct Parameters {
     int starts = 4;  // start surfaces of a block, beside the pixel's own; 1..kMaxStarts

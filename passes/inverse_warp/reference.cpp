@@ -37,10 +37,6 @@ Color color_at(const ImageD& color, Vec at) {
     for (int i = 0; i < color.channels; ++i)
         c[size_t(i)] = (1 - fy) * ((1 - fx) * color.at(x0, y0, i) + fx * color.at(x1, y0, i)) +
                        fy * ((1 - fx) * color.at(x0, y1, i) + fx * color.at(x1, y1, i));
-    if (finite(c.data())) return c;
-    // A weight of 0 times a non-finite value is NaN: then only the nearest pixel counts.
-    const double* nearest = color.pixel(int(at.x + 0.5), int(at.y + 0.5));
-    std::copy(nearest, nearest + color.channels, c.begin());
     return c;
 }
 
@@ -187,13 +183,17 @@ class Gather {
     // barrel's circle is moved against it, by cats_eye if the place is a corner of the frame.
     bool passes_barrel(const Pixel& pixel, const Sample& now) const {
         if (!s_.lens || s_.lens->aperture.cats_eye == 0) return true;
-        const Vec display = {double(description_.display_width),
-                             double(description_.display_height)};
+        // On the display, in shorter sides of a pixel.
+        const auto [axis_x, axis_y] = s_.lens->coc.axes;
+        const auto on_display = [&](Vec px) { return Vec{px.x / axis_x, px.y / axis_y}; };
+        const Vec size = {double(description_.display_width), double(description_.display_height)};
         const Vec origin = {double(description_.origin_x), double(description_.origin_y)};
         const Vec from = pixel.p - s_.lens->coc.radius_px(0) * now.lens;
-        const Vec place = from + origin + Vec{0.5, 0.5} - 0.5 * display;
+        const Vec place = on_display(from + origin + Vec{0.5, 0.5} - 0.5 * size);
+        const Vec display = on_display(size);
         const double half_diagonal = 0.5 * std::sqrt(dot(display, display));
-        const Vec passed = now.lens + s_.lens->aperture.cats_eye / half_diagonal * place;
+        const Vec passed =
+            on_display(now.lens) + s_.lens->aperture.cats_eye / half_diagonal * place;
         return dot(passed, passed) <= 1;
     }
 
@@ -275,7 +275,7 @@ class Gather {
             color_.at(x, y, c) = pixel.color[c] + mean_of * sums.color[size_t(c)];
             soft_.at(x, y, c) = pixel.color[c] + mean_of_soft * sums.soft.color[size_t(c)];
         }
-        share_.at(x, y) = finite(soft_.pixel(x, y)) ? mean_of * sums.soft.weight : 0;
+        share_.at(x, y) = mean_of * sums.soft.weight;
         // The window narrows with the root of the samples.
         const double noise =
             std::sqrt(s_.samples / (s_.samples + pixel.weight_of_more * s_.more_samples));

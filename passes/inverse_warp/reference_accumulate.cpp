@@ -21,8 +21,9 @@ std::array<double, 3> covariance_of(const Seen& seen, const Settings& settings) 
     std::array<double, 3> covariance = {};
     if (settings.lens) {
         const double radius = settings.lens->coc.radius_px(seen.inverse_depth);
-        covariance[0] += radius * radius / 4;
-        covariance[2] += radius * radius / 4;
+        const auto [x, y] = settings.lens->coc.axes;
+        covariance[0] += x * x * radius * radius / 4;
+        covariance[2] += y * y * radius * radius / 4;
     }
     if (settings.shutter) {
         covariance[0] += seen.path.x * seen.path.x / 3;
@@ -36,7 +37,7 @@ void add_soft(Soft& soft, const Seen& seen, const Color& difference, double weig
               const Settings& settings) {
     const auto covariance = covariance_of(seen, settings);
     const double variance = covariance[0] + covariance[2];
-    if (variance < kSoftSpread || !finite(difference.data())) return;
+    if (variance < kSoftSpread) return;
     const double kept = std::min(kMaxSpread / variance, 1.0);
     add(soft.color, weight, difference);
     soft.weight += weight;
@@ -78,7 +79,7 @@ double noise_of(const std::array<Half, 2>& halves, const double* own) {
     double squared = 0;
     for (size_t c = 0; c < 3; ++c)
         squared += std::pow(shown(halves[0], c) - shown(halves[1], c), 2) / 3;
-    return std::isfinite(squared) ? squared : 0;
+    return squared;
 }
 
 double weight_of_more(double noise, int samples) {

@@ -44,7 +44,7 @@ void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Seen& s
                 const Settings& settings);
 
 // Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
-// red, green and blue; 0 if a half is empty or not finite.
+// red, green and blue; 0 if a half is empty.
 double noise_of(const std::array<Half, 2>& halves, const double* own);
 
 // Weight of each sample beyond the first `samples` of a block, whose pixels have this mean noise.

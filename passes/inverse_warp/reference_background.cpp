@@ -51,7 +51,6 @@ Background::Background(const ImageD& color, const std::vector<Surface>& surfaces
     for (int y = 0; y < color.height; ++y)
         for (int x = 0; x < color.width; ++x) {
             const double* c = color.pixel(x, y);
-            if (!finite(c)) continue;
             const Surface& s = surfaces[size_t(y) * size_t(color.width) + size_t(x)];
             Cell& cell = pixels.cells[size_t(y) * size_t(pixels.columns) + size_t(x)];
             cell.color.assign(c, c + color.channels);

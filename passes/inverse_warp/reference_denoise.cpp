@@ -22,7 +22,7 @@ void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
     for (int y = 0; y < color.height; ++y) {
         for (int x = 0; x < color.width; ++x) {
             const double share = shares.at(x, y);
-            if (!(share > 0) || !finite(gathered.pixel(x, y))) continue;
+            if (!(share > 0)) continue;
             const double xx = spread.at(x, y, 0) + kPixelVariance, xy = spread.at(x, y, 1);
             const double yy = spread.at(x, y, 2) + kPixelVariance;
             std::vector<double> sums(size_t(color.channels), 0.0);

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include "chain/convert.h"
+
 namespace postchain::inverse_warp::reference {
 namespace {
 
@@ -132,7 +134,7 @@ class PlaneSurfaces {
 class BrightEdges {
   public:
     BrightEdges(const ImageD& color, std::vector<Surface> surfaces, const Settings& settings)
-        : color_(color), surfaces_(std::move(surfaces)), settings_(settings) {}
+        : color_(finite_color(color)), surfaces_(std::move(surfaces)), settings_(settings) {}
 
     std::vector<Surface> shown() const {
         std::vector<Surface> result;
@@ -165,7 +167,6 @@ class BrightEdges {
     bool same(int x, int y, int i, int j) const {
         return one_depth(surface(x, y).inverse_depth, surface(i, j).inverse_depth);
     }
-    bool finite_at(int x, int y) const { return finite(color_.pixel(x, y)); }
     double light(int x, int y) const {
         const double* rgb = color_.pixel(x, y);
         return std::max({rgb[0], rgb[1], rgb[2]});
@@ -174,12 +175,11 @@ class BrightEdges {
     // The adjacent surface whose light a pixel shows; null: it shows its own.
     const Surface* shown_at(int x, int y) const {
         const Surface& own = surface(x, y);
-        if (!own.edge || !finite_at(x, y) || light(x, y) <= 0) return nullptr;
+        if (!own.edge || light(x, y) <= 0) return nullptr;
         const Surface* brightest = nullptr;
         double most = 0;
         for (const auto& [i, j] : kAround) {
-            if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || !finite_at(x + i, y + j) ||
-                light(x + i, y + j) <= most)
+            if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || light(x + i, y + j) <= most)
                 continue;
             most = light(x + i, y + j);
             brightest = &surface(x + i, y + j);
@@ -202,9 +202,7 @@ class BrightEdges {
             int count = 0;
             for (int j = y - reach; j <= y + reach; ++j)
                 for (int i = x - reach; i <= x + reach; ++i) {
-                    if (!inside(i, j) || surface(i, j).edge || !same(x, y, i, j) ||
-                        !finite_at(i, j))
-                        continue;
+                    if (!inside(i, j) || surface(i, j).edge || !same(x, y, i, j)) continue;
                     for (size_t c = 0; c < 3; ++c) sum[c] += color_.at(i, j, int(c));
                     ++count;
                 }
@@ -213,7 +211,7 @@ class BrightEdges {
         return std::nullopt;
     }
 
-    const ImageD& color_;
+    const ImageD color_;
     const std::vector<Surface> surfaces_;
     const Settings& settings_;
 };
@@ -253,10 +251,6 @@ double apart(const Surface& s, const Surface& t, const Settings& settings) {
 
 double longest(const Surface& s, const Settings& settings) {
     return (settings.shutter ? s.path() : 0) + std::abs(s.radius);
-}
-
-bool finite(const double* rgba) {
-    return std::all_of(rgba, rgba + 4, [](double x) { return std::isfinite(x); });
 }
 
 double half_open_of(const Settings& settings) {

@@ -78,8 +78,6 @@ double displaced(const Surface& s, const Settings& settings);
 double apart(const Surface& s, const Surface& t, const Settings& settings);
 double longest(const Surface& s, const Settings& settings);
 
-bool finite(const double* rgba);
-
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);
 

@@ -16,7 +16,7 @@ struct Parameters {
     int samples = 64;
     int max_samples = 0;
     inverse_warp::Parameters search;
-    int max_blur_px = 40;
+    std::optional<int> max_blur_px;
     shutter::Parameters shutter;
     lens::Parameters lens;
     bool denoise = true;
@@ -49,7 +49,8 @@ const ParameterTable& table() {
                       .max = 1024,
                       .soft_max = 64,
                       .unit = "px",
-                      .help = "largest half-length of a streak"})
+                      .help = "largest half-length of a streak",
+                      .unset_means = inverse_warp::kDefaultMaxPathText})
             .rows(&P::shutter, shutter::parameter_table())
             .rows(&P::lens, lens::parameter_table())
             .boolean("denoise", &P::denoise,
@@ -62,11 +63,13 @@ const ParameterTable& table() {
 }
 
 inverse_warp::Settings settings_of(const Parameters& parameters, const lens::CircleOfConfusion& coc,
-                                   const Camera& camera) {
+                                   const FrameDescription& frame) {
+    const Camera& camera = frame.camera;
     inverse_warp::Settings settings;
     settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, camera),
-                        .max_path_px = double(parameters.max_blur_px)};
-    settings.lens = {.coc = coc, .aperture = lens::aperture_of(parameters.aperture, camera)};
+                        .max_path_px = inverse_warp::max_path_px(parameters.max_blur_px, frame)};
+    settings.lens = {.coc = coc,
+                     .aperture = lens::aperture_of(parameters.aperture, camera, coc.axes)};
     settings.samples = parameters.samples;
     settings.more_samples = std::max(parameters.max_samples - parameters.samples, 0);
     settings.search = parameters.search;
@@ -86,14 +89,20 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
         : WarpOnFrame(settings, frame), parameters_(parameters) {}
 
     std::vector<UsedValue> used_values() const override {
-        std::vector<UsedValue> values =
-            shutter::used_values(parameters_.shutter, frame(), parameters_.max_blur_px);
+        std::vector<UsedValue> values = shutter::used_values(parameters_.shutter, frame());
         for (UsedValue& value :
              lens::used_values(parameters_.lens, settings().lens->coc, frame(), kUnblurredPx))
             values.push_back(std::move(value));
         for (UsedValue& value : lens::used_values(parameters_.aperture, frame().camera))
             values.push_back(std::move(value));
         return values;
+    }
+
+    std::vector<Cut> cuts() const override {
+        std::vector<Cut> cuts =
+            shutter::cuts(parameters_.shutter, frame(), settings().shutter->max_path_px);
+        for (Cut& cut : lens::cuts(settings().lens->coc, frame())) cuts.push_back(std::move(cut));
+        return cuts;
     }
 
     std::optional<Identity> identity(const PlanContext& context) const override {
@@ -136,7 +145,8 @@ class JointBlur final : public Pass {
     }
 
     Guarantees guarantees() const override {
-        return inverse_warp::guarantees_of(settings_of(parameters_, {}, {}));
+        const FrameDescription any;
+        return inverse_warp::guarantees_of(settings_of(parameters_, {}, any));
     }
 
     std::vector<Place> depth_places() const override {
@@ -148,15 +158,14 @@ class JointBlur final : public Pass {
         if (!coc.ok()) return coc.status();
         if (Status s = lens::check_aperture(parameters_.aperture, frame.camera); !s.ok()) return s;
         return ResolvedPass(
-            JointBlurOnFrame(parameters_, settings_of(parameters_, *coc, frame.camera), frame));
+            JointBlurOnFrame(parameters_, settings_of(parameters_, *coc, frame), frame));
     }
 
     std::vector<ResolvedPass> every_shape(const FrameDescription& frame) const override {
         std::vector<ResolvedPass> shapes;
         if (!lens::check_aperture(parameters_.aperture, frame.camera).ok()) return shapes;
         const lens::CircleOfConfusion coc = lens::any_circle_of_confusion(parameters_.lens);
-        for (const auto& settings :
-             inverse_warp::every_shape(settings_of(parameters_, coc, frame.camera)))
+        for (const auto& settings : inverse_warp::every_shape(settings_of(parameters_, coc, frame)))
             shapes.push_back(JointBlurOnFrame(parameters_, settings, frame));
         return shapes;
     }

@@ -57,7 +57,7 @@ struct Tiles {
     int x, y;
 };
 Tiles tiles_of(const Parameters& parameters, const FrameDescription& frame) {
-    const int edge = parameters.max_blur_px;
+    const int edge = tile_px(parameters, frame);
     return {(frame.width + edge - 1) / edge, (frame.height + edge - 1) / edge};
 }
 
@@ -66,10 +66,10 @@ MotionBlurUniforms uniforms_of(const Parameters& parameters, const FrameDescript
     MotionBlurUniforms uniforms{};
     uniforms.size = {frame.width, frame.height};
     uniforms.tiles = {tiles.x, tiles.y};
-    uniforms.tile_px = parameters.max_blur_px;
+    uniforms.tile_px = tile_px(parameters, frame);
     uniforms.samples = parameters.samples;
     uniforms.half_shutter = float(0.5 * shutter::open_frames(parameters.shutter, frame.camera));
-    uniforms.still_limit_px = float(still_limit_px(parameters));
+    uniforms.still_limit_px = float(still_limit_px(parameters, uniforms.tile_px));
     uniforms.jitter = float(parameters.jitter);
     uniforms.tile_jitter_slope = float(parameters.tile_jitter_slope);
     uniforms.center_total = float(parameters.samples / parameters.center_weight);
@@ -251,7 +251,8 @@ class Planner {
         if (classes_.still) {
             elide_blocks(planner_, "gather in still blocks", kRuleStillBlocks,
                          {.name = "half-velocities that reach them",
-                          .limit = float(still_limit_px(parameters_)),
+                          .limit = float(still_limit_px(
+                              parameters_, tile_px(parameters_, planner_.context().frame))),
                           .unit = "px"},
                          still_blocks, (classes_.depth ? 3 : 2) * taps);
             add_keep(planner_, still_blocks,
@@ -326,7 +327,7 @@ Guertin::Depths Guertin::depths_of(const FrameBounds& bounds) {
 // more. Taps lie at most r away, and a vector stored in 8 bits may be longer by sqrt(2)/2
 // r/127.
 Reach Guertin::reach() const {
-    const double edge = parameters_.max_blur_px;
+    const double edge = tile_px(parameters_, frame_);
     const bool further = jitters_tiles(parameters_) || splits_by_variance(parameters_);
     return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};
 }

@@ -19,7 +19,18 @@ class MotionBlurOnFrame final : public Filter {
         : Filter(of_filter...), parameters_(parameters), frame_(frame) {}
 
     std::vector<UsedValue> used_values() const override {
-        return shutter::used_values(parameters_.shutter, frame_, parameters_.max_blur_px);
+        return shutter::used_values(parameters_.shutter, frame_);
+    }
+
+    std::vector<Cut> cuts() const override {
+        const bool warps = parameters_.mode == Mode::inverse_warp;
+        std::vector<Cut> cuts =
+            shutter::cuts(parameters_.shutter, frame_,
+                          warps ? inverse_warp::max_path_px(parameters_.max_blur_px, frame_)
+                                : tile_px(parameters_, frame_));
+        if (!warps)
+            for (Cut& cut : cuts) cut.planes = {Role::motion};
+        return cuts;
     }
 
     std::optional<Identity> identity(const PlanContext& context) const override {
@@ -65,11 +76,13 @@ class MotionBlur final : public Pass {
     Guarantees guarantees() const override {
         Guarantees guarantees;
         if (warps()) {
-            guarantees = inverse_warp::guarantees_of(warp_settings(parameters_, {}));
+            const FrameDescription any;
+            guarantees = inverse_warp::guarantees_of(warp_settings(parameters_, any));
         } else {
             guarantees.keeps_constants = true;
             guarantees.convex = 1e-6;
-            guarantees.lattice_px = parameters_.max_blur_px;
+            // If unset: of a frame up to 640 px wide.
+            guarantees.lattice_px = parameters_.max_blur_px.value_or(kLeastTilePx);
             guarantees.light = Light::kept;
             // Random numbers belong to places.
             if (jitters_tiles(parameters_) || jitters_taps(parameters_))
@@ -83,7 +96,7 @@ class MotionBlur final : public Pass {
     }
 
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
-        if (warps()) return ResolvedPass(warp(warp_settings(parameters_, frame.camera), frame));
+        if (warps()) return ResolvedPass(warp(warp_settings(parameters_, frame), frame));
         return ResolvedPass(guertin(Guertin::depths_of(frame.bounds), frame));
     }
 
@@ -91,7 +104,7 @@ class MotionBlur final : public Pass {
         std::vector<ResolvedPass> shapes;
         if (warps()) {
             for (const auto& settings :
-                 inverse_warp::every_shape(warp_settings(parameters_, frame.camera)))
+                 inverse_warp::every_shape(warp_settings(parameters_, frame)))
                 shapes.push_back(warp(settings, frame));
         } else {
             for (const auto depths : {Guertin::Depths{true, false}, {false, false}, {false, true}})

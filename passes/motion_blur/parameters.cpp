@@ -1,5 +1,7 @@
 #include "passes/motion_blur/parameters.h"
 
+#include <algorithm>
+
 #include "passes/motion_blur/motion_blur.h"
 
 namespace postchain::motion_blur {
@@ -27,7 +29,10 @@ const ParameterTable& parameter_table() {
                       .max = 1024,
                       .soft_max = 64,
                       .unit = "px",
-                      .help = "edge of a tile and largest half-length of a streak"})
+                      .help = "largest half-length of a streak; guertin, single: also the edge "
+                              "of a tile",
+                      .unset_means = "an eighth of the display width, at least 40 and at most "
+                                     "1024; guertin, single: a sixteenth"})
             .rows(&P::shutter, shutter::parameter_table())
             .number("jitter", &P::jitter,
                     {.min = 0,
@@ -103,22 +108,26 @@ const ParameterTable& parameter_table() {
     return table;
 }
 
-double still_limit_px(const Parameters& parameters) {
+int tile_px(const Parameters& parameters, const FrameDescription& frame) {
+    return parameters.max_blur_px.value_or(
+        std::clamp((frame.display_width + 8) / 16, kLeastTilePx, 1024));
+}
+
+double still_limit_px(const Parameters& parameters, int tile_px) {
     switch (parameters.velocity_storage) {
         case VelocityStorage::fp16:  // 11 significant bits per component, subnormal step 2^-24
             return parameters.min_speed_px * (1 + 0x1p-10) + 0x1p-24;
         case VelocityStorage::unorm8:  // half a step of r/127 per component, times sqrt(2)
-            return parameters.min_speed_px * (1 + 0x1p-20) +
-                   0.70711 * parameters.max_blur_px / 127.0;
+            return parameters.min_speed_px * (1 + 0x1p-20) + 0.70711 * tile_px / 127.0;
         default:  // a few roundings of 2^-24
             return parameters.min_speed_px * (1 + 0x1p-20);
     }
 }
 
-inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera) {
+inverse_warp::Settings warp_settings(const Parameters& parameters, const FrameDescription& frame) {
     inverse_warp::Settings settings;
-    settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, camera),
-                        .max_path_px = double(parameters.max_blur_px),
+    settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, frame.camera),
+                        .max_path_px = inverse_warp::max_path_px(parameters.max_blur_px, frame),
                         .path_px_per_time = parameters.path_px_per_time,
                         .time_jitter = parameters.time_jitter};
     settings.samples = parameters.samples;

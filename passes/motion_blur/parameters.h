@@ -18,7 +18,7 @@ enum class VelocityStorage { automatic, fp16, fp32, unorm8 };  // automatic: non
 struct Parameters {
     Mode mode = Mode::inverse_warp;
     int samples = 25;
-    int max_blur_px = 40;
+    std::optional<int> max_blur_px;
     shutter::Parameters shutter;
     double jitter = 0.95;
     bool tile_jitter = true;
@@ -39,13 +39,18 @@ struct Parameters {
 
 const ParameterTable& parameter_table();
 
+// max_blur_px of the report's filter, or its default, a sixteenth of the display width but at least
+// kLeastTilePx.
+inline constexpr int kLeastTilePx = 40;
+int tile_px(const Parameters& parameters, const FrameDescription& frame);
+
 // A tile is left unblurred if |v_max| is at most this: min_speed_px plus the largest lengthening by
 // storage of a half-velocity, so that motion that is still by the frame's bounds is still by its
 // stored vectors too.
-double still_limit_px(const Parameters& parameters);
+double still_limit_px(const Parameters& parameters, int tile_px);
 
 // Settings of mode: inverse_warp.
-inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera);
+inverse_warp::Settings warp_settings(const Parameters& parameters, const FrameDescription& frame);
 
 // True if the report's filter compares depths, and splits its taps by the tiles' variance.
 bool compares_depth(const Parameters& parameters);

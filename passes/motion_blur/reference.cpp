@@ -67,13 +67,13 @@ class Reference {
         : p_(parameters),
           frame_(frame),
           storage_(parameters.velocity_storage),
-          edge_(parameters.max_blur_px),
+          edge_(tile_px(parameters, context.frame)),
           width_(context.frame.width),
           height_(context.frame.height),
           columns_((width_ + edge_ - 1) / edge_),
           rows_((height_ + edge_ - 1) / edge_),
           half_shutter_(0.5 * shutter::open_frames(parameters.shutter, context.frame.camera)),
-          still_limit_(still_limit_px(parameters)),
+          still_limit_(still_limit_px(parameters, edge_)),
           hint_(context.wanted.has(Role::hint)) {
         if (jitters_tiles(p_) || jitters_taps(p_))
             noise_ = noise::table(p_.noise, context.frame.frame_number);
@@ -99,7 +99,8 @@ class Reference {
         for (int y = 0; y < height_; ++y) {
             for (int x = 0; x < width_; ++x) {
                 Vec m{motion.at(x, y, 0), motion.at(x, y, 1)};
-                if (!(dot(m, m) <= 1e36)) m = {};
+                if (!std::isfinite(m.x) || !std::isfinite(m.y)) m = {};
+                m = 1 / std::max({std::abs(m.x) / 1e15, std::abs(m.y) / 1e15, 1.0}) * m;
                 Vec v = half_shutter_ * m;
                 const size_t i = index(x, y);
                 squared_[i] = dot(v, v);

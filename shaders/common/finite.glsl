@@ -1,13 +1,25 @@
 // Detects NaN and infinities by their bits: a compiler may assume that there are none.
-
-bool is_nan(float x) {
-    return (floatBitsToUint(x) & 0x7fffffffu) > 0x7f800000u;
-}
+#include "shared/color_limits.h"
 
 bool is_finite(float x) {
     return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
 }
 
-bool is_finite(vec4 c) {
-    return is_finite(c.x) && is_finite(c.y) && is_finite(c.z) && is_finite(c.w);
+bool is_finite(vec4 v) {
+    return is_finite(v.x) && is_finite(v.y) && is_finite(v.z) && is_finite(v.w);
+}
+
+// Whether passes read this color as it is.
+bool is_readable(vec4 color) {
+    const uvec4 size = floatBitsToUint(color) & 0x7fffffffu;
+    return max(max(size.x, size.y), max(size.z, size.w)) <= floatBitsToUint(kMaxColor);
+}
+
+// The color of a texel as passes read it (shared/color_limits.h).
+vec4 finite_color(vec4 texel) {
+    const uvec4 bits = floatBitsToUint(texel);
+    const uvec4 size = bits & 0x7fffffffu;
+    const vec4 limit = uintBitsToFloat((bits & 0x80000000u) | floatBitsToUint(kMaxHalf));
+    const vec4 limited = mix(texel, limit, greaterThan(size, uvec4(floatBitsToUint(kMaxColor))));
+    return mix(limited, vec4(0.0), greaterThan(size, uvec4(0x7f800000u)));
 }

@@ -5,6 +5,7 @@
 //                               object, in x; the frame's own layers without it
 //
 // MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
+#include "common/finite.glsl"
 #include "common/matte.glsl"
 #include "common/work_group.glsl"
 
@@ -15,9 +16,10 @@ layout(binding = 2) uniform sampler2DArray layers;
 #endif
 layout(binding = 0) writeonly uniform image2DArray held;
 
-// A soft pixel shows both, m F + (1 - m) G. The ground G is taken from the pixels around, almost
+// A soft pixel shows both, c = m F + (1 - m) G. The ground G is taken from the pixels around, almost
 // only from pixels without the object. The pixel's own color counts as its matte goes to 0, and if
-// no ground is near.
+// no ground is near. It also counts where pixels around are too bright to be behind this one: as
+// much as makes (1 - m) G at most c, channel by channel, so that no object has light below 0.
 const int kAround = 2, kWindow = 2 * kAround + 1;
 const float kSpread = 1.25;            // px, deviation of a Gaussian
 const float kOwn = 1.0 / 16.0, kMinWeight = 1.0 / 16.0;
@@ -55,6 +57,11 @@ void find_weights(ivec2 p, ivec2 size, float m) {
         if (weights[i] > 0.0)                                                     \
             ground += weights[i] * fetch(p + ivec2(i % kWindow, i / kWindow) - kAround);
 
+// The share of the pixel's own color c in its ground.
+vec4 own_share(vec4 c, vec4 ground, float kept) {
+    return clamp((kept * ground - c) / max(kept * (ground - c), 1e-30), 0.0, 1.0);
+}
+
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     const ivec2 size = textureSize(color, 0);
@@ -63,11 +70,13 @@ void main() {
     const float kept = 1.0 - m;
     const bool soft = m > 0.0 && m < 1.0;
     if (soft) find_weights(p, size, m);
-#define FETCH_COLOR(at) texelFetch(color, at, 0)
+#define FETCH_COLOR(at) finite_color(texelFetch(color, at, 0))
     vec4 c = FETCH_COLOR(p);
+    vec4 own = vec4(0.0);
     if (soft) {
         GROUND(ground, FETCH_COLOR)
-        c = ground;
+        own = own_share(c, ground, kept);
+        c = mix(ground, c, own);
     }
     imageStore(held, ivec3(p, 0), without(c, kept));
     imageStore(held, ivec3(p, 1), vec4(kept, 0.0, 0.0, 0.0));
@@ -77,7 +86,7 @@ void main() {
         vec4 layer = FETCH_LAYER(p);
         if (soft) {
             GROUND(ground, FETCH_LAYER)
-            layer = ground;
+            layer = mix(ground, layer, own);
         }
         imageStore(held, ivec3(p, l + 2), without(layer, kept));
     }

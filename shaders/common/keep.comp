@@ -1,10 +1,11 @@
 #version 450 core
-// Blocks that nothing moves into keep their color, bit for bit.
+// Blocks that nothing moves into keep their color, bit for bit if it is finite.
 //
 //   color [, hint] -> color [, hint] [, soft]   in the blocks of the list
 //
 // LAYERS: number of extra layers HINT: 1: there is none, it is 0; 2: it is kept too    SOFT: 0 is
 // written to it
+#include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
 
@@ -27,7 +28,7 @@ layout(binding = 3) writeonly uniform image2DArray layers_kept;
 void main() {
     ivec2 p;
     if (!next_pixel(textureSize(color, 0), p)) return;
-    STORE(kept, p, texelFetch(color, p, 0));
+    STORE(kept, p, finite_color(texelFetch(color, p, 0)));
 #if HINT == 2
     STORE(hint, p, texelFetch(given_hint, p, 0));
 #elif HINT

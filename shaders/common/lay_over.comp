@@ -5,6 +5,7 @@
 //   color, mattes, filtered, held, filtered_held [, layers] -> color [, layers]
 //
 // MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
+#include "common/finite.glsl"
 #include "common/matte.glsl"
 #include "common/work_group.glsl"
 
@@ -41,7 +42,8 @@ void main() {
     const bool plain = m == 0.0 && coverage == 1.0;
     vec4 out_color = texelFetch(filtered, p, 0);
     if (!plain)
-        out_color = laid_over(texelFetch(color, p, 0), texelFetch(held, ivec3(p, 0), 0),
+        out_color = laid_over(finite_color(texelFetch(color, p, 0)),
+                              texelFetch(held, ivec3(p, 0), 0),
                               texelFetch(filtered_held, ivec3(p, 0), 0), m, kept, coverage);
     imageStore(result, p, out_color);
 #if OWN_LAYERS

@@ -75,14 +75,13 @@ void main() {
 #if !defined(SHARP) || defined(WITH_HINT)
     float radius = abs(texelFetch(coc, p, 0).x);
 #endif
-    vec4 c = texelFetch(color, p, 0);
+    vec4 c = finite_color(texelFetch(color, p, 0));
     // The weight of the blurred image.
     float blurred_part = 0.0;
 #ifndef SHARP
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
-        // A pixel without a finite color takes the blurred image.
-        if (radius >= uniforms.full_blur_px || !is_finite(c)) {
+        if (radius >= uniforms.full_blur_px) {
             c = blurred;
             blurred_part = 1.0;
         } else {

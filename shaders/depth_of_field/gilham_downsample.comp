@@ -21,8 +21,7 @@ void main() {
     ivec2 first = low * FACTOR;
     ivec2 end = min(first + FACTOR, uniforms.size);
 
-    // Non-finite colors do not count; a box without finite colors is 0. Equal colors return
-    // unrounded.
+    // Equal colors return unrounded.
     vec4 first_color = vec4(0.0);
     bool all_equal = true;
     vec4 sum = vec4(0.0);
@@ -38,26 +37,24 @@ void main() {
 #endif
     for (int y = first.y; y < end.y; ++y) {
         for (int x = first.x; x < end.x; ++x) {
-            vec4 c = texelFetch(color, ivec2(x, y), 0);
-            if (is_finite(c)) {
-                if (total == 0.0) first_color = c;
-                all_equal = all_equal && c == first_color;
+            const vec4 c = finite_color(texelFetch(color, ivec2(x, y), 0));
+            if (total == 0.0) first_color = c;
+            all_equal = all_equal && c == first_color;
 #ifdef HDR_WEIGHT
-                float weight = 1.0 / (1.0 + max(max(c.r, max(c.g, c.b)), 0.0));
+            float weight = 1.0 / (1.0 + max(max(c.r, max(c.g, c.b)), 0.0));
 #else
-                float weight = 1.0;
+            float weight = 1.0;
 #endif
 #ifdef LAYERS
-                FOR_LAYERS(i) {
-                    const vec4 layer = LAYER_FETCH(layers, ivec2(x, y), i);
-                    if (total == 0.0) first_layers[i] = layer;
-                    layer_equal[i] = layer_equal[i] && layer == first_layers[i];
-                    layer_sums[i] += weight * layer;
-                }
-#endif
-                sum += weight * c;
-                total += weight;
+            FOR_LAYERS(i) {
+                const vec4 layer = LAYER_FETCH(layers, ivec2(x, y), i);
+                if (total == 0.0) first_layers[i] = layer;
+                layer_equal[i] = layer_equal[i] && layer == first_layers[i];
+                layer_sums[i] += weight * layer;
             }
+#endif
+            sum += weight * c;
+            total += weight;
         }
     }
     STORE(small, low, storable(all_equal ? first_color : sum / total));

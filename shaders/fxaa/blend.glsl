@@ -29,23 +29,22 @@ int place_of(ivec2 offset) {
 
 // The part of b in the blend below.
 float share_of(vec4 a, vec4 b, float weight) {
-    if (weight <= 0.0 || !is_finite(a) || !is_finite(b)) return 0.0;
+    if (weight <= 0.0) return 0.0;
     const float wa = (1.0 - weight) * brightness_weight(a);
     const float wb = weight * brightness_weight(b);
     return wb / (wa + wb);
 }
 #endif
 
-// From a (weight 0) to b (weight 1). Weight 0, equal texels or a texel that is not finite give a,
-// bit for bit; finite texels give a finite result.
+// From a (weight 0) to b (weight 1). Weight 0 or equal texels give a, bit for bit.
 vec4 blend(vec4 a, vec4 b, float weight) {
-    if (weight <= 0.0 || !is_finite(a) || !is_finite(b)) return a;
+    if (weight <= 0.0) return a;
     const float wa = (1.0 - weight) * brightness_weight(a);
     const float wb = weight * brightness_weight(b);
     // From the texel that weighs more: of a texel 1e9 times as bright as the other, 1 - share keeps
     // no digit.
     const vec4 mean =
         wa >= wb ? a + wb / (wa + wb) * (b - a) : b + wa / (wa + wb) * (a - b);
-    // The clamp keeps rounding, and the overflow of b - a, inside the two texels' range.
+    // The clamp keeps rounding inside the two texels' range.
     return clamp(mean, min(a, b), max(a, b));
 }

@@ -4,25 +4,21 @@
 // differences at M, N, S, E, W. No edges are classified: except for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs uniforms, luma_at(), four_lumas(), color_at(), is_finite(), brightness_weight().
+// Needs uniforms, luma_at(), four_lumas(), color_at(), brightness_weight().
 
 // Standard deviations, pixels. If the tensor has no direction both are kRound.
 const float kAcross = 0.46;
 const float kAlong = 0.8;
 const float kRound = 0.5;
 
-const float kMaxFloat = 3.4028235e38;
-
-// Adds the texel at `offset` from p to the sum and to the sum of the weights; one that is not finite
-// does not count.
+// Adds the texel at `offset` from p to the sum and to the sum of the weights.
 void add(inout vec4 sum, inout float weights, ivec2 p, ivec2 offset, float weight) {
     const vec4 texel = color_at(p + offset);
-    const bool counts = is_finite(texel);
-    const float share = counts ? weight * brightness_weight(texel) : 0.0;
+    const float share = weight * brightness_weight(texel);
 #ifdef LAYERS
     shares[place_of(inside(p + offset) - p)] += share;
 #endif
-    sum += share * (counts ? texel : vec4(0.0));
+    sum += share * texel;
     weights += share;
 }
 
@@ -44,7 +40,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     precise float range = highest - lowest;
     precise float threshold = max(uniforms.edge_threshold_min * threshold_scale,
                                   highest * (uniforms.edge_threshold * threshold_scale));
-    if (range < max(threshold, least_range(lowest, highest)) || !is_finite(center)) return center;
+    if (range < max(threshold, least_range(lowest, highest))) return center;
 
     vec2 at_m = vec2(e - w, s - n);
     vec2 at_n = vec2(ne - nw, m - nn);
@@ -82,20 +78,19 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const float weight_falling = exp(-2.0 * (mean_k + change.y));  // (1, 1) and (-1, -1)
     const float weight_rising = exp(-2.0 * (mean_k - change.y));   // (1, -1) and (-1, 1)
 
-    // A tenth of each weight: no sum of nine leaves the range of floats.
     vec4 sum = vec4(0.0);
     float weights = 0.0;
-    add(sum, weights, p, ivec2(0), 0.1);
-    add(sum, weights, p, ivec2(-1, 0), 0.1 * weight_x);
-    add(sum, weights, p, ivec2(1, 0), 0.1 * weight_x);
-    add(sum, weights, p, ivec2(0, -1), 0.1 * weight_y);
-    add(sum, weights, p, ivec2(0, 1), 0.1 * weight_y);
-    add(sum, weights, p, ivec2(-1, -1), 0.1 * weight_falling);
-    add(sum, weights, p, ivec2(1, 1), 0.1 * weight_falling);
-    add(sum, weights, p, ivec2(1, -1), 0.1 * weight_rising);
-    add(sum, weights, p, ivec2(-1, 1), 0.1 * weight_rising);
+    add(sum, weights, p, ivec2(0), 1.0);
+    add(sum, weights, p, ivec2(-1, 0), weight_x);
+    add(sum, weights, p, ivec2(1, 0), weight_x);
+    add(sum, weights, p, ivec2(0, -1), weight_y);
+    add(sum, weights, p, ivec2(0, 1), weight_y);
+    add(sum, weights, p, ivec2(-1, -1), weight_falling);
+    add(sum, weights, p, ivec2(1, 1), weight_falling);
+    add(sum, weights, p, ivec2(1, -1), weight_rising);
+    add(sum, weights, p, ivec2(-1, 1), weight_rising);
 #ifdef LAYERS
     for (int i = 0; i < 9; ++i) shares[i] /= weights;
 #endif
-    return clamp(sum / weights, -kMaxFloat, kMaxFloat);
+    return sum / weights;
 }

@@ -58,7 +58,7 @@ vec4 four_lumas(ivec2 p) {
 }
 
 vec4 color_at(ivec2 p) {
-    return texelFetch(color_plane, inside(p), 0);
+    return finite_color(texelFetch(color_plane, inside(p), 0));
 }
 
 #if DIRECTIONAL

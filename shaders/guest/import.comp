@@ -2,7 +2,7 @@
 // Converts a host's textures to the canonical planes of docs/frame.md. Textures that already are
 // canonical are read in place instead.
 //
-//   COLOR:  host color [, exposure]   -> color, times the gain; NaN and infinities become 0
+//   COLOR:  host color [, exposure]   -> color, times the gain; finite
 //   DEPTH:  host depth                -> inverse depth
 //   MOTION: host motion               -> motion, pixels to the next frame, y down
 //   SKY:    with host depth           -> motion; infinitely far pixels without a vector get the
@@ -49,11 +49,9 @@ void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, uniforms.size))) return;
 #if COLOR
-    vec4 c = texelFetch(host_color, stored_at(p, uniforms.color_at), 0);
+    vec4 c = finite_color(texelFetch(host_color, stored_at(p, uniforms.color_at), 0));
     c.rgb *= gain();
-    for (int i = 0; i < 4; ++i)
-        if (!is_finite(c[i])) c[i] = 0.0;
-    imageStore(color, p, c);
+    imageStore(color, p, finite_color(c));
 #endif
 #if DEPTH || SKY
     const float w = inverse_depth_at(p);

@@ -45,7 +45,8 @@ Sums no_samples() {
 vec3 covariance_of(float inverse_depth, vec2 path) {
     vec3 covariance = vec3(0.0);
     const float radius = radius_px(inverse_depth);
-    if (kLens) covariance.xz += 0.25 * radius * radius;
+    const vec2 axes = radius * vec2(uniforms.pixel_axis_x, uniforms.pixel_axis_y);
+    if (kLens) covariance.xz += 0.25 * axes * axes;
     if (kShutter) covariance += path.xxy * path.xyy / 3.0;
     return covariance;
 }
@@ -53,7 +54,7 @@ vec3 covariance_of(float inverse_depth, vec2 path) {
 void add_soft(inout Soft soft, Seen seen, WideColor difference, float weight) {
     const vec3 covariance = covariance_of(seen.inverse_depth, seen.path);
     const float variance = covariance.x + covariance.z;
-    if (variance < uniforms.soft_spread || !is_finite(difference.planes[0])) return;
+    if (variance < uniforms.soft_spread) return;
     soft.color = plus(soft.color, weight, difference);
     soft.weight += weight;
     soft.spread += weight * (covariance * min(kMaxSpread / variance, 1.0));

@@ -17,8 +17,7 @@ float noise_of(Half halves[2], vec3 own) {
     if (halves[0].weight == 0.0 || halves[1].weight == 0.0) return 0.0;
     const vec3 d = shown(own + halves[0].color / halves[0].weight) -
                    shown(own + halves[1].color / halves[1].weight);
-    const float squared = dot(d, d) / 3.0;
-    return is_finite(squared) ? squared : 0.0;
+    return dot(d, d) / 3.0;
 }
 
 // The invocations beyond the frame's border take part in the block's sum, as the border pixel. A

@@ -48,7 +48,6 @@ Cell merge(Cell a, Cell b) {
 Cell pixel(ivec2 at) {
     if (any(greaterThanEqual(at, uniforms.size))) return empty();
     const WideColor c = fetch(WIDE(color, layers), at);
-    if (!is_finite(c.planes[0])) return empty();
     const Surface s = unpack_surface(texelFetch(surfaces, at, 0));
     return Cell(c, s.inverse_depth, s.edge ? kEdgeWeight : 1.0);
 }

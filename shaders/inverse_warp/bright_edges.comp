@@ -44,9 +44,9 @@ float light_around(ivec2 p, Surface own, float otherwise) {
         const ivec2 at = p + offset;
         const ivec2 read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
-        const vec4 c = texelFetch(color, read, 0);
+        const vec4 c = finite_color(texelFetch(color, read, 0));
         const bool same = at == read && one_depth(s.inverse_depth, own.inverse_depth);
-        if (same && !s.edge && is_finite(c)) {
+        if (same && !s.edge) {
             sum += c;
             count += 1.0;
         }
@@ -62,16 +62,16 @@ float light_around(ivec2 p, Surface own, float otherwise) {
 
 uint shown_at(ivec2 p) {
     const Surface own = surface_at(p);
-    const vec4 c = texelFetch(color, p, 0);
+    const vec4 c = finite_color(texelFetch(color, p, 0));
     const float light = largest(c);
-    if (!own.edge || !is_finite(c) || !(light > 0.0)) return 0u;
+    if (!own.edge || !(light > 0.0)) return 0u;
     uint brightest = 0u;
     float other_light = 0.0;
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = p + kAround[i];
         if (!inside(at) || one_depth(surface_at(at).inverse_depth, own.inverse_depth)) continue;
-        const vec4 other = texelFetch(color, at, 0);
-        if (!is_finite(other) || largest(other) <= other_light) continue;
+        const vec4 other = finite_color(texelFetch(color, at, 0));
+        if (largest(other) <= other_light) continue;
         other_light = largest(other);
         brightest = uint(i) + 1u;
     }

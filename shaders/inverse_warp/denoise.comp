@@ -62,7 +62,7 @@ void main() {
     if (!next_pixel(uniforms.size, p)) return;
     const WideColor own = fetch(WIDE(gathered, layers_gathered), p);
     const float own_share = texelFetch(soft, p, 0).a;
-    if (own_share == 0.0 || !is_finite(own.planes[0])) {
+    if (own_share == 0.0) {
         STORE_WIDE(denoised, layers_denoised, p, own);
         return;
     }

@@ -133,8 +133,7 @@ void store_soft(Pixel pixel, Soft sums, float mean_of, float noise) {
 #if DENOISE
     const float mean_of_soft = 1.0 / max(sums.weight, 1e-6);
     const WideColor mean = plus(pixel.color, mean_of_soft, sums.color);
-    const float share = is_finite(mean.planes[0]) ? mean_of * sums.weight : 0.0;
-    STORE(soft, pixel.at, vec4(mean.planes[0].rgb, share));
+    STORE(soft, pixel.at, vec4(mean.planes[0].rgb, mean_of * sums.weight));
     STORE(spread, pixel.at, vec4(noise * mean_of_soft * sums.spread, mean.planes[0].a));
 #ifdef LAYERS
     FOR_LAYERS(l) LAYER_STORE(layers_soft, pixel.at, l, mean.planes[1 + l]);

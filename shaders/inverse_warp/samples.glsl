@@ -75,7 +75,8 @@ bool passes_barrel(Pixel pixel, Sample now) {
 #if BARREL
     const vec2 center = vec2(uniforms.center_x, uniforms.center_y);
     const vec2 barrel = uniforms.barrel_per_px * (pixel.p - center);
-    const vec2 passed = uniforms.barrel_scale * now.lens + barrel;
+    const vec2 axes = vec2(uniforms.pixel_axis_x, uniforms.pixel_axis_y);
+    const vec2 passed = (uniforms.barrel_scale * now.lens + barrel) / axes;
     return !(dot(passed, passed) > 1.0);
 #else
     return true;

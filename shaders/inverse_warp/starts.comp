@@ -27,24 +27,50 @@ struct Starts {
     float longest_px;  // longest path that reaches the block
 };
 
-// Can a surface of the block at this offset (in blocks) be displaced into this block? Paths run
-// along +-a, and b bends them aside. Surfaces within its block may differ by a tenth.
-bool reaches(Surface s, ivec2 offset) {
+// How far the surfaces of a block can be displaced along x and y, px. Paths run along +-a, and b
+// bends them aside. Surfaces within a block may differ by a tenth.
+vec2 reach_of(Surface s) {
     vec2 reach = vec2(1.0);
     if (kShutter) reach += abs(s.a) + abs(s.b) + 0.1 * length(s.a);
     if (kLens) reach += 1.1 * abs(s.radius);
+    return reach;
+}
+
+// Can a surface of the block at this offset (in blocks) be displaced into this block?
+bool reaches(Surface s, ivec2 offset) {
     const vec2 gap = vec2(max(abs(offset) - 1, ivec2(0)) * kBlockPx);
-    return all(greaterThanEqual(reach, gap));
+    return all(greaterThanEqual(reach_of(s), gap));
+}
+
+// Blocks on each side whose surfaces reach a block on this frame. uniforms.ring is an upper limit
+// of it, by bounds that an engine's frame does not have.
+shared uint longest_reach;  // bits, px
+int find_ring() {
+    if (gl_LocalInvocationIndex == 0u) longest_reach = 0u;
+    barrier();
+    const int columns = 3 * uniforms.blocks.x;
+    float longest = 0.0;
+    for (int i = int(gl_LocalInvocationIndex); i < columns * uniforms.blocks.y;
+         i += kBlockPx * kBlockPx) {
+        const uvec4 bits = texelFetch(block_surfaces, ivec2(i % columns, i / columns), 0);
+        const vec2 reach = reach_of(unpack_surface(bits));
+        longest = max(longest, max(reach.x, reach.y));
+    }
+    atomicMax(longest_reach, floatBitsToUint(longest));
+    barrier();
+    // A float beyond the integers' range is limited first.
+    const float px = min(uintBitsToFloat(longest_reach), float(uniforms.ring * kBlockPx));
+    return min(int(px) / kBlockPx + 1, uniforms.ring);
 }
 
 // Chooses, as start surface i, the one that is displaced most differently from those before. False
 // if all are alike.
-bool choose(int i, ivec2 block, inout Starts chosen) {
+bool choose(int i, ivec2 block, int ring, inout Starts chosen) {
     float max_apart = kAlikePx * kAlikePx;
     uvec4 next = uvec4(0u);
     bool found = false;
-    for (int y = -uniforms.ring; y <= uniforms.ring; ++y) {
-        for (int x = -uniforms.ring; x <= uniforms.ring; ++x) {
+    for (int y = -ring; y <= ring; ++y) {
+        for (int x = -ring; x <= ring; ++x) {
             const ivec2 at = block + ivec2(x, y);
             if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.blocks))) continue;
             for (int k = 0; k < 3; ++k) {
@@ -89,13 +115,14 @@ void store_sorted(Starts chosen, ivec2 first) {
 }
 
 void main() {
+    const int ring = find_ring();
     const ivec2 block = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     Starts chosen;
     chosen.count = 0;
     chosen.longest_px = 0.0;
     bool found = true;
-    for (int i = 0; found && i < STARTS; ++i) found = choose(i, block, chosen);
+    for (int i = 0; found && i < STARTS; ++i) found = choose(i, block, ring, chosen);
     const ivec2 first = ivec2((STARTS + 1) * block.x, block.y);
     store_sorted(chosen, first);
     imageStore(starts, first + ivec2(STARTS, 0),

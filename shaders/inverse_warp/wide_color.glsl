@@ -46,7 +46,7 @@ WideColor divided(WideColor a, float divisor) {
 
 WideColor fetch(WIDE_SAMPLER(color, layers), ivec2 at) {
     WideColor c;
-    c.planes[0] = texelFetch(color, at, 0);
+    c.planes[0] = finite_color(texelFetch(color, at, 0));
 #ifdef LAYERS
     FOR_LAYERS(l) c.planes[1 + l] = LAYER_FETCH(layers, at, l);
 #endif
@@ -62,8 +62,19 @@ WideColor color_at(WIDE_SAMPLER(color, layers), vec2 at) {
     const vec2 filtered_at = (base + f + 0.5) / vec2(uniforms.size);
     WideColor c;
     c.planes[0] = textureLod(color, filtered_at, 0.0);
-    // A weight of 0 times a non-finite value is NaN: then only the nearest pixel counts.
-    if (!is_finite(c.planes[0])) return fetch(WIDE(color, layers), ivec2(at + 0.5));
+    // The sampler may have mixed a value that passes do not read: then by hand.
+    if (!is_readable(c.planes[0])) {
+        c = no_color();
+        int i = 0;
+        do {
+            const vec2 corner = vec2(i & 1, i >> 1);
+            const ivec2 p = min(ivec2(base + corner), uniforms.size - 1);
+            const vec2 w = mix(1.0 - f, f, corner);
+            c = plus(c, w.x * w.y, fetch(WIDE(color, layers), p));
+            ++i;
+        } while (i < 4);
+        return c;
+    }
 #ifdef LAYERS
     FOR_LAYERS(l)
         c.planes[1 + l] = textureLod(layers, vec3(filtered_at, float(LAYERS_FIRST + l)), 0.0);

@@ -96,7 +96,7 @@ float variance_at(ivec2 p) {
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
-    const vec4 color_p = texelFetch(color, p, 0);
+    const vec4 color_p = finite_color(texelFetch(color, p, 0));
     // Pixel centers lie half a pixel from where the division could round to the next tile.
     const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(uniforms.tile_px));
 #if TILE_JITTER || TAP_JITTER
@@ -214,14 +214,12 @@ void main() {
         float w_b = abs(dot(v_s, d)) * inverse_s;
 #else
         // From the motion itself: its direction is v_S's, and the clamp is enough for its length.
-        const vec2 m_s = texelFetch(velocity, s, 0).xy;
+        const vec2 m_s = motion_of(texelFetch(velocity, s, 0).xy);
         const float squared_s = dot(m_s, m_s);
         const float inverse_s = inverse_length(squared_s);
-        const bool moves = squared_s <= kMaxSquare;
         const float inverse_rho_s =
-            moves ? clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kMinLengthPx)
-                  : 1.0 / kMinLengthPx;
-        float w_b = moves ? abs(dot(m_s, d)) * inverse_s : 0.0;
+            clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kMinLengthPx);
+        float w_b = abs(dot(m_s, d)) * inverse_s;
 #endif
 #if SINGLE
         w_b = 1.0;
@@ -247,7 +245,7 @@ void main() {
         precise const float both = 1.0 - edge * edge * (3.0 - 2.0 * edge);
         precise const float weight = front + back + 2.0 * both * max(w_a, w_b);
         if (counts && weight > 0.0) {
-            sum += weight * (texelFetch(color, s, 0) - color_p);
+            sum += weight * (finite_color(texelFetch(color, s, 0)) - color_p);
 #ifdef LAYERS
             FOR_LAYERS(l) layer_sums[l] += weight * (LAYER_FETCH(layers, s, l) - layers_p[l]);
 #endif

@@ -4,8 +4,16 @@
 // encode_velocity() rounds to the nearest value the texture can hold, so that tiles and gather read
 // exactly the same vectors.
 
-// A motion of 1e18 pixels or more (or NaN) counts as 0: its square would not fit a float.
-const float kMaxSquare = 1e36;
+#include "common/finite.glsl"
+
+const float kMaxMotion = 1e15;  // px per frame, of a component: the square must fit a float
+
+// A motion as the filter reads it: shortened along its direction, and 0 if it is not finite.
+vec2 motion_of(vec2 texel) {
+    const float longest = max(abs(texel.x), abs(texel.y));
+    const vec2 motion = longest > kMaxMotion ? texel * (kMaxMotion / longest) : texel;
+    return is_finite(texel.x) && is_finite(texel.y) ? motion : vec2(0.0);
+}
 
 float squared_length(vec2 v) {
     precise float squared = v.x * v.x + v.y * v.y;
@@ -13,9 +21,9 @@ float squared_length(vec2 v) {
 }
 
 // Before the clamp.
-vec2 long_velocity(vec2 motion) {
-    precise vec2 v = uniforms.half_shutter * motion;
-    return squared_length(motion) <= kMaxSquare ? v : vec2(0.0);
+vec2 long_velocity(vec2 texel) {
+    precise vec2 v = uniforms.half_shutter * motion_of(texel);
+    return v;
 }
 
 // |v|, to the same bit wherever it is compared with a limit.

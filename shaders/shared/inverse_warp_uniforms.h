@@ -27,15 +27,15 @@ UNIFORMS_BEGIN(InverseWarpUniforms)
     float max_radius_px;
     float soft_spread;     // samples are denoised from this variance along x and y on, px^2
     float denoise_window;  // weight of a pixel d away: exp(-window d^T covariance^-1 d)
-    float barrel_per_px;   // shift of the barrel's circle, radii per pixel from the center
+    float barrel_per_px;   // shift of the barrel's circle, radii per shorter side of a pixel
     float barrel_scale;    // of lens samples: 1 - barrel_per_px times the radius at infinity
     float center_x;        // of the frame, in pixels of the planes
     float center_y;
     int more_samples;   // extra samples for blocks whose samples disagree, beyond `samples`; 0: off
     float noise_limit;  // a block takes extra samples above this mean squared difference between the
                         // halves of its samples
-    float padding_0;
-    float padding_1;
+    float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
+    float pixel_axis_y;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.

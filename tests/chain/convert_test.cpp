@@ -152,6 +152,8 @@ TEST(Convert, NonFiniteColorByPolicy) {
         color.at(1, 0, 1) = kNan;
         color.at(0, 1, 2) = kInf;
         color.at(1, 1, 0) = -kInf;
+        color.at(1, 1, 1) = 2e34f;  // no mean of such values fits a float
+        color.at(1, 1, 2) = 1e34f;
         planes[Role::color] = color;
         FrameDescription frame = frame_of(2, 2);
         ConvertOptions options;
@@ -162,10 +164,26 @@ TEST(Convert, NonFiniteColorByPolicy) {
         EXPECT_EQ(planes[Role::color].at(1, 0, 1), 0.0f);
         EXPECT_EQ(planes[Role::color].at(0, 1, 2), large);
         EXPECT_EQ(planes[Role::color].at(1, 1, 0), -large);
+        EXPECT_EQ(planes[Role::color].at(1, 1, 1), large);
+        EXPECT_EQ(planes[Role::color].at(1, 1, 2), 1e34f);
         EXPECT_EQ(planes[Role::color].at(0, 0, 0), 0.25f);
         EXPECT_EQ(health->nonfinite_color, 3u);
         EXPECT_EQ(health->first_nonfinite, (std::array<int, 2>{1, 0}));
     }
+}
+
+// A product with alpha that does not fit is replaced too; where alpha is 0 there is no light.
+TEST(Convert, UnpremultipliedColorThatOverflows) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(2, 1, 4);
+    planes[Role::color].data = {3e30f, kInf, 2.0f, 1e6f, kInf, 1.0f, 2.0f, 0.0f};
+    FrameDescription frame = frame_of(2, 1);
+    ConvertOptions options;
+    options.unpremultiplied = true;
+    const auto health = convert_frame(planes, frame, options);
+    ASSERT_TRUE(health.ok());
+    EXPECT_EQ(planes[Role::color].data, (std::vector<float>{65504, 65504, 2e6f, 1e6f, 0, 0, 0, 0}));
+    EXPECT_EQ(health->nonfinite_color, 2u);
 }
 
 TEST(Convert, UnpremultipliedColorIsMultiplied) {
@@ -200,7 +218,7 @@ TEST(Convert, BoundsOfColor) {
     EXPECT_TRUE(bounds_of(zeros).one_color);
     zeros.at(1, 0, 2) = -0.0f;
     EXPECT_FALSE(bounds_of(zeros).one_color);
-    // Straight alpha that overflows everywhere is no color at all.
+    // Straight alpha that overflows everywhere is replaced everywhere by one color.
     {
         FramePlanes planes;
         planes[Role::color] = ImageF(2, 2, 4, 3e38f);
@@ -208,7 +226,8 @@ TEST(Convert, BoundsOfColor) {
         ConvertOptions straight;
         straight.unpremultiplied = true;
         ASSERT_TRUE(convert_frame(planes, frame, straight).ok());
-        EXPECT_FALSE(frame.bounds.one_color);
+        EXPECT_TRUE(frame.bounds.one_color);
+        EXPECT_EQ(frame.bounds.max_color[0], 65504);
     }
     // Largest half, the next float, a third, smallest subnormal half, half of that, one and a half.
     const std::pair<float, bool> values[] = {

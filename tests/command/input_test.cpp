@@ -236,27 +236,63 @@ TEST_F(InputTest, HalfOverflowIsRefusedOrClamped) {
     for (float value : read_color(out(1)).data) ASSERT_LE(std::abs(value), 65504);
 }
 
+// Streaks and discs beyond a limit are said to be cut: how many pixels, and the largest.
+TEST_F(InputTest, CutsAreSaid) {
+    const Planes planes = make_planes(48, 32);
+    write_frame(in(1), planes);
+    int fast = 0;  // half of a streak above 1 px at half a frame
+    for (int y = 0; y < 32; ++y)
+        for (int x = 0; x < 48; ++x)
+            fast += std::hypot(planes.motion.at(x, y, 0), planes.motion.at(x, y, 1)) > 4;
+    ASSERT_GT(fast, 0);
+    const std::string streaks = concat("motion_blur: the half-length of a streak of ", fast,
+                                       " pixels is cut to 1 px; the largest is 1.6770");
+    expect_warned({streaks, "set max_blur_px"}, "all", {"--set", "motion_blur.max_blur_px=1"});
+    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), streaks));
+    EXPECT_EQ(sidecar(1)["resolved"]["passes"][0]["values"]["longest_streak_px"]["value"],
+              2 * 0.25 * std::sqrt(45.0));
+    expect_warned({"depth_of_field: the radius of the circle of confusion of ",
+                   " pixels is cut to 0.75 px; the largest is ", "set max_radius_px"},
+                  "all",
+                  {"--set", "depth_of_field.max_radius_px=0.75", "--set",
+                   "depth_of_field.method=inverse_warp"});
+    const auto whole = filter("all", {"--on-existing", "overwrite"});
+    EXPECT_FALSE(contains(whole.err, " is cut to ")) << whole.err;
+}
+
+// No mean of such colors would fit a float.
 TEST_F(InputTest, FloatColorThatOverflows) {
     Planes planes = make_planes(48, 32);
-    for (float& value : planes.color.data) value *= 3e38f;
+    for (float& value : planes.color.data) value = (value > 0.5f ? 1.0f : -1.0f) * 3e38f;
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 48; ++x) planes.color.at(x, y, 3) = 1;
     write_frame(in(1), planes);
     for (const char* chain : {"all", "reversed", "motion_blur"}) {
-        const auto refused = filter(chain);
-        EXPECT_EQ(refused.code, 5) << refused.text();
-        for (const std::string& words :
-             {std::string("not finite"), out(1), std::string("--overflow clamp")})
-            EXPECT_TRUE(contains(refused.err, words)) << refused.err;
-        EXPECT_TRUE(fs::is_empty(at("out")));
+        const auto found = filter(chain, {"--on-existing", "overwrite"});
+        EXPECT_EQ(found.code, 0) << found.text();
+        EXPECT_TRUE(contains(found.err, "1536 pixels with non-finite color (or beyond 1e34)"))
+            << found.err;
+        EXPECT_EQ(sidecar(1)["health"]["input_nonfinite_color"], 1536);
+        EXPECT_EQ(sidecar(1)["health"]["output_nonfinite"], 0);
+        for (float value : read_color(out(1)).data) ASSERT_LE(std::abs(value), 65504.1f);
     }
-    const auto clamped = filter("all", {"--overflow", "clamp"});
-    EXPECT_EQ(clamped.code, 0) << clamped.text();
-    EXPECT_TRUE(contains(clamped.err, "result pixels are non-finite")) << clamped.err;
-    EXPECT_GT(sidecar(1)["health"]["output_nonfinite"], 0);
-    EXPECT_TRUE(contains(sidecar(1)["warnings"].dump(), "non-finite"));
-    for (float value : read_color(out(1)).data) ASSERT_TRUE(std::isfinite(value));
     EXPECT_EQ(filter("all", {"--strict", "--on-existing", "overwrite"}).code, 7);
+}
+
+// A sun that a half cannot hold stays the brightest thing of the image.
+TEST_F(InputTest, InfiniteSunIsNotBlack) {
+    Planes planes = make_planes(48, 32);
+    for (int y = 12; y < 20; ++y)
+        for (int x = 20; x < 28; ++x)
+            for (int c = 0; c < 3; ++c)
+                planes.color.at(x, y, c) = std::numeric_limits<float>::infinity();
+    write_frame(in(1), planes);
+    EXPECT_EQ(filter("motion_blur", {"--on-existing", "overwrite"}).code, 0);
+    const ImageF sun = read_color(out(1));
+    EXPECT_GT(*std::max_element(sun.data.begin(), sun.data.end()), 6e4f);
+    EXPECT_EQ(filter("motion_blur", {"--nonfinite", "zero", "--on-existing", "overwrite"}).code, 0);
+    const ImageF black = read_color(out(1));
+    EXPECT_LT(*std::max_element(black.data.begin(), black.data.end()), 10.0f);
 }
 
 TEST_F(InputTest, WindowsThatDiffer) {

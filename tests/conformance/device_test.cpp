@@ -107,6 +107,39 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
     }
 }
 
+// A texture of an engine may hold a sun that is too bright for it. It counts as conversion would
+// have made it: 65504.
+TEST_P(OnDevice, SunsThatAreInfiniteKeepTheirLight) {
+    const TestFrame frame = moving_frame(160, 96);
+    FramePlanes given = frame.planes, converted = frame.planes;
+    const auto put = [&](int x, int y, int c, float value, float expected) {
+        for (int j = 0; j < 4; ++j)
+            for (int i = 0; i < 4; ++i) {
+                given[Role::color].at(x + i, y + j, c) = value;
+                converted[Role::color].at(x + i, y + j, c) = expected;
+            }
+    };
+    put(80, 48, 0, kInf, 65504);
+    put(40, 30, 1, 3e38f, 65504);
+    put(120, 60, 2, -kInf, -65504);
+    put(20, 80, 0, kNaN, 0);
+    const auto plan = make_plan(chain(), frame.description, everything());
+    ASSERT_TRUE(plan.ok());
+    const ImageF out = run(*plan, given), expected = run(*plan, converted);
+    std::array<double, 3> light = {}, expected_light = {};
+    for (int y = 0; y < out.height; ++y)
+        for (int x = 0; x < out.width; ++x)
+            for (int c = 0; c < 3; ++c) {
+                ASSERT_LE(std::abs(out.at(x, y, c)), 65504.1f) << x << "," << y;
+                light[size_t(c)] += double(out.at(x, y, c));
+                expected_light[size_t(c)] += double(expected.at(x, y, c));
+            }
+    for (size_t c = 0; c < 3; ++c) {
+        EXPECT_GT(std::abs(expected_light[c]), 65504);
+        EXPECT_NEAR(light[c] / expected_light[c], 1, 1e-3) << c;
+    }
+}
+
 // Textures come from a pool, with whatever they held.
 TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
     // Still but for a corner; blurred and sharp.

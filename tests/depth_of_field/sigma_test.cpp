@@ -39,14 +39,15 @@ Parameters unset(int downsample = 1) {
 
 GilhamSizes gilham_sizes(const Parameters& parameters, const FrameDescription& frame) {
     const auto sizes = depth_of_field::gilham_sizes(
-        parameters, *lens::circle_of_confusion(parameters.lens, frame), frame);
+        parameters,
+        *lens::circle_of_confusion(parameters.lens, frame, lens::kSmallMaxRadiusFraction), frame);
     EXPECT_TRUE(sizes.ok()) << sizes.status().message();
     return sizes.ok() ? *sizes : GilhamSizes();
 }
 
 double sigma_px(const Parameters& parameters, const FrameDescription& frame) {
     const GilhamSizes sizes = gilham_sizes(parameters, frame);
-    return sizes.low_sigma * sizes.factor;
+    return sizes.low_sigma[0] * sizes.factor;
 }
 
 // Unset: the largest of 1, 2, 4 that is at most the deviation. The radius at infinity is 12.5 px at

@@ -9,8 +9,8 @@
 
 namespace postchain::test {
 
-// A lens with round numbers: f_px = 640, A = 0.1, s = 4, so R = 32 (1/4 - w) px, and
-// max_radius_px = 3 % of 640 = 19.2 px by default, whatever the size of the planes.
+// A lens with round numbers: f_px = 640, A = 0.1, s = 4, so R = 32 (1/4 - w) px. By default
+// max_radius_px is 3 % of 640 = 19.2 px (gilham), whatever the size of the planes.
 Camera round_camera();
 
 // A frame of these planes seen by round_camera(), display width 640.

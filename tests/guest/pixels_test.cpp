@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -75,6 +76,52 @@ TEST(Pixels, HalvesInAndHalvesBetween) {
     const pc_texture result = prepare_and_run(guest, chain(kPasses), frame);
     EXPECT_EQ(result.internal_format, unsigned(GL_RGBA16F));
     expect_equal(read(result, kWidth, kHeight), by_executor(host.test, kPasses, Precision::fp16));
+}
+
+TEST(Pixels, PixelAspect) {
+    auto host = canonical_frame(kWidth, kHeight);
+    host.test.description.pixel_aspect = 2;
+    const auto guest = instance();
+    const ImageF square = read(prepare_and_run(guest, chain(kPasses), host.frame), kWidth, kHeight);
+    pc_frame frame = host.frame;
+    frame.pixel_aspect = 2;
+    const ImageF wide = read(prepare_and_run(guest, chain(kPasses), frame), kWidth, kHeight);
+    expect_equal(wide, by_executor(host.test));
+    EXPECT_GT(changed(wide, square), 0.05);
+    frame.pixel_aspect = -1;
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest.get(), chain(kPasses).get(), &frame, &result), PC_ERROR_CHAIN);
+}
+
+// A renderer's half floats overflow in a sun: it keeps its light, whether its texture is read in
+// place or imported (rows from the bottom).
+TEST(Pixels, InfiniteSun) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    ImageF finite = host.test.planes.at(Role::color);
+    for (int y = 25; y < 31; ++y)
+        for (int x = 40; x < 46; ++x)
+            for (int c = 0; c < 3; ++c) finite.at(x, y, c) = 65504;
+    ImageF infinite = finite;
+    for (float& value : infinite.data)
+        if (value == 65504) value = INFINITY;
+    const auto guest = instance();
+    const auto filters = chain("motion_blur,fxaa,depth_of_field");
+    pc_chain_set_text(filters.get(), 0, "mode", "guertin");
+    pc_chain_set_text(filters.get(), 2, "method", "gilham");
+    for (const bool imported : {false, true})
+        for (const uint32_t halves : {0u, uint32_t(PC_HALF_PLANES)}) {
+            const auto filtered = [&](const ImageF& pixels) {
+                const HostTexture color(GL_RGBA16F, pixels);
+                pc_frame frame = host.frame;
+                frame.color = color;
+                if (imported) frame.flags &= ~uint32_t(PC_TOP_LEFT);
+                frame.flags |= halves;
+                return read(prepare_and_run(guest, filters, frame), kWidth, kHeight);
+            };
+            const ImageF expected = filtered(finite), found = filtered(infinite);
+            expect_equal(found, expected);
+            EXPECT_GT(*std::max_element(found.data.begin(), found.data.end()), 6000.0f);
+        }
 }
 
 // Rows from the bottom with their vectors, and a rectangle in larger textures, give the same image
@@ -283,7 +330,7 @@ TEST(Pixels, ValuesThatAreNotFiniteAreReplaced) {
     depth.at(10, 10) = -inf;
     motion.at(50, 30, 0) = nan;
     clean.planes[Role::color].at(30, 20, 1) = 0;
-    clean.planes[Role::color].at(31, 20, 0) = 0;
+    clean.planes[Role::color].at(31, 20, 0) = 65504;
     clean.planes[Role::inverse_depth].at(10, 10) = 0;
     clean.planes[Role::motion].at(50, 30, 0) = clean.planes[Role::motion].at(50, 30, 1) = 0;
     const auto turned = [](const ImageF& plane) { return HostTexture(GL_RGBA32F, plane, true); };

@@ -51,11 +51,13 @@ InputFrame read_ok(const std::map<Role, std::string>& files, const ChannelAssign
 
 TEST(FrameReader, PlanesInTheFilesOwnConvention) {
     const TempFolder folder;
-    const FilePart part = cycles();
+    FilePart part = cycles();
+    part.edit = [](Imf::Header& h) { h.pixelAspectRatio() = 2; };
     write_file(folder.path("f.exr"), {part});
     const InputFrame frame =
         read_ok({{Role::color, folder.path("f.exr")}}, kCycles,
                 {Role::color, Role::inverse_depth, Role::motion, Role::motion_back}, Keep::all);
+    EXPECT_EQ(frame.description.pixel_aspect, 2);
     EXPECT_EQ(frame.description.width, 16);
     EXPECT_EQ(frame.description.height, 11);
     EXPECT_EQ(frame.description.display_width, 12);

@@ -54,6 +54,31 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     EXPECT_NEAR(xx / light, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
 }
 
+// Pixels twice as wide as high, and half: the disc is as much higher in pixels, the path stays in
+// pixels.
+TEST(JointBlur, DiscIsRoundOnTheDisplay) {
+    FramePlanes planes = moving_plane(193, 161, 0.75f, 48, 0);
+    for (int c = 0; c < 3; ++c) planes[Role::color].at(96, 80, c) = 1;
+    const Chain chain = chain_of("joint_blur", {{"samples", int64_t(1023)}, {"noise", "none"}});
+    for (const double aspect : {1.0, 2.0, 0.5}) {
+        FrameDescription frame = description_of(planes);
+        frame.pixel_aspect = aspect;
+        const ImageF out = filter(chain, frame, planes, whole()).at(Role::color);
+        double light = 0, xx = 0, yy = 0;
+        for (int y = 0; y < 161; ++y)
+            for (int x = 0; x < 193; ++x) {
+                light += out.at(x, y);
+                xx += out.at(x, y) * (x - 96) * (x - 96);
+                yy += out.at(x, y) * (y - 80) * (y - 80);
+            }
+        const double of_disc = 16 * 16 / 4.0, of_path = 24 * 24 / 12.0;
+        EXPECT_NEAR(light, 1, 0.03) << aspect;
+        EXPECT_NEAR(yy / light, aspect * aspect * of_disc, 0.04 * aspect * aspect * of_disc)
+            << aspect;
+        EXPECT_NEAR(xx / light, of_disc + of_path, 0.04 * (of_disc + of_path)) << aspect;
+    }
+}
+
 // In focus and moving, or still and out of focus: as the pass for that blur, except for the steps
 // of the search from the pixel itself.
 TEST(JointBlur, OneOfThemAloneIsThatPass) {

@@ -109,5 +109,54 @@ TEST(SoftMattes, LeaveLittleOfTheObjectInTheGround) {
     }
 }
 
+// Beside a bulb the pixels around a soft one are brighter than anything behind it can be. What is
+// held out of it is then all of its light, and no more.
+TEST(SoftMattes, HoldOutNoMoreThanThereIs) {
+    std::map<Role, ImageD> planes;
+    ImageD color(16, 9, 4, 0.1), mattes(16, 9, 1);
+    for (int y = 0; y < 9; ++y)
+        for (int x = 0; x < 16; ++x) {
+            if (x >= 9) color.at(x, y, 0) = 30;  // the bulb
+            mattes.at(x, y) = x < 8 ? 1 : 0;
+        }
+    for (int y = 0; y < 9; ++y) {
+        mattes.at(8, y) = 0.5;
+        color.at(8, y, 0) = 0.2;  // of which half is the fur's share of the pixel
+        color.at(8, y, 1) = 0.3;
+    }
+    planes[Role::color] = color;
+    planes[Role::mattes] = mattes;
+    hold_out_reference(planes, 0);
+    const ImageD& held = planes.at(Role::layers);
+    for (int y = 0; y < 9; ++y) {
+        EXPECT_NEAR(held.at(8, y, 0), 0.2, 1e-12);       // (1 - m) ground would be 15
+        EXPECT_NEAR(held.at(8, y, 1), 0.5 * 0.1, 0.01);  // the ground around, as without a bulb
+    }
+}
+
+// No pass makes light below 0 of it.
+TEST(SoftMattes, BesideABulbNoLightIsBelowZero) {
+    TestFrame frame = bright_frame(96, 64);
+    const ImageF matte = square_matte(96, 64, 6);
+    ImageF& color = frame.planes.at(Role::color);
+    int bulbs = 0;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x)
+            for (int c = 0; c < 3; ++c) {
+                const bool soft = matte.at(x, y) > 0 && matte.at(x, y) < 1;
+                const bool bulb = soft && matte.at(x, y) < 0.4f && (x / 3 + y / 3) % 3 == 0;
+                color.at(x, y, c) = bulb ? 300.0f : 0.05f;
+                bulbs += bulb;
+            }
+    ASSERT_GT(bulbs, 50);
+    for (const NamedChain& one : every_mode()) {
+        TestFrame held = frame;
+        add_matte(held, matte, one.chain.links.size());
+        const ImageF out = filter(one.chain, held.description, held.planes).at(Role::color);
+        const float least = *std::min_element(out.data.begin(), out.data.end());
+        EXPECT_GE(least, -1e-3f) << one.name;
+    }
+}
+
 }  // namespace
 }  // namespace postchain::test

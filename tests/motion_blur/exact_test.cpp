@@ -1,10 +1,12 @@
 // Exact properties of any motion blur of this kind.
 
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "chain/convert.h"
 #include "chain/plan_print.h"
+#include "passes/motion_blur/parameters.h"
 #include "tests/motion_blur/support.h"
 
 namespace postchain::test {
@@ -246,6 +248,44 @@ TEST(Exact, UnscannedMotionAndDepthStayFinite) {
     }
     const FramePlanes out = filter(blur(), description, frame.planes);
     for (float value : out.at(Role::color).data) ASSERT_TRUE(std::isfinite(value));
+}
+
+// Vectors of 1e30 px are cut like any that are longer than max_blur_px.
+TEST(Exact, HugeMotionIsCutAndNotIgnored) {
+    for (const char* mode : {"guertin", "single", "inverse_warp"}) {
+        const auto with = [&](float speed, float cross) {
+            BlurFrame frame = random_frame(90, 70, 0, 1.5f, 44);
+            for (int y = 20; y < 50; ++y)
+                for (int x = 20; x < 60; ++x) {
+                    frame.motion().at(x, y, 0) = speed;
+                    frame.motion().at(x, y, 1) = cross;
+                }
+            return frame;
+        };
+        const Chain chain = blur({{"mode", mode}, {"max_blur_px", int64_t(16)}});
+        const ImageF fast = blurred(chain, with(4000, 0));
+        EXPECT_GT(compare(fast, with(0, 0).color(), 0.01).fraction, 0.1) << mode;
+        for (const float speed : {1e18f, 1e30f, 3e38f})
+            EXPECT_LE(compare(blurred(chain, with(speed, 0)), fast, 1e-4).fraction, 0.002)
+                << mode << " " << speed;
+        const Difference difference =
+            compare(blurred(chain, with(1e30f, -1e30f)),
+                    reference_stages_of(chain, with(1e30f, -1e30f)).at("color"), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << mode << ": " << difference.text;
+    }
+}
+
+// The default follows the picture: a streak of 130 px at 1920 pixels is not cut, and at 640 the
+// report's 40 px remain.
+TEST(Exact, MaxBlurFollowsTheWidth) {
+    FrameDescription frame;
+    for (const auto& [width, tile, path] :
+         {std::array{320, 40, 40}, std::array{640, 40, 80}, std::array{1920, 120, 240},
+          std::array{3840, 240, 480}, std::array{16384, 1024, 1024}}) {
+        frame.display_width = width;
+        EXPECT_EQ(motion_blur::tile_px({}, frame), tile);
+        EXPECT_EQ(motion_blur::warp_settings({}, frame).shutter->max_path_px, path);
+    }
 }
 
 TEST(Exact, SameBitsOnEveryRun) {

@@ -190,6 +190,10 @@ TEST(UsedValues, LimitsOfSharpnessAreThoseOfAThinLens) {
     // At 2 m the circle is f^2 (s - d) / (N (s - f) d), larger than at infinity.
     const double d = 2000, circle = f * f * (s - d) / (2.8 * (s - f) * d);
     EXPECT_NEAR(value_of(values, "largest_circle_px"), circle * 1920 / 36, 1e-6);
+    // As without a limit.
+    parameters.max_radius_px = 3;
+    EXPECT_EQ(value_of(used(), "largest_circle_px"), value_of(values, "largest_circle_px"));
+    parameters.max_radius_px = 1000;
     // Beyond the hyperfocal distance everything is sharp to infinity.
     frame.camera.f_stop = 64;
     EXPECT_EQ(value_of(used(), "sharp_to"), INFINITY);
@@ -205,14 +209,21 @@ TEST(UsedValues, LongestStreak) {
     frame.planes = {Role::color, Role::motion, Role::motion_back};
     frame.bounds.max_speed_px = 30;
     frame.bounds.max_speed_back_px = 36;
-    const auto streak = [&](const shutter::Parameters& parameters, double most) {
-        return value_of(shutter::used_values(parameters, frame, most), "longest_streak_px");
+    const auto streak = [&](const shutter::Parameters& parameters) {
+        return value_of(shutter::used_values(parameters, frame), "longest_streak_px");
     };
-    EXPECT_EQ(streak({}, 40), 18);
-    EXPECT_EQ(streak({.shutter_frames = {}, .shutter_angle_deg = 90}, 40), 9);
-    EXPECT_EQ(streak({}, 5), 10);
+    EXPECT_EQ(streak({}), 18);
+    EXPECT_EQ(streak({.shutter_frames = {}, .shutter_angle_deg = 90}), 9);
+    // A limit changes no record of the longest; the part beyond it is said to be cut.
+    EXPECT_TRUE(shutter::cuts({}, frame, 9).empty());
+    const std::vector<Cut> cuts = shutter::cuts({}, frame, 5);
+    ASSERT_EQ(cuts.size(), 1u);
+    EXPECT_EQ(cuts[0].limit_px, 5);
+    EXPECT_EQ(cuts[0].largest_px, 9);
+    EXPECT_EQ(cuts[0].high, 20);  // px per frame
     frame.bounds.camera_cut = true;
-    EXPECT_EQ(streak({}, 40), 0);
+    EXPECT_EQ(streak({}), 0);
+    EXPECT_TRUE(shutter::cuts({}, frame, 5).empty());
 }
 
 }  // namespace

@@ -241,9 +241,9 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     settings_.overflow = io::HalfOverflow::clamp;
     EXPECT_NE(text(1), base);
     settings_.overflow = io::HalfOverflow::refuse;
-    settings_.source.nonfinite_color = NonfiniteColor::clamp;
-    EXPECT_NE(text(1), base);
     settings_.source.nonfinite_color = NonfiniteColor::zero;
+    EXPECT_NE(text(1), base);
+    settings_.source.nonfinite_color = NonfiniteColor::clamp;
     settings_.source.camera = parse_camera("{\"f_stop\": 9}", "camera.json");
     EXPECT_NE(text(1), base);
     settings_.source.camera.reset();

@@ -187,6 +187,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
     d.height = frame.window.height();
     d.display_width = frame.display_window.width();
     d.display_height = frame.display_window.height();
+    d.pixel_aspect = double(color_part.pixel_aspect);
     d.frame_number = files.frame_number;
     d.planes = wanted;
     if (color_part.chromaticities) d.luma_weights = luma_weights(*color_part.chromaticities);

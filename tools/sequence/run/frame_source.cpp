@@ -225,6 +225,7 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     frame.height = header.window.height();
     frame.display_width = part.display_window.width();
     frame.display_height = part.display_window.height();
+    frame.pixel_aspect = double(part.pixel_aspect);
     frame.origin_x = header.window.min_x - part.display_window.min_x;
     frame.origin_y = header.window.min_y - part.display_window.min_y;
     frame.frame_number = header.files.frame_number;

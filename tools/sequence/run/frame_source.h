@@ -39,7 +39,7 @@ struct SourceSettings {
     std::string layer;               // empty = the only one
     std::string view;                // empty = the default one
     std::optional<CameraFile> camera;
-    NonfiniteColor nonfinite_color = NonfiniteColor::zero;
+    NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
     std::set<int> cuts;  // frames whose motion vectors cross a camera cut
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;

@@ -201,7 +201,9 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .choice(
             "nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
-            {.help = "replacement for Inf in color: 0 or the largest half", .group = kInputGroup})
+            {.help = "replacement for Inf, and for values beyond 1e34, in color: 0 or the largest "
+                     "half",
+             .group = kInputGroup})
         .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
                 {.help = "for cropped frames: grow the data window by the chain's reach, or keep "
                          "it and lose the light that leaves it",

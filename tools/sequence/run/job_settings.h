@@ -24,7 +24,7 @@ struct JobSettings {
     std::string profile;
     std::string layer;
     std::string view;
-    NonfiniteColor nonfinite = NonfiniteColor::zero;
+    NonfiniteColor nonfinite = NonfiniteColor::clamp;
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
     std::string max_memory;

@@ -10,8 +10,9 @@
 
 namespace postchain::sequence {
 
-// One line each, with the file: light lost at the border of a data window that is kept; a focus in
-// meters that a pass needs although the length of a scene unit is unknown.
+// One line each, with the file: light lost at the border of a data window that is kept; streaks and
+// circles of confusion that are cut, with the count of pixels and the largest; a focus in meters
+// that a pass needs although the length of a scene unit is unknown.
 std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
                                        const SourceFrame& frame);
 

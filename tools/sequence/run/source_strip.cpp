@@ -237,7 +237,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     const auto count = [&](uint64_t pixels, const char* what) {
         if (pixels) warn(concat(pixels, " pixels ", what));
     };
-    count(health.nonfinite_color, "with non-finite color were replaced");
+    count(health.nonfinite_color, "with non-finite color (or beyond 1e34) were replaced");
     count(health.nonfinite_depth, "with non-finite depth are treated as infinitely far");
     count(health.nonfinite_motion, "with non-finite motion are treated as static");
     if (auto& first = frame.health.first_nonfinite) {

@@ -4,6 +4,7 @@
 // sum to color have that of none).
 //
 //   color, and the planes of the neighbors for which a macro is set -> color
+#include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
 
@@ -27,7 +28,7 @@ layout(binding = 1) writeonly uniform image2DArray layers_mixed;
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, imageSize(mixed)))) return;
-    const vec4 c = texelFetch(color, p, 0);
+    const vec4 c = finite_color(texelFetch(color, p, 0));
     vec4 sum = c;
 #ifdef BEFORE
     sum += 0.25 * c;

@@ -2,6 +2,7 @@
 // c (1 - strength t), t = squared distance from the center over that of the corners.
 //
 //   color [, layers] -> color [, layers]
+#include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
 #include "shared/vignette_uniforms.h"
@@ -24,7 +25,7 @@ void main() {
     const vec2 corner = vec2(uniforms.size);
     const float t = dot(from_center, from_center) / dot(corner, corner);
     const float kept = 1.0 - uniforms.strength * t;
-    STORE(darkened, p, darker(texelFetch(color, p, 0), kept));
+    STORE(darkened, p, darker(finite_color(texelFetch(color, p, 0)), kept));
 #ifdef LAYERS
     FOR_LAYERS(i) LAYER_STORE(layers_darkened, p, i, darker(LAYER_FETCH(layers, p, i), kept));
 #endif

@@ -1,0 +1,145 @@
+// Pixels that are not square: a disc is round on the display.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "passes/common/circle_of_confusion.h"
+#include "tests/depth_of_field/support.h"
+
+namespace postchain::test {
+namespace {
+
+// Light of an image, and its variances along x and y, px^2.
+struct Spread {
+    double light = 0, xx = 0, yy = 0;
+};
+Spread spread_of(const ImageF& image, int x0, int y0) {
+    Spread s;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+            s.light += image.at(x, y);
+            s.xx += image.at(x, y) * (x - x0) * (x - x0);
+            s.yy += image.at(x, y) * (y - y0) * (y - y0);
+        }
+    s.xx /= s.light;
+    s.yy /= s.light;
+    return s;
+}
+
+FramePlanes dot_planes(float inverse_depth) {
+    ImageF color = constant_image(129, 129, {0, 0, 0, 1});
+    color.at(64, 64) = 1;
+    return flat_planes(std::move(color), inverse_depth);
+}
+
+FrameDescription described(const FramePlanes& planes, double aspect) {
+    FrameDescription frame = describe_round(planes);
+    frame.pixel_aspect = aspect;
+    return frame;
+}
+
+PlanOptions everything() {
+    PlanOptions options;
+    options.elide = false;
+    return options;
+}
+
+// R along x is that of square pixels, 32 (w - 1/4) px: the sensor spans the display's width. Along
+// y it is R times the aspect: a pixel is that much wider than high. An even ellipse with these
+// half-axes has the variances Rx^2/4 and Ry^2/4.
+TEST(PixelAspect, DiscIsRoundOnTheDisplay) {
+    const FramePlanes planes = dot_planes(0.75f);  // 16 px
+    const Chain chain =
+        chain_of("depth_of_field",
+                 {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"noise", "none"}});
+    for (const double aspect : {1.0, 2.0, 0.5}) {
+        const ImageF out =
+            filter(chain, described(planes, aspect), planes, everything()).at(Role::color);
+        const double rx = 16, ry = 16 * aspect;
+        const Spread s = spread_of(out, 64, 64);
+        EXPECT_NEAR(s.light, 1, 0.03) << aspect;
+        EXPECT_NEAR(s.xx, rx * rx / 4, 0.03 * rx * rx / 4) << aspect;
+        EXPECT_NEAR(s.yy, ry * ry / 4, 0.03 * ry * ry / 4) << aspect;
+        // Nothing lies beyond the ellipse, apart from denoising.
+        for (int y = 0; y < 129; ++y)
+            for (int x = 0; x < 129; ++x)
+                if (std::hypot((x - 64) / (rx + 3), (y - 64) / (ry + 3)) > 1)
+                    ASSERT_LE(out.at(x, y), 1e-6) << aspect << ": " << x << ", " << y;
+    }
+}
+
+// The Gaussian of `gilham`, 8 px in shorter sides of a pixel: its variances along x and y.
+TEST(PixelAspect, GaussianIsRoundOnTheDisplay) {
+    const FramePlanes planes = dot_planes(1);
+    const Chain chain = chain_of("depth_of_field", {{"method", "gilham"},
+                                                    {"downsample", int64_t(1)},
+                                                    {"blur_sigma_px", 8.0},
+                                                    {"leak", "none"}});
+    for (const double aspect : {1.0, 2.0, 0.5}) {
+        const ImageF out =
+            filter(chain, described(planes, aspect), planes, everything()).at(Role::color);
+        const double sx = 8 * std::min(1 / aspect, 1.0), sy = 8 * std::min(aspect, 1.0);
+        // Cut at three deviations a Gaussian keeps 0.973 of its variance.
+        const Spread s = spread_of(out, 64, 64);
+        EXPECT_NEAR(s.xx, 0.973 * sx * sx, 0.04 * sx * sx) << aspect;
+        EXPECT_NEAR(s.yy, 0.973 * sy * sy, 0.04 * sy * sy) << aspect;
+    }
+}
+
+TEST(PixelAspect, AgreesWithTheReference) {
+    const FramePlanes planes = deep_planes(83, 61);
+    for (const double aspect : {2.0, 0.5})
+        for (const Settings& settings :
+             {Settings{{"method", "gilham"}},
+              Settings{{"method", "inverse_warp"}, {"cats_eye", 0.8}, {"noise", "none"}}}) {
+            const Chain chain = chain_of("depth_of_field", settings);
+            const FrameDescription frame = described(planes, aspect);
+            const ImageF out = filter(chain, frame, planes, everything()).at(Role::color);
+            const ReferenceFrame expected = reference(chain, frame, planes, everything());
+            const Difference difference = compare(out, expected.stages.at(stage("color")), 1e-3);
+            EXPECT_LE(difference.fraction, 0.01) << aspect << ": " << difference.text;
+        }
+}
+
+// A frame reaches as far, and is elided, by the longer half-axis.
+TEST(PixelAspect, BoundsAreOfTheLongerHalfAxis) {
+    FrameDescription frame = described(dot_planes(0.75f), 2);
+    frame.bounds.min_inverse_depth = frame.bounds.max_inverse_depth = 0.25 + 0.4 / 32;
+    const Chain chain = chain_of("depth_of_field", {{"method", "inverse_warp"}});
+    auto plan = make_plan(chain, frame);
+    ASSERT_TRUE(plan.ok());
+    EXPECT_FALSE(plan->passes[0].elided) << "0.4 px along x, but 0.8 px along y";
+    frame.pixel_aspect = 1;
+    plan = make_plan(chain, frame);
+    ASSERT_TRUE(plan.ok());
+    EXPECT_TRUE(plan->passes[0].elided);
+}
+
+// The limit of radii: an eighth of the display's width. What exceeds it is known, uncut.
+TEST(MaxRadius, FollowsTheWidthAndIsKnown) {
+    FrameDescription frame = described(dot_planes(0.75f), 1);  // R = 32 (1/4 - w) px
+    frame.bounds.min_inverse_depth = 0;
+    frame.bounds.max_inverse_depth = 4.25;  // R = -128 px
+    lens::CircleOfConfusion coc = *lens::circle_of_confusion({}, frame);
+    EXPECT_EQ(coc.max_radius_px, 80);
+    ASSERT_EQ(lens::cuts(coc, frame).size(), 1u);
+    const Cut cut = lens::cuts(coc, frame)[0];
+    EXPECT_EQ(cut.limit_px, 80);
+    EXPECT_NEAR(cut.largest_px, 128, 1e-9);
+    EXPECT_NEAR(cut.high, 2.75, 1e-9);  // 32 (2.75 - 1/4) = 80
+    EXPECT_EQ(cut.low, 0);
+    for (const UsedValue& value : lens::used_values({}, coc, frame, 0.5))
+        if (value.key == "largest_circle_px") {
+            EXPECT_NEAR(std::get<double>(value.value), 256, 1e-9);
+        }
+    frame.bounds.max_inverse_depth = 2.75;
+    EXPECT_TRUE(lens::cuts(coc, frame).empty());
+    // At 4 K the same camera is cut at the same depth.
+    frame.display_width = 3840;
+    coc = *lens::circle_of_confusion({}, frame);
+    EXPECT_EQ(coc.max_radius_px, 480);
+    EXPECT_TRUE(lens::cuts(coc, frame).empty());
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -31,7 +31,7 @@ const std::vector<MetricRow>& metric_rows() {
         {"relmse", "mean of (I-R)^2 / (|R| + 0.01)^2"},
         {"smape", "mean of 2|I-R| / (|I| + |R| + 0.02)"},
         {"mse", "mean of (I-R)^2"},
-        {"psnr", "dB after the display transform, peak 1; none if equal", false},
+        {"psnr", "dB after the display transform, peak 1; inf if equal", false},
         {"ssim", "on luma after the display transform; none below 11x11 pixels", false},
         {"nonfinite", "pixels of the tested image with NaN or Inf"},
         {"relmse_trimmed", "relmse without the worst 0.1 % of the pixels"},

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "chain/printable.h"
 #include "chain/text.h"
 
 namespace postchain::sequence {
@@ -228,7 +229,7 @@ std::string SequenceSurvey::text() const {
     if (found.empty()) return text + "no unusual frames\n";
     text += "unusual frames:\n";
     for (const Finding& finding : found)
-        text += concat("  frame ", finding.frame, ": ", finding.what, "\n");
+        text += printable(concat("  frame ", finding.frame, ": ", finding.what)) + "\n";
     return text;
 }
 

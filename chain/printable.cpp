@@ -1,4 +1,4 @@
-#include "tools/apps/postchain/printable.h"
+#include "chain/printable.h"
 
 #include <cstdint>
 #include <cstdio>

@@ -130,7 +130,7 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
     expect_harmless(json.err);
     const std::string replaced =
         "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
-        "1m\xe2\x80\xae\xef\xbf\xbd\r";
+        "1m\xe2\x80\xae\xef\xbf\xbd\r\nforged: line";
     EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
               "evil" + replaced);
     // An unreadable neighbor is named in the plan and in the sidecar.

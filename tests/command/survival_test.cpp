@@ -149,7 +149,9 @@ TEST_F(SurvivalTest, SignalsEndARunWithoutTemporaries) {
         int code;
     } cases[] = {{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}};
     for (const auto& expected : cases) {
-        Process process(over_and_over());
+        Arguments said = over_and_over();
+        said.pop_back();  // -q
+        Process process(said);
         for (int wait = 0; wait < 6000 && outputs().size() < 3; ++wait) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
             if (!process.running()) break;

@@ -77,7 +77,8 @@ void print_table(const Values& values, const metrics::ExposureRange& range) {
         if (name == "hdr_flip")
             what = concat("  over ", range.count(), " exposures, EV ", number_text(range.start),
                           " .. ", number_text(range.stop));
-        std::printf("  %-16s %-12s%s\n", name.c_str(), value_text(name, value).c_str(),
+        const std::string text = value_text(name, value);
+        std::printf("  %-16s %-*s%s\n", name.c_str(), what.empty() ? 0 : 12, text.c_str(),
                     what.c_str());
     }
 }

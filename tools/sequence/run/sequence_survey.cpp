@@ -89,7 +89,7 @@ void SequenceSurvey::add(int frame, const SourceFrame& source, const Thumbnail& 
 void SequenceSurvey::add_failed(int frame, const Status& status) {
     Glance glance;
     glance.frame = frame;
-    glance.failure = status.message().substr(0, status.message().find('\n'));
+    glance.failure = status.message();
     frames_.push_back(std::move(glance));
     last_.reset();
 }

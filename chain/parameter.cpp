@@ -41,6 +41,10 @@ std::string kind_of(const ParameterValue& value) {
     return kinds[value.index()];
 }
 
+std::string text_of(const RowValue& condition) {
+    return concat(condition.key, condition.none_of ? ": not " : ": ", joined(condition.values));
+}
+
 }  // namespace
 
 std::string text_of(const ParameterValue& value) {
@@ -51,6 +55,27 @@ std::string text_of(const ParameterValue& value) {
     if (const auto* p = std::get_if<std::array<double, 2>>(&value))
         return "[" + text_of((*p)[0]) + "," + text_of((*p)[1]) + "]";
     return "unset";
+}
+
+std::string text_of(const ReadIf& read_if) {
+    std::string text;
+    for (const auto& all : read_if) {
+        if (!text.empty()) text += ", or ";
+        for (const RowValue& condition : all)
+            text += (&condition == &all.front() ? "" : " and ") + text_of(condition);
+    }
+    return text;
+}
+
+ReadIf both(const ReadIf& a, const ReadIf& b) {
+    if (a.empty() || b.empty()) return a.empty() ? b : a;
+    ReadIf result;
+    for (const auto& first : a)
+        for (const auto& second : b) {
+            result.push_back(first);
+            result.back().insert(result.back().end(), second.begin(), second.end());
+        }
+    return result;
 }
 
 std::string former_name_text(std::string_view former, std::string_view name) {
@@ -71,6 +96,10 @@ std::string Parameter::warning(std::string_view given, const ParameterValue& val
     if (const ParameterValue now = current(value); now != value)
         texts.push_back(former_name_text(postchain::text_of(value), postchain::text_of(now)));
     return joined(texts);
+}
+
+std::string Parameter::full_help() const {
+    return read_if.empty() ? help : postchain::text_of(read_if) + "; " + help;
 }
 
 std::string Parameter::domain() const {
@@ -191,9 +220,36 @@ Status ParameterTable::check(ConstParameterRef parameters) const {
     return Status();
 }
 
+std::string ParameterTable::unread(const Parameter& row, ConstParameterRef parameters) const {
+    const auto holds = [&](const RowValue& condition) {
+        const std::string value = postchain::text_of(find(condition.key)->get(parameters));
+        const bool among = std::ranges::find(condition.values, value) != condition.values.end();
+        return among != condition.none_of;
+    };
+    // Of the alternative that lacks least.
+    std::vector<const RowValue*> lacks;
+    for (const auto& all : row.read_if) {
+        std::vector<const RowValue*> here;
+        for (const RowValue& condition : all)
+            if (!holds(condition)) here.push_back(&condition);
+        if (here.empty()) return "";
+        if (lacks.empty() || here.size() < lacks.size()) lacks = std::move(here);
+    }
+    std::vector<std::string> now, remedies;
+    for (const RowValue* condition : lacks) {
+        now.push_back(concat(condition->key, ": ",
+                             postchain::text_of(find(condition->key)->get(parameters))));
+        remedies.push_back(text_of(*condition));
+    }
+    if (lacks.empty()) return "";
+    return concat("has no effect with ", joined(now, " and "), "; remove it, or set ",
+                  joined(remedies, " and "));
+}
+
 std::string ParameterTable::text(ConstParameterRef parameters) const {
     std::string text;
     for (const auto& row : rows_) {
+        if (!unread(row, parameters).empty()) continue;
         if (!text.empty()) text += ' ';
         text += row.key + '=' + postchain::text_of(row.get(parameters));
     }

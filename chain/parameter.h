@@ -85,6 +85,19 @@ struct FormerNames {
 // "'taps' is the former name of 'samples' and will not be accepted by the next version"
 std::string former_name_text(std::string_view former, std::string_view name);
 
+// A condition on a row of the same table: its value, as text_of() writes it, is one of these, or
+// none of them.
+struct RowValue {
+    std::string key;
+    std::vector<std::string> values;
+    bool none_of = false;
+};
+// When a filter reads a row: all conditions of one of the alternatives hold. Empty: always.
+using ReadIf = std::vector<std::vector<RowValue>>;
+// "mode: guertin, single and noise: not none"
+std::string text_of(const ReadIf& read_if);
+ReadIf both(const ReadIf& a, const ReadIf& b);
+
 struct Parameter {
     std::string key;
     ParameterType type = ParameterType::number;
@@ -104,6 +117,7 @@ struct Parameter {
     std::string group;                 // in a table whose users take only some rows
     std::string unset_means;           // "the camera's shutter_frames"
     std::string excludes;              // key that must not be set together with this one
+    ReadIf read_if;                    // under other values of the table it has no effect
     Convergence convergence = Convergence::none;
     double converged = 0;  // Convergence::set: the value at which the filter counts as converged
     ParameterValue default_value;
@@ -111,6 +125,8 @@ struct Parameter {
     std::function<ParameterValue(ConstParameterRef)> get;
     std::function<void(ParameterRef, const ParameterValue&)> set;  // value has passed check()
 
+    // The help, after the values of other rows under which it is read: "coc: lens; focal length".
+    std::string full_help() const;
     // "an odd integer in 1..1023", "one of guertin, single", "a number > 0"
     std::string domain() const;
     // Is `value` of the right type and in range? A row of type number accepts an integer. The
@@ -135,7 +151,11 @@ class ParameterTable {
     Status set(ParameterRef parameters, std::string_view key, const ParameterValue& value) const;
     // Cross-row rule `excludes`.
     Status check(ConstParameterRef parameters) const;
-    // "key=value" of every row in table order, joined by a space: canonical, for hashes and print.
+    // Why a row has no effect with these values, and the remedy: "has no effect with mode:
+    // inverse_warp; remove it, or set mode: guertin, single". Empty if Parameter::read_if holds.
+    std::string unread(const Parameter& row, ConstParameterRef parameters) const;
+    // "key=value" of every row that is read, in table order, joined by a space: canonical, for
+    // hashes and print.
     std::string text(ConstParameterRef parameters) const;
 
   private:
@@ -163,6 +183,7 @@ struct RowOptions {
     std::string help = {};
     std::string unset_means = {};
     std::string excludes = {};
+    ReadIf read_if = {};
     std::string implied = {};
     std::string group = {};
     FormerNames former = {};
@@ -267,10 +288,12 @@ class ParameterTableBuilder {
         };
         return finish(std::move(row));
     }
-    // The rows of a member that has a table of its own.
+    // The rows of a member that has a table of its own, all read under one more condition.
     template <class M>
-    ParameterTableBuilder& rows(M P::*member, const ParameterTable& of_member) {
+    ParameterTableBuilder& rows(M P::*member, const ParameterTable& of_member,
+                                const ReadIf& read_if = {}) {
         for (Parameter row : of_member.rows()) {
+            row.read_if = both(read_if, row.read_if);
             row.get = [member, get = row.get](ConstParameterRef p) {
                 return get(&(p.as<P>().*member));
             };
@@ -303,6 +326,7 @@ class ParameterTableBuilder {
         row.help = std::move(options.help);
         row.unset_means = std::move(options.unset_means);
         row.excludes = std::move(options.excludes);
+        row.read_if = std::move(options.read_if);
         row.implied = std::move(options.implied);
         row.group = std::move(options.group);
         row.former = std::move(options.former);

@@ -1,6 +1,7 @@
 #include "config/camera_file.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -26,6 +27,37 @@ size_t letters_apart(const std::string& a, const std::string& b) {
     for (int n : count) apart += size_t(std::abs(n));
     return apart;
 }
+
+// The words of a key, in lower case: "focalLength_mm" -> focal, length, mm.
+std::vector<std::string> words_of(const std::string& key) {
+    std::vector<std::string> words;
+    bool fresh = true, upper_before = true;
+    for (const unsigned char c : key) {
+        const bool upper = std::isupper(c);
+        if (!std::isalnum(c) || (upper && !upper_before)) fresh = true;
+        upper_before = upper;
+        if (!std::isalnum(c)) continue;
+        if (fresh) words.emplace_back();
+        words.back() += char(std::tolower(c));
+        fresh = false;
+    }
+    return words;
+}
+
+// Whether two keys differ only by case, underscores or the unit at the end.
+bool same_but_for_form(const std::string& a, const std::string& b) {
+    static const std::vector<std::string> units = {"mm",      "cm",     "m", "meters", "deg",
+                                                   "degrees", "frames", "s", "ms",     "px"};
+    const auto without_unit = [](std::vector<std::string> words) {
+        if (words.size() > 1 && std::ranges::find(units, words.back()) != units.end())
+            words.pop_back();
+        return joined(words, "");
+    };
+    const std::vector<std::string> of_a = words_of(a), of_b = words_of(b);
+    return joined(of_a, "") == joined(of_b, "") || without_unit(of_a) == without_unit(of_b);
+}
+
+constexpr const char* kShutterAngle = "shutter_angle_deg";
 
 const std::vector<std::string> kFitNames = {"horizontal", "vertical", "auto"};
 
@@ -70,12 +102,26 @@ class CameraParser {
                 fit = SensorFit(found - kFitNames.begin());
             return true;
         }
-        const Parameter* row = camera_parameters().find(key);
+        const bool angle = key == kShutterAngle;
+        const Parameter* row = camera_parameters().find(angle ? "shutter_frames" : key);
         if (!row) return false;
-        if (Status status = set_row(camera_parameters(), &camera, *row, node); !status.ok())
-            reporter_.error(node, path, status.message());
-        origins[key] = {kFromCameraFile, concat(file_.file_name, ":", name.line)};
+        const Status status = angle ? shutter_angle(*row, node, camera)
+                                    : set_row(camera_parameters(), &camera, *row, node);
+        if (!status.ok()) reporter_.error(node, path, status.message());
+        const Origin origin = {kFromCameraFile, concat(file_.file_name, ":", name.line)};
+        if (!origins.emplace(row->key, origin).second)
+            reporter_.error(
+                name, path,
+                "shutter_frames and shutter_angle_deg are both given; give one of them");
         return true;
+    }
+
+    static Status shutter_angle(const Parameter& row, const TextNode& node, Camera& camera) {
+        const Result<double> degrees = number_of(node);
+        if (!degrees.ok()) return degrees.status();
+        const Status status = row.check(*degrees / 360);
+        if (status.ok()) row.set(&camera, *degrees / 360);
+        return status;
     }
 
     // After all values of one object have been read.
@@ -211,11 +257,13 @@ class CameraParser {
 
     // Keys of other programs are ignored. A key close to a known one gets a warning.
     void unknown(const TextNode& key, const std::string& path) {
-        std::vector<std::string> known = {"resolution", "fps", "frames", "sensor_fit",
-                                          "camera_matrix_world"};
+        std::vector<std::string> known = {
+            "resolution", "fps", "frames", "sensor_fit", "camera_matrix_world", kShutterAngle};
         for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
-        const std::string near = nearest_word(key.text, known);
-        if (!near.empty() && letters_apart(key.text, near) <= 2)
+        const auto same = std::ranges::find_if(
+            known, [&](const auto& one) { return same_but_for_form(key.text, one); });
+        const std::string near = same != known.end() ? *same : nearest_word(key.text, known);
+        if (same != known.end() || (!near.empty() && letters_apart(key.text, near) <= 2))
             return reporter_.warning(
                 key, path,
                 "ignored: unknown key '" + key.text + "' (did you mean '" + near + "'?)");

@@ -111,6 +111,7 @@ class ChainParser {
               ParameterRef of_own, ChainLink* link = nullptr) {
         bool good = true;
         std::set<std::string> given;
+        std::vector<std::pair<const Parameter*, const TextNode*>> stated;  // with a value
         for (const auto& [key, value] : node.entries) {
             const std::string at = path + "." + key.text;
             const bool of_link = link && link_parameters().find(key.text);
@@ -133,10 +134,15 @@ class ChainParser {
                 chain_.origins[path + "." + row->key] = {kFromChain,
                                                          concat(file_name_, ":", key.line)};
             good = good && status.ok();
+            if (status.ok() && !of_link && *value_of(value) != ParameterValue())
+                stated.emplace_back(row, &key);
         }
         if (!good) return;
         if (Status status = own.check(of_own); !status.ok())
             reporter_.error(node, path, status.message());
+        for (const auto& [row, key] : stated)
+            if (const std::string text = own.unread(*row, of_own); !text.empty())
+                reporter_.error(*key, path + "." + key->text, text);
     }
 
     const PassRegistry& registry_;
@@ -152,6 +158,7 @@ std::string write_rows(const ParameterTable& table, ConstParameterRef parameters
         const ParameterValue value = row.get(parameters);
         const bool unset = std::holds_alternative<std::monostate>(value);
         if (unset && value == row.default_value) continue;
+        if (!table.unread(row, parameters).empty()) continue;
         text += indent + row.key + ": " + yaml_text_of(value) + "\n";
     }
     return text;

@@ -37,6 +37,7 @@ class Overrider {
             if (item.target == "camera") set_camera(item);
         for (const auto& item : all)
             if (item.target != "camera") set_pass(item);
+        warn_of_unread();
         // Checks across rows, once per changed pass, and for the camera.
         for (const auto& [link, item] : touched_) {
             if (link == kCamera) {
@@ -54,6 +55,26 @@ class Overrider {
     void report(const Override& item, Severity severity, const std::string& path,
                 const std::string& message) {
         Reporter(item.source, StatusCode::usage, out_).add(severity, 0, 0, path, message);
+    }
+
+    // Stated values that have no effect with the values of an override.
+    void warn_of_unread() {
+        if (has_errors(out_)) return;
+        for (const auto& [link, item] : touched_) {
+            if (link == kCamera) continue;
+            const ChainLink& at = chain_.links[size_t(link)];
+            for (const auto& row : at.type->parameters->rows()) {
+                const std::string path = path_of(link) + "." + row.key;
+                const auto stated = chain_.origins.find(path);
+                if (stated == chain_.origins.end()) continue;
+                const std::string text = at.type->parameters->unread(row, at.pass->parameters());
+                if (text.empty()) continue;
+                const auto& [from, where] = stated->second;
+                Reporter(from == kFromOption ? where : item.source, StatusCode::usage, out_)
+                    .add(Severity::warning, 0, 0, path,
+                         from == kFromOption ? text : concat(text, " (given in ", where, ")"));
+            }
+        }
     }
 
     std::optional<Override> parse(const std::string& text) {

@@ -25,7 +25,7 @@ void add_table_text(std::string& text, const ParameterTable& table) {
         text += "  " + row.key + std::string(width - row.key.size() + 2, ' ') + row.domain();
         if (!row.unit.empty()) text += " (" + row.unit + ")";
         text += "; default " + default_of(row) + "\n";
-        if (!row.help.empty()) text += std::string(width + 4, ' ') + row.help + "\n";
+        if (!row.help.empty()) text += std::string(width + 4, ' ') + row.full_help() + "\n";
         if (!row.excludes.empty())
             text += std::string(width + 4, ' ') + "not together with " + row.excludes + "\n";
     }
@@ -47,6 +47,7 @@ JsonArray table_json(const ParameterTable& table) {
         json.push_back({"optional", row.optional});
         if (!row.unset_means.empty()) json.push_back({"unset_means", row.unset_means});
         if (!row.excludes.empty()) json.push_back({"excludes", row.excludes});
+        if (!row.read_if.empty()) json.push_back({"read_if", text_of(row.read_if)});
         rows.push_back(std::move(json));
     }
     return rows;
@@ -78,7 +79,7 @@ std::string cell(const std::string& text) {
 void add_table_markdown(std::string& text, const ParameterTable& table) {
     text += "| parameter | value | unit | default | what it is |\n|---|---|---|---|---|\n";
     for (const auto& row : table.rows()) {
-        std::string help = row.help;
+        std::string help = row.full_help();
         if (!row.excludes.empty()) help += " (not together with `" + row.excludes + "`)";
         text += "| `" + row.key + "` | " + cell(row.domain()) + " | " + cell(row.unit) + " | " +
                 cell(default_of(row)) + " | " + cell(help) + " |\n";

@@ -1,5 +1,7 @@
 #include "config/diagnostic.h"
 
+#include "chain/printable.h"
+
 namespace postchain {
 
 const char* name_of(Severity severity) {
@@ -19,7 +21,7 @@ std::string Diagnostic::text() const {
     if (line > 0) text += ":" + std::to_string(line) + ":" + std::to_string(column);
     text += concat(": ", name_of(severity), ": ");
     if (!path.empty()) text += path + ": ";
-    return text + message;
+    return printable(text + message);
 }
 
 bool has_errors(const Diagnostics& diagnostics) {

@@ -22,7 +22,7 @@ struct Diagnostic {
     std::string message;
     StatusCode code = StatusCode::chain;  // errors only: selects the exit code of a tool
 
-    // "file:line:col: error: passes[1].samples: 24 is even; ..."
+    // "file:line:col: error: passes[1].samples: 24 is even; ...", one printable() line.
     std::string text() const;
     bool operator==(const Diagnostic&) const = default;
 };

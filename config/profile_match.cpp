@@ -4,6 +4,7 @@
 #include <optional>
 #include <set>
 
+#include "chain/printable.h"
 #include "config/reporter.h"
 
 namespace postchain {
@@ -72,6 +73,15 @@ Names names_in_view(const FileChannels& file, const std::string& view) {
                  });
     for (size_t part = 0; part < prefixed.size(); ++part) names.parts[part].merge(prefixed[part]);
     return names;
+}
+
+size_t views_with_channels(const FileChannels& file) {
+    const std::vector<std::string> views = views_of(file);
+    return size_t(std::ranges::count_if(views, [&](const std::string& view) {
+        bool any = false;
+        each_in_view(file, view, [&](int, const auto&, const auto&, const auto&) { any = true; });
+        return any;
+    }));
 }
 
 bool has_layer(const ChannelPattern& pattern) {
@@ -229,6 +239,10 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
             StatusCode::usage,
             "view '" + view + "' is not in the file; " +
                 (match.views.empty() ? "it has no views" : "found are " + joined(match.views)));
+    // Neither view is more likely meant than the other.
+    if (view.empty() && views_with_channels(file) > 1)
+        return Status(StatusCode::usage,
+                      "several views: " + joined(match.views) + "; choose one with --view");
     const Names names = names_in_view(file, match.view);
     match.layers = find_layers(profile, names);
     for (const auto& [role, sources] : profile.roles) match.missing[role] = looked_for(sources);
@@ -308,30 +322,31 @@ std::vector<ViewChannel> channels_in_view(const FileChannels& file, const std::s
 }
 
 std::string ProfileMatch::text() const {
-    std::string text = concat("profile ", profile, detected ? " (detected: " : " (", why, ")\n");
+    std::string text;
+    const auto add = [&](const std::string& line) { text += printable(line) + "\n"; };
+    add(concat("profile ", profile, detected ? " (detected: " : " (", why, ")"));
     if (!layers.empty() && !(layers.size() == 1 && layers[0].empty()))
-        text += "layer " + shown(layer) +
-                (layers.size() > 1 ? " of " + shown(layers) : std::string()) + "\n";
-    if (!views.empty()) text += "view " + view + " of " + joined(views) + "\n";
+        add("layer " + shown(layer) + (layers.size() > 1 ? " of " + shown(layers) : std::string()));
+    if (!views.empty()) add("view " + view + " of " + joined(views));
     for (const auto& [role, found] : roles) {
-        text += concat(name_of(role), ": ", joined(found.channels));
-        if (found.part > 0) text += concat(" (part ", found.part, ")");
+        std::string line = concat(name_of(role), ": ", joined(found.channels));
+        if (found.part > 0) line += concat(" (part ", found.part, ")");
         if (role == Role::inverse_depth)
-            text += ", stored as " + depth_encoding_names()[size_t(options.depth)];
-        if (role == Role::color && found.channels.size() == 3) text += ", alpha 1";
-        if (role == Role::color && options.unpremultiplied) text += ", not premultiplied";
+            line += ", stored as " + depth_encoding_names()[size_t(options.depth)];
+        if (role == Role::color && found.channels.size() == 3) line += ", alpha 1";
+        if (role == Role::color && options.unpremultiplied) line += ", not premultiplied";
         if (role == Role::motion || role == Role::motion_back) {
             const MotionConvention& m = role == Role::motion ? options.motion : options.motion_back;
-            text += concat(" times (", text_of(ParameterValue(m.scale_x)), ", ",
+            line += concat(" times (", text_of(ParameterValue(m.scale_x)), ", ",
                            text_of(ParameterValue(m.scale_y)), ")",
                            m.unit == MotionUnit::pixels ? " pixels" : " of the image's size");
-            if (m.bias != 0) text += ", bias " + text_of(ParameterValue(m.bias));
+            if (m.bias != 0) line += ", bias " + text_of(ParameterValue(m.bias));
         }
-        text += "\n";
+        add(line);
     }
     for (const auto& [role, wanted] : missing)
-        text += concat(name_of(role), ": none; looked for ", wanted, "\n");
-    for (const auto& note : notes) text += "note: " + note + "\n";
+        add(concat(name_of(role), ": none; looked for ", wanted));
+    for (const auto& note : notes) add("note: " + note);
     return text;
 }
 

@@ -197,7 +197,7 @@ std::string yaml_text_of(const ParameterValue& value) {
         "true", "false", "null", "inf", "infinity", "nan", "yes", "no", "on", "off", "y", "n"};
     for (const char* t : taken) plain = plain && lower(*word) != t;
     if (plain) return *word;
-    return quoted(*word);
+    return postchain::quoted(*word);
 }
 
 }  // namespace postchain

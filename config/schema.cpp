@@ -1,6 +1,8 @@
 #include "config/schema.h"
 
+#include <charconv>
 #include <cmath>
+#include <map>
 
 #include "config/chain_file.h"
 
@@ -8,7 +10,7 @@ namespace postchain {
 namespace {
 
 std::string description_of(const Parameter& row) {
-    std::string text = row.help;
+    std::string text = row.full_help();
     if (!row.unit.empty()) text += " (" + row.unit + ")";
     text += text.empty() ? row.domain() : "; " + row.domain();
     if (!row.unset_means.empty()) text += "; when left out: " + row.unset_means;
@@ -31,6 +33,47 @@ JsonObject exclusion(const Parameter& row, const Parameter& other) {
                                {"properties", properties}}}};
 }
 
+JsonValue json_value(const Parameter& row, const std::string& text) {
+    if (text == text_of(ParameterValue())) return {};
+    if (row.type == ParameterType::boolean) return text == "true";
+    if (row.type == ParameterType::choice || row.type == ParameterType::text) return text;
+    double number = 0;
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return number;
+}
+
+// A schema that accepts a map in which the condition holds, also by the row's default.
+JsonObject condition(const ParameterTable& table, const RowValue& value) {
+    const Parameter& row = *table.find(value.key);
+    JsonArray words;
+    bool by_default = value.none_of;
+    for (const auto& text : value.values) {
+        words.push_back(json_value(row, text));
+        if (text == text_of(row.default_value)) by_default = !value.none_of;
+    }
+    const JsonObject among = {{"enum", words}};
+    JsonObject json = {
+        {"properties", JsonObject{{row.key, value.none_of ? JsonObject{{"not", among}} : among}}}};
+    if (!by_default) json.push_back({"required", std::vector<std::string>{row.key}});
+    return json;
+}
+
+// A schema that refuses these keys, unless they are null, if no alternative of read_if holds.
+JsonObject effect(const ParameterTable& table, const ReadIf& read_if,
+                  const std::vector<std::string>& keys) {
+    JsonArray alternatives;
+    for (const auto& all : read_if) {
+        JsonArray conditions;
+        for (const RowValue& value : all) conditions.push_back(condition(table, value));
+        alternatives.push_back(conditions.size() == 1 ? conditions[0]
+                                                      : JsonObject{{"allOf", conditions}});
+    }
+    JsonObject none;
+    for (const auto& key : keys) none.push_back({key, JsonObject{{"type", "null"}}});
+    alternatives.push_back(JsonObject{{"properties", none}});
+    return {{"anyOf", alternatives}};
+}
+
 // The map of a table's values. A pass may leave its map out (null); it also takes the rows of
 // `link`.
 JsonObject table_schema(const ParameterTable& table, const std::string& description,
@@ -46,6 +89,12 @@ JsonObject table_schema(const ParameterTable& table, const std::string& descript
         if (other && (other->excludes != row.key || other > &row))
             exclusions.push_back(exclusion(row, *other));
     }
+    std::map<std::string, std::vector<std::string>> keys;  // by the text of their condition
+    for (const auto& row : table.rows()) keys[text_of(row.read_if)].push_back(row.key);
+    for (const auto& row : table.rows())
+        if (const auto& same = keys[text_of(row.read_if)];
+            !row.read_if.empty() && row.key == same.front())
+            exclusions.push_back(effect(table, row.read_if, same));
     JsonObject json = {
         {"description", description},
         {"type", link ? JsonValue(std::vector<std::string>{"object", "null"}) : "object"},

@@ -20,6 +20,8 @@ bool is_disc(const Aperture& aperture) {
 const ParameterTable& aperture_parameter_table() {
     using P = ApertureParameters;
     const char* camera = "the camera's, else 0";
+    // A disc has neither. An unset number of blades is the camera's.
+    const RowValue blades = {"aperture_blades", {"0", "1", "2"}, true};
     static const ParameterTable rows =
         ParameterTableBuilder<P>()
             .integer("aperture_blades", &P::aperture_blades,
@@ -34,14 +36,16 @@ const ParameterTable& aperture_parameter_table() {
                      .unit = "degrees",
                      .help = "turns the aperture counterclockwise, as seen in highlights behind "
                              "the focus",
-                     .unset_means = camera})
+                     .unset_means = camera,
+                     .read_if = {{blades, {"aperture_curvature", {"1"}, true}}}})
             .number("aperture_curvature", &P::aperture_curvature,
                     {.min = 0,
                      .max = 1,
                      .help = "curvature of the blades, in inverse radii of the aperture: 0 "
                              "straight, 1 a disc",
                      .unset_means = camera,
-                     .excludes = "aperture_image"})
+                     .excludes = "aperture_image",
+                     .read_if = {{blades}}})
             .number("aperture_ratio", &P::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,

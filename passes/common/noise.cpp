@@ -142,6 +142,7 @@ shared::NoiseUniforms uniforms_of(const Parameters& parameters, int frame_number
 }  // namespace
 
 const ParameterTable& parameter_table() {
+    const ReadIf any = {{{"noise", {"none"}, true}}};
     static const ParameterTable table =
         ParameterTableBuilder<Parameters>()
             .choice("noise", &Parameters::noise, {"halton", "ign", "blue", "none"},
@@ -152,9 +153,10 @@ const ParameterTable& parameter_table() {
                       .max = double(std::numeric_limits<int>::max()),
                       .soft_max = 1000,
                       .help = "shifts the noise pattern",
+                      .read_if = any,
                       .convergence = Convergence::averaged})
             .boolean("animate_noise", &Parameters::animate_noise,
-                     {.help = "shift the noise pattern with the frame number too"})
+                     {.help = "shift the noise pattern with the frame number too", .read_if = any})
             .table();
     return table;
 }

@@ -10,6 +10,8 @@ namespace {
 constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its color bit for bit
 
 const ParameterTable& table() {
+    const ReadIf gilham = {{{"method", {"gilham"}}}};
+    const ReadIf warp = {{{"method", {"inverse_warp"}}}};
     static const ParameterTable rows =
         ParameterTableBuilder<Parameters>()
             .choice("method", &Parameters::method, {"gilham", "inverse_warp"},
@@ -25,6 +27,7 @@ const ParameterTable& table() {
                       .help = "edge of the box that one pixel of the downsampled image covers",
                       .unset_means = "the largest that is at most the Gaussian's standard "
                                      "deviation, else 1",
+                      .read_if = gilham,
                       .convergence = Convergence::set,
                       .converged = 1})
             .number("blur_sigma_px", &Parameters::blur_sigma_px,
@@ -35,27 +38,32 @@ const ParameterTable& table() {
                      .help = "standard deviation of the Gaussian, in pixels of the full image",
                      .unset_means = "coc: lens: 1/4 of the radius at infinity, or at 20 "
                                     "focal lengths if that is larger; planes, range: 1/2 of the "
-                                    "largest radius; always at least downsample / 2"})
+                                    "largest radius; always at least downsample / 2",
+                     .read_if = gilham})
             .choice("leak", &Parameters::leak, {"none", "depth", "coc"},
                     {.help = "neighbors kept out of the blur: none, neighbors in front, or "
-                             "neighbors sharper than the pixel"})
+                             "neighbors sharper than the pixel",
+                     .read_if = gilham})
             .boolean("hdr_weight", &Parameters::hdr_weight,
                      {.help = "downsample with weights 1/(1 + max(rgb)): highlights flicker "
-                              "less and lose energy"})
+                              "less and lose energy",
+                      .read_if = {{{"method", {"gilham"}}, {"downsample", {"1"}, true}}}})
             .integer("samples", &Parameters::samples,
                      {.min = 1,
                       .max = lens::kMaxLensSamples,
                       .soft_max = 128,
                       .unit = "points",
-                      .help = "inverse_warp: lens samples per pixel",
+                      .help = "lens samples per pixel",
+                      .read_if = warp,
                       .convergence = Convergence::set,
                       .converged = 512})
-            .rows(&Parameters::search, inverse_warp::parameter_table())
+            .rows(&Parameters::search, inverse_warp::parameter_table(), warp)
             .boolean("denoise", &Parameters::denoise,
-                     {.help = "inverse_warp: remove the noise of the samples if the blur is wider "
-                              "than a few pixels"})
-            .rows(&Parameters::aperture, lens::aperture_parameter_table())
-            .rows(&Parameters::noise, noise::parameter_table())
+                     {.help = "remove the noise of the samples if the blur is wider than a few "
+                              "pixels",
+                      .read_if = warp})
+            .rows(&Parameters::aperture, lens::aperture_parameter_table(), warp)
+            .rows(&Parameters::noise, noise::parameter_table(), warp)
             .table();
     return rows;
 }

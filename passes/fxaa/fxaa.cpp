@@ -47,19 +47,17 @@ const ParameterTable& parameter_table() {
             .choice("mode", &Parameters::mode, {"search", "directional"},
                     {.help = "FXAA 3.11's search for the ends of an edge, or a Gaussian along the "
                              "edge"})
-            .integer(
-                "preset", &Parameters::preset,
-                {.min = 10,
-                 .max = 39,
-                 .allowed = presets(),
-                 .help = "mode: search; steps along an edge, 10-15 dithered, 20-29 less so, 39 "
-                         "longest"})
-            .number(
-                "subpix", &Parameters::subpix,
-                {.min = 0,
-                 .max = 1,
-                 .help = "mode: search and the checkerboard; strength of the sub-pixel offset; 0 "
-                         "= edges only"})
+            .integer("preset", &Parameters::preset,
+                     {.min = 10,
+                      .max = 39,
+                      .allowed = presets(),
+                      .help = "steps along an edge, 10-15 dithered, 20-29 less so, 39 longest",
+                      .read_if = {{{"mode", {"search"}}}}})
+            .number("subpix", &Parameters::subpix,
+                    {.min = 0,
+                     .max = 1,
+                     .help = "strength of the sub-pixel offset; 0 = edges only",
+                     .read_if = {{{"mode", {"search"}}}, {{"hint", {"checkerboard"}}}}})
             .number("edge_threshold", &Parameters::edge_threshold,
                     {.min = 0,
                      .max = 1,
@@ -81,7 +79,8 @@ const ParameterTable& parameter_table() {
                      .soft_min = -4,
                      .soft_max = 4,
                      .unit = "stops",
-                     .help = "exposure before luma: display and blend: tonemapped"})
+                     .help = "exposure before tone mapping",
+                     .read_if = {{{"luma", {"display"}}}, {{"blend", {"tonemapped"}}}}})
             .choice("blend", &Parameters::blend, {"tonemapped", "stored"},
                     {.help = "mixing of texels: brighter texels count less, so that fireflies do "
                              "not spread, or as stored"})
@@ -90,7 +89,8 @@ const ParameterTable& parameter_table() {
                              "checkerboard, or both thresholds 0"})
             .choice("hint_gate", &Parameters::hint_gate, {"tile", "pixel"},
                     {.help = "pixels where the hint holds: tiles with motion, or pixels that "
-                             "really blur"})
+                             "really blur",
+                     .read_if = {{{"hint", {"none"}, true}}}})
             .table();
     return table;
 }

@@ -466,10 +466,10 @@ const ParameterTable& parameter_table() {
             .integer("starts", &Parameters::starts,
                      {.min = 1,
                       .max = kMaxStarts,
-                      .help = "inverse warp: start surfaces of the search from the blocks around, "
+                      .help = "start surfaces of the search from the blocks around, "
                               "beside the pixel's own"})
             .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
-                    {.help = "inverse warp: neighboring frames searched for surfaces occluded in "
+                    {.help = "neighboring frames searched for surfaces occluded in "
                              "this one, if their planes are available: none, the one before (as "
                              "an engine has), or both"})
             .table();

@@ -8,6 +8,13 @@ namespace postchain::motion_blur {
 
 const ParameterTable& parameter_table() {
     using P = Parameters;
+    const RowValue report = {"mode", {"guertin", "single"}};
+    const RowValue guertin = {"mode", {"guertin"}};
+    const RowValue warp = {"mode", {"inverse_warp"}};
+    const RowValue noise = {"noise", {"none"}, true};
+    const RowValue time_jitter = {"time_jitter", {"0"}, true};
+    const RowValue jitter = {"jitter", {"0"}, true};
+    const RowValue tile_jitter = {"tile_jitter", {"true"}};
     static const ParameterTable table =
         ParameterTableBuilder<P>()
             .choice("mode", &P::mode, {"guertin", "single", "inverse_warp"},
@@ -39,71 +46,84 @@ const ParameterTable& parameter_table() {
                      .max = 1,
                      .soft_min = 0.01,
                      .unit = "tap spacings",
-                     .help = "largest shift of a pixel's taps along the streak, either way"})
+                     .help = "largest shift of a pixel's taps along the streak, either way",
+                     .read_if = {{report, noise}}})
             .boolean("tile_jitter", &P::tile_jitter,
                      {.help = "near a tile border, take the neighboring tile's direction at "
-                              "random, which hides the tile grid"})
+                              "random, which hides the tile grid",
+                      .read_if = {{report, noise}}})
             .number("tile_jitter_slope", &P::tile_jitter_slope,
                     {.min = 0,
                      .max = 100,
                      .soft_max = 5,
                      .unit = "1/tile",
                      .help = "how fast the probability of the neighboring tile falls from 0.5 "
-                             "with the distance to the border"})
+                             "with the distance to the border",
+                     .read_if = {{report, noise, tile_jitter}}})
             .number("center_weight", &P::center_weight,
                     {.min = 0.1,
                      .max = 10000,
                      .soft_max = 1000,
                      .help = "kappa: the pixel's own color weighs samples / (kappa max(|v|, 0.5 "
-                             "px)); larger is blurrier"})
+                             "px)); larger is blurrier",
+                     .read_if = {{report}}})
             .number("variance_threshold_px", &P::variance_threshold_px,
                     {.min = 0.01,
                      .max = 100,
                      .soft_max = 10,
                      .unit = "px",
                      .help = "gamma: half-velocities from 0.5 px to this much more fade from the "
-                             "static direction to their own"})
+                             "static direction to their own",
+                     .read_if = {{guertin}}})
             .number("depth_softness", &P::depth_softness,
                     {.min = 0,
                      .max = 100,
                      .soft_min = 0.01,
                      .soft_max = 30,
                      .help = "s: how fast a surface becomes occluded with the ratio of depths; 1 "
-                             "is the report, 20 a hard edge, 0 ignores depth"})
+                             "is the report, 20 a hard edge, 0 ignores depth",
+                     .read_if = {{report}}})
             .choice("sample_split", &P::sample_split, {"even", "variance"},
                     {.help = "taps that follow the pixel's own velocity: every second, or more if "
-                             "directions around the tile vary more"})
-            .rows(&P::noise, noise::parameter_table())
+                             "directions around the tile vary more",
+                     .read_if = {{guertin}}})
+            .rows(&P::noise, noise::parameter_table(),
+                  {{report, jitter}, {report, tile_jitter}, {warp, time_jitter}})
             .choice("border", &P::border, {"skip", "clamp"},
-                    {.help = "taps outside the frame: dropped, or moved to the border"})
+                    {.help = "taps outside the frame: dropped, or moved to the border",
+                     .read_if = {{report}}})
             .choice("static_direction", &P::static_direction, {"perpendicular", "dominant"},
                     {.help = "direction of the second half of the taps at a slow pixel: across "
-                             "the dominant motion, or along it"})
+                             "the dominant motion, or along it",
+                     .read_if = {{guertin}}})
             .number("min_speed_px", &P::min_speed_px,
                     {.min = 0,
                      .max = 100,
                      .soft_max = 3,
                      .unit = "px",
                      .help = "half-velocity up to which a tile is left unchanged"})
-            .rows(&P::search, inverse_warp::parameter_table())
+            .rows(&P::search, inverse_warp::parameter_table(), {{warp}})
             .number("path_px_per_time", &P::path_px_per_time,
                     {.min = 0.1,
                      .max = 1000,
                      .soft_max = 8,
                      .unit = "px",
-                     .help = "inverse_warp: pixels of the longest path in a tile per time sample; "
-                             "at least 5 time samples, at most samples",
+                     .help = "pixels of the longest path in a tile per time sample; at least 5 "
+                             "time samples, at most samples",
+                     .read_if = {{warp}},
                      .convergence = Convergence::set,
                      .converged = 0.1})
             .number("time_jitter", &P::time_jitter,
                     {.min = 0,
                      .max = 1,
                      .unit = "spacings",
-                     .help = "inverse_warp: random spread of a pixel's time samples; 0 shows "
-                             "steps in long streaks, 1 noise"})
+                     .help = "random spread of a pixel's time samples; 0 shows steps in long "
+                             "streaks, 1 noise",
+                     .read_if = {{warp, noise}}})
             .choice("velocity_storage", &P::velocity_storage, {"auto", "fp16", "fp32", "unorm8"},
                     {.help = "storage of half-velocities: auto stores none and reads the motion, "
-                             "unorm8 is the report's encoding, for comparison"})
+                             "unorm8 is the report's encoding, for comparison",
+                     .read_if = {{report}}})
             .table();
     return table;
 }

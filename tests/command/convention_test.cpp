@@ -168,7 +168,11 @@ TEST_F(ConventionTest, PartsAndViews) {
     other.channels = {{"red", Imf::FLOAT}};
     other.data = other.display = {{0, 0}, {31, 23}};
     write_file(in(1), {rgba("rgba.left", "left"), rgba("rgba.right", "right"), other});
-    const auto left = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1)});
+    const auto several = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1)});
+    EXPECT_EQ(several.code, 2) << several.text();
+    EXPECT_TRUE(contains(several.err, "several views: left, right; choose one with --view"))
+        << several.err;
+    const auto left = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(1), "--view", "left"});
     ASSERT_EQ(left.code, 0) << left.text();
     const auto right = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(2), "--view", "right"});
     ASSERT_EQ(right.code, 0) << right.text();

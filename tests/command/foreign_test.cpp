@@ -20,6 +20,7 @@ class ForeignTest : public CommandTest {
         EXPECT_FALSE(contains(text, "\xc2\x9b")) << text;      // CSI in one character
         EXPECT_FALSE(contains(text, "\xe2\x80\xae")) << text;  // right to left
         EXPECT_FALSE(contains(text, "\xff")) << text;
+        EXPECT_FALSE(contains(text, "\nforged")) << text;
     }
 };
 
@@ -91,7 +92,7 @@ TEST_F(ForeignTest, APartOfUnknownType) {
 TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
     const std::string evil =
         "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
-        "1m\xe2\x80\xae\xff\r";
+        "1m\xe2\x80\xae\xff\r\nforged: line";
     ImageF image(8, 8, 4, 0.5f);
     io::PlanesFile file;
     for (int c = 0; c < 4; ++c)
@@ -129,7 +130,7 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
     expect_harmless(json.err);
     const std::string replaced =
         "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
-        "1m\xe2\x80\xae\xef\xbf\xbd\r";
+        "1m\xe2\x80\xae\xef\xbf\xbd\r\nforged: line";
     EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
               "evil" + replaced);
     // An unreadable neighbor is named in the plan and in the sidecar.

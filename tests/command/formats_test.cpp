@@ -112,12 +112,18 @@ TEST_F(FormatsTest, LightIsEncodedByTheCurveOfTheFormat) {
 TEST_F(FormatsTest, ValuesThatDoNotFitAreAnErrorOrClampedAndCounted) {
     write_exr("in.exr", {{1.5f, 0, 0, 1}, {0, -0.1f, 0, 1}, {1.000001f, -1e-7f, 0.5f, 1}});
     for (const char* name : {"o.png", "o.jpg", "o.dpx"}) {
-        const auto outcome = through("in.exr", name);
+        const auto outcome = through("in.exr", name, {"--overflow", "refuse"});
         EXPECT_EQ(outcome.code, 5) << name << outcome.text();
         EXPECT_TRUE(contains(outcome.err, "2 pixels do not fit")) << outcome.err;
         EXPECT_TRUE(contains(outcome.err, "--overflow clamp")) << outcome.err;
         EXPECT_FALSE(exists(at(std::string("out/") + name)));
     }
+    // JPEG shows a picture on a display, where light above white is white.
+    EXPECT_EQ(through("in.exr", "o.png").code, 5);
+    const auto jpeg = through("in.exr", "o.jpg");
+    EXPECT_EQ(jpeg.code, 0) << jpeg.text();
+    EXPECT_TRUE(contains(jpeg.err, "2 pixels clamped to the range of the format")) << jpeg.err;
+    EXPECT_EQ(Json::parse(read_text(at("out/o.jpg.json")))["health"]["output_half_overflow"], 2);
     const auto outcome = through("in.exr", "o.png", {"--overflow", "clamp"});
     EXPECT_EQ(outcome.code, 0) << outcome.text();
     EXPECT_TRUE(contains(outcome.err, "2 pixels clamped")) << outcome.err;

@@ -36,6 +36,23 @@ TEST_F(LikeTest, EqualBitsFromThePictureAlone) {
     EXPECT_EQ(first["settings"]["precision"], "fp16");
 }
 
+TEST_F(LikeTest, BytesDoNotDependOnHowPathsAreSpelled) {
+    write_sequence(at(""), {1});
+    write_text(at("camera.json"), R"({"f_stop": 2})");
+    const auto bytes = [&](const std::string& folder, const std::string& to) {
+        const auto outcome =
+            run({"run", folder + "all.yaml", "-i", folder + "in.####.exr", "--camera",
+                 folder + "camera.json", "-o", to, "--on-existing", "overwrite"},
+                {.folder = at("")});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return read_text(out(1));
+    };
+    const std::string whole = bytes(at(""), out());
+    EXPECT_TRUE(bytes("", "out/o.####.exr") == whole);
+    EXPECT_TRUE(bytes("./out/../", "./out/o.####.exr") == whole);
+    EXPECT_EQ(record_of(out(1))["resolved"]["camera"]["f_stop"]["where"], at("all.yaml") + ":2");
+}
+
 TEST_F(LikeTest, WhatIsGivenOverrides) {
     write_sequence(at(""), {1, 2});
     ASSERT_EQ(filter("all", {"--frames", "1", "--precision", "fp16"}).code, 0);

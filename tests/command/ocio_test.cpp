@@ -172,6 +172,17 @@ TEST_F(OcioTest, AlphaIsNoColorAndColorIsTransformedAsItIsStored) {
     }
 }
 
+TEST_F(OcioTest, AViewIsClampedAndCounted) {
+    write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}});
+    Arguments bright = with_config(
+        {"--output-transfer", "view", "--ocio-display", "wall", "--ocio-view", "Bright"});
+    const auto outcome = through("in.exr", "o.png", bright);
+    EXPECT_EQ(outcome.code, 0) << outcome.text();
+    EXPECT_TRUE(contains(outcome.err, "1 pixels clamped")) << outcome.err;
+    bright.insert(bright.end(), {"--overflow", "refuse"});
+    EXPECT_EQ(through("in.exr", "o.png", bright).code, 5);
+}
+
 TEST_F(OcioTest, WhatDoesNotFitAfterTheTransformIsAnErrorOrClamped) {
     const float inf = std::numeric_limits<float>::infinity();
     write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}, {inf, 0.1f, 0.1f, 1}});
@@ -235,6 +246,37 @@ TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     EXPECT_TRUE(contains(again(), "1 skipped"));
     write_text(at("half.spi1d"), table("0.25"));
     EXPECT_TRUE(contains(again(), "1 written"));
+}
+
+// A context variable chooses the table: another file of the same size and time.
+TEST_F(OcioTest, AnOutputIsMadeAgainWhenAContextVariableHasChanged) {
+    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
+    const auto table = [](const char* last) {
+        return std::string("Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n") + last + "\n}\n";
+    };
+    std::string tabled = kConfig;
+    const std::string matrix =
+        "!<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, "
+        "0, 0, 0, 0, 1]}";
+    tabled.replace(tabled.find(matrix), matrix.size(), "!<FileTransform> {src: $SHOT.spi1d}");
+    write_text(at("config.ocio"), tabled);
+    write_text(at("one.spi1d"), table("0.50"));
+    write_text(at("two.spi1d"), table("0.25"));
+    std::filesystem::last_write_time(at("two.spi1d"),
+                                     std::filesystem::last_write_time(at("one.spi1d")));
+    const auto again = [&](const char* shot) {
+        return run({"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.png"),
+                    "--on-existing", "skip", "--output-transfer", "view", "--ocio-view", "Halved",
+                    "--ocio", at("config.ocio")},
+                   {.environment = {{"SHOT", shot}}})
+            .err;
+    };
+    EXPECT_TRUE(contains(again("one"), "1 written"));
+    EXPECT_TRUE(contains(again("one"), "1 skipped"));
+    const float first = read_picture(at("out/o.png")).values.front();
+    EXPECT_TRUE(contains(again("two"), "1 written"));
+    EXPECT_NEAR(read_picture(at("out/o.png")).values.front(), first / 2, 1e-3);
+    EXPECT_TRUE(contains(again("two"), "1 skipped"));
 }
 
 TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {

@@ -87,6 +87,60 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
         EXPECT_EQ(read_color(out(frame)), made[size_t(frame - 1)]) << frame;
 }
 
+// What the image says made it, or nothing if it cannot be read just now.
+std::string made_by(const std::string& path) {
+    const auto file = io::ExrFile::open(path);
+    if (!file.ok()) return "";
+    const auto found = file->parts()[0].attributes.find("postchain");
+    return found == file->parts()[0].attributes.end() ? "" : found->second;
+}
+
+TEST_F(SurvivalTest, TwoRunsOnOneOutputLeaveImagesWithTheirOwnSidecars) {
+    write_sequence(at(""), {1, 2, 3, 4, 5, 6}, 96, 64);
+    for (int round = 0; round < 3; ++round) {
+        const auto command = [&](const char* chain) {
+            return with_command({"run", at(chain), "-i", in(), "-o", out(), "--on-existing",
+                                 "overwrite", "--png", "-q"});
+        };
+        Process one(command("fxaa.yaml")), other(command("motion_blur.yaml"));
+        const auto first = one.wait(), second = other.wait();
+        EXPECT_EQ(first.code, 0) << first.text();
+        EXPECT_EQ(second.code, 0) << second.text();
+        for (int frame = 1; frame <= 6; ++frame)
+            EXPECT_EQ(sidecar(frame)["work"], made_by(out(frame))) << round << " " << frame;
+    }
+}
+
+// Killed between the image and its sidecar, a run leaves no sidecar of another image.
+TEST_F(SurvivalTest, AKilledRunLeavesNoSidecarOfAnotherImage) {
+    write_sequence(at(""), {1}, 96, 64);
+    int between = 0;
+    for (int round = 0; round < 8; ++round) {
+        ASSERT_EQ(filter("fxaa", {"--on-existing", "overwrite"}).code, 0);
+        const std::string old = made_by(out(1));
+        Process process(over_and_over());
+        while (process.running() && made_by(out(1)) == old) {
+        }
+        process.send(SIGKILL);
+        process.wait();
+        EXPECT_NE(made_by(out(1)), old);
+        if (exists(out(1) + ".json"))
+            EXPECT_EQ(sidecar(1)["work"], made_by(out(1)));
+        else
+            ++between;
+        for (const auto& name : temporaries(at("out"))) fs::remove(at("out/" + name));
+    }
+    RecordProperty("between", between);
+    // Without a sidecar of its own, none of an earlier image stays either.
+    ASSERT_EQ(filter("fxaa", {"--on-existing", "overwrite"}).code, 0);
+    ASSERT_EQ(filter("all", {"--on-existing", "overwrite", "--no-sidecar"}).code, 0);
+    EXPECT_FALSE(exists(out(1) + ".json"));
+    // A file of that name that is no sidecar stays.
+    write_text(out(1) + ".json", "{\"work\": \"mine\"}");
+    ASSERT_EQ(filter("fxaa", {"--on-existing", "overwrite", "--no-sidecar"}).code, 0);
+    EXPECT_TRUE(exists(out(1) + ".json"));
+}
+
 TEST_F(SurvivalTest, SignalsEndARunWithoutTemporaries) {
     write_frame(in(1), make_planes(96, 64));
     for (int frame = 2; frame <= 300; ++frame) fs::copy_file(in(1), in(frame));
@@ -95,7 +149,9 @@ TEST_F(SurvivalTest, SignalsEndARunWithoutTemporaries) {
         int code;
     } cases[] = {{SIGINT, 130}, {SIGTERM, 143}, {SIGHUP, 129}};
     for (const auto& expected : cases) {
-        Process process(over_and_over());
+        Arguments said = over_and_over();
+        said.pop_back();  // -q
+        Process process(said);
         for (int wait = 0; wait < 6000 && outputs().size() < 3; ++wait) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
             if (!process.running()) break;
@@ -103,6 +159,8 @@ TEST_F(SurvivalTest, SignalsEndARunWithoutTemporaries) {
         process.send(expected.signal);
         const auto outcome = process.wait();
         EXPECT_EQ(outcome.code, expected.code) << outcome.text();
+        EXPECT_TRUE(contains(outcome.err, "the same command with --on-existing skip goes on"))
+            << outcome.err;
         EXPECT_EQ(temporaries(at("out")), std::vector<std::string>());
         const auto names = outputs();
         EXPECT_GE(names.size(), 3u);

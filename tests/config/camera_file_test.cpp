@@ -126,6 +126,42 @@ TEST(CameraFile, WarnsOfAMisspeltKey) {
                             "'focal_lenght_mm' (did you mean 'focal_length_mm'?)"));
 }
 
+TEST(CameraFile, WarnsOfAKeyInAnotherForm) {
+    const std::pair<const char*, const char*> keys[] = {
+        {"shutterFrames", "shutter_frames"},
+        {"fStop", "f_stop"},
+        {"F_Stop", "f_stop"},
+        {"metersPerUnit", "meters_per_unit"},
+        {"FOCAL_LENGTH", "focal_length_mm"},
+        {"focalLength", "focal_length_mm"},
+        {"sensor_width_cm", "sensor_width_mm"},
+        {"focusDistanceM", "focus_distance"},
+        {"shutterAngle", "shutter_angle_deg"},
+        {"camera-matrix-world", "camera_matrix_world"}};
+    for (const auto& [given, known] : keys)
+        EXPECT_THAT(
+            messages_of(concat("{\"", given, "\": 1, \"cats_eye\": 0.5}")),
+            ElementsAre(concat("camera.json:1:2: warning: ", given, ": ignored: unknown key '",
+                               given, "' (did you mean '", known, "'?)")));
+}
+
+TEST(CameraFile, TakesTheShutterAsAnAngle) {
+    const CameraFile file =
+        parse("{\"shutter_angle_deg\": 180,\n \"frames\": {\"3\": {\"shutter_angle_deg\": 90}}}");
+    EXPECT_THAT(texts(file.diagnostics), IsEmpty());
+    EXPECT_EQ(file.camera_for(1, kHd).shutter_frames, 0.5);
+    EXPECT_EQ(file.camera_for(3, kHd).shutter_frames, 0.25);
+    EXPECT_EQ(file.origins_for(3).at("shutter_frames").where, "camera.json:2");
+    EXPECT_THAT(messages_of("{\"shutter_angle_deg\": -180}"),
+                ElementsAre(HasSubstr("error: shutter_angle_deg: -0.5 is out of range; "
+                                      "shutter_frames is a number")));
+    EXPECT_THAT(messages_of("{\"shutter_angle_deg\": \"wide\"}"),
+                ElementsAre(HasSubstr("error: shutter_angle_deg: ")));
+    EXPECT_THAT(messages_of("{\"shutter_frames\": 0.5, \"shutter_angle_deg\": 180}"),
+                ElementsAre("camera.json:1:25: error: shutter_angle_deg: shutter_frames and "
+                            "shutter_angle_deg are both given; give one of them"));
+}
+
 TEST(CameraFile, TakesOtherProgramsKeysForWhatTheyAre) {
     for (const char* key : {"shutter_position", "lens", "scene", "z", "fov", "near_plane"})
         EXPECT_THAT(messages_of(concat("{\"", key, "\": 1, \"f_stop\": 2}")),

@@ -10,6 +10,7 @@
 
 #include "config/chain_find.h"
 #include "fake_passes.h"
+#include "passes/registry.h"
 
 namespace postchain {
 namespace {
@@ -98,6 +99,38 @@ TEST(ChainFile, JsonMeansTheSame) {
     ASSERT_THAT(texts(json.diagnostics), IsEmpty());
     EXPECT_EQ(json.chain.text(), parse(kYaml).chain.text());
     EXPECT_EQ(json.chain.hash(), parse(kYaml).chain.hash());
+}
+
+TEST(ChainFile, AParameterThatTheModeDoesNotReadIsAnError) {
+    EXPECT_THAT(errors_of(chain_of("smear: {mode: narrow, factor: 2}")),
+                ElementsAre("c.yaml:3:27: error: passes[0].factor: has no effect with mode: "
+                            "narrow; remove it, or set mode: wide"));
+    // By the mode, wherever it stands; a value of null is none.
+    EXPECT_THAT(errors_of(chain_of("smear: {factor: 2, mode: slim}")),
+                testing::Contains(HasSubstr("has no effect with mode: narrow")));
+    EXPECT_THAT(errors_of(chain_of("smear: {mode: wide, factor: 2}")), IsEmpty());
+    const ChainFile paper = parse_chain(
+        "postchain: 1\npasses:\n  - depth_of_field: {method: gilham, samples: 8, cats_eye: .3, "
+        "aperture_blades: null}\n",
+        "c.yaml", builtin_passes());
+    EXPECT_THAT(texts(paper.diagnostics),
+                ElementsAre("c.yaml:3:38: error: passes[0].samples: has no effect with method: "
+                            "gilham; remove it, or set method: inverse_warp",
+                            "c.yaml:3:50: error: passes[0].cats_eye: has no effect with method: "
+                            "gilham; remove it, or set method: inverse_warp"));
+    EXPECT_EQ(paper.status().code(), StatusCode::chain);
+}
+
+TEST(ChainFile, AnUnreadValueIsNotPartOfTheChain) {
+    // Not of its text and hash, which identify what made a frame, and not of the written file.
+    ChainFile one = parse(chain_of("smear: {mode: narrow}"));
+    ChainFile other =
+        parse_chain(chain_of("smear: {mode: narrow}"), "c.yaml", fake_passes(), {"smear.factor=2"});
+    EXPECT_EQ(smear(*other.chain.links[0].pass).factor, 2);
+    EXPECT_EQ(one.chain.hash(), other.chain.hash());
+    EXPECT_EQ(one.chain.text().find("factor"), std::string::npos);
+    EXPECT_EQ(write_chain(other.chain).find("factor"), std::string::npos);
+    EXPECT_TRUE(parse(write_chain(other.chain)).status().ok());
 }
 
 TEST(ChainFile, AcceptsEmptyForms) {

@@ -24,7 +24,8 @@ const ParameterTable& smear_table() {
             .integer("samples", &Smear::samples,
                      {.min = 1, .max = 255, .odd = true, .former = {.keys = {"taps"}}})
             .number("amount", &Smear::amount, {.min = 0, .max = 10, .help = "how much | at most"})
-            .integer("factor", &Smear::factor, {.allowed = {1, 2, 4}})
+            .integer("factor", &Smear::factor,
+                     {.allowed = {1, 2, 4}, .read_if = {{{"mode", {"wide"}}}}})
             .boolean("dither", &Smear::dither, {})
             .number("shutter_frames", &Smear::shutter_frames,
                     {.min = 0, .max = 4, .unit = "frames", .excludes = "shutter_angle_deg"})

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "chain/printable.h"
 #include "config/camera_file.h"
 #include "config/chain_file.h"
 #include "fake_passes.h"
@@ -55,6 +56,30 @@ TEST(Override, FormerNamesAreReadWithAWarning) {
     EXPECT_TRUE(file.status().ok());
     EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_frames, std::nullopt);
     EXPECT_EQ(smear(*file.chain.links[0].pass).shutter_angle_deg, 90.0);
+}
+
+TEST(Override, WarnsOfWhatHasNoEffect) {
+    // What --set names itself.
+    ChainFile file = parse(kChain, {"smear.mode=narrow", "smear.factor=2"});
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_THAT(texts(file.diagnostics),
+                ElementsAre("--set smear.factor=2: warning: passes[0].factor: has no effect with "
+                            "mode: narrow; remove it, or set mode: wide"));
+    // A value of the chain file that another mode does not read.
+    const char* given = "postchain: 1\npasses:\n  - smear: {factor: 2}\n";
+    file = parse(given, {"smear.mode=narrow"});
+    EXPECT_TRUE(file.status().ok());
+    EXPECT_THAT(texts(file.diagnostics),
+                ElementsAre("--set smear.mode=narrow: warning: passes[0].factor: has no effect "
+                            "with mode: narrow; remove it, or set mode: wide (given in c.yaml:3)"));
+    EXPECT_THAT(texts(parse(given, {"smear.mode=narrow", "smear.factor=null"}).diagnostics),
+                ElementsAre(HasSubstr("error: passes[0].factor: no value")));
+    EXPECT_THAT(texts(parse(kChain, {"smear.mode=wide", "smear.factor=2"}).diagnostics), IsEmpty());
+    // The file is judged as it is: --set does not mend it, and adds no second message.
+    EXPECT_THAT(texts(parse("postchain: 1\npasses:\n  - smear: {mode: narrow, factor: 2}\n",
+                            {"smear.samples=51"})
+                          .diagnostics),
+                ElementsAre(HasSubstr("c.yaml:3:27: error: passes[0].factor")));
 }
 
 TEST(Override, SetsAPoint) {
@@ -142,7 +167,7 @@ TEST(Override, IsAUsageErrorThatNamesTheText) {
     for (const auto& [text, message] : wrong) {
         const ChainFile file = parse(kChain, {text});
         EXPECT_EQ(file.status().code(), StatusCode::usage) << text;
-        EXPECT_THAT(file.status().message(), HasSubstr("--set " + text + ": error: "));
+        EXPECT_THAT(file.status().message(), HasSubstr(printable("--set " + text + ": error: ")));
         EXPECT_THAT(file.status().message(), HasSubstr(message));
     }
 }

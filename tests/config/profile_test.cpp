@@ -235,7 +235,7 @@ TEST(Views, OfMultiViewChannelNames) {
         for (const char* view : {".left", ".right"})
             file.parts[0].channels.push_back(name.substr(0, dot) + view + name.substr(dot));
     }
-    const ProfileMatch left = detect(file);
+    const ProfileMatch left = detect(file, "", "left");
     EXPECT_EQ(left.view, "left");
     EXPECT_EQ(left.layer, "ViewLayer");
     EXPECT_THAT(channels(left, Role::inverse_depth), ElementsAre("ViewLayer.Depth.left.Z"));
@@ -249,10 +249,22 @@ TEST(Views, OfMultiViewChannelNames) {
     EXPECT_THAT(failure(one_part(kCycles), "", "left").message(), HasSubstr("it has no views"));
 }
 
+TEST(Views, MustBeChosenIfThereAreSeveral) {
+    FileChannels file = one_part({"R", "G", "B", "right.R", "right.G", "right.B"});
+    file.views = {"left", "right"};
+    const Status several = failure(file);
+    EXPECT_EQ(several.code(), StatusCode::usage);
+    EXPECT_EQ(several.message(), "several views: left, right; choose one with --view");
+    // A file of one view of several: a renderer may write each to a file of its own.
+    FileChannels one = one_part({"R", "G", "B"});
+    one.views = {"left", "right"};
+    EXPECT_EQ(detect(one).view, "left");
+}
+
 TEST(Views, TheDefaultViewHasPlainNames) {
     FileChannels file = one_part({"R", "G", "B", "right.R", "right.G", "right.B", "Z"});
     file.views = {"left", "right"};
-    EXPECT_THAT(channels(detect(file), Role::color), ElementsAre("R", "G", "B"));
+    EXPECT_THAT(channels(detect(file, "", "left"), Role::color), ElementsAre("R", "G", "B"));
     EXPECT_THAT(channels(detect(file, "", "right"), Role::color),
                 ElementsAre("right.R", "right.G", "right.B"));
     EXPECT_FALSE(detect(file, "", "right").roles.contains(Role::inverse_depth));
@@ -279,8 +291,8 @@ TEST(Parts, OnePerLayerAndView) {
                                  {"ViewLayer.Depth.left", "left", {"Z"}},
                                  {"ViewLayer.Depth.right", "right", {"Z"}}},
                                 {}};
-    EXPECT_EQ(detect(views).profile, "cycles");
-    EXPECT_EQ(detect(views).roles.at(Role::inverse_depth).part, 2);
+    EXPECT_EQ(detect(views, "", "left").profile, "cycles");
+    EXPECT_EQ(detect(views, "", "left").roles.at(Role::inverse_depth).part, 2);
     EXPECT_EQ(detect(views, "", "right").roles.at(Role::color).part, 1);
     EXPECT_EQ(detect(views, "", "right").roles.at(Role::inverse_depth).part, 3);
 }

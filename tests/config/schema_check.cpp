@@ -50,9 +50,10 @@ bool holds(const std::string& word, const TextNode& node, const TextNode& value,
         return false;
     }
     if (word == "not") return !valid(node, value);
-    if (word == "allOf" || word == "oneOf") {
+    if (word == "allOf" || word == "anyOf" || word == "oneOf") {
         size_t good = 0;
         for (const auto& item : value.items) good += valid(node, item) ? 1 : 0;
+        if (word == "anyOf") return good > 0;
         return word == "allOf" ? good == value.items.size() : good == 1;
     }
     if (word == "$ref") {
@@ -100,29 +101,18 @@ bool holds(const std::string& word, const TextNode& node, const TextNode& value,
 }
 
 bool is_known(const std::string& word) {
-    for (const char* known : {"type",
-                              "const",
-                              "enum",
-                              "not",
-                              "allOf",
-                              "oneOf",
-                              "$ref",
-                              "items",
-                              "minItems",
-                              "maxItems",
-                              "required",
-                              "properties",
-                              "additionalProperties",
-                              "minProperties",
-                              "maxProperties",
-                              "minimum",
-                              "exclusiveMinimum",
-                              "maximum",
-                              "multipleOf",
-                              "description",
-                              "title",
-                              "default",
-                              "$schema",
+    for (const char* known : {"type",          "const",
+                              "enum",          "not",
+                              "allOf",         "anyOf",
+                              "oneOf",         "$ref",
+                              "items",         "minItems",
+                              "maxItems",      "required",
+                              "properties",    "additionalProperties",
+                              "minProperties", "maxProperties",
+                              "minimum",       "exclusiveMinimum",
+                              "maximum",       "multipleOf",
+                              "description",   "title",
+                              "default",       "$schema",
                               "$defs"})
         if (word == known) return true;
     return false;

@@ -83,7 +83,8 @@ TEST(Schema, AgreesWithTheParser) {
         "passes: [{tint: {gain: 0}}]",
         "passes: [{tint: {gain: null}}]",
         "passes: [{tint: {limit: 100.5}}]",
-        "passes: [{smear: {shutter_frames: 1, shutter_angle_deg: 1}}]"};
+        "passes: [{smear: {shutter_frames: 1, shutter_angle_deg: 1}}]",
+        "passes: [{smear: {mode: narrow, factor: 2}}]"};
     for (const auto& [list, expected] : {std::pair(&good, true), std::pair(&bad, false)}) {
         for (const std::string& body : *list) {
             const std::string text = "postchain: 1\n" + body + "\n";

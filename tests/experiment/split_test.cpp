@@ -123,12 +123,10 @@ TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
     EXPECT_THAT(many.text(), ::testing::HasSubstr("seed=3"));
     EXPECT_THAT(chain.text(), ::testing::HasSubstr("samples=9"));  // unchanged
     EXPECT_THAT(changes,
-                ::testing::UnorderedElementsAre(
-                    "passes[0].motion_blur.samples 9 -> 401", "passes[0].motion_blur.seed averaged",
-                    "passes[0].motion_blur.path_px_per_time 2 -> 0.1",
-                    "passes[1].depth_of_field.downsample 4 -> 1",
-                    "passes[1].depth_of_field.samples 32 -> 512",
-                    "passes[1].depth_of_field.seed averaged", "passes[2].fxaa does not sample"));
+                ::testing::UnorderedElementsAre("passes[0].motion_blur.samples 9 -> 401",
+                                                "passes[0].motion_blur.seed averaged",
+                                                "passes[1].depth_of_field.downsample 4 -> 1",
+                                                "passes[2].fxaa does not sample"));
     EXPECT_TRUE(samples(chain));
     EXPECT_FALSE(samples(test::parse("postchain: 1\npasses: [fxaa]\n")));
     EXPECT_THAT(with_seed_offset(chain, 2).text(), ::testing::HasSubstr("seed=5"));

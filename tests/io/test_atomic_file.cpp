@@ -6,7 +6,11 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <sys/xattr.h>
 #include <unistd.h>
+
+#include <mutex>
+#include <thread>
 
 #include "tests/io/exr_files.h"
 #include "tools/sequence/files/atomic_file.h"
@@ -38,6 +42,64 @@ TEST(AtomicFile, TheNameAppearsOnlyOnCommit) {
     ASSERT_TRUE(done.ok() && *done);
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
     EXPECT_EQ(file_bytes(folder.path("a.txt")), "hello");
+}
+
+TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
+    const TempFolder folder;
+    const std::string path = folder.path("a.txt");
+    test::set_file_bytes(path, "old");
+    ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
+    const bool is_root = ::geteuid() == 0;
+    if (is_root) ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
+    const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0;
+    ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::overwrite).ok());
+    EXPECT_EQ(file_bytes(path), "new");
+    struct stat info;
+    ASSERT_EQ(::stat(path.c_str(), &info), 0);
+    EXPECT_EQ(info.st_mode & 07777, 0640u);
+    if (is_root) {
+        EXPECT_EQ(info.st_uid, 12345u);
+        EXPECT_EQ(info.st_gid, 23456u);
+    }
+    char value[8] = {};
+    EXPECT_EQ(::getxattr(path.c_str(), "user.shot", value, 8), has_attributes ? 4 : -1);
+    EXPECT_EQ(std::string(value), has_attributes ? "0x10" : "");
+    // A new file is as the system makes it.
+    ASSERT_TRUE(atomic_write_text(folder.path("b.txt"), "new", OnExisting::overwrite).ok());
+    ASSERT_EQ(::stat(folder.path("b.txt").c_str(), &info), 0);
+    EXPECT_EQ(info.st_uid, ::geteuid());
+}
+
+TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
+    const TempFolder folder;
+    const std::string path = folder.path("a.exr");
+    int inside = 0, most = 0, times = 0;
+    std::mutex counted;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i)
+        threads.emplace_back([&] {
+            for (int k = 0; k < 20; ++k) {
+                const auto lock = ReplaceLock::take(path);
+                ASSERT_TRUE(lock.ok()) << lock.status().message();
+                {
+                    const std::lock_guard count(counted);
+                    most = std::max(most, ++inside);
+                    ++times;
+                }
+                ::usleep(200);
+                const std::lock_guard count(counted);
+                --inside;
+            }
+        });
+    for (auto& thread : threads) thread.join();
+    EXPECT_EQ(most, 1);
+    EXPECT_EQ(times, 80);
+    EXPECT_THAT(folder.names(), IsEmpty());
+    // One that a killed process has left is in no one's way, and counts as a temporary.
+    test::set_file_bytes(folder.path(".a.exr.0.tmp"), "");
+    EXPECT_TRUE(ReplaceLock::take(path).ok());
+    EXPECT_THAT(folder.names(), IsEmpty());
+    EXPECT_TRUE(is_temporary_of(".a.exr.0.tmp", "a.exr"));
 }
 
 TEST(AtomicFile, LeavesNothingWithoutCommit) {

@@ -86,13 +86,14 @@ TEST_F(OcioConfig, NamesItsTablesInEveryFolderOfItsSearchPath) {
         "!<GroupTransform> {children: [!<FileTransform> {src: a.spi1d}, !<FileTransform> {src: "
         "/tables/b.spi1d}]}",
         "luts:/shared");
-    const auto files = calls().ocio_files(at("c.ocio"));
+    const auto files = calls().ocio_sources(at("c.ocio"));
     ASSERT_TRUE(files.ok()) << files.status().message();
-    EXPECT_THAT(*files, UnorderedElementsAre(at("c.ocio"), at("luts/a.spi1d"), "/shared/a.spi1d",
-                                             "/tables/b.spi1d"));
-    EXPECT_EQ(files->front(), at("c.ocio"));
+    EXPECT_THAT(files->files, UnorderedElementsAre(at("c.ocio"), at("luts/a.spi1d"),
+                                                   "/shared/a.spi1d", "/tables/b.spi1d"));
+    EXPECT_EQ(files->files.front(), at("c.ocio"));
     write_config("!<FileTransform> {src: ../a.spi1d}");
-    EXPECT_THAT(*calls().ocio_files(at("c.ocio")), ElementsAre(at("c.ocio"), at("../a.spi1d")));
+    EXPECT_THAT(calls().ocio_sources(at("c.ocio"))->files,
+                ElementsAre(at("c.ocio"), at("../a.spi1d")));
     // Also in looks; in configurations of version 2 also in views and named transforms.
     write("c.ocio",
           "ocio_profile_version: 2\n"
@@ -109,20 +110,20 @@ TEST_F(OcioConfig, NamesItsTablesInEveryFolderOfItsSearchPath) {
           "colorspaces: [!<ColorSpace> {name: lin}]\n"
           "named_transforms: [!<NamedTransform> {name: log, transform: !<FileTransform> {src: "
           "named.spi1d}}]\n");
-    const auto all = calls().ocio_files(at("c.ocio"));
+    const auto all = calls().ocio_sources(at("c.ocio"));
     ASSERT_TRUE(all.ok()) << all.status().message();
-    EXPECT_THAT(*all, UnorderedElementsAre(at("c.ocio"), at("look.spi1d"), at("view.spi1d"),
-                                           at("glass.spi1d"), at("named.spi1d")));
+    EXPECT_THAT(all->files, UnorderedElementsAre(at("c.ocio"), at("look.spi1d"), at("view.spi1d"),
+                                                 at("glass.spi1d"), at("named.spi1d")));
 }
 
 TEST_F(OcioConfig, ThatCannotBeUsedIsRefused) {
-    EXPECT_THAT(calls().ocio_files(at("c.ocio")).status().message(), HasSubstr("no such file"));
+    EXPECT_THAT(calls().ocio_sources(at("c.ocio")).status().message(), HasSubstr("no such file"));
     write("c.ocio", "ocio_profile_version: [");
-    const Status status = calls().ocio_files(at("c.ocio")).status();
+    const Status status = calls().ocio_sources(at("c.ocio")).status();
     EXPECT_EQ(status.code(), StatusCode::input);
     EXPECT_THAT(status.message(), HasSubstr("c.ocio: not a usable OpenColorIO configuration"));
     write_config(times("2"));
-    EXPECT_TRUE(calls().ocio_files(at("c.ocio")).ok());
+    EXPECT_TRUE(calls().ocio_sources(at("c.ocio")).ok());
 }
 
 }  // namespace

@@ -3,6 +3,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -61,6 +65,51 @@ TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
 }
 
 // The name of a shipped chain looks like a file in the working folder.
+// A folder mounted a second time has other paths, and the same files.
+TEST_F(OutputFilesTest, AFolderMountedTwiceIsOneFolder) {
+    fs::create_directories(at("frames/deep"));
+    fs::create_directories(at("mounted"));
+    make("frames/in.0001.exr");
+    make("frames/deep/camera.json");
+    // In a child with mounts of its own. 77: mounting is not permitted here.
+    const pid_t child = ::fork();
+    if (child == 0) {
+        if (::unshare(CLONE_NEWNS) != 0 ||
+            ::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+            ::mount(at("frames").c_str(), at("mounted").c_str(), nullptr, MS_BIND, nullptr) != 0)
+            ::_exit(77);
+        int faults = 0;
+        const auto expect = [&](bool good, const char* what) {
+            if (!good) ::fprintf(stderr, "%s\n", what);
+            faults += !good;
+        };
+        const auto both = [&](const std::string& first, const std::string& second) {
+            OutputFiles all(OnExisting::overwrite, "skip or overwrite");
+            all.write(output(at(first)));
+            all.write(output(at(second)));
+            return all.check();
+        };
+        OutputFiles frame(OnExisting::overwrite, "skip or overwrite");
+        frame.read(pattern("frames/in.####.exr"), "the input");
+        frame.write(output(at("mounted/in.0007.exr")));
+        expect(!frame.check().ok(), "one more frame of the input");
+        expect(!both("frames/o.exr", "mounted/o.exr").ok(), "written twice");
+        expect(!both("frames/deep/o.exr", "mounted/deep/o.exr").ok(), "written twice, below");
+        expect(!both("frames/new/o.exr", "mounted/new/o.exr").ok(), "written twice, to be made");
+        expect(both("frames/o.exr", "mounted/p.exr").ok(), "two files");
+        OutputFiles folder(OnExisting::overwrite, "skip or overwrite");
+        folder.read({at("frames/deep/camera.json"), "the camera file"});
+        folder.write(OutputFolder{at("mounted"), "a report", "mark", "me", "choose another"});
+        expect(!folder.check_names().ok(), "the folder of an input");
+        ::_exit(faults);
+    }
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ASSERT_TRUE(WIFEXITED(status));
+    if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "mounting is not permitted";
+    EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
 TEST_F(OutputFilesTest, WhatIsNotThereIsNotRead) {
     fs::create_directory(at("report"));
     OutputFiles all;

@@ -303,6 +303,30 @@ TEST(ScanFolder, FilesThatDifferInTheirNumberAreOneSequence) {
     EXPECT_THAT((*found)[0].frames, ElementsAre(8, 9, 12, 10000));
 }
 
+TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
+    const TempFolder folder;
+    for (const char* name :
+         {"a.-010.exr", "a.-002.exr", "a.-001.exr", "a.0000.exr", "a.0001.exr",  // sign counted
+          "b.-0002.exr", "b.-0001.exr", "b.0000.exr",                            // sign not counted
+          "c.-2.exr", "c.-1.exr", "c.1.exr", "d_-03.exr", "d_-02.exr",           // only negative
+          "e-0001.exr", "e-0002.exr", "f.-0007.exr"})                            // a separator
+        test::set_file_bytes(folder.path(name), "x");
+    const auto found = scan_folder(folder.path(""));
+    ASSERT_TRUE(found.ok()) << found.status().message();
+    std::map<std::string, std::vector<int>> frames;
+    for (const auto& sequence : *found) {
+        frames[sequence.pattern.substr(folder.path("").size())] = sequence.frames;
+        EXPECT_EQ(list_of(sequence.pattern).frames, sequence.frames) << sequence.pattern;
+    }
+    const std::map<std::string, std::vector<int>> expected = {{"a.####.exr", {-10, -2, -1, 0, 1}},
+                                                              {"b.####.exr", {-2, -1, 0}},
+                                                              {"c.#.exr", {-2, -1, 1}},
+                                                              {"d_##.exr", {-3, -2}},
+                                                              {"e-####.exr", {1, 2}},
+                                                              {"f.-0007.exr", {-7}}};
+    EXPECT_EQ(frames, expected);
+}
+
 TEST(ScanFolder, WhatHasNoFrameIsAnError) {
     const TempFolder folder;
     const auto empty = scan_folder(folder.path(""));

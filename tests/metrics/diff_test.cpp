@@ -163,6 +163,41 @@ TEST_F(DiffTest, FailAboveExitsWithEight) {
     EXPECT_EQ(diff("a.exr", "a.exr", {"--fail-above", "flip=0"}).code, 0);
 }
 
+// Metrics read them as 0: no limit of another metric would notice.
+TEST_F(DiffTest, NonfinitePixelsFailEveryLimit) {
+    ImageF clean = metrics::gray(16, 12, 0), bad = clean;
+    bad.at(5, 5, 1) = std::numeric_limits<float>::quiet_NaN();
+    bad.at(6, 5, 1) = std::numeric_limits<float>::infinity();
+    write_rgb(at("clean.exr"), clean);
+    write_rgb(at("bad.exr"), bad);
+    const Outcome failed = diff("clean.exr", "bad.exr", {"--fail-above", "mse=1"});
+    EXPECT_EQ(failed.code, 8) << failed.text();
+    EXPECT_TRUE(contains(failed.err,
+                         "bad.exr: NaN or infinite pixels: 2, which every other "
+                         "metric reads as 0; mend the image, or allow them with "
+                         "nonfinite=2"))
+        << failed.err;
+    EXPECT_EQ(diff("bad.exr", "clean.exr", {"--fail-above", "mse=1"}).code, 8);
+    EXPECT_EQ(diff("clean.exr", "bad.exr", {}).code, 0);
+    const auto allowed = [&](const char* limit) {
+        return diff("clean.exr", "bad.exr", {"--fail-above", "mse=1", "--fail-above", limit}).code;
+    };
+    EXPECT_EQ(allowed("nonfinite=2"), 0);
+    EXPECT_EQ(allowed("nonfinite=1"), 8);
+}
+
+TEST_F(DiffTest, EqualImagesHaveAnInfinitePsnr) {
+    write_gray(at("a.exr"), 0.5, 8, 8);
+    const Outcome equal = diff("a.exr", "a.exr", {});
+    EXPECT_TRUE(contains(equal.out, "psnr             inf")) << equal.out;
+    EXPECT_TRUE(contains(equal.out, "ssim             none")) << equal.out;  // too small
+    // Which of the two it is stands beside the number, and the settings stand once.
+    EXPECT_TRUE(contains(equal.out, "flip             0             of values clamped to 0..1"))
+        << equal.out;
+    EXPECT_TRUE(contains(equal.out, "hdr_flip         0             over ")) << equal.out;
+    EXPECT_EQ(equal.out.find("pixels_per_degree"), equal.out.rfind("pixels_per_degree"));
+}
+
 TEST_F(DiffTest, UsageErrorsExitWithTwo) {
     write_gray(at("a.exr"), 0.5);
     write_sequences();

@@ -348,6 +348,31 @@ TEST_F(StoreTest, ADiskThatIsFull) {
     EXPECT_EQ(store_->jobs("", "", 1000)->size(), taken + 1);
 }
 
+// SQLite writes on into a file without a name: a job would be accepted and lost.
+TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
+    open();
+    add();
+    std::vector<std::string> said;
+    store_->on_loss([&](const std::string& text) { said.push_back(text); });
+    for (const bool replaced : {false, true}) {
+        said.clear();
+        fs::rename(path(), folder_.path("away.db"));
+        if (replaced) std::ofstream(path()) << "another";
+        const auto refused = store_->add(JobKind::run, "{}", 0, "", 100);
+        EXPECT_EQ(refused.status().code(), StatusCode::output);
+        EXPECT_NE(refused.status().message().find("store.db: the store was removed or replaced"),
+                  std::string::npos)
+            << refused.status().message();
+        EXPECT_FALSE(store_->in_place().ok());
+        EXPECT_EQ(said, std::vector<std::string>({refused.status().message()}));
+        fs::rename(folder_.path("away.db"), path());  // put back
+        EXPECT_TRUE(store_->in_place().ok());
+        add();
+    }
+    open();
+    EXPECT_EQ(store_->jobs("", "", 100)->size(), 3u);
+}
+
 TEST_F(StoreTest, AFolderThatIsNotThere) {
     const auto opened = JobStore::open(folder_.path("nowhere/store.db"), 3);
     ASSERT_FALSE(opened.ok());

@@ -7,13 +7,13 @@
 #include <cstdio>
 
 #include "chain/plan_print.h"
+#include "chain/printable.h"
 #include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/plan_summary.h"
-#include "tools/apps/postchain/printable.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/run/estimate.h"

@@ -5,9 +5,10 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "chain/printable.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/printable.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -53,16 +54,29 @@ Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
     return json;
 }
 
-std::string number_text(const std::optional<double>& value) {
-    if (!value) return "none";
+std::string number_text(double value) {
     char text[32];
-    std::snprintf(text, sizeof(text), "%.6g", *value);
+    std::snprintf(text, sizeof(text), "%.6g", value);
     return text;
 }
 
-void print_table(const Values& values) {
-    for (const auto& [name, value] : values)
-        std::printf("  %-16s %s\n", name.c_str(), number_text(value).c_str());
+// PSNR has no value only if the pictures are equal.
+std::string value_text(const std::string& name, const std::optional<double>& value) {
+    if (value) return number_text(*value);
+    return name == "psnr" ? "inf" : "none";
+}
+
+void print_table(const Values& values, const metrics::ExposureRange& range) {
+    for (const auto& [name, value] : values) {
+        std::string what;
+        if (name == "flip") what = "  of values clamped to 0..1";
+        if (name == "hdr_flip")
+            what = concat("  over ", range.count(), " exposures, EV ", number_text(range.start),
+                          " .. ", number_text(range.stop));
+        const std::string text = value_text(name, value);
+        std::printf("  %-16s %-*s%s\n", name.c_str(), what.empty() ? 0 : 12, text.c_str(),
+                    what.c_str());
+    }
 }
 
 void print_settings(const Json& settings) {
@@ -105,10 +119,17 @@ bool exceeds(const DiffWork& work, const Values& values, const std::string& wher
         for (const auto& [name, value] : values) {
             if (name != limit.metric || !value || !(*value > limit.value)) continue;
             exceeded = true;
-            log::error(concat(where, ": ", name, " ", number_text(value), " is above ",
+            log::error(concat(where, ": ", name, " ", number_text(*value), " is above ",
                               number_text(limit.value)));
         }
     return exceeded;
+}
+
+// Reports non-finite pixels that limits would not notice; true if there are any.
+bool hides_nonfinite(const DiffWork& work, uint64_t pixels, const std::string& where) {
+    const std::string fault = metrics::nonfinite_fault(work.limits, double(pixels));
+    if (!fault.empty()) log::error(concat(where, ": ", fault));
+    return !fault.empty();
 }
 
 // PNG: magma over 0..shown_max. EXR: the values.
@@ -241,17 +262,20 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
             print_line(json);
         } else if (work.sequence) {
             std::string text = concat("frame ", frame.number, ":");
-            for (const auto& [name, value] : values) text += " " + name + " " + number_text(value);
+            for (const auto& [name, value] : values)
+                text += " " + name + " " + value_text(name, value);
             std::printf("%s\n", text.c_str());
             std::fflush(stdout);
         } else {
             std::printf("%s against %s\n", printable(frame.b).c_str(), printable(frame.a).c_str());
-            print_table(values);
+            print_table(values, exposures);
         }
         exceeded |= exceeds(work, values, frame.b);
+        exceeded |= hides_nonfinite(work, pair->test.nonfinite, frame.b);
+        exceeded |= hides_nonfinite(work, pair->reference.nonfinite, frame.a);
         all.push_back(std::move(values));
     }
-    if (stop.asked()) return stop.exit_code();
+    if (stop.asked()) return stop.interrupted("no summary; run the same command again");
 
     const Json settings = settings_json(work, exposures);
     if (work.sequence) {
@@ -264,7 +288,7 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
         } else {
             std::printf("%s against %s, %zu frames\n", printable(diff.b).c_str(),
                         printable(diff.a).c_str(), all.size());
-            print_table(summary);
+            print_table(summary, exposures);
         }
         exceeded |= exceeds(work, summary, diff.b);
     }

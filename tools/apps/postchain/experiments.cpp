@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "chain/printable.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/assemble.h"
@@ -97,8 +97,8 @@ int finish(const report::Report& report, const Options& options, const std::stri
         std::fputs(report::report_as_json(report).c_str(), stdout);
     } else {
         if (report.comparison)
-            std::printf("%s\n%s\n", printable(report.comparison->verdict, Lines::keep).c_str(),
-                        report.comparison->claims.c_str());
+            std::printf("%s\n%s\n", printable(report.comparison->verdict).c_str(),
+                        printable(report.comparison->claims).c_str());
         if (report.kind == report::Kind::bench) print_curve(report);
         for (const auto& line : report.under) std::printf("%s\n", printable(line).c_str());
         std::printf("%s\n", printable(experiment::page_path(report)).c_str());
@@ -161,7 +161,7 @@ int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, 
     auto report =
         experiment::run_ab(first, second, settings, executor, progress_printer(), &stop.flag());
     log::progress("");
-    if (stop.asked()) return stop.exit_code();
+    if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
     if (!report.ok()) return fail(report.status());
     return finish(*report, options, settings.assets, *limits, true);
 }
@@ -223,7 +223,10 @@ int bench_subcommand(const Options& options, const ExperimentOptions& e, int arg
             return !stop.asked();
         });
     log::progress("");
-    if (!found.ok()) return stop.asked() ? stop.exit_code() : fail(found);
+    if (!found.ok())
+        return stop.asked()
+                   ? stop.interrupted("nothing is measured yet; run the same command again")
+                   : fail(found);
     auto context = egl::Context::create(*device);
     if (!context.ok()) return fail(context.status());
     settings.renderer = sequence::renderer_text((*context)->device());
@@ -232,7 +235,8 @@ int bench_subcommand(const Options& options, const ExperimentOptions& e, int arg
     auto report = experiment::run_bench(*variants, settings, *files, executor, progress_printer(),
                                         &stop.flag());
     log::progress("");
-    if (stop.asked()) return stop.exit_code();
+    if (stop.asked())
+        return stop.interrupted("the same command continues with what is not measured yet");
     if (!report.ok()) return fail(report.status());
     auto met = experiment::choose_under(*report, *under);
     if (!met.ok()) return fail(met.status());

@@ -4,10 +4,11 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "chain/printable.h"
 #include "config/profile_match.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/printable.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/json.h"
@@ -259,7 +260,7 @@ int look_at_others(const sequence::RunSettings& settings, const io::FrameList& l
     const StopOnSignal stop;
     LookedAt progress(frames.size());
     for (size_t i = 1; i < frames.size(); ++i) {
-        if (stop.asked()) return stop.exit_code();
+        if (stop.asked()) return stop.interrupted("run the same command again");
         const int frame = frames[i];
         const auto files = list.files.find(frame);
         auto header = files == list.files.end()

@@ -6,8 +6,8 @@
 
 #include <cstdio>
 
+#include "chain/printable.h"
 #include "chain/status.h"
-#include "tools/apps/postchain/printable.h"
 #include "tools/sequence/files/json.h"
 
 namespace postchain::log {
@@ -59,7 +59,7 @@ void write_as_is(Level level, const std::string& text) {
         logger().log(levels[index], "{}", io::json_text(line));
         return;
     }
-    logger().log(levels[index], "{}", printable(text, Lines::keep));
+    logger().log(levels[index], "{}", printable(text));
 }
 
 void progress(const std::string& text) {

@@ -10,6 +10,7 @@
 #include <new>
 #include <system_error>
 
+#include "chain/printable.h"
 #include "config/reporter.h"
 #include "tools/apps/postchain/completion.h"
 #include "tools/apps/postchain/describe.h"
@@ -19,7 +20,6 @@
 #include "tools/apps/postchain/inspect.h"
 #include "tools/apps/postchain/like.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/run.h"
 #include "tools/apps/postchain/scene.h"
 #include "tools/apps/postchain/selftest.h"
@@ -245,7 +245,7 @@ int main(int argc, char** argv) {
                      error.what());
     } catch (const std::exception& error) {
         std::fprintf(stderr, "postchain: error: unexpected failure: %s\n",
-                     postchain::printable(error.what(), postchain::Lines::keep).c_str());
+                     postchain::printable(error.what()).c_str());
     }
     if (postchain::stdout_failed()) {
         std::fprintf(stderr, "postchain: error: stdout cannot be written\n");

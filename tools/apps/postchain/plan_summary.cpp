@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "chain/plan_bytes.h"
+#include "chain/printable.h"
 #include "chain/text.h"
 #include "tools/sequence/run/layers_json.h"
 
@@ -81,7 +82,7 @@ void add_resolved(std::ostringstream& out, const sequence::ResolvedPass& pass) {
         found->second.push_back(words);
     }
     for (const auto& [place, words] : places)
-        out << "    " << place << ": " << joined(words) << "\n";
+        out << "    " << printable(place) << ": " << joined(words) << "\n";
 }
 
 std::string cost_of(const Plan& plan, int pass) {
@@ -103,15 +104,15 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
         << name_of(plan.precision) << "  chain " << hex_of(plan.chain_hash) << "\n";
     for (size_t i = 0; i < plan.passes.size(); ++i) {
         const PlanPass& pass = plan.passes[i];
-        out << "  " << i << " " << pass.type << ":" << changed_values(chain.links[i]) << " ("
-            << (pass.elided ? std::string("does not run") : cost_of(plan, int(i))) << ")\n";
+        out << "  " << i << " " << pass.type << ":" << printable(changed_values(chain.links[i]))
+            << " (" << (pass.elided ? std::string("does not run") : cost_of(plan, int(i))) << ")\n";
         if (planned.resolved && i < planned.resolved->passes.size())
             add_resolved(out, planned.resolved->passes[i]);
         add_left_out(out, plan, int(i), "    left out");
     }
     add_left_out(out, plan, -1, "  left out of the input");
     for (const auto& [neighbor, why] : plan.missing_neighbors)
-        out << "  no frame " << name_of(neighbor) << ": " << why << "\n";
+        out << "  no frame " << name_of(neighbor) << ": " << printable(why) << "\n";
     for (const auto& [place, w] : plan.inverse_depth_at)
         out << "  at " << text_of(ParameterValue(place)) << " is "
             << (w > 0 ? concat(1 / w, " scene units away") : "the sky") << "\n";

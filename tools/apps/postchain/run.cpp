@@ -135,7 +135,10 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
     log::info(concat(text, " of ", summary->total,
                      summary->total == 1 ? " frame in " : " frames in ",
                      seconds_text(summary->elapsed_s)));
-    return stop.asked() ? stop.exit_code() : exit_code(*summary);
+    if (!stop.asked()) return exit_code(*summary);
+    return stop.interrupted(concat(
+        summary->total - summary->written - summary->skipped - summary->held - summary->missing,
+        " frames are left; the same command with --on-existing skip goes on"));
 }
 
 }  // namespace postchain

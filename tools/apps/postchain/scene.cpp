@@ -92,7 +92,9 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
             return !stop.asked();
         });
     log::progress("");
-    if (stop.asked()) return stop.exit_code();
+    if (stop.asked())
+        return stop.interrupted(
+            "the scene is incomplete; run the same command again with --on-existing overwrite");
     if (!status.ok()) return fail(status);
     log::info(concat(request.frames.size(),
                      request.frames.size() == 1 ? " frame of " : " frames of ", scene.name,

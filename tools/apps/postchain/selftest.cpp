@@ -230,7 +230,7 @@ int selftest_subcommand(const Options& options, const std::string& only) {
         // A new executor, so that tests do not share device state.
         Executor executor(device);
         TestRow row = test_subject(executor, std::move(subject), stop);
-        if (stop.asked()) return stop.exit_code();
+        if (stop.asked()) return stop.interrupted("run the same command again");
         add(std::move(row));
     }
     if (with_files) add(test_files());

@@ -163,6 +163,7 @@ int serve_subcommand(const Options& options, const ServeOptions& serve) {
     work.attempts = serve.attempts;
     work.max_queue = size_t(serve.max_queue);
     work.version = kVersion;
+    work.log = [](const std::string& line) { log::error(line); };
     auto opened = service::Service::open(work, builtin_passes());
     if (!opened.ok()) return fail(opened.status());
     {

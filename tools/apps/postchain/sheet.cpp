@@ -193,7 +193,8 @@ int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
     size_t absent = 0, unreadable = 0;
     for (size_t i = 0; i < work.frames.size(); ++i) {
         const SheetFrame& frame = work.frames[i];
-        if (stop.asked()) return stop.exit_code();
+        if (stop.asked())
+            return stop.interrupted("no sheet is written; run the same command again");
         log::progress(concat("frame ", frame.number, ", ", i, " of ", work.frames.size(), " done"));
         page.label(int(i), concat(frame.number));
         for (int side = 0; side < work.sides; ++side) {

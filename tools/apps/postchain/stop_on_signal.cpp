@@ -5,6 +5,7 @@
 #include <csignal>
 
 #include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
 #include "tools/sequence/files/atomic_file.h"
 
 namespace postchain {
@@ -40,6 +41,12 @@ const std::atomic<bool>& StopOnSignal::flag() const {
 
 int StopOnSignal::exit_code() const {
     return kExitSignal + g_signal;
+}
+
+int StopOnSignal::interrupted(const std::string& how_to_go_on) const {
+    const char* name = g_signal == SIGINT ? "SIGINT" : g_signal == SIGTERM ? "SIGTERM" : "SIGHUP";
+    log::warning(concat("interrupted (", name, "); ", how_to_go_on));
+    return exit_code();
 }
 
 }  // namespace postchain

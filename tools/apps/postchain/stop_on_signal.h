@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <string>
 
 namespace postchain {
 
@@ -14,6 +15,8 @@ class StopOnSignal {
     bool asked() const { return flag(); }
     const std::atomic<bool>& flag() const;
     int exit_code() const;  // 128 + the signal's number: 130, 143, 129
+    // Warns that the command was interrupted, with what is done and how to go on; the exit code.
+    int interrupted(const std::string& how_to_go_on) const;
 };
 
 }  // namespace postchain

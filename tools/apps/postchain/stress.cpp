@@ -156,7 +156,7 @@ int stress_subcommand(const Options& options, const StressOptions& stress) {
                                          return !stop.asked();
                                      });
     log::progress("");
-    if (stop.asked()) return stop.exit_code();
+    if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
     if (!matrix.ok()) return fail(matrix.status());
 
     const std::string text = stress::matrix_as_text(*matrix);

@@ -3,12 +3,12 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "chain/printable.h"
 #include "config/text_tree.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/printable.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/measure/study/study_report.h"
@@ -86,7 +86,8 @@ int study_subcommand(const Options& options, const StudyOptions& s, int argc, ch
     auto done =
         study::work_on_tasks(*study, *folder, chunk, machine, progress_printer(), &stop.flag());
     log::progress("");
-    if (stop.asked()) return stop.exit_code();
+    if (stop.asked())
+        return stop.interrupted("the same command continues with what is not measured yet");
     if (!done.ok()) return fail(done.status());
     if (done->complete()) return finish(*study, *folder, options.json);
     log::info(

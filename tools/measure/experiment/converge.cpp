@@ -53,6 +53,7 @@ Chain converged_chain(const Chain& chain, std::vector<std::string>* changes) {
         if (changes && !samples(link))
             changes->push_back(concat("passes[", i, "].", link.type->name, " does not sample"));
         for (const Parameter& row : link.type->parameters->rows()) {
+            if (!link.type->parameters->unread(row, link.pass->parameters()).empty()) continue;
             const ParameterValue before = row.get(link.pass->parameters());
             if (row.convergence == Convergence::set) {
                 const ParameterValue value = row.type == ParameterType::integer

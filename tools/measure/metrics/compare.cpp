@@ -41,7 +41,7 @@ const std::vector<MetricRow>& metric_rows() {
         {"relmse", "mean of (I-R)^2 / (|R| + 0.01)^2", true, measured<relmse>},
         {"smape", "mean of 2|I-R| / (|I| + |R| + 0.02)", true, measured<smape>},
         {"mse", "mean of (I-R)^2", true, measured<mse>},
-        {"psnr", "dB after the display transform, peak 1; none if equal", false, measured<psnr>},
+        {"psnr", "dB after the display transform, peak 1; inf if equal", false, measured<psnr>},
         {"ssim", "on luma after the display transform; none below 11x11 pixels", false,
          measured<ssim>},
         {"nonfinite", "pixels of the tested image with NaN or Inf", true,

@@ -17,4 +17,14 @@ Result<MetricLimit> parse_limit(const std::string& option, const std::string& te
     return limit;
 }
 
+std::string nonfinite_fault(const std::vector<MetricLimit>& limits, double pixels) {
+    if (limits.empty() || !(pixels > 0)) return "";
+    for (const auto& limit : limits)
+        if (limit.metric == "nonfinite") return "";  // judged as the other metrics
+    return concat("NaN or infinite pixels: ", pixels,
+                  ", which every other metric reads as 0; mend the image, or allow them with "
+                  "nonfinite=",
+                  pixels);
+}
+
 }  // namespace postchain::metrics

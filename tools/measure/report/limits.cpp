@@ -38,6 +38,12 @@ std::vector<std::string> exceeding(const Report& report, const std::vector<Metri
                                        " is above ", limit.value));
         }
     }
+    for (const Variant& variant : report.variants)
+        if (const auto series = variant.metrics.find("nonfinite"); series != variant.metrics.end())
+            if (const std::string fault =
+                    metrics::nonfinite_fault(limits, series->second.mean.value_or(0));
+                !fault.empty())
+                lines.push_back(variant.name + ": " + fault);
     return lines;
 }
 

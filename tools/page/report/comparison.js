@@ -2,7 +2,7 @@
 import { h } from "../shared/dom.js";
 import { head, interval_marks, scroll } from "../shared/tables.js";
 import { number, signed, way_of } from "../shared/words.js";
-import { explain_intervals, kWorse } from "./explain.js";
+import { explain_intervals, kRelMse, kWorse } from "./explain.js";
 import { metric_name } from "./model.js";
 import { mean_cell, panel } from "./panel.js";
 
@@ -89,7 +89,8 @@ export function add_comparison({ model }, more) {
         `A: ${a.name}. B: ${b.name}. Differences are B \u2212 A (for metrics that are best at 1, ` +
         "how much further from 1), with 95 % intervals. " +
         `The axis reaches \u00b1${number(100 * reach, 2)} % of A; the line is the t-interval.` +
-        (table.querySelector(".worse") ? ` ${kWorse}` : ""),
+        (table.querySelector(".worse") ? ` ${kWorse}` : "") +
+        (model.metrics.some((m) => model.is_relative(m.name)) ? ` ${kRelMse}` : ""),
         comparison.claims && h("p", {}, comparison.claims),
         scroll("A against B", table), explain_intervals(comparison.bootstrap)));
 }

@@ -72,8 +72,11 @@ export function model_of(report, store) {
         (v) => Number.isFinite(v.metrics?.[m.name]?.mean)));
     model.metric = (name) => model.metrics.find((m) => m.name === name);
     model.mean = (variant, name) => variant.metrics?.[name]?.mean ?? undefined;
-    // Is a variant's mean worse than that of the unfiltered input?
+    // Is a variant's mean worse than that of the unfiltered input? relMSE cannot say it: see
+    // kRelMse in explain.js.
+    model.is_relative = (name) => name.startsWith("relmse");
     model.is_worse = (variant, name) => {
+        if (model.is_relative(name)) return false;
         const [mean, input] = [model.mean(variant, name),
             report.input_metrics?.[name]?.mean ?? undefined];
         return mean !== undefined && input !== undefined &&

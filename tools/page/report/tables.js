@@ -2,7 +2,7 @@
 import { h } from "../shared/dom.js";
 import { head } from "../shared/tables.js";
 import { number, short, way_of } from "../shared/words.js";
-import { kWorse } from "./explain.js";
+import { kRelMse, kWorse } from "./explain.js";
 import { metric_name } from "./model.js";
 import { follow, mean_cell, panel } from "./panel.js";
 
@@ -25,7 +25,8 @@ export function add_variants(page, more) {
                 number(model.mean(input.data, m.name))))) });
     const worse = rows.some(({ row }) => row.querySelector(".worse"));
     more.append(panel("Variants", "Means over frames; the hash opens the chain." +
-        (worse ? ` ${kWorse}` : ""),
+        (worse ? ` ${kWorse}` : "") +
+        (model.metrics.some((m) => model.is_relative(m.name)) ? ` ${kRelMse}` : ""),
         h("div", { class: "scroll" }, h("table", {}, head(["Variant"], ["Chain"],
             ...model.metrics.map((m) => [metric_name(m.name), "num", m.help, way_of(m)])),
         h("tbody", {}, rows.map(({ row }) => row))))));

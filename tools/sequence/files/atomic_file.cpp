@@ -1,9 +1,11 @@
 #include "tools/sequence/files/atomic_file.h"
 
 #include <fcntl.h>
+#include <linux/limits.h>
 #include <stdio.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -163,6 +165,12 @@ Opened open_temporary(const std::string& path) {
     return {-1, EEXIST, Opened::Step::open};
 }
 
+// ".NAME.NUMBER.tmp" beside it.
+std::string temporary_of(const std::string& path, int number) {
+    const size_t name = path.rfind('/') + 1;  // npos + 1 is 0
+    return concat(path.substr(0, name), ".", path.substr(name), ".", number, ".tmp");
+}
+
 // NAME of a temporary .NAME.PID.tmp, or nothing.
 std::string name_of_temporary(const std::string& temporary) {
     constexpr std::string_view kEnd = ".tmp";
@@ -190,8 +198,7 @@ Result<AtomicFile> AtomicFile::create(const std::string& path) try {
     AtomicFile file;
     file.path_ = path;
     file.folder_ = slash == std::string::npos ? "." : path.substr(0, std::max<size_t>(slash, 1));
-    file.temporary_ = concat(slash == std::string::npos ? "" : path.substr(0, slash + 1), ".", name,
-                             ".", std::to_string(::getpid()), ".tmp");
+    file.temporary_ = temporary_of(path, ::getpid());
     if (file.temporary_.size() >= PATH_MAX) return output_error(path, reason_of(ENAMETOOLONG));
     struct stat info;
     if (::stat(path.c_str(), &info) == 0 && S_ISDIR(info.st_mode)) {
@@ -328,9 +335,56 @@ Result<bool> AtomicFile::commit(OnExisting on_existing) try {
 }
 
 int AtomicFile::move_here(OnExisting on_existing) const {
-    if (on_existing == OnExisting::overwrite)
-        return ::rename(temporary_.c_str(), path_.c_str()) == 0 ? 0 : errno;
-    return rename_to_new(temporary_, path_);
+    if (on_existing != OnExisting::overwrite) return rename_to_new(temporary_, path_);
+    keep_attributes();
+    return ::rename(temporary_.c_str(), path_.c_str()) == 0 ? 0 : errno;
+}
+
+// Only root can give a file away, and some file systems have no attributes: what cannot be kept is
+// as for a new file.
+void AtomicFile::keep_attributes() const {
+    struct stat old;
+    if (::lstat(path_.c_str(), &old) != 0 || !S_ISREG(old.st_mode)) return;
+    if (::fchown(fd_, old.st_uid, old.st_gid) != 0) (void)!::fchown(fd_, uid_t(-1), old.st_gid);
+    (void)!::fchmod(fd_, old.st_mode & 0777);
+    std::vector<char> names(size_t(std::max<ssize_t>(::llistxattr(path_.c_str(), nullptr, 0), 0)));
+    const ssize_t listed = ::llistxattr(path_.c_str(), names.data(), names.size());
+    std::vector<char> value(XATTR_SIZE_MAX);
+    for (ssize_t at = 0; at < listed; at += ssize_t(std::strlen(&names[size_t(at)])) + 1) {
+        const char* name = &names[size_t(at)];
+        const ssize_t bytes = ::lgetxattr(path_.c_str(), name, value.data(), value.size());
+        if (bytes >= 0) (void)!::fsetxattr(fd_, name, value.data(), size_t(bytes), 0);
+    }
+}
+
+Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
+    ReplaceLock lock;
+    lock.path_ = temporary_of(path, 0);
+    for (;;) {
+        lock.fd_ = ::open(lock.path_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
+        if (lock.fd_ < 0) return output_error(path, concat("cannot lock it: ", reason_of(errno)));
+        int locked;
+        do locked = ::flock(lock.fd_, LOCK_EX);
+        while (locked != 0 && errno == EINTR);
+        struct stat info;
+        // The one before may have removed the file.
+        if (locked != 0 || ::fstat(lock.fd_, &info) != 0 || info.st_nlink > 0) break;
+        ::close(lock.fd_);
+    }
+    lock.live_ = enlist(lock.path_);
+    return lock;
+}
+
+ReplaceLock::ReplaceLock(ReplaceLock&& other) noexcept
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      live_(std::exchange(other.live_, nullptr)) {}
+
+ReplaceLock::~ReplaceLock() {
+    if (fd_ < 0) return;
+    ::unlink(path_.c_str());
+    if (live_ != nullptr) delist(live_);
+    ::close(fd_);
 }
 
 bool is_temporary_of(const std::string& temporary, const std::string& name) {

@@ -5,7 +5,8 @@
 // If the process is killed at any time, NAME holds the old file, the new one, or does not exist. A
 // temporary that a killed process has left is not locked; the next job that writes NAME removes it
 // (OutputFiles::remove_left_temporaries). The program must ignore SIGXFSZ, so that a file-size
-// limit is reported as an error (EFBIG).
+// limit is reported as an error (EFBIG). A file that replaces another keeps that one's mode, owner,
+// group and extended attributes, as far as the process may set them.
 #pragma once
 
 #include <cstdint>
@@ -57,6 +58,7 @@ class AtomicFile {
     AtomicFile() = default;
     Status fail(const char* action, int error);
     int move_here(OnExisting on_existing) const;  // 0 or errno; EEXIST: the name is taken
+    void keep_attributes() const;                 // of the file that will be replaced
 
     std::string path_;
     std::string temporary_;
@@ -68,6 +70,25 @@ class AtomicFile {
     int fd_ = -1;
     void* live_ = nullptr;  // entry in the registry of live temporaries
     Status failed_;
+};
+
+// While it lives, no other process has one for the same file: for a file and others beside it that
+// must be replaced together. It is a lock (flock) on .NAME.0.tmp, which counts as a temporary. On a
+// file system without locks nothing is excluded.
+class ReplaceLock {
+  public:
+    // Waits. Errors (output): the file to lock cannot be created.
+    static Result<ReplaceLock> take(const std::string& path);
+
+    ReplaceLock(ReplaceLock&& other) noexcept;
+    ReplaceLock& operator=(ReplaceLock&&) = delete;
+    ~ReplaceLock();
+
+  private:
+    ReplaceLock() = default;
+    std::string path_;
+    int fd_ = -1;
+    void* live_ = nullptr;  // entry in the registry of live temporaries
 };
 
 // Removes every uncommitted temporary of this process. Safe in a signal handler; writers that are

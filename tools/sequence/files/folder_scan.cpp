@@ -10,18 +10,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "shot.0012.exr" is "shot." 0012 ".exr".
+// "shot.-0012.exr" is "shot." -0012 ".exr".
 struct NameParts {
     std::string before, digits, after;
+    bool negative = false;
+
+    std::string number() const { return (negative ? "-" : "") + digits; }
+    // Padding to a width may count the sign or not.
+    size_t width() const { return digits.size() + (negative ? 1 : 0); }
+    bool is_padded() const { return digits.size() > 1 && digits[0] == '0'; }
 };
 
 NameParts parts_of(const std::string& name) {
-    const size_t dot = name.rfind('.');
-    size_t end = dot;
-    while (end > 0 && !is_digit(name[end - 1])) --end;
-    size_t begin = end;
-    while (begin > 0 && is_digit(name[begin - 1])) --begin;
-    return {name.substr(0, begin), name.substr(begin, end - begin), name.substr(end)};
+    const NumberPlace at = number_place(name);
+    return {name.substr(0, at.begin), name.substr(at.digits, at.end - at.digits),
+            name.substr(at.end), at.negative()};
 }
 
 bool is_exr(const std::string& name) {
@@ -36,16 +39,21 @@ bool is_exr(const std::string& name) {
 void add_sequences(const std::string& folder, const std::vector<NameParts>& names,
                    std::vector<FoundSequence>& found) {
     std::map<size_t, std::vector<NameParts>> by_width;
+    // Padded to its width, or wider than any padding: the width of the shortest without a zero.
+    for (const NameParts& name : names)
+        if (!name.negative || !name.is_padded())
+            by_width[name.is_padded() ? name.digits.size() : 0].push_back(name);
     for (const NameParts& name : names) {
-        // Padded to its width, or wider than any padding: the width of the shortest without a zero.
-        const bool padded = name.digits.size() > 1 && name.digits[0] == '0';
-        by_width[padded ? name.digits.size() : 0].push_back(name);
+        if (!name.negative || !name.is_padded()) continue;
+        const bool counts_sign =
+            !by_width.contains(name.digits.size()) && by_width.contains(name.width());
+        by_width[counts_sign ? name.width() : name.digits.size()].push_back(name);
     }
     // A number without a leading zero belongs to the padded ones of its width or less.
     if (auto plain = by_width.find(0); plain != by_width.end() && by_width.size() > 1) {
         std::vector<NameParts> stay;
         for (const NameParts& name : plain->second) {
-            auto home = by_width.upper_bound(name.digits.size());
+            auto home = by_width.upper_bound(name.width());
             --home;  // the widest padding that is not wider
             (home->first == 0 ? stay : home->second).push_back(name);
         }
@@ -57,7 +65,8 @@ void add_sequences(const std::string& folder, const std::vector<NameParts>& name
         size_t least = members[0].digits.size();
         for (const NameParts& name : members) {
             int frame = 0;
-            std::from_chars(name.digits.data(), name.digits.data() + name.digits.size(), frame);
+            const std::string number = name.number();
+            std::from_chars(number.data(), number.data() + number.size(), frame);
             sequence.frames.push_back(frame);
             least = std::min(least, name.digits.size());
         }
@@ -69,7 +78,7 @@ void add_sequences(const std::string& folder, const std::vector<NameParts>& name
         const NameParts& one = members[0];
         sequence.pattern =
             folder + one.before +
-            (members.size() == 1 ? one.digits : std::string(width ? width : least, '#')) +
+            (members.size() == 1 ? one.number() : std::string(width ? width : least, '#')) +
             one.after;
         found.push_back(std::move(sequence));
     }

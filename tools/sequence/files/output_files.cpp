@@ -13,8 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Missing folders keep the given name.
-std::string resolved_folder(const fs::path& folder) {
+std::string without_links(const fs::path& folder) {
     std::error_code error;
     const fs::path given = folder.empty() ? fs::path(".") : folder;
     const fs::path found = fs::weakly_canonical(given, error);
@@ -70,15 +69,41 @@ std::vector<std::string> names_in(const std::string& folder) {
 
 }  // namespace
 
+std::string FolderNames::name(const std::string& folder) const {
+    const std::string whole = without_links(folder);
+    for (std::string at = whole;; at = fs::path(at).parent_path().string()) {
+        struct stat info;
+        if (::stat(at.c_str(), &info) == 0)
+            if (const auto known = known_.find({info.st_dev, info.st_ino}); known != known_.end())
+                return at == whole ? known->second
+                                   : resolved_path(known->second,
+                                                   whole.substr(at == "/" ? 1 : at.size() + 1));
+        if (at.size() <= 1) return whole;
+    }
+}
+
+std::string FolderNames::add(const std::string& folder) {
+    const std::string whole = name(folder);
+    for (std::string at = whole;; at = fs::path(at).parent_path().string()) {
+        struct stat info;
+        if (::stat(at.c_str(), &info) == 0)
+            known_.emplace(FileIdentity(info.st_dev, info.st_ino), at);
+        if (at.size() <= 1) return whole;
+    }
+}
+
 OutputFiles::OutputFiles(OnExisting on_existing, std::string choices)
     : on_existing_(on_existing), choices_(std::move(choices)) {}
 
-std::string OutputFiles::resolved(const std::string& path) {
-    const std::string folder = fs::path(path).parent_path().string();
+std::string OutputFiles::add_folder(const std::string& folder) {
     auto known = resolved_folders_.find(folder);
     if (known == resolved_folders_.end())
-        known = resolved_folders_.emplace(folder, resolved_folder(folder)).first;
-    return resolved_path(known->second, name_of(path));
+        known = resolved_folders_.emplace(folder, folder_names_.add(folder)).first;
+    return known->second;
+}
+
+std::string OutputFiles::resolved(const std::string& path) {
+    return resolved_path(add_folder(fs::path(path).parent_path().string()), name_of(path));
 }
 
 void OutputFiles::read(const InputFile& file) {
@@ -86,16 +111,16 @@ void OutputFiles::read(const InputFile& file) {
     const std::string what = concat(file.what, " ", file.path);
     // Missing files are not read: the name of a shipped chain or profile is not a path.
     if (::stat(file.path.c_str(), &info) != 0) return;
-    inputs_.emplace(Identity(info.st_dev, info.st_ino), what);
+    inputs_.emplace(FileIdentity(info.st_dev, info.st_ino), what);
     input_at_.emplace(resolved(file.path), what);
     std::error_code error;
     if (fs::is_symlink(file.path, error))
-        input_at_.emplace(fs::canonical(file.path, error).string(), what);
+        input_at_.emplace(resolved(fs::canonical(file.path, error).string()), what);
 }
 
 void OutputFiles::read(const PathPattern& pattern, const std::string& what) {
     for (const auto& [frame, path] : pattern.discover()) read({path, what});
-    patterns_.push_back({resolved_folder(pattern.folder()), pattern, what});
+    patterns_.push_back({add_folder(pattern.folder()), pattern, what});
 }
 
 void OutputFiles::write(OutputFile file) {
@@ -105,11 +130,12 @@ void OutputFiles::write(OutputFile file) {
 }
 
 void OutputFiles::write(OutputFamily family) {
-    family.folder = resolved_folder(family.folder);
+    family.folder = add_folder(family.folder);
     families_.push_back(std::move(family));
 }
 
 void OutputFiles::write(OutputFolder folder) {
+    add_folder(folder.path);
     folders_.push_back(std::move(folder));
 }
 
@@ -166,7 +192,7 @@ Status OutputFiles::check_names() const {
     for (const OutputFamily& family : families_)
         if (Status status = family_names(family); !status.ok()) return status;
     for (const OutputFolder& folder : folders_)
-        if (const std::string input = input_in(resolved_folder(folder.path)); !input.empty())
+        if (const std::string input = input_in(folder_names_.name(folder.path)); !input.empty())
             return usage(folder.path,
                          concat("is the folder of ", folder.what, ", and ", input,
                                 ", which this job reads, lies in it; ", folder.remedy));
@@ -215,8 +241,8 @@ Status OutputFiles::existing(const std::vector<const OutputFile*>& files) const 
 Status OutputFiles::check_existing(const std::vector<std::string>& paths) const {
     std::vector<const OutputFile*> files;
     for (const std::string& path : paths) {
-        const auto known = file_at_.find(
-            resolved_path(resolved_folder(fs::path(path).parent_path()), name_of(path)));
+        const auto known = file_at_.find(resolved_path(
+            folder_names_.name(fs::path(path).parent_path().string()), name_of(path)));
         if (known != file_at_.end()) files.push_back(&files_[known->second]);
     }
     return existing(files);
@@ -275,12 +301,12 @@ Status OutputFiles::make_folders() const {
 }
 
 Result<OnExisting> OutputFiles::permit(const std::string& path) const {
-    const std::string folder = resolved_folder(fs::path(path).parent_path());
+    const std::string folder = folder_names_.name(fs::path(path).parent_path().string());
     const std::string whole = resolved_path(folder, name_of(path));
     if (const std::string harm = threat(path, whole); !harm.empty())
         return usage(path, "this file " + harm + "; it is not written");
     for (const OutputFolder& own : folders_)
-        if (is_in(whole, resolved_folder(own.path))) return OnExisting::overwrite;
+        if (is_in(whole, folder_names_.name(own.path))) return OnExisting::overwrite;
     bool known = file_at_.count(whole) > 0;
     for (const OutputFamily& family : families_)
         known = known || (folder == family.folder && family.has(name_of(path)));

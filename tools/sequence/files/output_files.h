@@ -13,7 +13,8 @@
 //    job's mark; otherwise nothing is written in it. The job's inputs must not be in it.
 //
 // Two paths are the same file if the system says so (hard links, symbolic links), or if they
-// resolve to one name in one folder (./a.exr, b/../a.exr, a folder that is a link).
+// resolve to one name in one folder (./a.exr, b/../a.exr, a folder that is a link or is mounted a
+// second time).
 #pragma once
 
 #include <sys/types.h>
@@ -59,6 +60,20 @@ struct OutputFolder {
     std::string remedy;
 };
 
+using FileIdentity = std::pair<dev_t, ino_t>;
+
+// One name for each folder, whichever links and mounts a path to it leads through.
+class FolderNames {
+  public:
+    // Absolute. Missing folders keep the given name, in the folder that exists.
+    std::string name(const std::string& folder) const;
+    // Remembers the folder and those above it by this name.
+    std::string add(const std::string& folder);
+
+  private:
+    std::map<FileIdentity, std::string> known_;
+};
+
 class OutputFiles {
   public:
     // `choices`: values of the verb's --on-existing that messages recommend: "skip or overwrite".
@@ -95,8 +110,7 @@ class OutputFiles {
         PathPattern names;
         std::string what;
     };
-    using Identity = std::pair<dev_t, ino_t>;
-
+    std::string add_folder(const std::string& folder);
     std::string resolved(const std::string& path);
     std::string threat(const std::string& path, const std::string& resolved) const;
     std::string input_in(const std::string& folder) const;
@@ -107,7 +121,7 @@ class OutputFiles {
 
     OnExisting on_existing_;
     std::string choices_;
-    std::map<Identity, std::string> inputs_;       // descriptions
+    std::map<FileIdentity, std::string> inputs_;   // descriptions
     std::map<std::string, std::string> input_at_;  // by resolved path
     std::vector<Pattern> patterns_;
     std::vector<OutputFile> files_;
@@ -115,7 +129,8 @@ class OutputFiles {
     std::vector<std::pair<size_t, size_t>> twice_;  // pairs of files that are the same
     std::vector<OutputFamily> families_;
     std::vector<OutputFolder> folders_;
-    std::map<std::string, std::string> resolved_folders_;
+    FolderNames folder_names_;
+    std::map<std::string, std::string> resolved_folders_;  // by the folder as it is given
 };
 
 }  // namespace postchain::io

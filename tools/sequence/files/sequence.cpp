@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
@@ -158,6 +159,17 @@ std::pair<size_t, size_t> Chunk::of(size_t size) const {
     return {size * size_t(index - 1) / size_t(count), size * size_t(index) / size_t(count)};
 }
 
+NumberPlace number_place(std::string_view name) {
+    const size_t dot = name.rfind('.');
+    size_t end = dot == std::string_view::npos ? name.size() : dot;
+    while (end > 0 && !is_digit(name[end - 1])) --end;
+    size_t digits = end;
+    while (digits > 0 && is_digit(name[digits - 1])) --digits;
+    const bool minus = digits < end && digits > 0 && name[digits - 1] == '-';
+    const bool separator = minus && digits > 1 && std::isalnum(uint8_t(name[digits - 2]));
+    return {minus && !separator ? digits - 1 : digits, digits, end};
+}
+
 Result<PathPattern> PathPattern::parse(std::string_view path) {
     PathPattern pattern;
     pattern.text_ = path;
@@ -225,15 +237,10 @@ std::optional<int> PathPattern::match(std::string_view file_name) const {
 }
 
 int PathPattern::literal_frame() const {
-    const std::string& name = prefix_;
-    const size_t dot = name.rfind('.');
-    size_t end = dot == std::string::npos ? name.size() : dot;
-    while (end > 0 && !is_digit(name[end - 1])) --end;
-    size_t begin = end;
-    while (begin > 0 && is_digit(name[begin - 1])) --begin;
-    if (begin == end || end - begin > 9) return 0;
+    const NumberPlace at = number_place(prefix_);
+    if (at.digits == at.end || at.end - at.digits > 9) return 0;
     int frame = 0;
-    std::from_chars(name.data() + begin, name.data() + end, frame);
+    std::from_chars(prefix_.data() + at.begin, prefix_.data() + at.end, frame);
     return frame;
 }
 

@@ -50,6 +50,16 @@ struct Chunk {
 // A path whose file name may hold one frame token: "####" and "@@@@" (one digit each), "%04d",
 // "%d", "$F", "$F4". Folder names have no tokens. Numbers are padded as by printf's %0Nd: -5 in
 // "####" is "-005".
+// The last group of digits before a file name's extension. A minus before it is its sign, unless a
+// letter or digit comes before the minus: "a.-0002.exr" is frame -2, "a-0002.exr" is frame 2.
+struct NumberPlace {
+    size_t begin = 0;  // of the sign, if there is one
+    size_t digits = 0;
+    size_t end = 0;  // digits == end: no number
+    bool negative() const { return begin < digits; }
+};
+NumberPlace number_place(std::string_view file_name);
+
 class PathPattern {
   public:
     // Errors (usage): empty, a path that ends in "/", two tokens, "%4d" (padded with blanks).
@@ -60,8 +70,8 @@ class PathPattern {
     // Frame number of a file name (no folder) that matches; empty if it does not match or is a
     // temporary. Also reads "-0005" as -5, which some programs write.
     std::optional<int> match(std::string_view file_name) const;
-    // Frame number of a path without a token: the last group of digits before the extension; 0 if
-    // there is none or it has more than nine digits (a date).
+    // Frame number of a path without a token: number_place(); 0 if there is none or it has more
+    // than nine digits (a date).
     int literal_frame() const;
     // Frames on disk and their paths. Without a token: the file, if it exists.
     std::map<int, std::string> discover() const;

@@ -121,6 +121,6 @@ const postchain::io::ImageCalls* postchain_image_calls() {
     static const ImageCalls calls = {POSTCHAIN_VERSION, OIIO_VERSION_STRING, encode_png,
                                      magma_of,          read_gray,           describe_image,
                                      read_stored_image, encode_image,        from_ocio_space,
-                                     to_ocio_space,     to_ocio_view,        ocio_files};
+                                     to_ocio_space,     to_ocio_view,        ocio_sources};
     return &calls;
 }

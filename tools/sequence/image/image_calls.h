@@ -41,6 +41,15 @@ struct ImageToWrite {
     std::map<std::string, std::string> attributes;  // additional
 };
 
+// The sources of a configuration's transforms.
+struct OcioSources {
+    // Absolute paths: the configuration's file, then each file that its transforms name, in every
+    // folder of its search path, whether it exists or not. Files named in turn by those are not
+    // included.
+    std::vector<std::string> files;
+    std::map<std::string, std::string> variables;  // context variables that its text names
+};
+
 struct ImageCalls {
     const char* version;        // version of postchain that the module was built with
     const char* open_image_io;  // version of OpenImageIO
@@ -67,10 +76,8 @@ struct ImageCalls {
     Status (*from_space)(ImageF& color, const OcioSpace& space);
     Status (*to_space)(ImageF& color, const OcioSpace& space);
     Status (*to_view)(ImageF& color, const DisplayView& view);
-    // Absolute paths: the configuration's file, then each file that its transforms name, in every
-    // folder of its search path, whether it exists or not. Files named in turn by those are not
-    // included. Errors (input): missing file, OpenColorIO cannot read it.
-    Result<std::vector<std::string>> (*ocio_files)(const std::string& config);
+    // Errors (input): missing file, OpenColorIO cannot read it.
+    Result<OcioSources> (*ocio_sources)(const std::string& config);
 };
 
 }  // namespace postchain::io

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <mutex>
+#include <regex>
 #include <set>
 
 #include "tools/sequence/files/file_stamp.h"
@@ -81,8 +83,24 @@ std::vector<std::string> files_of(const ocio::Config& config, const std::string&
     return files;
 }
 
+// Those that a text names, as $NAME, ${NAME} or %NAME%.
+std::map<std::string, std::string> variables_of(const ocio::Config& config,
+                                                const std::string& path) {
+    std::ifstream file(path);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    static const std::regex named(R"(\$\{?(\w+)|%(\w+)%)");
+    std::map<std::string, std::string> variables;
+    const auto context = config.getCurrentContext();
+    for (std::sregex_iterator it(text.begin(), text.end(), named), end; it != end; ++it) {
+        const std::string name = (*it)[1].matched ? (*it)[1] : (*it)[2];
+        variables[name] = context->resolveStringVar(("${" + name + "}").c_str());
+    }
+    return variables;
+}
+
 struct Kept {
-    std::vector<FileStamp> stamps;              // of its file, then of every table that it names
+    std::vector<FileStamp> stamps;  // of its file, then of every table that it names
+    std::map<std::string, std::string> variables;
     std::shared_ptr<OIIO::ColorConfig> config;  // none until it is asked for
 };
 
@@ -92,8 +110,10 @@ Result<Kept> read(const std::string& path) {
         return Status(StatusCode::input, path + ": no such file (OpenColorIO configuration)");
     try {
         Kept kept;
-        for (const std::string& file : files_of(*ocio::Config::CreateFromFile(path.c_str()), path))
+        const auto config = ocio::Config::CreateFromFile(path.c_str());
+        for (const std::string& file : files_of(*config, path))
             kept.stamps.push_back(FileStamp::of(file));
+        kept.variables = variables_of(*config, path);
         return kept;
     } catch (const ocio::Exception& exception) {
         return unusable(path, exception.what());
@@ -123,13 +143,14 @@ Result<Kept*> kept_of(const std::string& path) {
 
 }  // namespace
 
-Result<std::vector<std::string>> ocio_files(const std::string& path) {
+Result<OcioSources> ocio_sources(const std::string& path) {
     const std::lock_guard lock(mutex);
     const auto kept = kept_of(path);
     if (!kept.ok()) return kept.status();
-    std::vector<std::string> files;
-    for (const FileStamp& stamp : (*kept)->stamps) files.push_back(stamp.path);
-    return files;
+    OcioSources sources;
+    for (const FileStamp& stamp : (*kept)->stamps) sources.files.push_back(stamp.path);
+    sources.variables = (*kept)->variables;
+    return sources;
 }
 
 Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "chain/status.h"
+#include "tools/sequence/image/image_calls.h"
 
 namespace postchain::io {
 
@@ -18,6 +19,6 @@ namespace postchain::io {
 Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path);
 
 // See ImageCalls.
-Result<std::vector<std::string>> ocio_files(const std::string& path);
+Result<OcioSources> ocio_sources(const std::string& path);
 
 }  // namespace postchain::io

@@ -87,7 +87,18 @@ void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata
                        ": motion vectors are the file's own; the camera matrix was found "
                        "but not used: ",
                        why));
+        return;
     }
+    const CameraMotion wanted = settings.camera_motion;
+    const bool asked = wanted == CameraMotion::all || wanted == CameraMotion::sky;
+    if (asked && !header.makes_motion && !header.sky && !metadata.pose &&
+        !(settings.camera && settings.camera->rotations.contains(frame)) &&
+        header.assignment.contains(Role::motion))
+        header.warnings.push_back(concat(
+            header.files.color_file().path(), ": --camera-motion ",
+            wanted == CameraMotion::all ? "all" : "sky",
+            " has no effect: neither the camera file nor the metadata has a camera matrix of "
+            "this frame; add camera_matrix_world to the camera file, or leave it out"));
 }
 
 }  // namespace postchain::sequence

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "chain/text.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/preview.h"
@@ -21,14 +22,16 @@ bool whole(io::ExrFile& file) {
     return true;
 }
 
-// Sizes and times of an OpenColorIO configuration and the tables it names.
+// Sizes and times of an OpenColorIO configuration and the tables it names, and its variables.
 std::string text_of_config(const std::string& config) {
-    std::vector<std::string> files = {config};
+    io::OcioSources sources = {{config}, {}};
     const auto module = io::image_module(StatusCode::input);
     if (module.ok())
-        if (auto named = (*module)->ocio_files(config); named.ok()) files = std::move(*named);
+        if (auto found = (*module)->ocio_sources(config); found.ok()) sources = std::move(*found);
     std::string text;
-    for (const std::string& path : files) {
+    for (const auto& [name, value] : sources.variables)
+        text += concat("variable ", name, " ", quoted(value), "\n");
+    for (const std::string& path : sources.files) {
         const auto file = io::FileStamp::of(path);
         text += concat("configuration ", file.bytes, " ", file.time, "\n");
     }
@@ -117,7 +120,7 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
     std::string text =
         concat(chain.text(), name_of(settings.plan.precision), " frame ", frame, "\n",
                text_of_frame(*inputs.frame), int(settings.source.nonfinite_color), " ",
-               int(settings.overflow), "\n");
+               settings.overflow ? int(*settings.overflow) : -1, "\n");
     const io::ExrSettings& exr = settings.exr;
     if (exr.compression)
         text += concat("compression ", io::name_of(exr.compression->method), " ",

@@ -197,7 +197,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .text("view", &JobSettings::view,
               {.unit = "NAME",
                .help = "view to use from a multi-view file",
-               .unset_means = "the default one",
+               .unset_means = "the only one",
                .group = kInputGroup})
         .choice(
             "nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
@@ -290,6 +290,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
             {.help =
                  "if a result is too large for its channel: fail, or store the channel's largest "
                  "value",
+             .unset_means = "clamp for JPEG and for --output-transfer view, otherwise refuse",
              .group = kOutputGroup})
         .text("compression", &JobSettings::compression,
               {.unit = "NAME",
@@ -421,6 +422,11 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     for (const std::string& config : settings.ocio_configs())
         settings.other_inputs.push_back({config, "the OpenColorIO configuration"});
     settings.dump_folder = job.dump_stages;
+    if (!job.dump_stages.empty() && job.on_existing == io::OnExisting::skip)
+        return Status(StatusCode::usage,
+                      option_name("dump_stages") +
+                          ": a frame that --on-existing skip keeps has no stages; use "
+                          "--on-existing overwrite, or leave one of them out");
     // Excludes which frames are written, where, and what is written besides: they do not change the
     // result.
     static const std::set<std::string> kNotRepeated = {

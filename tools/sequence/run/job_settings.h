@@ -45,7 +45,7 @@ struct JobSettings {
     io::OnExisting on_existing = io::OnExisting::fail;
     MissingPolicy missing = MissingPolicy::error;
     ErrorPolicy on_error = ErrorPolicy::stop;
-    io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    std::optional<io::HalfOverflow> overflow;
     std::string compression;
     bool half = false;
     std::string channels;

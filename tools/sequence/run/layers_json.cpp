@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <map>
 
+#include "chain/printable.h"
 #include "chain/text.h"
 
 namespace postchain::sequence {
@@ -50,14 +51,15 @@ std::string layers_text(const FrameLayers& layers) {
         for (size_t i = 0; i < layers.filtered_cryptomattes; ++i)
             names.push_back(concat(layers.cryptomattes[i].name, " (by id, ",
                                    layers.cryptomattes[i].ranks(), " ranks)"));
-        text += "extra layers filtered: " + joined(names) + "\n";
+        text += printable("extra layers filtered: " + joined(names)) + "\n";
     }
     std::map<std::string, std::vector<std::string>> left;  // by reason
     for (const LeftLayer& layer : layers.left) left[layer.why].push_back(layer.name);
     for (const auto& [why, names] : left)
-        text += concat("extra layers left unchanged: ", joined(names), ": ", why, "\n");
+        text += printable(concat("extra layers left unchanged: ", joined(names), ": ", why)) + "\n";
     for (const MatteSource& matte : layers.mattes)
-        text += concat("matte ", quoted(matte.name), ": ", source_text(matte, layers), "\n");
+        text += printable(concat("matte ", quoted(matte.name), ": ", source_text(matte, layers))) +
+                "\n";
     return text;
 }
 

@@ -101,6 +101,16 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     return with_notes(std::move(report), color_file, color.channels.size());
 }
 
+io::HalfOverflow overflow_of(const std::string& path, const RunSettings& settings) {
+    if (settings.overflow) return *settings.overflow;
+    const io::ImageFormat* format = io::image_format_of(path);
+    const auto& transfer = settings.picture.transfer;
+    const bool display =
+        format && (format->name == std::string_view("jpeg") ||
+                   (transfer && std::holds_alternative<io::DisplayView>(*transfer)));
+    return display ? io::HalfOverflow::clamp : io::HalfOverflow::refuse;
+}
+
 std::string largest_text(const std::string& path) {
     return io::image_format_of(path) ? "the range of the format" : "the largest half, 65504";
 }

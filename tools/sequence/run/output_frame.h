@@ -27,6 +27,10 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
                                      const RunSettings& settings, const io::OutputFiles& files,
                                      io::WriteOptions options);
 
+// RunSettings::overflow; if unset, pictures of a display are clamped: JPEG, and a view of
+// OpenColorIO. Light above white is no fault there.
+io::HalfOverflow overflow_of(const std::string& path, const RunSettings& settings);
+
 // The value that clamping stores: "the largest half, 65504".
 std::string largest_text(const std::string& path);
 

@@ -28,6 +28,22 @@ std::string input_text(const io::InputSpec& input) {
     return text;
 }
 
+// Places in files with absolute paths: a record does not depend on the working folder.
+Resolved with_whole_paths(Resolved resolved) {
+    const auto make_whole = [](Origin& origin) {
+        if (origin.from != kFromChain && origin.from != kFromCameraFile) return;
+        const size_t colon = origin.where.rfind(':');
+        const std::string path = origin.where.substr(0, colon);
+        std::error_code failed;
+        if (colon != std::string::npos && std::filesystem::exists(path, failed))
+            origin.where.replace(0, colon, whole_path(path));
+    };
+    for (auto& one : resolved.camera) make_whole(one.origin);
+    for (auto& pass : resolved.passes)
+        for (auto& one : pass.values) make_whole(one.origin);
+    return resolved;
+}
+
 // The values that the camera file gave, as a camera file.
 Json camera_json(const Resolved& resolved) {
     Json camera = Json::object();
@@ -60,7 +76,7 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
     if (const auto& camera = settings.source.camera)
         json["camera"] = {{"hash", hex_of(camera->text_hash)},
                           {"values", camera_json(*report.resolved)}};
-    json["resolved"] = resolved_json(*report.resolved);
+    json["resolved"] = resolved_json(with_whole_paths(*report.resolved));
     return io::json_text(json);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "chain/printable.h"
 #include "chain/resolved_chain.h"
 #include "tools/sequence/files/parameter_json.h"
 
@@ -120,7 +121,8 @@ std::string resolved_text(const Resolved& resolved) {
         for (const auto& one : pass.values) {
             const std::string value = amount(one);
             text += "  " + one.key + std::string(keys + 2 - one.key.size(), ' ') + value +
-                    std::string(amounts + 2 - value.size(), ' ') + origin_text(one.origin) + "\n";
+                    std::string(amounts + 2 - value.size(), ' ') +
+                    printable(origin_text(one.origin)) + "\n";
         }
     }
     return text;

@@ -162,7 +162,17 @@ class FilterJob final : public FrameJob {
         std::deque<ImageF> images;
         const auto layers = layers_to_write(frame, images);
         io::WriteOptions options = write_options(report, record_text(chain_, settings_, report));
-        options.before_commit = [&] { return io::check_unchanged(report.stamps); };
+        // Image, preview and sidecar are replaced together. Without the old sidecar the image is
+        // never beside another's, even if this process is killed before it has written its own.
+        std::optional<io::ReplaceLock> lock;
+        options.before_commit = [&]() -> Status {
+            if (Status status = io::check_unchanged(report.stamps); !status.ok()) return status;
+            auto taken = io::ReplaceLock::take(report.output);
+            if (!taken.ok()) return taken.status();
+            lock.emplace(std::move(*taken));
+            if (settings_.on_existing != io::OnExisting::fail) remove_sidecar(report.output);
+            return Status();
+        };
         auto written = write_output(report.output, *frame.source, frame.result, layers, settings_,
                                     files_, std::move(options));
         if (!written.ok()) return written.status();
@@ -183,7 +193,7 @@ class FilterJob final : public FrameJob {
   private:
     io::WriteOptions write_options(const FrameReport& report, const std::string& record) const {
         io::WriteOptions options;
-        options.overflow = settings_.overflow;
+        options.overflow = overflow_of(report.output, settings_);
         options.exr = settings_.exr;
         options.window = report.window;
         options.attributes[kProvenanceAttribute] = report.provenance;

@@ -39,7 +39,7 @@ struct RunSettings {
     SourceSettings source;
     PlanOptions plan;
     io::OnExisting on_existing = io::OnExisting::fail;
-    io::HalfOverflow overflow = io::HalfOverflow::refuse;
+    std::optional<io::HalfOverflow> overflow;  // unset: overflow_of() the output
     io::ExrSettings exr;
     io::ImageSettings picture;
     MissingPolicy missing = MissingPolicy::error;

@@ -11,10 +11,6 @@
 namespace postchain::sequence {
 namespace {
 
-std::string first_line(const std::string& text) {
-    return text.substr(0, text.find('\n'));
-}
-
 // Moves a plane, or stacked planes, from the window `from` to the window `to`.
 ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) {
     std::vector<ImageF> planes;
@@ -118,7 +114,7 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
         if (other.ok()) (*other)->is_neighbor_only = true;
     }
     if (!other.ok()) {
-        why = first_line(other.status().message());
+        why = other.status().message();
         inputs.warnings.push_back(
             concat("filtered without the frame ", name_of(neighbor), ": ", why));
         return;
@@ -195,7 +191,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
         if (Status status = decode(other); !status.ok()) {
             // Otherwise the result would depend on the machine's memory.
             if (status.code() == StatusCode::memory) return status;
-            const std::string why = first_line(status.message());
+            const std::string why = status.message();
             frame.description.missing_neighbors[neighbor] = why;
             frame.warnings.push_back(
                 concat("filtered without the frame ", name_of(neighbor), ": ", why));

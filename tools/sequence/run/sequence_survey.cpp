@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 
+#include "chain/printable.h"
 #include "chain/text.h"
 
 namespace postchain::sequence {
@@ -88,7 +89,7 @@ void SequenceSurvey::add(int frame, const SourceFrame& source, const Thumbnail& 
 void SequenceSurvey::add_failed(int frame, const Status& status) {
     Glance glance;
     glance.frame = frame;
-    glance.failure = status.message().substr(0, status.message().find('\n'));
+    glance.failure = status.message();
     frames_.push_back(std::move(glance));
     last_.reset();
 }
@@ -228,7 +229,7 @@ std::string SequenceSurvey::text() const {
     if (found.empty()) return text + "no unusual frames\n";
     text += "unusual frames:\n";
     for (const Finding& finding : found)
-        text += concat("  frame ", finding.frame, ": ", finding.what, "\n");
+        text += printable(concat("  frame ", finding.frame, ": ", finding.what)) + "\n";
     return text;
 }
 

@@ -1,5 +1,8 @@
 #include "tools/sequence/run/sidecar.h"
 
+#include <filesystem>
+#include <fstream>
+
 #include "chain/plan_print.h"
 #include "tools/sequence/files/parameter_json.h"
 #include "tools/sequence/run/layers_json.h"
@@ -103,6 +106,18 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
 
 std::string sidecar_path(const std::string& output) {
     return output + ".json";
+}
+
+void remove_sidecar(const std::string& output) {
+    const std::string path = sidecar_path(output);
+    std::ifstream file(path);
+    const auto json = Json::parse(file, nullptr, false);
+    if (!json.is_object()) return;
+    const auto work = json.find("work");
+    std::error_code ignored;
+    if (work != json.end() && work->is_string() &&
+        work->get_ref<const std::string&>().starts_with("postchain "))
+        std::filesystem::remove(path, ignored);
 }
 
 std::string report_line(const FrameReport& report, const RunProgress& progress) {

@@ -1,6 +1,7 @@
 #include "tools/service/store/job_store.h"
 
 #include <sqlite3.h>
+#include <sys/stat.h>
 
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/rows.h"
@@ -36,6 +37,13 @@ Status status_of(const std::string& path) {
     }
 }
 
+// Zeros if there is no file.
+std::pair<dev_t, ino_t> identity_of(const std::string& path) {
+    struct stat info = {};
+    if (::stat(path.c_str(), &info) != 0) return {};
+    return {info.st_dev, info.st_ino};
+}
+
 }  // namespace
 
 JobStore::JobStore(const std::string& path, int attempts)
@@ -44,6 +52,7 @@ JobStore::JobStore(const std::string& path, int attempts)
 template <class Work>
 Status JobStore::change(const Work& work) {
     std::vector<Event> events;
+    if (Status status = in_place(); !status.ok()) return status;
     try {
         const std::lock_guard lock(mutex_);
         said_.clear();
@@ -74,6 +83,7 @@ Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int at
     try {
         std::unique_ptr<JobStore> store(new JobStore(path, attempts));
         prepare(store->database_, path);
+        store->file_ = identity_of(path);
         if (Status status = store->change([&] {
                 recover(store->database_, attempts,
                         [&](const std::string& id, const std::string& type,
@@ -212,6 +222,25 @@ std::map<JobState, size_t> JobStore::counts() const {
         return found;
     });
     return counts.ok() ? *counts : std::map<JobState, size_t>();
+}
+
+Status JobStore::in_place() const {
+    const bool lost = identity_of(path_) != file_;
+    const Status status = lost ? Status(StatusCode::output,
+                                        path_ +
+                                            ": the store was removed or replaced while the service "
+                                            "runs; nothing is recorded; put the file back, or "
+                                            "restart the service")
+                               : Status();
+    const std::lock_guard lock(loss_mutex_);
+    if (lost && !lost_ && loss_listener_) loss_listener_(status.message());
+    lost_ = lost;
+    return status;
+}
+
+void JobStore::on_loss(std::function<void(const std::string&)> listener) {
+    const std::lock_guard lock(loss_mutex_);
+    loss_listener_ = std::move(listener);
 }
 
 void JobStore::on_event(std::function<void(const Event&)> listener) {

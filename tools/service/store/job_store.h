@@ -6,11 +6,14 @@
 //
 // Each state change and its event are one transaction, which is on disk (synchronous=FULL) before
 // the call returns. A successful call is never lost, and a failed call changes nothing. One process
-// at a time uses the file. Thread-safe.
+// at a time uses the file. If the file is removed or replaced, every change is refused: it would be
+// in no file. Thread-safe.
 //
 // A frame is recorded as begun before its first file is opened. If the process dies, the next
 // open() finds the begun frames: docs/service.md, "After a crash".
 #pragma once
+
+#include <sys/types.h>
 
 #include <functional>
 #include <map>
@@ -18,6 +21,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "chain/status.h"
@@ -77,6 +81,10 @@ class JobStore {
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
     std::map<JobState, size_t> counts() const;  // of jobs; empty on failure
+    // Errors (output): the file was removed or replaced after open().
+    Status in_place() const;
+    // Called by change or in_place() when the file is no longer in place, once until it is again.
+    void on_loss(std::function<void(const std::string&)> listener);
     // Called after each commit, with the store unlocked.
     void on_event(std::function<void(const Event&)> listener);
 
@@ -122,6 +130,10 @@ class JobStore {
     const int attempts_;
     mutable std::recursive_mutex mutex_;
     mutable Database database_;
+    std::pair<dev_t, ino_t> file_ = {};  // identity of the opened file
+    mutable std::mutex loss_mutex_;
+    mutable bool lost_ = false;
+    std::function<void(const std::string&)> loss_listener_;
     std::vector<Event> said_;  // events of the open transaction
     std::mutex listener_mutex_;
     std::function<void(const Event&)> listener_;

@@ -110,9 +110,9 @@ void RequestBody::hold_file(const Parameter& row, ParameterRef settings) {
 void RequestBody::hold_tables(const std::string& key, const std::string& config) {
     const auto module = io::image_module(StatusCode::input);
     if (!module.ok()) return fault(key, module.status().message());
-    const auto files = (*module)->ocio_files(config);
-    if (!files.ok()) return;  // reported by the transfer that uses it
-    for (const std::string& file : *files)
+    const auto sources = (*module)->ocio_sources(config);
+    if (!sources.ok()) return;  // reported by the transfer that uses it
+    for (const std::string& file : sources->files)
         if (!roots_.resolve(file).ok())
             return outside(key, "names a table outside the folders of this service");
 }

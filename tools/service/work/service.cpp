@@ -164,6 +164,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     auto store = JobStore::open(settings.store, settings.attempts);
     if (!store.ok()) return store.status();
     state->store = std::move(*store);
+    if (settings.log) state->store->on_loss(settings.log);
     state->worker = std::make_unique<Worker>(*state->store, state->reader, state->counters,
                                              registry, *device, settings.attempts);
     state->pictures = std::make_unique<ErrandThread>(kMaxImages);
@@ -442,7 +443,9 @@ Health Service::health() {
     const auto say = [&](const std::string& text) {
         if (!text.empty()) health.why += (health.why.empty() ? "" : "; ") + text;
     };
-    health.disk = true;
+    const Status in_place = state_->store->in_place();
+    say(in_place.message());
+    health.disk = in_place.ok();
     std::vector<std::string> folders = state_->settings.roots.folders();
     const auto beside = std::filesystem::path(state_->settings.store).parent_path();
     folders.push_back(beside.empty() ? "." : beside.string());

@@ -25,13 +25,14 @@
 namespace postchain::service {
 
 struct ServiceSettings {
-    std::string store;            // SQLite file, created if it does not exist
-    Roots roots;                  // the folders of all paths of jobs
-    std::string device = "auto";  // as --device of the command
-    int threads = 0;              // CPU threads; 0 = one per core
-    size_t max_queue = 1000;      // waiting jobs; further ones are refused
-    int attempts = 3;             // per frame, before it is quarantined
-    std::string version;          // the command's version, for metadata
+    std::string store;                                 // SQLite file, created if it does not exist
+    Roots roots;                                       // the folders of all paths of jobs
+    std::string device = "auto";                       // as --device of the command
+    int threads = 0;                                   // CPU threads; 0 = one per core
+    size_t max_queue = 1000;                           // waiting jobs; further ones are refused
+    int attempts = 3;                                  // per frame, before it is quarantined
+    std::string version;                               // the command's version, for metadata
+    std::function<void(const std::string&)> log = {};  // errors that no request asked for
 };
 
 struct Picture {
@@ -42,7 +43,7 @@ struct Picture {
 // State for monitoring.
 struct Health {
     bool gl = false;     // a test dispatch returned the right result
-    bool disk = false;   // the store's folder and every root are writable
+    bool disk = false;   // the store is in its place, its folder and every root are writable
     bool queue = false;  // the queue accepts jobs
     bool draining = false;
     std::string renderer;

@@ -4,8 +4,6 @@
 #include <string>
 #include <string_view>
 
-#include "tools/sequence/files/json.h"
-
 namespace postchain {
 
 enum class Lines {
@@ -15,10 +13,7 @@ enum class Lines {
 
 // Escapes everything that moves the cursor, changes colors or reverses writing direction: control
 // characters as \x1b, C1 controls and direction marks as \u{202e}, invalid UTF-8 bytes as \xff. All
-// printed text passes through it.
+// printed text passes through it; a text of several lines escapes each of them when it is made.
 std::string printable(std::string_view text, Lines lines = Lines::escape);
-
-// One line of standard output, also if a reader waits for it. Text may contain invalid UTF-8.
-void print_line(const io::Json& json);
 
 }  // namespace postchain

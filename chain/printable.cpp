@@ -1,4 +1,4 @@
-#include "tools/apps/postchain/printable.h"
+#include "chain/printable.h"
 
 #include <cstdint>
 #include <cstdio>
@@ -30,11 +30,6 @@ std::string printable(std::string_view text, Lines lines) {
         at += bytes;
     }
     return out;
-}
-
-void print_line(const io::Json& json) {
-    std::printf("%s\n", io::json_text(json).c_str());
-    std::fflush(stdout);
 }
 
 }  // namespace postchain

@@ -79,6 +79,11 @@ class Render(unittest.TestCase):
                        for frame in (6, 7))
         self.assertGreater(here, later)
 
+    def test_garden(self):
+        render("garden", self.folder, "--frames", "6-7", "--kinds", "gbuf", "--transparent")
+        self.check_motion()
+        self.assertEqual(bounds(self.folder, "gbuf")["min_color"][3], 0)
+
     def test_dancers_without_stage(self):
         render("dancers", self.folder, "--frames", "6", "--kinds", "gbuf,both", "--transparent")
         for kind in ("gbuf", "both"):

@@ -37,6 +37,9 @@ struct ChainLink {
         const std::function<bool(const Guarantees&)>& kept) const;
 };
 
+// A chain's passes are at most this many, so that a request cannot make planning take long.
+inline constexpr size_t kMaxPasses = 64;
+
 struct Chain {
     std::vector<ChainLink> links;
     Camera camera;    // from the chain file; unset members come from the frame

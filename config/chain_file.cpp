@@ -60,6 +60,10 @@ class ChainParser {
                                    node.describe() +
                                        "; passes is a list (write [] for a chain "
                                        "without passes)");
+        if (node.items.size() > kMaxPasses)
+            return reporter_.error(node.items[kMaxPasses], "passes",
+                                   concat(node.items.size(), " passes; a chain has at most ",
+                                          kMaxPasses, "; run the rest as a second chain"));
         for (size_t i = 0; i < node.items.size(); ++i)
             entries.push_back(pass(node.items[i], concat("passes[", i, "]")));
     }

@@ -156,6 +156,7 @@ std::string chain_schema(const PassRegistry& registry) {
                                         {"additionalProperties", false},
                                         {"properties", references}};
     const JsonObject passes = {{"type", "array"},
+                               {"maxItems", kMaxPasses},
                                {"items", JsonObject{{"oneOf", JsonArray{bare, with_parameters}}}}};
     const JsonObject version = {{"description", "version of the format"},
                                 {"const", kChainFileVersion}};

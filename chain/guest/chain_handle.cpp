@@ -104,6 +104,9 @@ Result<Chain> ChainHandle::parse(std::string_view names) {
         names.remove_prefix(std::min(end + 1, names.size()));
         while (!name.empty() && name.front() == ' ') name.remove_prefix(1);
         while (!name.empty() && name.back() == ' ') name.remove_suffix(1);
+        if (chain.links.size() == kMaxPasses)
+            return Status(StatusCode::chain,
+                          concat("more than ", kMaxPasses, " passes; split the chain into two"));
         if (chain.append(passes(), name)) continue;
         std::vector<std::string> known;
         std::string list;

@@ -101,6 +101,16 @@ TEST(ChainFile, JsonMeansTheSame) {
     EXPECT_EQ(json.chain.hash(), parse(kYaml).chain.hash());
 }
 
+TEST(ChainFile, HasAtMost64Passes) {
+    std::string text = "postchain: 1\npasses:\n";
+    for (int i = 0; i < 64; ++i) text += "  - tint\n";
+    EXPECT_THAT(errors_of(text), IsEmpty());
+    EXPECT_THAT(
+        errors_of(text + "  - tint\n"),
+        ElementsAre("c.yaml:67:5: error: passes: 65 passes; a chain has at most 64; run the "
+                    "rest as a second chain"));
+}
+
 TEST(ChainFile, AParameterThatTheModeDoesNotReadIsAnError) {
     EXPECT_THAT(errors_of(chain_of("smear: {mode: narrow, factor: 2}")),
                 ElementsAre("c.yaml:3:27: error: passes[0].factor: has no effect with mode: "

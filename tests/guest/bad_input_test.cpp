@@ -169,6 +169,10 @@ TEST_F(BadInput, Chains) {
     EXPECT_EQ(pc_chain_create("motion_blur,fxa", &made), PC_ERROR_CHAIN);
     EXPECT_EQ(made, nullptr);
     EXPECT_THAT(pc_create_error(), HasSubstr("did you mean fxaa?"));
+    std::string many = "fxaa";
+    for (int i = 1; i < 65; ++i) many += ",fxaa";
+    EXPECT_EQ(pc_chain_create(many.c_str(), &made), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_create_error(), HasSubstr("more than 64 passes"));
     pc_chain* c = chain_.get();
     EXPECT_EQ(pc_chain_set_number(c, 0, "samples", 24), PC_ERROR_CHAIN);
     EXPECT_THAT(pc_chain_error(c), HasSubstr("24 is even"));

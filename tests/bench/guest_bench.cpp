@@ -98,7 +98,7 @@ std::vector<Kind> kinds() {
              }}};
 }
 
-pc_counters count(const pc::Instance& guest) {
+pc_counters counters_of(const pc::Instance& guest) {
     auto counters = pc::make<pc_counters>();
     pc_count(guest.get(), &counters);
     return counters;
@@ -121,14 +121,14 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
     silence_gl(true);
     for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
 
-    const pc_counters before = count(guest);
+    const pc_counters before = counters_of(guest);
     const uint64_t allocated = allocations();
     GlCalls::start();
     for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
     uint64_t calls = 0;
     const uint64_t made = allocations() - allocated;
     for (const auto& [name, number] : GlCalls::stop()) calls += number;
-    const pc_counters after = count(guest);
+    const pc_counters after = counters_of(guest);
 
     std::vector<double> times;
     for (int repeat = 0; repeat < repeats; ++repeat) {

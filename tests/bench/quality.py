@@ -32,13 +32,13 @@ LENS = [
     ("`gilham`, `downsample: 4`", "depth_of_field: {method: gilham, downsample: 4}"),
     ("`gilham`, `downsample: 1`", "depth_of_field: {method: gilham, downsample: 1}"),
     ("Blender's Defocus", "peer_defocus"),
-    ("16 points, frame alone", "depth_of_field: {samples: 16, neighbors: none}"),
-    ("24 points, frame alone", "depth_of_field: {samples: 24, neighbors: none}"),
+    ("16 samples, frame alone", "depth_of_field: {samples: 16, neighbors: none}"),
+    ("24 samples, frame alone", "depth_of_field: {samples: 24, neighbors: none}"),
     ("the same, not denoised",
      "depth_of_field: {samples: 24, neighbors: none, denoise: false}"),
-    ("128 points, frame alone", "depth_of_field: {samples: 128, neighbors: none}"),
-    ("32 points, the default", "depth_of_field: {samples: 32}"),
-    ("128 points", "depth_of_field: {samples: 128}"),
+    ("128 samples, frame alone", "depth_of_field: {samples: 128, neighbors: none}"),
+    ("32 samples, the default", "depth_of_field: {samples: 32}"),
+    ("128 samples", "depth_of_field: {samples: 128}"),
 ]
 BOTH = [
     ("`paper`", "paper"),

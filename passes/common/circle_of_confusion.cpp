@@ -247,8 +247,8 @@ std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& fram
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame,
                      double unset_fraction) {
     const bool range = parameters.coc == CocSource::range;
-    return parameters.max_radius_px.value_or((range ? kSmallMaxRadiusFraction : unset_fraction) *
-                                             lens_width(frame));
+    const double fraction = range ? kSmallMaxRadiusFraction : unset_fraction;
+    return parameters.max_radius_px.value_or(std::min(fraction * lens_width(frame), 1000.0));
 }
 
 std::vector<Place> depth_places(const Parameters& parameters) {

@@ -8,11 +8,9 @@ namespace postchain::test {
 namespace {
 
 TEST_F(ReplaceTest, Run) {
-    const Arguments command = {
-        "run",   at("fxaa.yaml"), "-i",        in(), "--frames", "1", "-o", to("o.####.exr"),
-        "--png", "--dump-stages", to("stages")};
-    for (const char* file :
-         {"o.0001.exr", "o.0001.exr.json", "o.0001.png", "stages/0.fxaa.fxaa.0001.exr"})
+    const Arguments command = {"run", at("fxaa.yaml"),  "-i",   in(), "--frames", "1",
+                               "-o",  to("o.####.exr"), "--png"};
+    for (const char* file : {"o.0001.exr", "o.0001.exr.json", "o.0001.png"})
         check({file, command, option("--camera"), kCamera});
 }
 

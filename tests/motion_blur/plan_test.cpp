@@ -219,7 +219,7 @@ TEST(Plan, Defaults) {
         "jitter=0.95 tile_jitter=true tile_jitter_slope=1 center_weight=40 "
         "variance_threshold_px=1.5 depth_softness=1 sample_split=even noise=halton seed=0 "
         "animate_noise=false border=skip static_direction=perpendicular min_speed_px=0.5 "
-        "starts=4 neighbors=both path_px_per_time=2 time_jitter=0.25 velocity_storage=auto");
+        "velocity_storage=auto");
 }
 
 TEST(Plan, NeedsDepthOnlyToCompareIt) {

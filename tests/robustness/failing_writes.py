@@ -81,7 +81,7 @@ class Trial:
         calls = read_log(self.log)
         hit = [(call, path) for call, path, outcome in calls if outcome != "ok"]
         said = self.faults_of_outcome(done, way, hit)
-        said += self.faults_of_files(way)
+        said += self.faults_of_files(way, hit)
         after = jobs.run(self.command())
         if after.returncode:
             said.append(f"the job after it: exit code {after.returncode}: {after.stderr.strip()}")
@@ -110,17 +110,20 @@ class Trial:
             said.append(f"the message does not say why ({way}): {done.stderr.strip()}")
         return said
 
-    def faults_of_files(self, way):
+    def faults_of_files(self, way, hit):
         said = []
         for path in jobs.files_of(self.out):
             name = str(path)
             if self.old and (self.out / path).read_bytes() == self.old.get(name):
                 continue
             said += jobs.differences_of_file(self.out, path, self.new)
+        # The sidecar of an image that is replaced goes first: it is never beside another image.
         said += [f"{path}: was there before and is gone" for path in self.old or {}
-                 if not (self.out / path).is_file()]
+                 if not (self.out / path).is_file() and not path.endswith(".exr.json")]
         if way != "kill":
-            said += [f"{path}: left behind" for path in jobs.temporaries(self.out)]
+            kept = [pathlib.Path(path).name for call, path in hit if call == "unlink"]
+            said += [f"{path}: left behind" for path in jobs.temporaries(self.out)
+                     if pathlib.Path(path).name not in kept]
         return said
 
 

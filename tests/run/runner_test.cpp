@@ -240,7 +240,7 @@ TEST_F(RunnerTest, WorkTextTellsWorkApart) {
     settings_.plan.precision = Precision::fp32;
     settings_.overflow = io::HalfOverflow::clamp;
     EXPECT_NE(text(1), base);
-    settings_.overflow = io::HalfOverflow::refuse;
+    settings_.overflow.reset();
     settings_.source.nonfinite_color = NonfiniteColor::zero;
     EXPECT_NE(text(1), base);
     settings_.source.nonfinite_color = NonfiniteColor::clamp;

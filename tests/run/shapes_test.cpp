@@ -46,6 +46,7 @@ class Shape {
             for (const char* name : {"right.R", "right.G", "right.B"})
                 main.channels.push_back({name, Imf::HALF});
             main.edit = [](Imf::Header& h) { Imf::addMultiView(h, {"left", "right"}); };
+            view = "left";
         }
         std::sort(main.channels.begin(), main.channels.end(),
                   [](const auto& a, const auto& b) { return a.name < b.name; });
@@ -55,6 +56,7 @@ class Shape {
 
     std::vector<FilePart> parts;
     size_t color = 0;
+    std::string view;  // that of color, if there are several
     int below(int count) { return int(random_() % unsigned(count)); }
 
   private:
@@ -158,6 +160,7 @@ TEST_P(Shapes, AllThatIsNotColorStays) {
     const std::string in = folder.path("in.exr"), out = folder.path("out.exr");
     test::write_file(in, shape.parts);
     SourceSettings settings;
+    settings.view = shape.view;
     settings.data_window = shape.below(4) ? DataWindow::grow : DataWindow::keep;
     auto header = open_source_frame(settings, {{Role::color, in}}, 1);
     ASSERT_TRUE(header.ok()) << header.status().message();

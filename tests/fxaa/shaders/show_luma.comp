@@ -11,5 +11,5 @@ layout(binding = 0) writeonly uniform image2D luma;
 void main() {
     const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(p, uniforms.size))) return;
-    imageStore(luma, p, vec4(luma_of(texelFetch(color, p, 0).rgb), 0.0, 0.0, 0.0));
+    imageStore(luma, p, vec4(luma_of(finite_color(texelFetch(color, p, 0)).rgb), 0.0, 0.0, 0.0));
 }

@@ -248,7 +248,9 @@ double max_radius_px(const Parameters& parameters, const FrameDescription& frame
                      double unset_fraction) {
     const bool range = parameters.coc == CocSource::range;
     const double fraction = range ? kSmallMaxRadiusFraction : unset_fraction;
-    return parameters.max_radius_px.value_or(std::min(fraction * lens_width(frame), 1000.0));
+    // The small fraction sets a blur's width and is not cut.
+    const double most = fraction > kSmallMaxRadiusFraction ? kMostRadiusPx : HUGE_VAL;
+    return parameters.max_radius_px.value_or(std::min(fraction * lens_width(frame), most));
 }
 
 std::vector<Place> depth_places(const Parameters& parameters) {

@@ -134,7 +134,7 @@ const ParameterTable& parameter_table() {
                      .soft_max = 30,
                      .unit = "px",
                      .help = "largest radius of the circle of confusion",
-                     .unset_means = "an eighth of the display width, at most 1000; coc: range, "
+                     .unset_means = "an eighth of the display width, at most 512; coc: range, "
                                     "method: gilham: 3 % of it"})
             .table();
     return rows;

@@ -14,6 +14,7 @@ enum class CocSource { lens, planes, range };
 // max_radius_px if it is unset, in display widths. Where the width of the blur follows from it
 // (coc: range, method: gilham) it is smaller.
 inline constexpr double kMaxRadiusFraction = 1.0 / 8, kSmallMaxRadiusFraction = 0.03;
+inline constexpr double kMostRadiusPx = 512;  // of kMaxRadiusFraction
 
 struct Parameters {
     CocSource coc = CocSource::lens;

@@ -457,7 +457,7 @@ class Planner {
 
 double max_path_px(std::optional<int> max_blur_px, const FrameDescription& frame) {
     if (max_blur_px) return *max_blur_px;
-    return std::clamp(frame.display_width / 8.0, 40.0, 1024.0);
+    return std::clamp(frame.display_width / 8.0, 40.0, 512.0);
 }
 
 const ParameterTable& parameter_table() {

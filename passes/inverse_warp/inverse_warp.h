@@ -50,7 +50,7 @@ struct Lens {
 // width.
 double max_path_px(std::optional<int> max_blur_px, const FrameDescription& frame);
 inline constexpr const char* kDefaultMaxPathText =
-    "an eighth of the display width, at least 40 and at most 1024";
+    "an eighth of the display width, at least 40 and at most 512";
 
 // The parameters of the search that a pass gives its user.
 struct Parameters {

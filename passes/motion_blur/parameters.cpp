@@ -39,7 +39,7 @@ const ParameterTable& parameter_table() {
                       .help = "largest half-length of a streak; guertin, single: also the edge "
                               "of a tile",
                       .unset_means = "an eighth of the display width, at least 40 and at most "
-                                     "1024; guertin, single: a sixteenth"})
+                                     "512; guertin, single: a sixteenth"})
             .rows(&P::shutter, shutter::parameter_table())
             .number("jitter", &P::jitter,
                     {.min = 0,
@@ -130,7 +130,7 @@ const ParameterTable& parameter_table() {
 
 int tile_px(const Parameters& parameters, const FrameDescription& frame) {
     return parameters.max_blur_px.value_or(
-        std::clamp((frame.display_width + 8) / 16, kLeastTilePx, 1024));
+        std::clamp((frame.display_width + 8) / 16, kLeastTilePx, 512));
 }
 
 double still_limit_px(const Parameters& parameters, int tile_px) {

@@ -281,7 +281,7 @@ TEST(Exact, MaxBlurFollowsTheWidth) {
     FrameDescription frame;
     for (const auto& [width, tile, path] :
          {std::array{320, 40, 40}, std::array{640, 40, 80}, std::array{1920, 120, 240},
-          std::array{3840, 240, 480}, std::array{16384, 1024, 1024}}) {
+          std::array{3840, 240, 480}, std::array{16384, 512, 512}}) {
         frame.display_width = width;
         EXPECT_EQ(motion_blur::tile_px({}, frame), tile);
         EXPECT_EQ(motion_blur::warp_settings({}, frame).shutter->max_path_px, path);

@@ -115,6 +115,19 @@ class Equivariance : public ::testing::Test {
 const std::vector<std::string> kWatched = {"repeat", "mirror", "flip", "turn",
                                            "shift",  "grid",   "dot"};
 
+TEST_F(Equivariance, NonFiniteResultsAreCounted) {
+    for (Cell cell : make_cells(40, true)) {
+        if (cell.name != "object 40 px, ground still") continue;
+        for (float& value : cell.planes[Role::color].data) value = NAN;
+        const Subject copies{"faulty", chain_with(Fault::none)};
+        const auto measured = measure(*executor_, copies, cell, Precision::fp32);
+        ASSERT_TRUE(measured.ok()) << measured.status().message();
+        const Measured& finite = find_check(measured->checks, "finite");
+        EXPECT_EQ(finite.verdict, Verdict::failed);
+        EXPECT_EQ(finite.value, double(cell.planes[Role::color].data.size()));
+    }
+}
+
 TEST_F(Equivariance, CopyKeepsEverything) {
     auto checks = checks_of(Fault::none);
     for (const auto& check : kWatched) {

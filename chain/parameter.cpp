@@ -226,7 +226,7 @@ std::string ParameterTable::unread(const Parameter& row, ConstParameterRef param
         const bool among = std::ranges::find(condition.values, value) != condition.values.end();
         return among != condition.none_of;
     };
-    // Of the alternative that lacks least.
+    // The conditions that fail, in the alternative with the fewest.
     std::vector<const RowValue*> lacks;
     for (const auto& all : row.read_if) {
         std::vector<const RowValue*> here;

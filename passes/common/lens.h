@@ -39,7 +39,7 @@ struct Parameters {
     std::optional<double> focus;  // unset = focus_distance, the pass's or the camera's
     double range = 1;
 
-    std::optional<double> max_radius_px;  // unset: of the width
+    std::optional<double> max_radius_px;  // unset: a part of the display width
 };
 
 // Rows for the table of a pass that has a lens.

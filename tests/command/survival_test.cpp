@@ -87,7 +87,7 @@ TEST_F(SurvivalTest, KilledAtAnyMoment) {
         EXPECT_EQ(read_color(out(frame)), made[size_t(frame - 1)]) << frame;
 }
 
-// What the image says made it, or nothing if it cannot be read just now.
+// The work that the image names as its own; empty if the image cannot be read just now.
 std::string made_by(const std::string& path) {
     const auto file = io::ExrFile::open(path);
     if (!file.ok()) return "";

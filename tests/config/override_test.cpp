@@ -59,7 +59,7 @@ TEST(Override, FormerNamesAreReadWithAWarning) {
 }
 
 TEST(Override, WarnsOfWhatHasNoEffect) {
-    // What --set names itself.
+    // A value that --set names itself.
     ChainFile file = parse(kChain, {"smear.mode=narrow", "smear.factor=2"});
     EXPECT_TRUE(file.status().ok());
     EXPECT_THAT(texts(file.diagnostics),

@@ -126,12 +126,13 @@ TEST_P(OnDevice, SunsThatAreInfiniteKeepTheirLight) {
     const auto plan = make_plan(chain(), frame.description, everything());
     ASSERT_TRUE(plan.ok());
     const ImageF out = run(*plan, given), expected = run(*plan, converted);
+    // The pass `echo` adds half of another pixel.
+    const float most = GetParam().name == "echo" ? 1.5f * 65504.1f : 65504.1f;
     std::array<double, 3> light = {}, expected_light = {};
     for (int y = 0; y < out.height; ++y)
         for (int x = 0; x < out.width; ++x)
             for (int c = 0; c < 3; ++c) {
-                // The scratch pass `echo` adds half of another pixel.
-                ASSERT_LE(std::abs(out.at(x, y, c)), 1.5f * 65504.1f) << x << "," << y;
+                ASSERT_LE(std::abs(out.at(x, y, c)), most) << x << "," << y;
                 light[size_t(c)] += double(out.at(x, y, c));
                 expected_light[size_t(c)] += double(expected.at(x, y, c));
             }

@@ -63,8 +63,8 @@ class RequestTest : public testing::Test {
     json whole_;
 };
 
-// Elision rules and chains in a request may have former names. A former key of a row warns as one in
-// a chain file does.
+// Elision rules and chains in a request may have former names. A former key of a row warns as one
+// in a chain file does.
 TEST_F(RequestTest, FormerNamesAreReadWithAWarning) {
     EXPECT_EQ(warnings(whole_).size(), 0u);
     const auto found = warnings(with("no_elide", "still_tiles"));

@@ -116,7 +116,7 @@ void store_sorted(Starts chosen, ivec2 first) {
 
 void main() {
     const int ring = find_ring();
-    const ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 block = invocation_at();
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     Starts chosen;
     chosen.count = 0;

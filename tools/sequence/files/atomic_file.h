@@ -84,9 +84,9 @@ class ReplaceLock {
     ReplaceLock& operator=(ReplaceLock&&) = delete;
     ~ReplaceLock();
 
-    // Renames `companion`, which describes the locked file, to a temporary. The end of the lock puts
-    // it back if the locked file is still the same one, and removes it otherwise. Errors (output):
-    // it cannot be renamed.
+    // Renames `companion`, which describes the locked file, to a temporary. The end of the lock
+    // puts it back if the locked file is still the same one, and removes it otherwise. Errors
+    // (output): it cannot be renamed.
     Status set_aside(const std::string& companion);
 
   private:

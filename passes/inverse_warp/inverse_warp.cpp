@@ -279,6 +279,9 @@ class Planner {
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
+        for (size_t axis : {0, 1})
+            step.groups[axis] =
+                (blocks_[axis] + INVERSE_WARP_STARTS_BLOCKS - 1) / INVERSE_WARP_STARTS_BLOCKS;
         const int ring = ring_of(
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
         step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *

@@ -27,9 +27,12 @@ Plan cut(Plan plan, double groups) {
     return plan;
 }
 
-StageObserver into(Images& images) {
-    return [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
-        images[texture.name] = pixels;
+// Takes the stages that are whole: of others than outputs, a step launched by a list may leave
+// blocks out.
+StageObserver into(Images& images, const Plan& plan) {
+    return [&](const Step& step, const PlanTexture& texture, const ImageF& pixels) {
+        if (step.work_list < 0 || texture.last_step == int(plan.steps.size()))
+            images[texture.name] = pixels;
         return Status();
     };
 }
@@ -37,7 +40,7 @@ StageObserver into(Images& images) {
 // As a sequence runs: counts of lists are read, bands grow with time.
 Images filtered(const Plan& plan, const TestFrame& frame) {
     Images images;
-    const auto result = executor().filter(plan, frame.planes, into(images));
+    const auto result = executor().filter(plan, frame.planes, into(images, plan));
     EXPECT_TRUE(result.ok()) << result.status().message();
     return images;
 }
@@ -49,11 +52,11 @@ Images run(const Plan& plan, const TestFrame& frame) {
     for (const PlanTexture& texture : plan.textures) {
         if (!texture.imported || !plan.reads.has(texture.role)) continue;
         auto made = pool.acquire(texture.format, texture.width, texture.height, texture.layers);
-        EXPECT_TRUE(made.ok() && gl::upload(**made, *frame.planes.at(texture.role)).ok());
+        EXPECT_TRUE(made.ok() && gl::upload(**made, frame.planes.at(texture.role)).ok());
         inputs[texture.role] = (*made)->name;
     }
     Images images;
-    const auto result = executor().run(plan, inputs, into(images));
+    const auto result = executor().run(plan, inputs, into(images, plan));
     EXPECT_TRUE(result.ok()) << result.status().message();
     return images;
 }
@@ -67,6 +70,7 @@ void expect_equal(const Images& whole, const Images& bands, const std::string& n
 
 TEST(ShippedBands, GiveTheBitsOfWholeDispatches) {
     const TestFrame frame = frame_of(1), other = frame_of(2);
+    executor();  // a GL context
     gl::ProgramCache programs;
     for (const std::string& name : shipped_chains()) {
         const auto loaded = load_chain(name, every_pass());
@@ -89,6 +93,34 @@ TEST(ShippedBands, GiveTheBitsOfWholeDispatches) {
         filtered(whole, other);
         expect_equal(images, filtered(cut(*made, 1e-3), frame), name + ", growing");
     }
+}
+
+// By the fetches that steps count: 100 ms of a small integrated GPU, also with everything at its
+// maximum on the largest image.
+TEST(ShippedBands, NoBandIsLong) {
+    const double limit = 2 * kBandTaps;
+    TestFrame frame = frame_of(1);
+    const auto expect_short = [&](const Chain& chain, int width, int height,
+                                  const std::string& name) {
+        frame.description.width = frame.description.display_width = width;
+        frame.description.height = frame.description.display_height = height;
+        const auto plan = make_plan(chain, frame.description);
+        ASSERT_TRUE(plan.ok()) << plan.status().message();
+        EXPECT_FALSE(plan->steps.empty());
+        for (const Step& step : plan->steps)
+            EXPECT_LE(taps_of_group(step), limit) << name << ": " << step.name;
+    };
+    for (const std::string& name : shipped_chains())
+        expect_short(load_chain(name, every_pass())->chain, 3840, 2160, name);
+    expect_short(chain_of("joint_blur", {{"samples", int64_t(1023)}, {"starts", int64_t(8)}}),
+                 16384, 16384, "joint blur");
+    expect_short(
+        chain_of("motion_blur", {{"mode", std::string("guertin")}, {"samples", int64_t(1023)}}),
+        16384, 16384, "guertin");
+    expect_short(chain_of("depth_of_field", {{"method", std::string("gilham")},
+                                             {"blur_sigma_px", 500.0},
+                                             {"downsample", int64_t(1)}}),
+                 16384, 16384, "gilham");
 }
 
 }  // namespace

@@ -296,6 +296,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
     if (Status status = check_images(settings); !status.ok()) return status;
+    const StopScope within_a_frame(executor, stop);
     FilterJob job(chain, settings, files, executor, renderer);
     std::unique_ptr<FrameFeed> feed;
     if (settings.watch)

@@ -18,7 +18,8 @@ struct FrameInFlight {
     FrameReport report;
     std::optional<SourceFrame> source;  // none = the report is final
     ImageF result;
-    ImageF layers;  // filtered layers, stacked; empty = the file's own stay
+    ImageF layers;     // filtered layers, stacked; empty = the file's own stay
+    ImageF fill_mask;  // run/fill_mask.h; empty = not asked for
     std::vector<io::RankedCoverage> cryptomattes;  // filtered; empty = the file's own stay
 };
 

@@ -6,6 +6,7 @@
 #include "config/profile.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"
+#include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
@@ -90,6 +91,9 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.input_transfer = std::move(*transfer);
     source.layers.layers = job.layers;
     source.layers.cryptomatte = job.cryptomatte;
+    if (Status status = check_fill_mask(job.fill_mask); !status.ok())
+        return status.at(option_name("fill_mask"));
+    source.layers.fill_mask = job.fill_mask;
     auto memory = memory_limit_of(job.max_memory);
     if (!memory.ok()) return memory.status();
     source.max_memory = *memory;
@@ -246,6 +250,13 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "cryptomattes: keep as rendered, or filter each ID's coverage and "
                          "re-rank",
                  .group = kLayerGroup})
+        .text("fill_mask", &JobSettings::fill_mask,
+              {.unit = "NAME",
+               .help = "also write which share of each pixel came from its frame, a neighboring "
+                       "frame, or an estimate: channels NAME.frame, NAME.neighbor and "
+                       "NAME.background of EXR outputs",
+               .unset_means = "not written",
+               .group = kLayerGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,

@@ -10,6 +10,7 @@
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/clock.h"
+#include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/layers_apart.h"
 #include "tools/sequence/run/output_frame.h"
@@ -53,6 +54,11 @@ std::vector<io::FilteredLayer> layers_to_write(const FrameInFlight& frame,
         const RoleChannels& where = found.filtered[i].channels;
         layers.push_back({where.part, where.channels, &images.back(), false});
     }
+    if (!found.fill_mask.empty())
+        layers.push_back({.part = frame.source->input.assignment.at(Role::color).part,
+                          .channels = fill_mask_channels(found.fill_mask),
+                          .image = &frame.fill_mask,
+                          .added = true});
     for (size_t i = 0; i < frame.cryptomattes.size(); ++i) {
         for (size_t level = 0; level < found.cryptomattes[i].levels.size(); ++level) {
             const io::CryptoLevel& where = found.cryptomattes[i].levels[level];
@@ -118,11 +124,17 @@ class FilterJob final : public FrameJob {
             dump = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
                 return dump_stage(report.frame, texture, pixels);
             };
-        auto result = executor_.filter(*report.plan, frame.source->planes, dump);
+        const bool masked = !frame.source->layers.fill_mask.empty();
+        auto result = executor_.filter(
+            *report.plan,
+            masked ? planes_with_fill_mask(frame.source->planes, frame.source->description)
+                   : frame.source->planes,
+            dump);
         if (!result.ok()) return result.status().at(report.inputs.at(Role::color));
         frame.result = std::move(result->at(Role::color));
         if (const auto layers = result->find(Role::layers); layers != result->end())
             frame.layers = std::move(layers->second);
+        if (masked) frame.fill_mask = take_fill_mask(frame.layers, frame.result.height);
         report.pass_times = executor_.pass_times();
         report.work_done = executor_.work_done();
         report.timing_source = executor_.timing_source();

@@ -166,11 +166,13 @@ class Builder {
         begin.name = "fill_start";
         begin.program = {"guest/fill_start.comp", {}};
         begin.groups = groups_for(frame_.width, frame_.height);
+        launch_by(begin, -1);
         begin.bindings = {{0, start, Access::write}};
         plan().steps.insert(plan().steps.begin(), std::move(begin));
         host_.result = add_target();
         Step view = make_step(add_pass("export"), "debug_view",
                               {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}}});
+        launch_by(view, -1);
         view.bindings = {{0, mask}, {0, host_.result, Access::write}};
         host_.export_step = int(plan().steps.size());
         plan().steps.push_back(std::move(view));

@@ -347,9 +347,14 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         result.mattes.push_back(std::move(*matte));
     }
     result.fill_mask = settings.fill_mask;
+    const io::ExrPart& color_part = file.parts()[size_t(match.roles.at(Role::color).part)];
+    // As the other channels of a part with several views.
+    const bool named_by_view =
+        color_part.view.empty() && !match.views.empty() && match.view != match.views[0];
+    if (!result.fill_mask.empty() && named_by_view) result.fill_mask += "." + match.view;
     if (!result.fill_mask.empty())
         for (const std::string& name : fill_mask_channels(result.fill_mask))
-            if (file.parts()[size_t(match.roles.at(Role::color).part)].find(name))
+            if (color_part.find(name))
                 return Status(StatusCode::input,
                               concat(file.path(), ": --fill-mask: the file has a channel ", name,
                                      "; give the mask another name"));

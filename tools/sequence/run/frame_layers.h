@@ -60,7 +60,7 @@ struct FrameLayers {
     std::vector<io::Cryptomatte> cryptomattes;
     size_t filtered_cryptomattes = 0;  // the first ones in `cryptomattes`
     std::vector<MatteSource> mattes;   // in the order of LayerSettings::mattes
-    std::string fill_mask;             // as LayerSettings has it
+    std::string fill_mask;             // with the view, if its part has channels of others
     std::vector<std::string> warnings;
 
     bool any_filtered() const { return !filtered.empty() || filtered_cryptomattes > 0; }

@@ -152,6 +152,9 @@ RoleSet roles_in_files(const FrameHeader& header) {
 
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame) {
+    if (settings.view == kAllViews && !settings.all_views)
+        return Status(StatusCode::usage,
+                      "--view all: only run filters all views of a file; choose one");
     auto opened = io::open_frame(files, frame, {}, settings.input_transfer);
     if (!opened.ok()) return opened.status();
     FrameHeader header;

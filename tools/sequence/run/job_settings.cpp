@@ -200,7 +200,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .text("view", &JobSettings::view,
               {.unit = "NAME",
-               .help = "view to use from a multi-view file",
+               .help = "view to use from a multi-view file; run: all filters every view",
                .unset_means = "the only one",
                .group = kInputGroup})
         .choice(
@@ -438,6 +438,10 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
                       option_name("dump_stages") +
                           ": a frame that --on-existing skip keeps has no stages; use "
                           "--on-existing overwrite, or leave one of them out");
+    if (!job.dump_stages.empty() && job.view == kAllViews)
+        return Status(StatusCode::usage, option_name("dump_stages") +
+                                             ": stages are those of one view; name it with " +
+                                             option_name("view"));
     // Excludes which frames are written, where, and what is written besides: they do not change the
     // result.
     static const std::set<std::string> kNotRepeated = {

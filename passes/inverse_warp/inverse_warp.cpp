@@ -392,6 +392,7 @@ class Planner {
         defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint.made >= 0);
+        if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = std::to_string(frame_.fill_layer);
         defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);

@@ -38,9 +38,11 @@ Color color_at(const ImageD& color, Vec at) {
     const int x0 = int(std::floor(at.x)), y0 = int(std::floor(at.y));
     const int x1 = std::min(x0 + 1, color.width - 1), y1 = std::min(y0 + 1, color.height - 1);
     Color c(size_t(color.channels));
-    for (int i = 0; i < color.channels; ++i)
-        c[size_t(i)] = (1 - fy) * ((1 - fx) * color.at(x0, y0, i) + fx * color.at(x1, y0, i)) +
-                       fy * ((1 - fx) * color.at(x0, y1, i) + fx * color.at(x1, y1, i));
+    for (int i = 0; i < color.channels; ++i) {
+        const double upper = std::lerp(color.at(x0, y0, i), color.at(x1, y0, i), fx);
+        const double lower = std::lerp(color.at(x0, y1, i), color.at(x1, y1, i), fx);
+        c[size_t(i)] = std::lerp(upper, lower, fy);
+    }
     return c;
 }
 

@@ -33,7 +33,7 @@
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
 
-layout(binding = 0) uniform sampler2D color;  // linear
+layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 2) uniform usampler2D starts;
 layout(binding = 11) uniform sampler2D background_color;
@@ -50,7 +50,7 @@ layout(binding = 6) uniform sampler2D given_hint;
 layout(binding = 1) writeonly uniform image2D hint;
 #endif
 #ifdef LAYERS
-layout(binding = 13) uniform sampler2DArray layers;  // linear
+layout(binding = 13) uniform sampler2DArray layers;
 layout(binding = 14) uniform sampler2DArray background_layers;
 layout(binding = 4) writeonly uniform image2DArray layers_blurred;
 #endif

@@ -73,7 +73,6 @@ struct PlanTexture {
 // planes, of a sampler2DArray or image2DArray.
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
-    sample_linear,   // sampler2D, bilinear, clamp to edge
     write,           // writeonly image2D
     list,            // std430 buffer of a work list; empty before the first step that binds it
 };

@@ -197,9 +197,8 @@ void CompiledPlan::bind(const Step& step, const Command& command, const RunObjec
                                    GL_WRITE_ONLY, image_formats_[size_t(binding.texture)]);
                 break;
             case Access::sample_nearest:
-            case Access::sample_linear:
                 glBindTextureUnit(unit, name);
-                glBindSampler(unit, objects.sampler(binding.access == Access::sample_linear));
+                glBindSampler(unit, objects.sampler());
                 break;
         }
     }

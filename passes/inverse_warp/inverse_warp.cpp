@@ -392,22 +392,19 @@ class Planner {
         defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint.made >= 0);
+        if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = std::to_string(frame_.fill_layer);
         defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
-        step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
-                         {1, from.surfaces},
-                         {2, from.starts.surfaces},
-                         {0, result.color, Access::write},
-                         {11, from.background.color},
-                         {12, from.background.cells}};
+        step.bindings = {{0, planner_.input(Role::color)}, {1, from.surfaces},
+                         {2, from.starts.surfaces},        {0, result.color, Access::write},
+                         {11, from.background.color},      {12, from.background.cells}};
         if (from.noise >= 0) step.bindings.push_back({3, from.noise});
         for (const Searched& other : from.neighbors) {
             const bool before = other.neighbor == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
-            step.bindings.push_back({before ? 7 : 9,
-                                     planner_.input(role_of(other.neighbor, Role::color)),
-                                     Access::sample_linear});
+            step.bindings.push_back(
+                {before ? 7 : 9, planner_.input(role_of(other.neighbor, Role::color))});
             step.bindings.push_back({before ? 8 : 10, other.surfaces});
         }
         if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
@@ -428,14 +425,13 @@ class Planner {
     std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
                                          const Soft& soft) const {
         if (!layered_) return {};
-        std::vector<Binding> arrays = {{13, planner_.input(Role::layers), Access::sample_linear},
+        std::vector<Binding> arrays = {{13, planner_.input(Role::layers)},
                                        {14, from.background.layers},
                                        {4, result.layers, Access::write}};
         if (settings_.denoise) arrays.push_back({5, soft.blurred.layers, Access::write});
         for (const Searched& other : from.neighbors)
             arrays.push_back({other.neighbor == Neighbor::before ? 15 : 5,
-                              planner_.input(role_of(other.neighbor, Role::layers)),
-                              Access::sample_linear});
+                              planner_.input(role_of(other.neighbor, Role::layers))});
         return arrays;
     }
 

@@ -16,10 +16,10 @@ layout(binding = 0) uniform sampler2D color_plane;
 #if HINT
 layout(binding = 1) uniform sampler2D hint_plane;
 #endif
-layout(binding = 0) uniform writeonly image2D result_plane;
+layout(binding = 0) writeonly uniform image2D result_plane;
 #ifdef LAYERS
 layout(binding = 2) uniform sampler2DArray layers;
-layout(binding = 1) uniform writeonly image2DArray layers_result;
+layout(binding = 1) writeonly uniform image2DArray layers_result;
 #endif
 
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.

@@ -101,26 +101,39 @@ Status CompiledPlan::take_textures(bool labels) {
                       texture.name);
         }
     }
-    std::vector<int> storage(count, -1);
-    int next = int(count);
+    storage_.resize(count);
     for (size_t t = 0; t < count; ++t) {
-        if (!taken[t]) {
-            storage[t] = next++;  // the host's: its own
-            continue;
-        }
+        storage_[t] = int(count + t);  // the host's: its own, as far as is known
+        if (!taken[t]) continue;
         pool_->release(taken[t]);
         const auto known = std::find(textures_.begin(), textures_.end(), taken[t]);
-        storage[t] = int(known - textures_.begin());
+        storage_[t] = int(known - textures_.begin());
         if (known != textures_.end()) continue;
         ++taken[t]->plans;
         textures_.push_back(taken[t]);
     }
-    if (status.ok()) find_barriers(storage);
+    if (status.ok()) find_barriers();
     return status;
 }
 
-void CompiledPlan::find_barriers(const std::vector<int>& storage) {
-    const std::vector<uint32_t> waits = waits_of(plan_, storage);
+// Imported textures of one name are one storage. True if that is not as it was.
+bool CompiledPlan::find_shared_imports() {
+    const size_t count = plan_.textures.size();
+    bool changed = false;
+    for (size_t t = 0; t < count; ++t) {
+        if (!plan_.textures[t].imported) continue;
+        size_t first = 0;
+        while (!plan_.textures[first].imported || names_[first] != names_[t]) ++first;
+        const int storage = int(count + (names_[t] == 0 ? t : first));
+        changed = changed || storage != storage_[t];
+        storage_[t] = storage;
+    }
+    return changed;
+}
+
+void CompiledPlan::find_barriers() {
+    const std::vector<uint32_t> waits = waits_of(plan_, storage_);
+    barriers_ = 0;
     for (size_t i = 0; i < waits.size(); ++i) {
         commands_[i].barriers = barriers_for(waits[i]);
         barriers_ += waits[i] != 0;
@@ -250,6 +263,7 @@ Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* qu
 
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
     if (commands_.empty()) return Status();
+    if (find_shared_imports()) find_barriers();
     for (Texture* texture : textures_) pool_->touch(texture);
     const size_t offset = objects.upload(bytes_);
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);

@@ -76,7 +76,8 @@ class CompiledPlan {
     }
     // The uniform block of a step, as many bytes as it has.
     void set_uniforms(int step, std::span<const std::byte> bytes);
-    // Sets the texture of an imported one, and its GL format if it is written to.
+    // Sets the texture of an imported one, and its GL format if it is written to. Several may be
+    // one texture, as a host's output over its color.
     void import(TextureId texture, unsigned name, unsigned image_format = 0);
 
     // Dispatches every step; afterwards their results can be used by any GL command. If
@@ -95,7 +96,8 @@ class CompiledPlan {
     Status take_textures(bool labels);
     void take_uniforms();
     Status take_programs(ProgramCache& programs, size_t alignment);
-    void find_barriers(const std::vector<int>& storage);
+    bool find_shared_imports();
+    void find_barriers();
     void bind(const Step& step, const Command& command, const RunObjects& objects, size_t offset);
     Status dispatch(const Step& step, const Command& command, BandQueue* queue) const;
     Status dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const;
@@ -105,6 +107,7 @@ class CompiledPlan {
     std::vector<Texture*> textures_;       // textures of the pool, each once
     std::vector<unsigned> names_;          // names of the plan's textures
     std::vector<unsigned> image_formats_;  // likewise
+    std::vector<int> storage_;             // number of the storage of each of them
     std::vector<TextureId> lists_;
     std::vector<Command> commands_;
     std::vector<std::byte> bytes_;  // every block, aligned

@@ -344,6 +344,32 @@ TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
     }
 }
 
+// Color is scaled into a, then into b. If the host's b is its color, writing waits for the reads.
+TEST_F(Execute, AHostsTexturesOfOneNameAreOneStorage) {
+    setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+    gl::ProgramCache programs({}, gl::shader_folder_of_environment());
+    unsetenv("POSTCHAIN_SHADER_DIR");
+    gl::TexturePool pool;
+    gl::RunObjects objects;
+    Plan plan = two_steps(20, 10);
+    plan.steps[1].bindings[0].texture = 0;
+    for (size_t t : {1, 2}) plan.textures[t].imported = true;
+    auto compiled = gl::CompiledPlan::make(plan, pool, programs, objects, false);
+    ASSERT_TRUE(compiled.ok()) << compiled.status().message();
+    const HostTexture color(20, 10), a(20, 10), b(20, 10);
+    const auto barriers = [&](unsigned first, unsigned second) {
+        compiled->import(0, color.name());
+        compiled->import(1, first, GL_RGBA32F);
+        compiled->import(2, second, GL_RGBA32F);
+        EXPECT_TRUE(compiled->run(objects).ok());
+        return compiled->barriers();
+    };
+    EXPECT_EQ(barriers(a.name(), b.name()), 0u);
+    EXPECT_EQ(barriers(a.name(), color.name()), 1u) << "color is read by the first step";
+    EXPECT_EQ(barriers(a.name(), a.name()), 1u) << "both write one texture";
+    EXPECT_EQ(barriers(b.name(), a.name()), 0u);
+}
+
 // In a host bands have the estimated size, and a dispatch that is short stays whole.
 TEST_F(Execute, RunsALongStepInBands) {
     ImageF pixels;

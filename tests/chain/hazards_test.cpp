@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
+#include <random>
 #include <set>
 
 #include "chain/levels.h"
@@ -115,7 +117,10 @@ void expect_ordered(const Plan& plan, const std::vector<int>& storage) {
                     uint32_t needed = 0;
                     const bool list = a.access == Access::list;
                     if (a.texture != b.texture) {
-                        if (second.writes(b)) needed = kWaitImage;
+                        if (second.writes(b))
+                            needed = kWaitImage;
+                        else if (first.writes(a))
+                            needed = kWaitFetch;
                     } else if (first.writes(a) && !second.writes(b)) {
                         needed = list ? kWaitList : kWaitFetch;
                         if (second.work_list == b.texture) needed |= kWaitLaunch;
@@ -223,6 +228,40 @@ TEST(Hazards, OfPlansOfTheBuiltInPasses) {
         const auto levels = levels_of(plan);
         EXPECT_TRUE(std::is_sorted(levels.begin(), levels.end()));
         EXPECT_EQ(waiting_steps(plan, own_storage(plan)), size_t(levels.back()));
+    }
+}
+
+// Random steps over textures and lists. Textures may share storage in any way, as those that a host
+// hands in do; lists have their own.
+TEST(Hazards, OfRandomPlansAndImports) {
+    std::mt19937 random(27);
+    const auto below = [&](int limit) { return int(random() % uint32_t(limit)); };
+    for (int round = 0; round < 3000; ++round) {
+        const int textures = 2 + below(6), lists = below(3);
+        Plan plan;
+        plan.textures.resize(size_t(textures + lists));
+        std::vector<int> storage = own_storage(plan);
+        for (int t = 0; t < textures; ++t) storage[size_t(t)] = below(textures);
+        for (int i = 0; i < 2 + below(8); ++i) {
+            Step step;
+            step.name = concat(i);
+            std::map<int, Access> used;  // a step does not write what it also reads or writes
+            for (int t = 0; t < textures + lists; ++t) {
+                if (below(3) > 0) continue;
+                const Access access = t >= textures   ? Access::list
+                                      : below(3) == 0 ? Access::write
+                                                      : Access::sample_nearest;
+                const auto [place, is_new] = used.emplace(storage[size_t(t)], access);
+                const bool both_read =
+                    access == Access::sample_nearest && place->second == Access::sample_nearest;
+                if (!is_new && !both_read) continue;
+                step.bindings.push_back({t, t, access});
+                if (access == Access::list && below(2) == 0) step.work_list = t;
+            }
+            plan.steps.push_back(std::move(step));
+        }
+        expect_ordered(plan, storage);
+        ASSERT_FALSE(HasFailure()) << "round " << round;
     }
 }
 

@@ -64,6 +64,7 @@ struct Counted<kVariable> {
     F(glBindTexture)                \
     F(glBindTextureUnit)            \
     F(glClearNamedBufferSubData)    \
+    F(glClientWaitSync)             \
     F(glCompileShader)              \
     F(glCreateBuffers)              \
     F(glCreateProgram)              \
@@ -76,10 +77,13 @@ struct Counted<kVariable> {
     F(glDeleteQueries)              \
     F(glDeleteSamplers)             \
     F(glDeleteShader)               \
+    F(glDeleteSync)                 \
     F(glDeleteTextures)             \
     F(glDispatchCompute)            \
     F(glDispatchComputeIndirect)    \
+    F(glFenceSync)                  \
     F(glFinish)                     \
+    F(glFlush)                      \
     F(glGetActiveUniformBlockName)  \
     F(glGetActiveUniformBlockiv)    \
     F(glGetError)                   \
@@ -100,6 +104,7 @@ struct Counted<kVariable> {
     F(glGetTextureLevelParameteriv) \
     F(glGetTextureParameteriv)      \
     F(glGetTextureSubImage)         \
+    F(glGetUniformLocation)         \
     F(glIsTexture)                  \
     F(glLinkProgram)                \
     F(glMemoryBarrier)              \
@@ -116,6 +121,7 @@ struct Counted<kVariable> {
     F(glTextureStorage3D)           \
     F(glTextureSubImage2D)          \
     F(glTextureSubImage3D)          \
+    F(glUniform2ui)                 \
     F(glUseProgram)
 
 void install() {

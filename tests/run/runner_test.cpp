@@ -2,12 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <locale>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "chain/egl/context.h"
 #include "config/chain_file.h"
@@ -143,6 +145,30 @@ TEST_F(RunnerTest, StopsWhenAsked) {
     // Stop requested before the start: nothing is done.
     settings_.on_existing = io::OnExisting::overwrite;
     EXPECT_EQ(go({}, &stop)->written, 0u);
+}
+
+// A frame that takes minutes is given up between two bands of a dispatch.
+TEST_F(RunnerTest, StopsWithinAFrame) {
+    chain(
+        "postchain: 1\n"
+        "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1, focus_distance: 9,"
+        " meters_per_unit: 1, shutter_frames: 1}\n"
+        "passes:\n"
+        "  - joint_blur: {samples: 1023, starts: 8}\n");
+    test::write_sequence(at(""), {1}, 1920, 1080);
+    std::atomic<bool> stop = false;
+    std::jthread later([&] {
+        std::this_thread::sleep_for(std::chrono::seconds(3));
+        stop = true;
+    });
+    const auto begun = std::chrono::steady_clock::now();
+    const auto summary = go({}, &stop);
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(40));
+    EXPECT_TRUE(stop) << "the frame was filtered already";
+    EXPECT_EQ(summary->written, 0u);
+    EXPECT_EQ(summary->failed, 0u);
+    EXPECT_FALSE(fs::exists(out(1)));
 }
 
 // A failure must not affect frames before it, wherever they are in the pipeline.

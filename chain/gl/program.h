@@ -19,6 +19,9 @@ namespace postchain::gl {
 Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
                                      std::vector<std::string>* files = nullptr);
 
+// The text of a program as the compiler gets it.
+Result<std::string> program_source(const ProgramKey& key, const std::string& folder = {});
+
 struct Program {
     unsigned name = 0;          // GL's
     std::string uniforms_type;  // type of the uniform block at binding 0; empty = it has none

@@ -22,10 +22,14 @@ Result<std::string> resolve_includes(const std::string& file, const std::string&
 // The text of a program as the compiler gets it.
 Result<std::string> program_source(const ProgramKey& key, const std::string& folder = {});
 
+// Location of the uniform of common/first_group.glsl.
+inline constexpr int kFirstGroup = 0;
+
 struct Program {
     unsigned name = 0;          // GL's
     std::string uniforms_type;  // type of the uniform block at binding 0; empty = it has none
     size_t uniforms_bytes = 0;  // std140, a multiple of 16
+    bool in_bands = false;      // takes its place from common/first_group.glsl
     bool operator==(const Program&) const = default;
 };
 

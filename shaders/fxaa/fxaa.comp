@@ -40,7 +40,7 @@ shared float lumas[kRegionPx * kRegionPx];
 
 // First pixel of the region.
 ivec2 region() {
-    return ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx - REACH_PX;
+    return group_at() * kFxaaSquarePx - REACH_PX;
 }
 
 // Luma of a pixel of the region; a pixel outside the frame has the luma of the nearest inside.
@@ -135,7 +135,7 @@ void store_layers(ivec2 p) {
 void main() {
     find_lumas();
     barrier();
-    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx + ivec2(gl_LocalInvocationID.xy);
+    const ivec2 first = group_at() * kFxaaSquarePx + ivec2(gl_LocalInvocationID.xy);
     ivec2 offset = ivec2(0);
     do {
         const ivec2 p = first + offset;

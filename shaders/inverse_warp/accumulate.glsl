@@ -1,5 +1,6 @@
 // The sums over a pixel's samples, as differences to its own color: one color stays to the bit.
 //
+// FILL_LAYER: which of the frame's layers is the fill mask (chain/layers.h)
 // DENOISE: samples of blurred surfaces are also summed apart, for denoise.comp
 // ADAPTIVE: and two halves of the samples, for adaptive.glsl
 
@@ -49,6 +50,28 @@ vec3 covariance_of(float inverse_depth, vec2 path) {
     if (kLens) covariance.xz += 0.25 * axes * axes;
     if (kShutter) covariance += path.xxy * path.xyy / 3.0;
     return covariance;
+}
+
+// Channels of the fill mask.
+const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0, 1.0, 0.0);
+
+// A sample's color whose fill mask says that all of it comes from `source`.
+WideColor from(vec4 source, WideColor color) {
+#ifdef FILL_LAYER
+    FOR_LAYERS(l)
+        if (LAYERS_FIRST + l == FILL_LAYER)
+            color.planes[1 + l] = dot(color.planes[1 + l].rgb, vec3(1.0)) * source;
+#endif
+    return color;
+}
+
+// The color of a surface that a frame shows. This frame's keeps its shares: an earlier pass may have
+// filled it.
+WideColor shown_color(Found found) {
+    const WideColor color = color_of(found);
+    if (found.frame != 0) return from(kFromNeighbor, color);
+    if (found.beyond) return from(kEstimated, color);
+    return color;
 }
 
 void add_soft(precise inout Soft soft, Seen seen, WideColor difference, float weight) {

@@ -25,6 +25,7 @@
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
 // LAYERS: number of extra layers to filter, also of the background and the neighbors
+// FILL_LAYER: which of the frame's layers is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
@@ -106,12 +107,13 @@ Seen resolve(Pixel pixel, Sample now, Search here) {
     if (kNeighbors) found = resolve_occluded(pixel, now, here);
     const Behind behind = find_behind(pixel, now, here, found.inverse_depth);
     if (behind.inverse_depth >= 0.0)
-        return Seen(color_behind(behind), behind.inverse_depth, behind.path, behind.at);
+        return Seen(from(kEstimated, color_behind(behind)), behind.inverse_depth, behind.path,
+                    behind.at);
     if (found.inverse_depth >= 0.0)
-        return Seen(color_of(found), found.inverse_depth, found.path, at);
+        return Seen(shown_color(found), found.inverse_depth, found.path, at);
     const WideColor far_color = fetch(WIDE(color, layers), ivec2(here.far_at));
-    return Seen(background_at(far, here.far.inverse_depth, far_color), here.far.inverse_depth,
-                here.far.a, at);
+    const WideColor fill = background_at(far, here.far.inverse_depth, far_color);
+    return Seen(from(kEstimated, fill), here.far.inverse_depth, here.far.a, at);
 }
 
 vec2 given_hint_at(ivec2 at) {

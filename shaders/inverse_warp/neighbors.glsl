@@ -83,7 +83,7 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
             s.inverse_depth <= nearest.inverse_depth * ratio ||
             s.inverse_depth * ratio < farthest || !may_be_occluded(s, x, frame, ratio))
             continue;
-        nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a);
+        nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
     }
 }
 

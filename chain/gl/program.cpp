@@ -144,6 +144,12 @@ Result<std::string> resolve_includes(const std::string& file, const std::string&
     return out;
 }
 
+Result<std::string> program_source(const ProgramKey& key, const std::string& folder) {
+    auto source = resolve_includes(key.file, folder);
+    if (!source.ok()) return source.status();
+    return with_defines(*source, key);
+}
+
 std::string shader_folder_of_environment() {
     const char* folder = std::getenv("POSTCHAIN_SHADER_DIR");
     return folder ? folder : "";

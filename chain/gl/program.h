@@ -19,6 +19,9 @@ namespace postchain::gl {
 Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
                                      std::vector<std::string>* files = nullptr);
 
+// The text of a program as the compiler gets it.
+Result<std::string> program_source(const ProgramKey& key, const std::string& folder = {});
+
 // Location of the uniform of common/first_group.glsl.
 inline constexpr int kFirstGroup = 0;
 

@@ -7,7 +7,7 @@ float radius_px(float w) {
     // product below is 0 times infinity.
     w = w > 0.0 ? min(w, 3.0e38) : 0.0;
 #if defined(COC_LENS)
-    float radius = uniforms.gain_px * (uniforms.focus_inverse - w);
+    precise float radius = uniforms.gain_px * (uniforms.focus_inverse - w);
 #elif defined(COC_PLANES)
     float near_part = 0.0;
     float far_part = 1.0;  // of the sky
@@ -16,7 +16,7 @@ float radius_px(float w) {
         near_part = clamp((uniforms.near_sharp - d) * uniforms.near_inverse_span, 0.0, 1.0);
         far_part = clamp((d - uniforms.far_sharp) * uniforms.far_inverse_span, 0.0, 1.0);
     }
-    float radius = uniforms.far_radius_px * far_part - uniforms.near_radius_px * near_part;
+    precise float radius = uniforms.far_radius_px * far_part - uniforms.near_radius_px * near_part;
 #endif
     return clamp(radius, -uniforms.max_radius_px, uniforms.max_radius_px);
 }

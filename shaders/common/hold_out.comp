@@ -28,13 +28,13 @@ float weights[kWindow * kWindow];
 
 // (1 - m)^16
 float beside(float m) {
-    const float kept = 1.0 - m;
+    precise const float kept = 1.0 - m;
     const float second = kept * kept, fourth = second * second;
     return (fourth * fourth) * (fourth * fourth);
 }
 
 void find_weights(ivec2 p, ivec2 size, float m) {
-    float total = 0.0;
+    precise float total = 0.0;
     for (int j = -kAround; j <= kAround; ++j)
         for (int i = -kAround; i <= kAround; ++i) {
             const ivec2 at = p + ivec2(i, j);
@@ -45,21 +45,23 @@ void find_weights(ivec2 p, ivec2 size, float m) {
             weights[index] = i == 0 && j == 0 ? kOwn * beside(m) / m : near * beside(matte_at(at));
             total += weights[index];
         }
-    weights[kAround * kWindow + kAround] += max(kMinWeight - total, 0.0);
+    precise const float own = weights[kAround * kWindow + kAround] + max(kMinWeight - total, 0.0);
+    weights[kAround * kWindow + kAround] = own;
     total = max(total, kMinWeight);
     for (int i = 0; i < kWindow * kWindow; ++i) weights[i] /= total;
 }
 
 // The ground of a soft pixel; `fetch(p)` reads the plane.
 #define GROUND(ground, fetch)                                                     \
-    vec4 ground = vec4(0.0);                                                      \
+    precise vec4 ground = vec4(0.0);                                                   \
     for (int i = 0; i < kWindow * kWindow; ++i)                                   \
         if (weights[i] > 0.0)                                                     \
             ground += weights[i] * fetch(p + ivec2(i % kWindow, i / kWindow) - kAround);
 
 // The share of the pixel's own color c in its ground.
 vec4 own_share(vec4 c, vec4 ground, float kept) {
-    return clamp((kept * ground - c) / max(kept * (ground - c), 1e-30), 0.0, 1.0);
+    precise const vec4 own = (kept * ground - c) / max(kept * (ground - c), 1e-30);
+    return clamp(own, 0.0, 1.0);
 }
 
 void main() {
@@ -67,7 +69,7 @@ void main() {
     const ivec2 size = textureSize(color, 0);
     if (any(greaterThanEqual(p, size))) return;
     const float m = matte_at(p);
-    const float kept = 1.0 - m;
+    precise const float kept = 1.0 - m;
     const bool soft = m > 0.0 && m < 1.0;
     if (soft) find_weights(p, size, m);
 #define FETCH_COLOR(at) finite_color(texelFetch(color, at, 0))

@@ -29,14 +29,15 @@ vec4 laid_over(vec4 c, vec4 c_held, vec4 c_filtered, float m, float kept, float 
     if (m >= 1.0 || (c_held == c_filtered && coverage == kept)) return c;
     const float trust = clamp(coverage / kMinCoverage, 0.0, 1.0);
     const vec4 behind = coverage > 0.0 ? c_filtered / coverage : vec4(0.0);
-    return c + trust * (kept * behind - c_held);
+    precise const vec4 over = c + trust * (kept * behind - c_held);
+    return over;
 }
 
 void main() {
     const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, textureSize(color, 0)))) return;
     const float m = matte_at(p);
-    const float kept = 1.0 - m;
+    precise const float kept = 1.0 - m;
     const float coverage = texelFetch(filtered_held, ivec3(p, 1), 0).x;
     // The object is not near: as without a matte.
     const bool plain = m == 0.0 && coverage == 1.0;

@@ -14,10 +14,20 @@
 // Coordinate of pixel `at` in layer i of this step.
 #define LAYER(at, i) ivec3(at, LAYERS_FIRST + (i))
 #define LAYER_FETCH(array, at, i) texelFetch(array, LAYER(at, i), 0)
-#define LAYER_STORE(array, at, i, value) imageStore(array, LAYER(at, i), value)
+// A stored value is computed as written, without fused multiplications: each variant of a program
+// has the same bits (precise; functions say it of what they return).
+#define LAYER_STORE(array, at, i, value)                \
+    {                                                   \
+        precise const vec4 to_store = value;            \
+        imageStore(array, LAYER(at, i), to_store);      \
+    }
 
 #ifdef LAYERS_ONLY
 #define STORE(image, at, value)
 #else
-#define STORE(image, at, value) imageStore(image, at, value)
+#define STORE(image, at, value)              \
+    {                                        \
+        precise const vec4 to_store = value; \
+        imageStore(image, at, to_store);     \
+    }
 #endif

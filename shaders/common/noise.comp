@@ -38,7 +38,8 @@ float blue(uvec2 p) {
     const uint pixel = (p.y & 63u) * 64u + (p.x & 63u);
     const uint pair = uint(uniforms.ranks[pixel >> 3][(pixel >> 1) & 3u]);
     const uint rank = (pixel & 1u) == 0u ? pair & 0xffffu : pair >> 16;
-    return (float(rank) + 0.5) / 4096.0;
+    precise const float value = (float(rank) + 0.5) / 4096.0;
+    return value;
 }
 #endif
 
@@ -51,5 +52,6 @@ void main() {
 #else
     const vec2 value = vec2(blue(p), blue(p + uvec2(29u, 41u)));
 #endif
-    imageStore(noise, invocation_at(), vec4(value.x, 2.0 * value.y - 1.0, 0, 0));
+    precise const vec4 stored = vec4(value.x, 2.0 * value.y - 1.0, 0, 0);
+    imageStore(noise, invocation_at(), stored);
 }

@@ -64,13 +64,14 @@ void store_guide(ivec2 low) {
     const ivec2 first = low * FACTOR;
     const ivec2 end = min(first + FACTOR, uniforms.size);
     const float anchor = guide_of(first);
-    float sum = 0.0;
+    precise float sum = 0.0;
     for (int i = 0; i < FACTOR * FACTOR; ++i) {
         const ivec2 p = first + ivec2(i % FACTOR, i / FACTOR);
         if (all(lessThan(p, end))) sum += guide_of(p) - anchor;
     }
     const ivec2 count = end - first;
-    imageStore(small_guide, low, vec4(anchor + sum / float(count.x * count.y), 0.0, 0.0, 0.0));
+    precise const float mean = anchor + sum / float(count.x * count.y);
+    imageStore(small_guide, low, vec4(mean, 0.0, 0.0, 0.0));
 }
 #endif
 

@@ -35,12 +35,17 @@ void tap(ivec2 p, int offset, float weight) {
     float neighbor = texelFetch(guide, inside, 0).x;
     weight *= neighbor < center_guide ? neighbor / center_guide : 1.0;
 #endif
-    sum += weight * (texelFetch(source, inside, 0) - center);
+    precise const vec4 next = sum + weight * (texelFetch(source, inside, 0) - center);
+    sum = next;
 #ifdef LAYERS
-    FOR_LAYERS(i)
-        layer_sums[i] += weight * (LAYER_FETCH(source_layers, inside, i) - layer_centers[i]);
+    FOR_LAYERS(i) {
+        precise const vec4 layer =
+            layer_sums[i] + weight * (LAYER_FETCH(source_layers, inside, i) - layer_centers[i]);
+        layer_sums[i] = layer;
+    }
 #endif
-    total += weight;
+    precise const float weights = total + weight;
+    total = weights;
 }
 
 void main() {

@@ -35,10 +35,10 @@ vec4 fetch_low(ivec2 p) {
 #if FACTOR == 1
     return texelFetch(low, p, 0);
 #else
-    vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
+    precise vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
     ivec2 a = ivec2(position);  // at most low_size - 1; beyond the last center a = b
     ivec2 b = min(a + 1, uniforms.low_size - 1);
-    vec2 t = position - vec2(a);
+    precise vec2 t = position - vec2(a);
     vec4 top = between(texelFetch(low, a, 0), texelFetch(low, ivec2(b.x, a.y), 0), t.x);
     vec4 bottom = between(texelFetch(low, ivec2(a.x, b.y), 0), texelFetch(low, b, 0), t.x);
     return between(top, bottom, t.y);
@@ -50,10 +50,10 @@ vec4 fetch_low_layer(ivec2 p, int i) {
 #if FACTOR == 1
     return LAYER_FETCH(low_layers, p, i);
 #else
-    const vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
+    precise const vec2 position = max((vec2(p) + 0.5) / float(FACTOR) - 0.5, 0.0);
     const ivec2 a = ivec2(position);
     const ivec2 b = min(a + 1, uniforms.low_size - 1);
-    const vec2 t = position - vec2(a);
+    precise const vec2 t = position - vec2(a);
     const vec4 top = between(LAYER_FETCH(low_layers, a, i),
                              LAYER_FETCH(low_layers, ivec2(b.x, a.y), i), t.x);
     const vec4 bottom = between(LAYER_FETCH(low_layers, ivec2(a.x, b.y), i),
@@ -77,7 +77,7 @@ void main() {
 #endif
     vec4 c = finite_color(texelFetch(color, p, 0));
     // The weight of the blurred image.
-    float blurred_part = 0.0;
+    precise float blurred_part = 0.0;
 #ifndef SHARP
     if (radius > 0.5) {
         vec4 blurred = fetch_low(p);
@@ -95,10 +95,12 @@ void main() {
 #ifdef LAYERS
     FOR_LAYERS(i) {
         vec4 layer = LAYER_FETCH(layers, p, i);
+#ifndef SHARP
         if (blurred_part == 1.0)
             layer = fetch_low_layer(p, i);
         else if (blurred_part > 0.0)
             layer = between(layer, fetch_low_layer(p, i), blurred_part);
+#endif
         LAYER_STORE(layers_result, p, i, layer);
     }
 #endif
@@ -107,7 +109,7 @@ void main() {
 #ifdef BLURRED
     vec2 gate = vec2(0.0);
 #else
-    vec2 gate = texelFetch(hint, p, 0).xy * clamp(1.0 - radius, 0.0, 1.0);
+    precise vec2 gate = texelFetch(hint, p, 0).xy * clamp(1.0 - radius, 0.0, 1.0);
 #endif
     STORE(hint_result, p, vec4(gate, 0.0, 0.0));
 #endif

@@ -24,10 +24,11 @@ void main() {
     // Equal colors return unrounded.
     vec4 first_color = vec4(0.0);
     bool all_equal = true;
-    vec4 sum = vec4(0.0);
-    float total = 0.0;
+    precise vec4 sum = vec4(0.0);
+    precise float total = 0.0;
 #ifdef LAYERS
-    vec4 first_layers[LAYERS], layer_sums[LAYERS];
+    vec4 first_layers[LAYERS];
+    precise vec4 layer_sums[LAYERS];
     bool layer_equal[LAYERS];
     FOR_LAYERS(i) {
         first_layers[i] = vec4(0.0);

@@ -12,7 +12,8 @@ const float kMaxExposed = 1e30;
 float brightness_weight(vec4 texel) {
 #if BLEND_TONEMAPPED
     const float largest = max(max(texel.r, texel.g), max(texel.b, 0.0)) * uniforms.exposure;
-    return inversesqrt(1.0 + min(largest, kMaxExposed));
+    precise const float exposed = 1.0 + min(largest, kMaxExposed);
+    return inversesqrt(exposed);
 #else
     return 1.0;
 #endif
@@ -30,20 +31,21 @@ int place_of(ivec2 offset) {
 // The part of b in the blend below.
 float share_of(vec4 a, vec4 b, float weight) {
     if (weight <= 0.0) return 0.0;
-    const float wa = (1.0 - weight) * brightness_weight(a);
+    precise const float wa = (1.0 - weight) * brightness_weight(a);
     const float wb = weight * brightness_weight(b);
-    return wb / (wa + wb);
+    precise const float share = wb / (wa + wb);
+    return share;
 }
 #endif
 
 // From a (weight 0) to b (weight 1). Weight 0 or equal texels give a, bit for bit.
 vec4 blend(vec4 a, vec4 b, float weight) {
     if (weight <= 0.0) return a;
-    const float wa = (1.0 - weight) * brightness_weight(a);
+    precise const float wa = (1.0 - weight) * brightness_weight(a);
     const float wb = weight * brightness_weight(b);
     // From the texel that weighs more: of a texel 1e9 times as bright as the other, 1 - share keeps
     // no digit.
-    const vec4 mean =
+    precise const vec4 mean =
         wa >= wb ? a + wb / (wa + wb) * (b - a) : b + wa / (wa + wb) * (a - b);
     // The clamp keeps rounding inside the two texels' range.
     return clamp(mean, min(a, b), max(a, b));

@@ -12,11 +12,14 @@ const float kAlong = 0.8;
 const float kRound = 0.5;
 
 // Adds the texel at `offset` from p to the sum and to the sum of the weights.
-void add(inout vec4 sum, inout float weights, ivec2 p, ivec2 offset, float weight) {
+void add(precise inout vec4 sum, precise inout float weights, ivec2 p, ivec2 offset,
+         float weight) {
     const vec4 texel = color_at(p + offset);
     const float share = weight * brightness_weight(texel);
 #ifdef LAYERS
-    shares[place_of(inside(p + offset) - p)] += share;
+    const int place = place_of(inside(p + offset) - p);
+    precise const float of_place = shares[place] + share;
+    shares[place] = of_place;
 #endif
     sum += share * texel;
     weights += share;
@@ -73,10 +76,10 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // The weight of a neighbor at d is exp(-k_across (d . normal)^2 - k_along (d . tangent)^2).
     const float mean_k = 0.5 * (k_across + k_along);
     const vec2 change = 0.5 * (k_across - k_along) * axis;
-    const float weight_x = exp(-(mean_k + change.x));
-    const float weight_y = exp(-(mean_k - change.x));
-    const float weight_falling = exp(-2.0 * (mean_k + change.y));  // (1, 1) and (-1, -1)
-    const float weight_rising = exp(-2.0 * (mean_k - change.y));   // (1, -1) and (-1, 1)
+    precise const float weight_x = exp(-(mean_k + change.x));
+    precise const float weight_y = exp(-(mean_k - change.x));
+    precise const float weight_falling = exp(-2.0 * (mean_k + change.y));  // (1, 1) and (-1, -1)
+    precise const float weight_rising = exp(-2.0 * (mean_k - change.y));   // (1, -1) and (-1, 1)
 
     vec4 sum = vec4(0.0);
     float weights = 0.0;

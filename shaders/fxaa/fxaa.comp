@@ -96,16 +96,20 @@ vec4 result_at(ivec2 p) {
 #ifdef LAYERS
     const vec4 plain = filtered(p, center, 1.0);
     const float taps_share = hint >= 1.0 ? 1.0 : share_of(plain, taps, hint);
-    for (int i = 0; i < 9; ++i) shares[i] *= 1.0 - taps_share;
-    const ivec2 above = inside(p + ivec2(0, -1)) - p;
-    shares[place_of(above)] += taps_share * share_of(center, color_at(p + ivec2(0, -1)),
-                                                     kCheckerboardOffset * uniforms.subpix);
+    precise const float plain_share = 1.0 - taps_share;
+    for (int i = 0; i < 9; ++i) shares[i] *= plain_share;
+    const int above = place_of(inside(p + ivec2(0, -1)) - p);
+    precise const float of_above =
+        shares[above] + taps_share * share_of(center, color_at(p + ivec2(0, -1)),
+                                              kCheckerboardOffset * uniforms.subpix);
+    shares[above] = of_above;
     return hint >= 1.0 ? taps : blend(plain, taps, hint);
 #else
     return hint >= 1.0 ? taps : blend(filtered(p, center, 1.0), taps, hint);
 #endif
 #elif HINT == 2
-    return filtered(p, center, 1.0 - hint);
+    precise const float scale = 1.0 - hint;
+    return filtered(p, center, scale);
 #else
     return filtered(p, center, 1.0);
 #endif
@@ -113,7 +117,8 @@ vec4 result_at(ivec2 p) {
 
 #ifdef LAYERS
 void store_layers(ivec2 p) {
-    vec4 centers[LAYERS], sums[LAYERS];
+    vec4 centers[LAYERS];
+    precise vec4 sums[LAYERS];
     FOR_LAYERS(l) {
         centers[l] = LAYER_FETCH(layers, p, l);
         sums[l] = vec4(0.0);

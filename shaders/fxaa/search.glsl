@@ -94,7 +94,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const bool negative_nearer = reached_negative < reached_positive;
     const float end = negative_nearer ? end_negative : end_positive;
     precise float side = m - pair_mean;
-    float edge_offset = 0.0;
+    precise float edge_offset = 0.0;
     if ((end < 0.0) != (side < 0.0))
         edge_offset = 0.5 - float(min(reached_negative, reached_positive)) /
                                 float(reached_negative + reached_positive);

@@ -44,7 +44,7 @@ Sums no_samples() {
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
 vec3 covariance_of(float inverse_depth, vec2 path) {
-    vec3 covariance = vec3(0.0);
+    precise vec3 covariance = vec3(0.0);
     const float radius = radius_px(inverse_depth);
     const vec2 axes = radius * vec2(uniforms.pixel_axis_x, uniforms.pixel_axis_y);
     if (kLens) covariance.xz += 0.25 * axes * axes;
@@ -74,9 +74,9 @@ WideColor shown_color(Found found) {
     return color;
 }
 
-void add_soft(inout Soft soft, Seen seen, WideColor difference, float weight) {
+void add_soft(precise inout Soft soft, Seen seen, WideColor difference, float weight) {
     const vec3 covariance = covariance_of(seen.inverse_depth, seen.path);
-    const float variance = covariance.x + covariance.z;
+    precise const float variance = covariance.x + covariance.z;
     if (variance < uniforms.soft_spread) return;
     soft.color = plus(soft.color, weight, difference);
     soft.weight += weight;
@@ -86,7 +86,7 @@ void add_soft(inout Soft soft, Seen seen, WideColor difference, float weight) {
 // The samples whose number has an odd count of binary digits 1 are one half. Both halves are even
 // over the shutter, whose times go by mirrored digits, and over the lens, whose samples go outward
 // (Thue-Morse).
-void add_to_half(inout Half halves[2], int number, vec3 difference, float weight) {
+void add_to_half(precise inout Half halves[2], int number, vec3 difference, float weight) {
     const bool odd = (bitCount(number) & 1) == 1;
     halves[0].color += odd ? vec3(0.0) : weight * difference;
     halves[1].color += odd ? weight * difference : vec3(0.0);
@@ -94,7 +94,7 @@ void add_to_half(inout Half halves[2], int number, vec3 difference, float weight
     halves[1].weight += odd ? weight : 0.0;
 }
 
-void accumulate(inout Sums sums, Pixel pixel, Sample now, Seen seen) {
+void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Seen seen) {
     const WideColor difference = minus(seen.color, pixel.color);
     const vec2 moved_px = seen.at - pixel.p;
     sums.color = plus(sums.color, now.weight, difference);

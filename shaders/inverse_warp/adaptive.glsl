@@ -8,15 +8,17 @@ const float kNoiseSteps = 1048576.0;
 
 vec3 shown(vec3 color) {
     const vec3 light = max(color, vec3(0.0));
-    return sqrt(light / (1.0 + light));
+    precise const vec3 part = light / (1.0 + light);
+    return sqrt(part);
 }
 
 // Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
 // red, green and blue.
 float noise_of(Half halves[2], vec3 own) {
     if (halves[0].weight == 0.0 || halves[1].weight == 0.0) return 0.0;
-    const vec3 d = shown(own + halves[0].color / halves[0].weight) -
-                   shown(own + halves[1].color / halves[1].weight);
+    precise const vec3 first = own + halves[0].color / halves[0].weight;
+    precise const vec3 second = own + halves[1].color / halves[1].weight;
+    precise const vec3 d = shown(first) - shown(second);
     return dot(d, d) / 3.0;
 }
 
@@ -38,11 +40,12 @@ void begin_block() {
 bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
     if (set.first > 0) return false;
     const float noise = is_pixel ? noise_of(sums.halves, pixel.color.planes[0].rgb) : 0.0;
-    atomicAdd(block_noise, uint(kNoiseSteps * noise + 0.5));
+    precise const float steps = kNoiseSteps * noise + 0.5;
+    atomicAdd(block_noise, uint(steps));
     barrier();
     const ivec2 extent = min(uniforms.size - kBlockPx * pixel.block, ivec2(kBlockPx));
     const float mean = float(block_noise) / (kNoiseSteps * float(extent.x * extent.y));
-    const float weight = clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
+    precise const float weight = clamp((mean / uniforms.noise_limit - 1.0) * 4.0, 0.0, 1.0);
     if (weight == 0.0) return false;
     set = SampleSet(float(uniforms.more_samples), uniforms.samples, weight);
     return true;
@@ -51,7 +54,9 @@ bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
 // Standard deviation of the blur's noise, in that of the first set alone.
 float noise_scale(SampleSet last) {
     const float more = last.first > 0 ? last.weight : 0.0;
-    return inversesqrt(1.0 + more * float(uniforms.more_samples) / float(uniforms.samples));
+    precise const float samples =
+        1.0 + more * float(uniforms.more_samples) / float(uniforms.samples);
+    return inversesqrt(samples);
 }
 #else
 bool takes_part(bool is_pixel, ivec2 pixel) {

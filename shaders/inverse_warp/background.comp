@@ -39,7 +39,7 @@ Cell merge(Cell a, Cell b) {
     if (b.weight == 0.0) return a;
     if (!one_depth(a.inverse_depth, b.inverse_depth))
         return a.inverse_depth < b.inverse_depth ? a : b;
-    const float weight = a.weight + b.weight;
+    precise const float weight = a.weight + b.weight;
     // By the difference: one color stays to the bit.
     return Cell(plus(a.color, b.weight / weight, minus(b.color, a.color)),
                 min(a.inverse_depth, b.inverse_depth), weight);

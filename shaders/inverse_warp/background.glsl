@@ -11,15 +11,15 @@ struct CellLevel {
 // with at most this inverse depth. False if there is none.
 bool fill_from(CellLevel level, float inverse_depth, inout WideColor fill) {
     const vec2 base = floor(level.place);
-    const vec2 f = level.place - base;
+    precise const vec2 f = level.place - base;
     WideColor first = fill, sum = no_color();
-    float total = 0.0;
+    precise float total = 0.0;
     for (int i = 0; i < 4; ++i) {
         const vec2 corner = vec2(i & 1, i >> 1);
-        ivec2 cell = clamp(ivec2(base + corner), ivec2(0), level.cells - 1);
+        ivec2 cell = clamp(ivec2(base) + ivec2(corner), ivec2(0), level.cells - 1);
         cell.x += level.columns_left;
         const vec2 depth_part = uintBitsToFloat(texelFetch(background, cell, 0).xy);
-        const vec2 w = mix(1.0 - f, f, corner);
+        precise const vec2 w = mix(1.0 - f, f, corner);
         const float weight = w.x * w.y * depth_part.y;
         if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
         const WideColor c = fetch(WIDE(background_color, background_layers), cell);
@@ -36,7 +36,7 @@ bool fill_from(CellLevel level, float inverse_depth, inout WideColor fill) {
 // smallest cells around that show one. If none does: `otherwise`.
 WideColor background_at(vec2 at, float inverse_depth, WideColor otherwise) {
     WideColor fill = otherwise;
-    CellLevel level = CellLevel(8 * uniforms.blocks, 0, 0.5 * (at + 0.5) - 0.5);
+    precise CellLevel level = CellLevel(8 * uniforms.blocks, 0, 0.5 * (at + 0.5) - 0.5);
     bool filled;
     do {
         filled = fill_from(level, inverse_depth, fill);

@@ -43,7 +43,7 @@ int distance_behind(ivec2 cell, ivec2 line, float q) {
 bool one_surface(ivec2 a, ivec2 b) {
     const vec3 color_a = texelFetch(background_color, a, 0).rgb;
     const vec3 color_b = texelFetch(background_color, b, 0).rgb;
-    const vec3 apart = abs(color_a / (1.0 + abs(color_a)) - color_b / (1.0 + abs(color_b)));
+    precise const vec3 apart = abs(color_a / (1.0 + abs(color_a)) - color_b / (1.0 + abs(color_b)));
     return one_depth(texelFetch(background_depth, a, 0).x, texelFetch(background_depth, b, 0).x) &&
            max(apart.r, max(apart.g, apart.b)) < kOneColor;
 }

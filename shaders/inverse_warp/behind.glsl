@@ -27,13 +27,14 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
         for (int k = 1; k < STARTS; ++k)
             if (k == i) start = pixel.starts[k];
         if (start.inverse_depth <= kOneDepth * found) break;
-        const vec2 x = pixel.p + floor(0.5 - displacement(start, now));
+        const vec2 d = displacement(start, now);
+        precise const vec2 x = pixel.p + floor(0.5 - d), to = pixel.p - d;
         const float occluder = unpack_surface(texelFetch(surfaces, ivec2(x), 0)).inverse_depth;
         const uvec2 sides = sides_of(x, occluder);
         if (sides.x == kNoCell) continue;
         const float shown = uintBitsToFloat(texelFetch(background, unpack_cell(sides.x), 0).x);
         if (!one_depth(shown, start.inverse_depth)) continue;
-        const vec2 at = inside_of(pixel.p - displacement(start, now));
+        const vec2 at = inside_of(to);
         behind = Behind(start.inverse_depth, sides, start.a, at);
         break;
     }
@@ -44,7 +45,7 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
 WideColor color_behind(Behind behind) {
     const ivec2 a = unpack_cell(behind.sides.x), b = unpack_cell(behind.sides.y);
     const vec2 way = vec2(b - a);
-    const float share =
+    precise const float share =
         clamp(dot(0.5 * behind.at - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
     const WideColor first = fetch(WIDE(background_color, background_layers), a);
     const WideColor second = fetch(WIDE(background_color, background_layers), b);

@@ -35,8 +35,9 @@ Surface surface_at(ivec2 p) {
 // Largest component of the mean color of a surface in the smallest square around p that shows it
 // away from edges; if none does, of its darkest pixel there.
 float light_around(ivec2 p, Surface own) {
-    vec4 sum = vec4(0.0);
-    float count = 0.0, darkest = 3.4e38;
+    precise vec4 sum = vec4(0.0);
+    precise float count = 0.0;
+    float darkest = 3.4e38;
     // One loop over the pixels of both squares; it ends after the first square that shows some.
     ivec2 offset = ivec2(-1);
     int reach = 1;

@@ -35,7 +35,7 @@ struct Window {
 };
 
 Window window_of(vec3 covariance) {
-    Window w;
+    precise Window w;
     w.xx = covariance.x + kPixelVariance;
     w.xy = covariance.y;
     w.yy = covariance.z + kPixelVariance;
@@ -46,8 +46,9 @@ Window window_of(vec3 covariance) {
 }
 
 float weight_at(Window w, vec2 d) {
-    const float form = w.yy * d.x * d.x - 2.0 * w.xy * d.x * d.y + w.xx * d.y * d.y;
-    return max(exp(w.scale * form) - kMinWeight, 0.0);
+    precise const float form = w.yy * d.x * d.x - 2.0 * w.xy * d.x * d.y + w.xx * d.y * d.y;
+    precise const float weight = max(exp(w.scale * form) - kMinWeight, 0.0);
+    return weight;
 }
 
 // Mean color of the blurred samples of pixel p.
@@ -71,7 +72,7 @@ void main() {
     const ivec2 last = min(p + window.reach, uniforms.size - 1);
     const WideColor own_soft = soft_color_at(p);
     WideColor sum = no_color();
-    float total = 0.0;
+    precise float total = 0.0;
     for (int y = first.y; y <= last.y; ++y) {
         for (int x = first.x; x <= last.x; ++x) {
             const float share = texelFetch(soft, ivec2(x, y), 0).a;

@@ -100,7 +100,8 @@ Pixel pixel_at(ivec2 at) {
 // what this frame shows, otherwise the fill.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
-    const vec2 far = inside_of(pixel.p - displacement(here.far, now));
+    precise const vec2 far_at = pixel.p - displacement(here.far, now);
+    const vec2 far = inside_of(far_at);
     const vec2 at = shown ? here.nearest.at : far;
     Found found = here.nearest;
     if (kNeighbors) found = resolve_occluded(pixel, now, here);
@@ -155,14 +156,14 @@ void store_unchanged(Pixel pixel) {
 void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     // From 0 at the limit, so that the blur begins without a jump.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
-    const float onset = clamp(pixel.longest_px / limit_px - 1.0, 0.0, 1.0);
+    precise const float onset = clamp(pixel.longest_px / limit_px - 1.0, 0.0, 1.0);
     const float mean_of = onset / max(sums.weight, 1.0);
     const WideColor mean = plus(pixel.color, mean_of, sums.color);
     STORE_WIDE(blurred, layers_blurred, pixel.at, mean);
     store_soft(pixel, sums.soft, mean_of, noise_scale(last));
     // Half-length of the even streak with the same second moment about p: above half a pixel?
     const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.weight;
-    const float in_focus = clamp(1.0 - abs(pixel.surface.radius), 0.0, 1.0);
+    precise const float in_focus = clamp(1.0 - abs(pixel.surface.radius), 0.0, 1.0);
     store_hint(pixel.at, kShutter ? vec2(1.0, blurred_by_shutter ? 1.0 : 0.0)
                                   : given_hint_at(pixel.at) * in_focus);
 }

@@ -40,7 +40,8 @@ WideColor color_of(Found found) {
 
 // The sample's time as seen from another frame.
 Sample seen_from(int frame, Sample at) {
-    at.u -= float(frame) * (1.0 / uniforms.half_shutter);
+    precise const float u = at.u - float(frame) * (1.0 / uniforms.half_shutter);
+    at.u = u;
     at.bend = bend_at(at.u);
     return at;
 }
@@ -48,7 +49,9 @@ Sample seen_from(int frame, Sample at) {
 // Displacement of a neighbor's surface. Surfaces move from frame to frame, even if the shutter is
 // closed.
 vec2 displacement_from_neighbor(Surface s, Sample at) {
-    return kLens ? moved(s, at) + s.radius * at.lens : moved(s, at);
+    if (!kLens) return moved(s, at);
+    precise const vec2 d = moved(s, at) + s.radius * at.lens;
+    return d;
 }
 
 // May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one
@@ -56,7 +59,7 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
     Sample here;
     here.u = 0.0;
-    const vec2 at = floor(x + moved(s, seen_from(frame, here)) + 0.5);
+    precise const vec2 at = floor(x + moved(s, seen_from(frame, here)) + 0.5);
     const ivec2 pixel = ivec2(inside_of(at));
     return at != vec2(pixel) || surface_in(0, pixel).inverse_depth * ratio >= s.inverse_depth;
 }
@@ -71,15 +74,16 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
     begin.b = vec2(0.0);  // a parabola about this frame is not one about the neighbor
     vec2 d = displacement_from_neighbor(begin, then);
     for (int i = 0; i < kNeighborSteps; ++i) {
-        const vec2 x = inside_of(p + floor(0.5 - d));
+        precise const vec2 to = p + floor(0.5 - d);
+        const vec2 x = inside_of(to);
         const Surface s = surface_in(frame, ivec2(x));
         d = displacement_from_neighbor(s, then);
-        const vec2 off = abs(x - p + d);
+        precise const vec2 off = abs(x - p + d), at = p - d;
         if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0.0) ||
             s.inverse_depth <= nearest.inverse_depth * ratio ||
             s.inverse_depth * ratio < farthest || !may_be_occluded(s, x, frame, ratio))
             continue;
-        nearest = Found(frame, s.edge ? x : inside_of(p - d), s.inverse_depth, s.a, false);
+        nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
     }
 }
 

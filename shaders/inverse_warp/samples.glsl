@@ -39,10 +39,14 @@ vec2 random_at(ivec2 pixel) {
 // Time of sample k, in [-1, 1]. With a lens, whose samples go outward, times go by mirrored digits.
 float time_of(int k, SampleSet set, float part, float random) {
     if (!kShutter) return 0.0;
-    if (!kLens)
-        return 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
-    const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
-    return 2.0 * fract(place + 0.5 / set.n + 0.5 + 0.5 * random) - 1.0;
+    precise float u;
+    if (kLens) {
+        const float place = float(bitfieldReverse(uint(k)) >> 8) / 16777216.0;
+        u = 2.0 * fract(place + 0.5 / set.n + 0.5 + 0.5 * random) - 1.0;
+    } else {
+        u = 2.0 * (float(k) + 0.5 * part * (1.0 + uniforms.time_jitter * random)) / set.n - 1.0;
+    }
+    return u;
 }
 
 vec2 lens_sample(int index, float random) {
@@ -55,7 +59,7 @@ vec2 lens_sample(int index, float random) {
 }
 
 Sample sample_at(int k, SampleSet set, Pixel pixel) {
-    const float part = min(set.n - float(k), 1.0);
+    precise const float part = min(set.n - float(k), 1.0);
     Sample at;
     at.u = time_of(k, set, part, pixel.random.y);
     at.bend = bend_at(at.u);
@@ -63,7 +67,7 @@ Sample sample_at(int k, SampleSet set, Pixel pixel) {
     at.weight = set.weight * part;
     // Another ratio for each sample: while two surfaces pass each other in depth, their samples
     // change over one by one.
-    const float golden = fract(pixel.random.x + 0.618034 * float(k));
+    precise const float golden = fract(pixel.random.x + 0.618034 * float(k));
     at.depth_ratio = mix(kMinDepthRatio, kMaxDepthRatio, golden);
     at.number = k;
     return at;
@@ -76,7 +80,7 @@ bool passes_barrel(Pixel pixel, Sample now) {
     const vec2 center = vec2(uniforms.center_x, uniforms.center_y);
     const vec2 barrel = uniforms.barrel_per_px * (pixel.p - center);
     const vec2 axes = vec2(uniforms.pixel_axis_x, uniforms.pixel_axis_y);
-    const vec2 passed = (uniforms.barrel_scale * now.lens + barrel) / axes;
+    precise const vec2 passed = (uniforms.barrel_scale * now.lens + barrel) / axes;
     return !(dot(passed, passed) > 1.0);
 #else
     return true;

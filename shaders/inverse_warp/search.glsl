@@ -64,13 +64,13 @@ Search begin_search(Pixel pixel, Sample now, Surface begin) {
 // nothing is accepted there if one is searched.
 Visit visit(vec2 p, vec2 d, Sample now) {
     // As a distance from p: far from the frame's origin a position has fewer digits.
-    const vec2 to_x = floor(0.5 - d);
+    precise const vec2 to_x = floor(0.5 - d), x = p + to_x;
     Visit v;
-    v.x = inside_of(p + to_x);
-    v.beyond = p + to_x != v.x;
+    v.x = inside_of(x);
+    v.beyond = x != v.x;
     v.surface = unpack_surface(texelFetch(surfaces, ivec2(v.x), 0));
     v.d = displacement(v.surface, now);
-    const vec2 off = abs(to_x + v.d);
+    precise const vec2 off = abs(to_x + v.d);
     v.error = max(off.x, off.y);
     v.accepted = v.error <= kAcceptPx && !(kNeighbors && v.beyond);
     return v;
@@ -83,7 +83,8 @@ void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
         !(q > nearest * ratio || (q * ratio >= nearest && v.error < s.residual)))
         return;
     // An edge pixel mixes two surfaces: it is not interpolated.
-    s.nearest = Found(0, v.surface.edge ? v.x : inside_of(p - v.d), q, v.surface.a, v.beyond);
+    precise const vec2 at = p - v.d;
+    s.nearest = Found(0, v.surface.edge ? v.x : inside_of(at), q, v.surface.a, v.beyond);
     s.residual = v.error;
 }
 

@@ -36,7 +36,7 @@ struct Starts {
 // How far the surfaces of a block can be displaced along x and y, px. Paths run along +-a, and b
 // bends them aside. Surfaces within a block may differ by a tenth.
 vec2 reach_of(Surface s) {
-    vec2 reach = vec2(1.0);
+    precise vec2 reach = vec2(1.0);
     if (kShutter) reach += abs(s.a) + abs(s.b) + 0.1 * length(s.a);
     if (kLens) reach += 1.1 * abs(s.radius);
     return reach;
@@ -82,7 +82,7 @@ bool choose(int i, ivec2 block, int ring, inout Starts chosen) {
                 const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
                 const Surface s = unpack_surface(bits);
                 if (!reaches(s, ivec2(x, y))) continue;
-                float apart_px2 = 3.0e38;
+                precise float apart_px2 = 3.0e38;
                 if (i == 0) {
                     chosen.longest_px = max(chosen.longest_px, longest_of(s));
                     apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;

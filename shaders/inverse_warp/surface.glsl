@@ -63,8 +63,10 @@ Surface unpack_surface(uvec4 bits) {
 
 uvec4 pack_surface(Surface s) {
     const uint depth = floatBitsToUint(s.inverse_depth) & 0xffffff00u;
-    const ivec2 b = ivec2(clamp(floor(s.b / kStepB + 0.5), -32767.0, 32767.0));
-    const uint last = (uint(s.straight * 127.0 + 0.5) << 1) | (s.edge ? 1u : 0u);
+    precise const vec2 steps = floor(s.b / kStepB + 0.5);
+    precise const float straight = s.straight * 127.0 + 0.5;
+    const ivec2 b = ivec2(clamp(steps, -32767.0, 32767.0));
+    const uint last = (uint(straight) << 1) | (s.edge ? 1u : 0u);
     return uvec4(floatBitsToUint(s.a), uint((b.x & 0xffff) | (b.y << 16)), depth | last);
 }
 #else
@@ -94,22 +96,26 @@ float bend_at(float u) {
 }
 
 vec2 moved(Surface s, Sample at) {
-    return s.a * at.u + s.b * mix(at.bend, abs(at.u), s.straight);
+    precise const vec2 d = s.a * at.u + s.b * mix(at.bend, abs(at.u), s.straight);
+    return d;
 }
 
 vec2 displacement(Surface s, Sample at) {
-    if (kShutter && kLens) return moved(s, at) + s.radius * at.lens;
-    return kShutter ? moved(s, at) : s.radius * at.lens;
+    if (!kLens) return moved(s, at);
+    precise vec2 d = s.radius * at.lens;
+    if (kShutter) d = moved(s, at) + d;
+    return d;
 }
 
 // Longest path on either side of the frame, px.
 float path_of(Surface s) {
-    return sqrt(max(dot(s.a + s.b, s.a + s.b), dot(s.a - s.b, s.a - s.b)));
+    precise const float px2 = max(dot(s.a + s.b, s.a + s.b), dot(s.a - s.b, s.a - s.b));
+    return sqrt(px2);
 }
 
 // Longest displacement, px.
 float longest_of(Surface s) {
-    float px = 0.0;
+    precise float px = 0.0;
     if (kShutter) px += path_of(s);
     if (kLens) px += abs(s.radius);
     return px;
@@ -117,7 +123,7 @@ float longest_of(Surface s) {
 
 // Size of a surface's displacements, px^2.
 float displaced(Surface s) {
-    float squared = 0.0;
+    precise float squared = 0.0;
     if (kShutter) squared += dot(s.a, s.a) + dot(s.b, s.b);
     if (kLens) squared += s.radius * s.radius;
     return squared;
@@ -125,7 +131,7 @@ float displaced(Surface s) {
 
 // Difference between the displacements of two surfaces, px^2.
 float apart(Surface s, Surface t) {
-    float squared = 0.0;
+    precise float squared = 0.0;
     const vec2 da = s.a - t.a, db = s.b - t.b;
     if (kShutter) squared += dot(da, da) + dot(db, db);
     if (kLens) squared += (s.radius - t.radius) * (s.radius - t.radius);

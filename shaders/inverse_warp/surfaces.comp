@@ -48,8 +48,8 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
     const vec4 own = motion_at(p);
     vec4 around[4];
     bool same[4];
-    vec4 other = vec4(0.0);
-    float count = 0.0;
+    precise vec4 other = vec4(0.0);
+    precise float count = 0.0;
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = clamp(p + kAround[i], ivec2(0), uniforms.size - 1);
         around[i] = motion_at(at);
@@ -63,9 +63,9 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
     if (!edge) return own;
     other /= count;
     vec4 farthest = own;
-    float most = dot(own - other, own - other);
+    precise float most = dot(own - other, own - other);
     for (int i = 0; i < 4; ++i) {
-        const float apart_px = dot(around[i] - other, around[i] - other);
+        precise const float apart_px = dot(around[i] - other, around[i] - other);
         if (same[i] && apart_px > most) {
             most = apart_px;
             farthest = around[i];
@@ -84,7 +84,7 @@ bool is_edge(ivec2 p, float q) {
 #endif
 
 Surface surface_at(ivec2 p) {
-    Surface s = Surface(depth_at(p), false, vec2(0.0), vec2(0.0), 0.0, 0.0);
+    precise Surface s = Surface(depth_at(p), false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 #if MOTION
     const vec4 v = uniforms.half_shutter * own_motion(p, s.inverse_depth, s.edge);
     s.a = 0.5 * (v.xy + v.zw);

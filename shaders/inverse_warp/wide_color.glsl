@@ -29,14 +29,16 @@ WideColor no_color() {
 }
 
 WideColor minus(WideColor a, WideColor b) {
-    for (int i = 0; i < kPlanes; ++i) a.planes[i] -= b.planes[i];
-    return a;
+    precise WideColor c;
+    for (int i = 0; i < kPlanes; ++i) c.planes[i] = a.planes[i] - b.planes[i];
+    return c;
 }
 
 // a + weight b
 WideColor plus(WideColor a, float weight, WideColor b) {
-    for (int i = 0; i < kPlanes; ++i) a.planes[i] += weight * b.planes[i];
-    return a;
+    precise WideColor c;
+    for (int i = 0; i < kPlanes; ++i) c.planes[i] = a.planes[i] + weight * b.planes[i];
+    return c;
 }
 
 WideColor divided(WideColor a, float divisor) {
@@ -67,12 +69,12 @@ const float kSharpening = 2.0;  // of bilinear weights about their center: half 
 // Color of the surface that is seen at the position `at`, pixels: bilinear, with sharpened weights.
 // Not by a sampler: devices round its weights to 8 bits.
 WideColor color_at(WIDE_SAMPLER(color, layers), vec2 at) {
-    const vec2 nearest = floor(at + 0.5);
+    precise const vec2 nearest = floor(at + 0.5);
     const vec2 beyond = at - nearest;
     precise const vec2 f = max(kSharpening * (abs(beyond) - 0.5) + 0.5, 0.0);
     const ivec2 a = ivec2(nearest);
-    const ivec2 b = min(ivec2(nearest + mix(vec2(1.0), vec2(-1.0), lessThan(beyond, vec2(0.0)))),
-                        uniforms.size - 1);
+    const ivec2 step = ivec2(mix(vec2(1.0), vec2(-1.0), lessThan(beyond, vec2(0.0))));
+    const ivec2 b = min(a + step, uniforms.size - 1);
     const ivec2 corners[4] = ivec2[4](a, ivec2(b.x, a.y), ivec2(a.x, b.y), b);
     vec4 texels[4];
     WideColor c;

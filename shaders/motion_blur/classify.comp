@@ -42,9 +42,9 @@ ivec2 tile_of(vec2 p) {
 
 void main() {
     const ivec2 at = invocation_at();
-    const vec2 first = vec2(kBlockPx * at) + 0.5;
+    precise const vec2 first = vec2(kBlockPx * at) + 0.5;
     if (any(greaterThan(first, vec2(uniforms.size)))) return;
-    const vec2 last = min(first + float(kBlockPx - 1), vec2(uniforms.size) - 0.5);
+    precise const vec2 last = min(first + float(kBlockPx - 1), vec2(uniforms.size) - 0.5);
 
     float longest = 0.0;
     vec4 chosen = vec4(1.0, 1.0, -1.0, -1.0) * float(2 * uniforms.tile_px);
@@ -52,12 +52,12 @@ void main() {
         // Pixels choose the tile across a border up to r/(2 tau) from it; one more for rounding.
         const float edge = float(uniforms.tile_px);
 #if TILE_JITTER
-        const float across = min(edge, 0.5 * edge / max(uniforms.tile_jitter_slope, 1e-3)) + 1.0;
+        precise const float across = min(edge, 0.5 * edge / max(uniforms.tile_jitter_slope, 1e-3)) + 1.0;
 #else
         const float across = 1.0;
 #endif
-        const ivec2 low = tile_of(first - across);
-        const ivec2 high = tile_of(last + across);
+        precise const vec2 from = first - across, to = last + across;
+        const ivec2 low = tile_of(from), high = tile_of(to);
         for (int y = low.y; y <= high.y; ++y) {
             for (int x = low.x; x <= high.x; ++x) {
                 const vec2 v = texelFetch(neighbor_max, ivec2(x, y), 0).xy;
@@ -76,9 +76,9 @@ void main() {
 #if SKY || UNIFORM
     // Taps lie at most r away, and half a pixel more if they are rounded; a vector stored in 8 bits
     // may be longer by half of a step, sqrt(2)/2 r/127.
-    const float reach = 1.006 * float(uniforms.tile_px) + 1.0;
-    const ivec2 low = tile_of(first - reach);
-    const ivec2 high = tile_of(last + reach);
+    precise const float reach = 1.006 * float(uniforms.tile_px) + 1.0;
+    precise const vec2 from = first - reach, to = last + reach;
+    const ivec2 low = tile_of(from), high = tile_of(to);
 #if SKY || DEPTH
     vec2 depths = texelFetch(tile_depth, low, 0).xy;
     for (int y = low.y; y <= high.y; ++y) {
@@ -98,10 +98,10 @@ void main() {
             range = vec4(min(range.xy, tile.xy), max(range.zw, tile.zw));
         }
     }
-    bool alike =
-        length_of(range.zw - range.xy) <= kAlike * length_of(0.5 * (range.xy + range.zw));
+    precise const vec2 apart = range.zw - range.xy, middle = 0.5 * (range.xy + range.zw);
+    bool alike = length_of(apart) <= kAlike * length_of(middle);
 #if DEPTH
-    const float layer = uniforms.depth_softness * (depths.y - depths.x);
+    precise const float layer = uniforms.depth_softness * (depths.y - depths.x);
     alike = alike && (layer == 0.0 || layer <= kAlike * depths.x);
 #endif
     if (alike) {

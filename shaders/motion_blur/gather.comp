@@ -68,7 +68,8 @@ ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
     const bool along_x = distances.x <= distances.y;
     const float edge = float(uniforms.tile_px);
     const float e = float(along_x ? distances.x : distances.y);
-    if (random * 2.0 * edge + uniforms.tile_jitter_slope * e >= edge) return own;
+    precise const float chance = random * 2.0 * edge + uniforms.tile_jitter_slope * e;
+    if (chance >= edge) return own;
     const int side = (along_x ? local.x : local.y) < uniforms.tile_px ? -1 : 1;
     const ivec2 across = own + (along_x ? ivec2(side, 0) : ivec2(0, side));
     const bool outside =
@@ -80,9 +81,9 @@ ivec2 choose_tile(ivec2 p, ivec2 own, float random) {
 #if VARIANCE
 // Bilinear by hand: a sampler may round the fractions to 8 bits.
 float variance_at(ivec2 p) {
-    const vec2 at = (vec2(p) + 0.5) / float(uniforms.tile_px) - 0.5;
+    precise const vec2 at = (vec2(p) + 0.5) / float(uniforms.tile_px) - 0.5;
     const ivec2 base = ivec2(floor(at));
-    const vec2 f = at - vec2(base);
+    precise const vec2 f = at - vec2(base);
     const ivec2 low = max(base, ivec2(0));
     const ivec2 high = min(base + 1, uniforms.tiles - 1);
     const float top = mix(texelFetch(tile_variance, low, 0).x,
@@ -98,7 +99,8 @@ void main() {
     if (!next_pixel(uniforms.size, p)) return;
     const vec4 color_p = finite_color(texelFetch(color, p, 0));
     // Pixel centers lie half a pixel from where the division could round to the next tile.
-    const ivec2 own_tile = ivec2((vec2(p) + 0.5) / float(uniforms.tile_px));
+    precise const vec2 in_tiles = (vec2(p) + 0.5) / float(uniforms.tile_px);
+    const ivec2 own_tile = ivec2(in_tiles);
 #if TILE_JITTER || TAP_JITTER
     const vec2 random = texelFetch(noise, p & 127, 0).xy;
 #endif
@@ -171,7 +173,7 @@ void main() {
     if (other_side) total *= 2.0;
 #endif
     precise vec4 sum = vec4(0.0);
-    float moment = 0.0;
+    precise float moment = 0.0;
 #ifdef LAYERS
     vec4 layers_p[LAYERS];
     precise vec4 layer_sums[LAYERS];

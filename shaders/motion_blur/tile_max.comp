@@ -84,7 +84,8 @@ void main() {
     do {
         // One beyond the end is taken for the last, which changes no extreme.
         const int index = min(next, count - 1);
-        const int row = int((float(index) + 0.5) / float(size.x));
+        precise const float rows = (float(index) + 0.5) / float(size.x);
+        const int row = int(rows);
         const ivec2 p = first + ivec2(index - row * size.x, row);
         vec2 v = long_velocity(texelFetch(motion, p, 0).xy);
         const float squared = squared_length(v);

@@ -16,8 +16,8 @@ void main() {
     const ivec2 tile = invocation_at();
     if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     const vec2 own = texelFetch(tile_max, tile, 0).xy;
-    float sum = 0.0;
-    float count = 0.0;
+    precise float sum = 0.0;
+    precise float count = 0.0;
     if (length(own) >= kStillPx) {
         const vec2 n = normalize(own);
         for (int oy = -1; oy <= 1; ++oy) {
@@ -31,6 +31,6 @@ void main() {
             }
         }
     }
-    const float u = count > 0.0 ? clamp(1.0 - sum / count, 0.0, 1.0) : 0.0;
+    precise const float u = count > 0.0 ? clamp(1.0 - sum / count, 0.0, 1.0) : 0.0;
     imageStore(tile_variance, tile, vec4(u));
 }

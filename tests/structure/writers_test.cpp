@@ -82,7 +82,6 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
         {"tools/sequence/exr/exr_output.cpp", "OpenEXR, on a stream of the atomic file"},
         {"tools/sequence/image/image_calls.cpp", "OpenImageIO, into memory"},
         {"tools/sequence/image/image_codec.cpp", "OpenImageIO, into memory"},
-        {"tools/sequence/run/sidecar.cpp", "removes the sidecar of an image that is replaced"},
         {"tools/measure/experiment/report_folder.cpp",
          "removes a report or study that is replaced"},
         {"tools/sequence/files/claim.cpp", "a lock among processes, nothing is written to it"},

@@ -14,12 +14,13 @@ layout(binding = 0) writeonly uniform uimage2D surfaces;
 
 // The surface shown at p; `changed`: it is not the pixel's own.
 Surface shown_at(ivec2 p, out bool changed) {
-    uint from = texelFetch(shown, p, 0).x;
+    const uint from = texelFetch(shown, p, 0).x;
     changed = from != 0u;
     ivec2 at = p;
-    for (int i = 0; i < 2 && from != 0u; ++i) {
+    if (changed) {
         at += kAround[from - 1u];
-        if (i == 0) from = texelFetch(shown, at, 0).x;
+        const uint next = texelFetch(shown, at, 0).x;
+        if (next != 0u) at += kAround[next - 1u];
     }
     return unpack_surface(texelFetch(surfaces_of_planes, at, 0));
 }

@@ -289,9 +289,11 @@ TEST_F(Execute, StepWhoseBlockIsNotTheShadersIsAnError) {
                 HasSubstr("scale.b: the step brings OtherUniforms of 16 bytes"
                           ", scale.comp has Block of 16 bytes"));
     plan = two_steps(4, 4);
+    // A driver may leave out members that nothing reads, but adds none.
     plan.steps[0].uniforms.resize(32);
-    EXPECT_FALSE(executor_->filter(plan, in).ok());
+    EXPECT_TRUE(executor_->filter(plan, in).ok());
     plan.steps[0].uniforms.clear();
+    EXPECT_FALSE(executor_->filter(plan, in).ok());
     plan.steps[0].uniforms_type.clear();
     EXPECT_THAT(executor_->filter(plan, in).status().message(), HasSubstr("no block"));
 }

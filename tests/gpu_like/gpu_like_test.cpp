@@ -119,6 +119,34 @@ TEST_F(GpuLike, AlignsUniformBlocks) {
     glDeleteBuffers(1, &buffer);
 }
 
+// Before GL would.
+TEST_F(GpuLike, APlanThatNeedsMoreUnitsThanTheDeviceHasIsRefused) {
+    Plan plan;
+    PlanTexture texture;
+    texture.name = "result";
+    texture.format = Format::r8;
+    texture.width = texture.height = 1;
+    texture.first_step = texture.last_step = 0;
+    plan.textures.push_back(texture);
+    plan.passes.emplace_back();
+    Step step;
+    step.pass = 0;
+    step.program.file = "common/lens_samples.comp";
+    step.uniforms_type = "LensSamplesUniforms";
+    step.uniforms.resize(16384);
+    step.groups = {1, 1, 1};
+    for (const int unit : {0, 8}) {
+        step.bindings = {{unit, 0, Access::write}};
+        plan.steps = {step};
+        const auto out = executor().run(plan, {});
+        EXPECT_EQ(out.ok(), unit < 8) << out.status().message();
+        if (unit < 8) continue;
+        EXPECT_EQ(out.status().message(),
+                  "a step uses 9 image units; this device's limit is 8 "
+                  "(GL_MAX_COMPUTE_IMAGE_UNIFORMS)");
+    }
+}
+
 TEST_F(GpuLike, RefusesMoreThanTheSmallestLimits) {
     const gl::Limits limits = gl::describe_current().limits;
     EXPECT_EQ(limits.image_units, 8);

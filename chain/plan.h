@@ -74,6 +74,7 @@ struct PlanTexture {
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
     sample_linear,   // sampler2D, bilinear, clamp to edge
+    read,            // readonly image2D, for a step that has no sampler2D left
     write,           // writeonly image2D
     list,            // std430 buffer of a work list; empty before the first step that binds it
 };

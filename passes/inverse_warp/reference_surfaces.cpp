@@ -141,9 +141,11 @@ class BrightEdges {
         std::vector<char> changed;
         for (int y = 0; y < color_.height; ++y)
             for (int x = 0; x < color_.width; ++x) {
-                const Surface* shown = shown_at(x, y);
-                changed.push_back(shown != nullptr);
-                result.push_back(shown ? *shown : surface(x, y));
+                const auto from = shown_at(x, y);
+                changed.push_back(from.has_value());
+                const auto [i, j] = from.value_or(Place{x, y});
+                const auto [to_x, to_y] = from ? shown_at(i, j).value_or(Place{i, j}) : Place{x, y};
+                result.push_back(surface(to_x, to_y));
             }
         // A pixel that has changed is an edge to the pixels around it.
         const std::vector<Surface> inner = result;
@@ -159,6 +161,8 @@ class BrightEdges {
     }
 
   private:
+    using Place = std::pair<int, int>;
+
     bool inside(int x, int y) const {
         return x >= 0 && y >= 0 && x < color_.width && y < color_.height;
     }
@@ -172,43 +176,47 @@ class BrightEdges {
         return std::max({rgb[0], rgb[1], rgb[2]});
     }
 
-    // The adjacent surface whose light a pixel shows; null: it shows its own.
-    const Surface* shown_at(int x, int y) const {
+    // The adjacent pixel of the surface whose light a pixel shows; none: it shows its own.
+    std::optional<Place> shown_at(int x, int y) const {
         const Surface& own = surface(x, y);
-        if (!own.edge || light(x, y) <= 0) return nullptr;
-        const Surface* brightest = nullptr;
+        if (!own.edge || light(x, y) <= 0) return std::nullopt;
+        std::optional<Place> brightest;
         double most = 0;
         for (const auto& [i, j] : kAround) {
             if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || light(x + i, y + j) <= most)
                 continue;
             most = light(x + i, y + j);
-            brightest = &surface(x + i, y + j);
+            brightest = Place{x + i, y + j};
         }
-        if (!brightest || most <= 1.1 * light(x, y)) return nullptr;
-        if (apart(own, *brightest, settings_) <= 1) return nullptr;
+        if (!brightest || most <= 1.1 * light(x, y)) return std::nullopt;
+        const Surface& other = surface(brightest->first, brightest->second);
+        if (apart(own, other, settings_) <= 1) return std::nullopt;
         // A surface that stays in place keeps the light seen through its edge.
-        if (brightest->inverse_depth < own.inverse_depth && longest(own, settings_) <= 3)
-            return nullptr;
-        const auto around = light_around(x, y);
-        if (!around || light(x, y) <= 4 * *around || most <= 20 * *around) return nullptr;
+        if (other.inverse_depth < own.inverse_depth && longest(own, settings_) <= 3)
+            return std::nullopt;
+        const double around = light_around(x, y);
+        if (light(x, y) <= 4 * around || most <= 20 * around) return std::nullopt;
         return brightest;
     }
 
     // Largest component of the mean color of the pixel's surface away from edges, in the square of
-    // 3 pixels around, otherwise of 5.
-    std::optional<double> light_around(int x, int y) const {
+    // 3 pixels around, otherwise of 5; if there is none, of its darkest pixel there.
+    double light_around(int x, int y) const {
+        double darkest = light(x, y);
         for (const int reach : {1, 2}) {
             std::array<double, 3> sum = {};
             int count = 0;
             for (int j = y - reach; j <= y + reach; ++j)
                 for (int i = x - reach; i <= x + reach; ++i) {
-                    if (!inside(i, j) || surface(i, j).edge || !same(x, y, i, j)) continue;
+                    if (!inside(i, j) || !same(x, y, i, j)) continue;
+                    darkest = std::min(darkest, light(i, j));
+                    if (surface(i, j).edge) continue;
                     for (size_t c = 0; c < 3; ++c) sum[c] += color_.at(i, j, int(c));
                     ++count;
                 }
             if (count > 0) return std::max({sum[0], sum[1], sum[2]}) / count;
         }
-        return std::nullopt;
+        return darkest;
     }
 
     const ImageD color_;

@@ -33,10 +33,10 @@ Surface surface_at(ivec2 p) {
 }
 
 // Largest component of the mean color of a surface in the smallest square around p that shows it
-// away from edges; `otherwise` if none does.
-float light_around(ivec2 p, Surface own, float otherwise) {
+// away from edges; if none does, of its darkest pixel there.
+float light_around(ivec2 p, Surface own) {
     vec4 sum = vec4(0.0);
-    float count = 0.0;
+    float count = 0.0, darkest = 3.4e38;
     // One loop over the pixels of both squares; it ends after the first square that shows some.
     ivec2 offset = ivec2(-1);
     int reach = 1;
@@ -46,6 +46,7 @@ float light_around(ivec2 p, Surface own, float otherwise) {
         const Surface s = surface_at(read);
         const vec4 c = finite_color(texelFetch(color, read, 0));
         const bool same = at == read && one_depth(s.inverse_depth, own.inverse_depth);
+        if (same) darkest = min(darkest, largest(c));
         if (same && !s.edge) {
             sum += c;
             count += 1.0;
@@ -57,7 +58,7 @@ float light_around(ivec2 p, Surface own, float otherwise) {
             offset = ivec2(-reach);
         }
     } while (offset.y <= reach && reach <= kReachPx);
-    return count > 0.0 ? largest(sum) / count : otherwise;
+    return count > 0.0 ? largest(sum) / count : darkest;
 }
 
 uint shown_at(ivec2 p) {
@@ -79,7 +80,7 @@ uint shown_at(ivec2 p) {
     const Surface other = surface_at(p + kAround[brightest - 1u]);
     if (apart(other, own) <= kApartPx * kApartPx) return 0u;
     if (other.inverse_depth < own.inverse_depth && longest_of(own) <= kStaysPx) return 0u;
-    const float around = light_around(p, own, light);
+    const float around = light_around(p, own);
     return light > kBrighter * around && other_light > kLampBrighter * around ? brightest : 0u;
 }
 

@@ -1,6 +1,6 @@
 #version 450 core
-// Each pixel gets the surface that it shows (bright_edges.comp), and an edge to the adjacent pixels
-// that show another.
+// Each pixel gets the surface that it shows (bright_edges.comp), also if the adjacent pixel of that
+// surface shows another in turn, and an edge to the adjacent pixels that show another.
 //
 //   surfaces_of_planes, shown -> surfaces
 #include "common/work_group.glsl"
@@ -14,9 +14,13 @@ layout(binding = 0) writeonly uniform uimage2D surfaces;
 
 // The surface shown at p; `changed`: it is not the pixel's own.
 Surface shown_at(ivec2 p, out bool changed) {
-    const uint from = texelFetch(shown, p, 0).x;
+    uint from = texelFetch(shown, p, 0).x;
     changed = from != 0u;
-    const ivec2 at = changed ? p + kAround[from - 1u] : p;
+    ivec2 at = p;
+    for (int i = 0; i < 2 && from != 0u; ++i) {
+        at += kAround[from - 1u];
+        if (i == 0) from = texelFetch(shown, at, 0).x;
+    }
     return unpack_surface(texelFetch(surfaces_of_planes, at, 0));
 }
 

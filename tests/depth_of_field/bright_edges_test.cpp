@@ -76,6 +76,50 @@ TEST(BrightEdges, OnlyLampsCount) {
     EXPECT_GT(glow({0.25f, 0, 30, 28}), 9);
 }
 
+// Sky of two columns between the lamp and a surface in focus: each of its pixels is at an edge.
+TEST(BrightEdges, TheDarkestPixelCountsWhereNoneIsAwayFromEdges) {
+    const auto glow = [](float mixed) {
+        ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
+        ImageF depth(kWidth, kHeight, 1);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                depth.at(x, y) = x == kEdge || x == kEdge + 1 ? 0 : 0.25f;
+                for (int c = 0; c < 3 && x <= kEdge; ++c)
+                    color.at(x, y, c) = x < kEdge ? 30 : mixed;
+            }
+        const ImageF out = dof(planes_of(std::move(color), std::move(depth)),
+                               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
+        return double(out.at(kEdge + 1, kHeight / 2)) - kOther;
+    };
+    EXPECT_NEAR(glow(9), 0, 0.01);
+    EXPECT_GT(glow(0.39f), 0.02);  // no light of a lamp
+}
+
+// The lamp ends at a corner of sky and of a near surface below both. The near surface's corner
+// pixel has light of the lamp, but touches only the sky's pixel that has some too.
+TEST(BrightEdges, TheLightOfAPixelThatShowsALampIsTheLamps) {
+    const auto light_beyond = [](float mixed) {
+        ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
+        ImageF depth(kWidth, kHeight, 1);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const bool below = y >= kHeight / 2;
+                depth.at(x, y) = below ? 0.75f : x < kEdge ? 0.25f : 0;
+                if (below || x > kEdge) continue;
+                for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? 30 : 9;
+            }
+        for (int c = 0; c < 3; ++c) color.at(kEdge, kHeight / 2, c) = mixed;
+        const ImageF out = dof(planes_of(std::move(color), std::move(depth)),
+                               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
+        double sum = 0;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = kEdge + 3; x < kWidth; ++x) sum += out.at(x, y);
+        return sum;
+    };
+    // With the sky's surface the difference is 90; the near surface has a pixel less.
+    EXPECT_NEAR(light_beyond(4), light_beyond(kOther), 2);
+}
+
 TEST(BrightEdges, AgreesWithItsReference) {
     // Sky, a focused and a near surface with slanted borders; the focused one is bright. Every
     // pixel is the mean of the 3 x 3 around it.

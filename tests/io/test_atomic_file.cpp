@@ -9,6 +9,7 @@
 #include <sys/xattr.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <mutex>
 #include <thread>
 
@@ -100,6 +101,25 @@ TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
     EXPECT_TRUE(ReplaceLock::take(path).ok());
     EXPECT_THAT(folder.names(), IsEmpty());
     EXPECT_TRUE(is_temporary_of(".a.exr.0.tmp", "a.exr"));
+}
+
+TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
+    const TempFolder folder;
+    const std::string image = folder.path("a.exr"), sidecar = folder.path("a.exr.json");
+    test::set_file_bytes(image, "old");
+    test::set_file_bytes(sidecar, "of old");
+    {
+        auto lock = ReplaceLock::take(image);
+        EXPECT_TRUE(lock->set_aside(sidecar).ok());
+        EXPECT_FALSE(std::filesystem::exists(sidecar));
+    }
+    EXPECT_EQ(file_bytes(sidecar), "of old");
+    {
+        auto lock = ReplaceLock::take(image);
+        EXPECT_TRUE(lock->set_aside(sidecar).ok());
+        EXPECT_TRUE(atomic_write_text(image, "new", OnExisting::overwrite).ok());
+    }
+    EXPECT_THAT(folder.names(), ElementsAre("a.exr"));
 }
 
 TEST(AtomicFile, LeavesNothingWithoutCommit) {

@@ -9,7 +9,8 @@ killed. Each time:
 - calls that a file does not need (close after the sync, the hint to begin writing), and a half
   write, change nothing: exit code 0;
 - every file under its final name is whole: the bits of the undisturbed job, or, where the job
-  replaces files, the old one; none of these is missing;
+  replaces files, the old one; none of these is missing, but an old sidecar is never beside a new
+  image;
 - no temporary is left; after a kill, none after the next job has ended;
 - the next job ends with exit code 0 and the bits of the undisturbed one.
 
@@ -117,14 +118,28 @@ class Trial:
             if self.old and (self.out / path).read_bytes() == self.old.get(name):
                 continue
             said += jobs.differences_of_file(self.out, path, self.new)
-        # The sidecar of an image that is replaced goes first: it is never beside another image.
         said += [f"{path}: was there before and is gone" for path in self.old or {}
-                 if not (self.out / path).is_file() and not path.endswith(".exr.json")]
+                 if not (self.out / path).is_file() and not self.may_lack(path, way, hit)]
+        said += [f"{path}: is of another image" for path in self.old or {}
+                 if path.endswith(".exr.json") and self.is_old(path) and
+                 not self.is_old(path.removesuffix(".json"))]
         if way != "kill":
+            # Nobody can remove a temporary whose unlink fails.
             kept = [pathlib.Path(path).name for call, path in hit if call == "unlink"]
             said += [f"{path}: left behind" for path in jobs.temporaries(self.out)
                      if pathlib.Path(path).name not in kept]
         return said
+
+    def is_old(self, path):
+        return (self.out / path).is_file() and (self.out / path).read_bytes() == self.old[path]
+
+    def may_lack(self, path, way, hit):
+        """A sidecar: that of a new image could not be written, the job was killed between the two,
+        or the old one, set aside, could not be renamed back."""
+        back = self.out / f".{path}.0.tmp"
+        return path.endswith(".exr.json") and (
+            way == "kill" or not self.is_old(path.removesuffix(".json")) or
+            ("rename", str(back)) in hit)
 
 
 def try_job(job, arguments, work):

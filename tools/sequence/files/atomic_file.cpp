@@ -171,6 +171,12 @@ std::string temporary_of(const std::string& path, int number) {
     return concat(path.substr(0, name), ".", path.substr(name), ".", number, ".tmp");
 }
 
+// 0 if there is no file.
+uint64_t inode_of(const std::string& path) {
+    struct stat info;
+    return ::stat(path.c_str(), &info) == 0 ? info.st_ino : 0;
+}
+
 // NAME of a temporary .NAME.PID.tmp, or nothing.
 std::string name_of_temporary(const std::string& temporary) {
     constexpr std::string_view kEnd = ".tmp";
@@ -359,6 +365,7 @@ void AtomicFile::keep_attributes() const {
 
 Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
     ReplaceLock lock;
+    lock.locked_ = path;
     lock.path_ = temporary_of(path, 0);
     for (;;) {
         lock.fd_ = ::open(lock.path_.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
@@ -376,12 +383,28 @@ Result<ReplaceLock> ReplaceLock::take(const std::string& path) {
 }
 
 ReplaceLock::ReplaceLock(ReplaceLock&& other) noexcept
-    : path_(std::move(other.path_)),
+    : locked_(std::move(other.locked_)),
+      path_(std::move(other.path_)),
+      aside_(std::exchange(other.aside_, {})),
+      inode_(other.inode_),
       fd_(std::exchange(other.fd_, -1)),
       live_(std::exchange(other.live_, nullptr)) {}
 
+Status ReplaceLock::set_aside(const std::string& companion) {
+    inode_ = inode_of(locked_);
+    if (::rename(companion.c_str(), temporary_of(companion, 0).c_str()) != 0)
+        return output_error(companion, concat("cannot replace it: ", reason_of(errno)));
+    aside_ = companion;
+    return Status();
+}
+
 ReplaceLock::~ReplaceLock() {
     if (fd_ < 0) return;
+    if (!aside_.empty()) {
+        const std::string temporary = temporary_of(aside_, 0);
+        if (inode_of(locked_) != inode_ || rename_to_new(temporary, aside_) != 0)
+            ::unlink(temporary.c_str());
+    }
     ::unlink(path_.c_str());
     if (live_ != nullptr) delist(live_);
     ::close(fd_);

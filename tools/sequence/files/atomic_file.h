@@ -84,9 +84,17 @@ class ReplaceLock {
     ReplaceLock& operator=(ReplaceLock&&) = delete;
     ~ReplaceLock();
 
+    // Renames `companion`, which describes the locked file, to a temporary. The end of the lock
+    // puts it back if the locked file is still the same one, and removes it otherwise. Errors
+    // (output): it cannot be renamed.
+    Status set_aside(const std::string& companion);
+
   private:
     ReplaceLock() = default;
+    std::string locked_;
     std::string path_;
+    std::string aside_;  // empty: nothing
+    uint64_t inode_ = 0;
     int fd_ = -1;
     void* live_ = nullptr;  // entry in the registry of live temporaries
 };

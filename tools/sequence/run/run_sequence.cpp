@@ -162,15 +162,18 @@ class FilterJob final : public FrameJob {
         std::deque<ImageF> images;
         const auto layers = layers_to_write(frame, images);
         io::WriteOptions options = write_options(report, record_text(chain_, settings_, report));
-        // Image, preview and sidecar are replaced together. Without the old sidecar the image is
-        // never beside another's, even if this process is killed before it has written its own.
+        // Image, preview and sidecar are replaced together. The old sidecar is set aside first, so
+        // that no image is beside another's, even if this process is killed before it writes its
+        // own.
         std::optional<io::ReplaceLock> lock;
         options.before_commit = [&]() -> Status {
             if (Status status = io::check_unchanged(report.stamps); !status.ok()) return status;
             auto taken = io::ReplaceLock::take(report.output);
             if (!taken.ok()) return taken.status();
             lock.emplace(std::move(*taken));
-            if (settings_.on_existing != io::OnExisting::fail) remove_sidecar(report.output);
+            if (const std::string sidecar = sidecar_path(report.output);
+                settings_.on_existing != io::OnExisting::fail && is_sidecar(sidecar))
+                return lock->set_aside(sidecar);
             return Status();
         };
         auto written = write_output(report.output, *frame.source, frame.result, layers, settings_,

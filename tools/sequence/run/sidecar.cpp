@@ -108,16 +108,13 @@ std::string sidecar_path(const std::string& output) {
     return output + ".json";
 }
 
-void remove_sidecar(const std::string& output) {
-    const std::string path = sidecar_path(output);
+bool is_sidecar(const std::string& path) {
     std::ifstream file(path);
     const auto json = Json::parse(file, nullptr, false);
-    if (!json.is_object()) return;
+    if (!json.is_object()) return false;
     const auto work = json.find("work");
-    std::error_code ignored;
-    if (work != json.end() && work->is_string() &&
-        work->get_ref<const std::string&>().starts_with("postchain "))
-        std::filesystem::remove(path, ignored);
+    return work != json.end() && work->is_string() &&
+           work->get_ref<const std::string&>().starts_with("postchain ");
 }
 
 std::string report_line(const FrameReport& report, const RunProgress& progress) {

@@ -20,8 +20,8 @@ std::string sidecar_json(const FrameReport& report, const std::string& version);
 // "OUT.exr.json" of OUT.exr.
 std::string sidecar_path(const std::string& output);
 
-// Removes the sidecar of an output, if that file is one: not another program's of the same name.
-void remove_sidecar(const std::string& output);
+// Whether the file is a sidecar, and not another program's of the same name.
+bool is_sidecar(const std::string& path);
 
 // The sidecar without the plan, on one line: for --json and --log-format json.
 std::string report_line(const FrameReport& report, const RunProgress& progress);

@@ -121,6 +121,7 @@ struct FrameDescription {
     RoleSet planes;           // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;    // others that its files have and no pass needs
     int layers = 0;           // extra color layers: their number in the plane Role::layers
+    int fill_layer = -1;      // which of them is the fill mask (chain/layers.h); -1: none
     // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
     // -1, or beyond the end: no matte.
     std::vector<int> mattes;

@@ -16,6 +16,9 @@ void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding
         one.layers = std::min(layers, kLayersPerStep);
         one.first_layer = std::min(first, layers - one.layers);
         one.taps += taps * uint64_t(one.layers);
+        if (one.group_taps > 0)
+            one.group_taps +=
+                taps * uint64_t(one.layers) / (uint64_t(one.groups[0]) * uint64_t(one.groups[1]));
         one.program.defines["LAYERS"] = std::to_string(one.layers);
         if (first > 0) {
             one.name += concat("_layers_", first);

@@ -10,6 +10,12 @@
 // The planes of all layers are stacked in one plane of the role `layers`, one below another: as
 // wide as the frame and FrameDescription::layers times as high. Mattes, of one channel, are stacked
 // likewise in the role `mattes`.
+//
+// A layer may be the fill mask (FrameDescription::fill_layer), (1, 0, 0, 0) in every pixel of this
+// frame and of its neighbors. Filtered, it holds which shares of a pixel came from this frame, from
+// a neighbor, and from an estimate (the color of a surface that no frame shows, or of one beyond
+// the frame's border). A pass that fills with neither moves no share. If several passes fill, the
+// later one averages the shares of the earlier one, and those stay that it does not fill again.
 #pragma once
 
 #include <vector>

@@ -265,6 +265,7 @@ ResolvedPass unblurred(ResolvedPass pass, MattedPass::Seen frame, int matte) {
 FrameDescription with_held_layers(const FrameDescription& frame) {
     FrameDescription held = frame;
     held.layers += 2;
+    if (held.fill_layer >= 0) held.fill_layer += 2;
     held.bounds.layers_are_half = false;
     return held;
 }

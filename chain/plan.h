@@ -2,7 +2,7 @@
 //
 // make_plan() (chain/planner.h) is a pure function: chain + facts about the frame -> Plan. A Plan
 // can be printed, compared and hashed, and links without GL; the executor walks it and adds
-// nothing of its own. A step is one compute dispatch: program, bindings, uniform block, groups.
+// nothing of its own. A step is a compute dispatch: program, bindings, uniform block, groups.
 #pragma once
 
 #include <array>
@@ -73,7 +73,6 @@ struct PlanTexture {
 // planes, of a sampler2DArray or image2DArray.
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
-    sample_linear,   // sampler2D, bilinear, clamp to edge
     read,            // readonly image2D, for a step that has no sampler2D left
     write,           // writeonly image2D
     list,            // std430 buffer of a work list; empty before the first step that binds it
@@ -104,8 +103,10 @@ struct Step {
     std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
-    int first_layer = 0;       // first and number of the array layers that
-    int layers = 0;            // the step does; 0: all layers
+    uint64_t group_taps =
+        0;                // of one work group, at most, for its bands (chain/bands.h); 0: by taps
+    int first_layer = 0;  // first and number of the array layers that
+    int layers = 0;       // the step does; 0: all layers
     bool operator==(const Step&) const = default;
 
     // True if the step changes the bound texture. A step fills the lists that it binds, except its

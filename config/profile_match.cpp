@@ -75,13 +75,26 @@ Names names_in_view(const FileChannels& file, const std::string& view) {
     return names;
 }
 
-size_t views_with_channels(const FileChannels& file) {
-    const std::vector<std::string> views = views_of(file);
-    return size_t(std::ranges::count_if(views, [&](const std::string& view) {
+std::vector<std::string> views_with_channels(const FileChannels& file) {
+    std::vector<std::string> views = views_of(file);
+    std::erase_if(views, [&](const std::string& view) {
         bool any = false;
         each_in_view(file, view, [&](int, const auto&, const auto&, const auto&) { any = true; });
-        return any;
-    }));
+        return !any;
+    });
+    return views;
+}
+
+bool is_all(const std::string& view, const FileChannels& file) {
+    const std::vector<std::string> views = views_of(file);
+    return view == kAllViews && std::find(views.begin(), views.end(), view) == views.end();
+}
+
+// The view that is meant; empty = the only one.
+std::string view_of(const std::string& view, const FileChannels& file) {
+    const std::vector<std::string> with = views_with_channels(file), views = views_of(file);
+    if (is_all(view, file)) return with.empty() ? std::string() : with[0];
+    return view.empty() && !views.empty() ? views[0] : view;
 }
 
 bool has_layer(const ChannelPattern& pattern) {
@@ -232,15 +245,18 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
     match.profile = profile.name;
     match.why = "named";
     match.views = views_of(file);
-    match.view = view.empty() && !match.views.empty() ? match.views[0] : view;
-    if (!view.empty() &&
+    match.view = view_of(view, file);
+    const std::vector<std::string> with_channels = views_with_channels(file);
+    if (is_all(view, file) && !with_channels.empty())
+        match.other_views.assign(with_channels.begin() + 1, with_channels.end());
+    if (!view.empty() && !is_all(view, file) &&
         std::find(match.views.begin(), match.views.end(), view) == match.views.end())
         return Status(
             StatusCode::usage,
             "view '" + view + "' is not in the file; " +
                 (match.views.empty() ? "it has no views" : "found are " + joined(match.views)));
     // Neither view is more likely meant than the other.
-    if (view.empty() && views_with_channels(file) > 1)
+    if (view.empty() && with_channels.size() > 1)
         return Status(StatusCode::usage,
                       "several views: " + joined(match.views) + "; choose one with --view");
     const Names names = names_in_view(file, match.view);
@@ -285,8 +301,7 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
 
 Result<ProfileMatch> detect_profile(const std::vector<Profile>& profiles, const FileChannels& file,
                                     const std::string& layer, const std::string& view) {
-    std::vector<std::string> views = views_of(file);
-    const Names names = names_in_view(file, view.empty() && !views.empty() ? views[0] : view);
+    const Names names = names_in_view(file, view_of(view, file));
     for (const auto& profile : profiles) {
         std::string why = "no other profile matches";
         bool is_it = profile.detect_channels.empty();

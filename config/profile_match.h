@@ -41,6 +41,9 @@ struct RoleChannels {
     bool operator==(const RoleChannels&) const = default;
 };
 
+// Chosen as view: the first one with channels; the others are listed.
+inline constexpr const char* kAllViews = "all";
+
 struct ProfileMatch {
     std::string profile;
     bool detected = false;  // by detection, not by name
@@ -52,6 +55,7 @@ struct ProfileMatch {
     ConvertOptions options;               // without origin_x and origin_y
     std::vector<std::string> layers;      // candidates in this view; "" = the unnamed one
     std::vector<std::string> views;
+    std::vector<std::string> other_views;  // of kAllViews: those with channels, without `view`
     std::vector<std::string> notes;
     std::string text() const;  // several lines
 };

@@ -142,7 +142,8 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
                        text(step.uniforms_type, step.uniforms.size()), ", ", step.program.file,
                        " has ", text(program->uniforms_type, program->uniforms_bytes)));
         bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
-        commands_.push_back({program->name, bytes_.size(), step.uniforms.size(), 0});
+        commands_.push_back(
+            {program->name, bytes_.size(), step.uniforms.size(), 0, program->in_bands});
         bytes_.insert(bytes_.end(), step.uniforms.begin(), step.uniforms.end());
         for (const auto& binding : step.bindings) {
             const bool image = binding.access == Access::read || binding.access == Access::write;
@@ -178,10 +179,10 @@ void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_forma
     image_formats_[size_t(texture)] = image_format;
 }
 
-void CompiledPlan::dispatch(const Step& step, const Command& command, const RunObjects& objects,
-                            size_t offset) {
+void CompiledPlan::bind(const Step& step, const Command& command, const RunObjects& objects,
+                        size_t offset) {
     glUseProgram(command.program);
-    if (step.layers > 0) glUniform1i(0, step.first_layer);  // common/layers.glsl
+    if (step.layers > 0) glUniform1i(kFirstLayer, step.first_layer);
     if (command.uniforms_bytes > 0)
         glBindBufferRange(GL_UNIFORM_BUFFER, 0, objects.buffer(),
                           GLintptr(offset + command.uniforms), GLsizeiptr(command.uniforms_bytes));
@@ -200,19 +201,55 @@ void CompiledPlan::dispatch(const Step& step, const Command& command, const RunO
                                    image_formats_[size_t(binding.texture)]);
                 break;
             case Access::sample_nearest:
-            case Access::sample_linear:
                 glBindTextureUnit(unit, name);
-                glBindSampler(unit, objects.sampler(binding.access == Access::sample_linear));
+                glBindSampler(unit, objects.sampler());
                 break;
         }
     }
     if (command.barriers) glMemoryBarrier(command.barriers);
+}
+
+Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueue* queue) const {
+    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
     if (step.work_list >= 0) {
-        glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, names_[size_t(step.work_list)]);
-        glDispatchComputeIndirect(0);
-    } else {
-        glDispatchCompute(GLuint(step.groups[0]), GLuint(step.groups[1]), GLuint(step.groups[2]));
+        const unsigned list = names_[size_t(step.work_list)];
+        columns = unsigned(plan_.textures[size_t(step.work_list)].width);
+        rows = 1;
+        if (command.in_bands && queue && queue->reads_counts()) {
+            columns = count_work(list);
+        } else if (!command.in_bands || columns * taps_of_group(step) <= kBandTaps) {
+            glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, list);
+            if (queue) queue->band_begins();
+            glDispatchComputeIndirect(0);
+            return queue ? queue->band_ends(columns) : Status();
+        }
+    } else if (!command.in_bands) {
+        if (queue) queue->band_begins();
+        glDispatchCompute(columns, rows, GLuint(step.groups[2]));
+        return queue ? queue->band_ends(columns * rows) : Status();
     }
+    return dispatch_bands(step, Bands(columns, rows), queue);
+}
+
+// Where the length of a list is not known, the bands cover every block that it can have, and work
+// groups beyond its end return at once.
+Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const {
+    const double taps = taps_of_group(step);
+    if (queue) queue->begin_dispatch(taps);
+    Band band{};
+    Status status;
+    while (bands.more() && status.ok()) {
+        band = bands.next(queue ? queue->groups() : kBandTaps / taps);
+        if (band.first != Band{}.first) glUniform2ui(kFirstGroup, band.first[0], band.first[1]);
+        if (queue) queue->band_begins();
+        glDispatchCompute(band.count[0], band.count[1], GLuint(step.groups[2]));
+        if (queue)
+            status = queue->band_ends(band.groups());
+        else if (bands.more())
+            glFlush();
+    }
+    if (band.first != Band{}.first) glUniform2ui(kFirstGroup, 0, 0);
+    return status;
 }
 
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
@@ -226,9 +263,10 @@ Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
         {
             std::optional<DebugGroup> group;
             if (options.labels) group.emplace(name_of_step(plan_, step));
-            dispatch(step, commands_[i], objects, offset);
+            bind(step, commands_[i], objects, offset);
+            status = dispatch(step, commands_[i], options.queue);
         }
-        if (options.after_step) {
+        if (options.after_step && status.ok()) {
             glMemoryBarrier(kLastBarriers | kLastListBarriers);
             status = (*options.after_step)(int(i));
         }

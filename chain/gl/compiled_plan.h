@@ -12,6 +12,8 @@
 #include <string_view>
 #include <vector>
 
+#include "chain/bands.h"
+#include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
@@ -37,6 +39,8 @@ struct RunOptions {
     bool time_steps = false;  // each step, not each pass
     bool labels = false;      // a debug group for each step
     uint32_t barriers = 0;    // GL_*_BARRIER_BIT besides its own, after the last step
+    // Cuts steps into bands and may end the run between two; null: bands of kBandTaps, no wait.
+    BandQueue* queue = nullptr;
     // Called after each step, with its index; a failure ends the run.
     const std::function<Status(int)>* after_step = nullptr;
 };
@@ -76,7 +80,7 @@ class CompiledPlan {
     void import(TextureId texture, unsigned name, unsigned image_format = 0);
 
     // Dispatches every step; afterwards their results can be used by any GL command. If
-    // `after_step` fails, no further step runs.
+    // `after_step` or the queue fails, nothing further runs.
     Status run(RunObjects& objects, const RunOptions& options = {});
 
   private:
@@ -85,14 +89,16 @@ class CompiledPlan {
         size_t uniforms = 0;  // offset in bytes_
         size_t uniforms_bytes = 0;
         unsigned barriers = 0;  // before it
+        bool in_bands = false;  // the program can run in them
     };
     CompiledPlan(Plan plan, TexturePool& pool) : plan_(std::move(plan)), pool_(&pool) {}
     Status take_textures(bool labels);
     void take_uniforms();
     Status take_programs(ProgramCache& programs, size_t alignment);
     void find_barriers(const std::vector<int>& storage);
-    void dispatch(const Step& step, const Command& command, const RunObjects& objects,
-                  size_t offset);
+    void bind(const Step& step, const Command& command, const RunObjects& objects, size_t offset);
+    Status dispatch(const Step& step, const Command& command, BandQueue* queue) const;
+    Status dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const;
 
     Plan plan_;
     TexturePool* pool_;

@@ -26,7 +26,8 @@ class PoolFrame {
 }  // namespace
 
 Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
-    : options_(options),
+    : software_(device.software),
+      options_(options),
       programs_(device.log, gl::shader_folder_of_environment()),
       clock_(device) {}
 
@@ -50,7 +51,7 @@ Status Executor::show(const Plan& plan, int step, const StageObserver& observer)
 }
 
 Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
-                         const StageObserver& observer) {
+                         const StageObserver& observer, gl::BandQueue* queue) {
     work_done_.clear();
     running_.reset();
     auto compiled = gl::CompiledPlan::make(plan, pool_, programs_, objects_, options_.labels);
@@ -66,6 +67,7 @@ Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& input
     }
     gl::RunOptions options;
     options.labels = options_.labels;
+    options.queue = queue;
     ++runs_;
     if (timing_) {
         clock_.begin(runs_);
@@ -85,7 +87,7 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
                                                const std::map<Role, unsigned>& inputs,
                                                const StageObserver& observer) {
     const PoolFrame frame(pool_, options_.frames_kept);
-    if (Status status = execute(plan, inputs, observer); !status.ok()) return status;
+    if (Status status = execute(plan, inputs, observer, nullptr); !status.ok()) return status;
     std::map<Role, unsigned> outputs;
     for (const auto& [role, id] : plan.outputs) {
         if (plan.textures[size_t(id)].imported) {
@@ -142,7 +144,8 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
             return status.at(texture.name);
         }
     }
-    Status status = execute(plan, names, observer);
+    gl::BandQueue queue(software_, [&] { return stop_ && *stop_; });
+    Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
     std::vector<FramePlanes> results(outputs.size());
     for (size_t i = 0; i < outputs.size() && status.ok(); ++i) {

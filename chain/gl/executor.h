@@ -1,14 +1,17 @@
-// The executor walks a plan with GL: textures from the pool, programs from the cache, one dispatch
-// per step. It knows no pass, and works on the current context, no matter who created it.
+// The executor walks a plan with GL: textures from the pool, programs from the cache, each step in
+// one dispatch or in bands. It knows no pass, and works on the current context, no matter who
+// created it.
 //
 // run() reads nothing back, and GL's error flag only if GL refuses an allocation. filter() clears
 // the flag when it begins and checks each of its calls.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "chain/frame.h"
@@ -67,6 +70,12 @@ class Executor {
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
                                          const StageObserver& observer = {});
 
+    // filter() ends with StatusCode::canceled soon after this is set, between two bands of a
+    // dispatch; null: it does not. Returns the former one (StopScope restores it).
+    const std::atomic<bool>* stop_when(const std::atomic<bool>* stop) {
+        return std::exchange(stop_, stop);
+    }
+
     // The number of blocks in each list of the plan after the last filter(); run() reads nothing
     // back.
     std::vector<WorkDone> work_done() const { return work_done_; }
@@ -88,19 +97,35 @@ class Executor {
                                                     const std::vector<Outputs>& outputs,
                                                     const StageObserver& observer);
     Status execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
-                   const StageObserver& observer);
+                   const StageObserver& observer, gl::BandQueue* queue);
     Status show(const Plan& plan, int step, const StageObserver& observer);
 
+    const bool software_;
     ExecutorOptions options_;
     gl::TexturePool pool_;
     gl::ProgramCache programs_;
     gl::Clock clock_;
     gl::RunObjects objects_;
     std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
+    const std::atomic<bool>* stop_ = nullptr;
     bool timing_ = false, time_steps_ = false;
     uint64_t runs_ = 0;
     uint64_t dispatches_ = 0;
     std::vector<WorkDone> work_done_;
+};
+
+// While it exists, filter() of the executor ends soon after `stop` (null: never) is set.
+class StopScope {
+  public:
+    StopScope(Executor& executor, const std::atomic<bool>* stop)
+        : executor_(executor), former_(executor.stop_when(stop)) {}
+    ~StopScope() { executor_.stop_when(former_); }
+    StopScope(const StopScope&) = delete;
+    StopScope& operator=(const StopScope&) = delete;
+
+  private:
+    Executor& executor_;
+    const std::atomic<bool>* former_;
 };
 
 }  // namespace postchain

@@ -117,6 +117,7 @@ Result<GLuint> compile(const ProgramKey& key, const std::string& source,
 
 Program describe(GLuint name) {
     Program program{.name = name, .uniforms_type = {}};
+    program.in_bands = glGetUniformLocation(name, "first_group") == kFirstGroup;
     GLint blocks = 0;
     glGetProgramiv(name, GL_ACTIVE_UNIFORM_BLOCKS, &blocks);
     for (GLuint i = 0; i < GLuint(blocks); ++i) {

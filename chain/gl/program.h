@@ -19,10 +19,16 @@ namespace postchain::gl {
 Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
                                      std::vector<std::string>* files = nullptr);
 
+// Location of the uniform of common/first_group.glsl.
+inline constexpr int kFirstGroup = 0;
+// Likewise of the first layer that a step does (common/layers.glsl).
+inline constexpr int kFirstLayer = 1;
+
 struct Program {
     unsigned name = 0;          // GL's
     std::string uniforms_type;  // type of the uniform block at binding 0; empty = it has none
     size_t uniforms_bytes = 0;  // std140, a multiple of 16
+    bool in_bands = false;      // takes its place from common/first_group.glsl
     bool operator==(const Program&) const = default;
 };
 

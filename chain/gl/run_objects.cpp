@@ -8,11 +8,11 @@ namespace postchain::gl {
 
 namespace {
 
-unsigned make_sampler(GLenum filter) {
+unsigned make_sampler() {
     GLuint sampler = 0;
     glCreateSamplers(1, &sampler);
-    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GLint(filter));
-    glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GLint(filter));
+    glSamplerParameteri(sampler, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    glSamplerParameteri(sampler, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     glSamplerParameteri(sampler, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
     glSamplerParameteri(sampler, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     return sampler;
@@ -26,17 +26,16 @@ size_t block_alignment() {
 
 }  // namespace
 
-RunObjects::RunObjects()
-    : alignment_(block_alignment()), samplers_{make_sampler(GL_NEAREST), make_sampler(GL_LINEAR)} {}
+RunObjects::RunObjects() : alignment_(block_alignment()), sampler_(make_sampler()) {}
 
 RunObjects::~RunObjects() {
     if (buffer_) glDeleteBuffers(1, &buffer_);
-    if (samplers_[0]) glDeleteSamplers(GLsizei(samplers_.size()), samplers_.data());
+    if (sampler_) glDeleteSamplers(1, &sampler_);
 }
 
 void RunObjects::abandon() {
     buffer_ = 0;
-    samplers_ = {0, 0};
+    sampler_ = 0;
 }
 
 Status RunObjects::reserve(size_t bytes) {

@@ -1,9 +1,8 @@
-// The GL objects that every plan of a context runs with: two samplers, and one buffer for the
+// The GL objects that every plan of a context runs with: a sampler, and one buffer for the
 // uniform blocks of a frame. Frames follow each other in it, so that one that is filled does not
 // wait for the one that is drawn.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <span>
 
@@ -27,8 +26,8 @@ class RunObjects {
     unsigned buffer() const { return buffer_; }
     // Offsets of blocks are multiples of this.
     size_t alignment() const { return alignment_; }
-    // Clamps to the edge; not mipmapped.
-    unsigned sampler(bool linear) const { return samplers_[linear]; }
+    // Nearest, clamps to the edge. No linear one: devices round its weights as they like.
+    unsigned sampler() const { return sampler_; }
     // Its objects went with their context.
     void abandon();
 
@@ -38,7 +37,7 @@ class RunObjects {
     size_t frame_bytes_ = 0;
     size_t frame_ = 0;
     size_t alignment_;
-    std::array<unsigned, 2> samplers_;
+    unsigned sampler_;
 };
 
 }  // namespace postchain::gl

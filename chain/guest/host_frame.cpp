@@ -106,6 +106,10 @@ bool HostFrame::has_gain() const {
     return exposure.name != 0 || (given->pre_exposure != 0 && given->pre_exposure != 1);
 }
 
+bool HostFrame::shows_fill() const {
+    return given->debug_view && std::string_view(given->debug_view) == "fill";
+}
+
 bool HostFrame::motion_in_place() const {
     return motion.whole && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
            scale_of(given->motion_scale[1]) == 1 && given->motion_bias[0] == 0 &&
@@ -177,6 +181,11 @@ FrameDescription describe(const HostFrame& frame) {
     description.planes = {Role::color};
     if (frame.depth.name) description.planes.add(Role::inverse_depth);
     if (frame.motion.name) description.planes.add(Role::motion);
+    if (frame.shows_fill()) {
+        description.planes.add(Role::layers);
+        description.layers = 1;
+        description.fill_layer = 0;
+    }
     const auto set = [](std::optional<double>& value, float number) {
         if (number != 0) value = double(number);
     };

@@ -37,6 +37,7 @@ struct HostFrame {
     bool motion_in_place() const;
     bool output_is_an_input() const;
     bool output_is_color() const;  // the same rectangle of the same texture
+    bool shows_fill() const;       // debug_view "fill": the plan filters a fill mask
 };
 
 // Errors name the member. PC_ERROR_INPUT: a texture. PC_ERROR_CHAIN: camera values that the depth

@@ -43,7 +43,9 @@ class Builder {
     Result<HostPlan> build() {
         const char* view = frame_.given->debug_view;
         Status status;
-        if (view && *view) {
+        if (frame_.shows_fill()) {
+            add_fill_view();
+        } else if (view && *view) {
             status = add_debug_view(view);
             if (!status.ok()) return status;
         } else {
@@ -153,6 +155,27 @@ class Builder {
         step.taps = uint64_t(frame_.width) * uint64_t(frame_.height);
         host_.export_step = int(plan().steps.size());
         plan().steps.push_back(std::move(step));
+    }
+
+    // The frame's only layer.
+    void add_fill_view() {
+        const TextureId start = input(Role::layers), mask = plan().outputs.at(Role::layers);
+        plan().textures[size_t(start)].imported = false;
+        Step begin;
+        begin.pass = add_pass("fill");
+        begin.name = "fill_start";
+        begin.program = {"guest/fill_start.comp", {}};
+        begin.groups = groups_for(frame_.width, frame_.height);
+        launch_by(begin, -1);
+        begin.bindings = {{0, start, Access::write}};
+        plan().steps.insert(plan().steps.begin(), std::move(begin));
+        host_.result = add_target();
+        Step view = make_step(add_pass("export"), "debug_view",
+                              {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}}});
+        launch_by(view, -1);
+        view.bindings = {{0, mask}, {0, host_.result, Access::write}};
+        host_.export_step = int(plan().steps.size());
+        plan().steps.push_back(std::move(view));
     }
 
     // "0.motion_blur.tile_max" or "0.motion_blur.tile_max:vector".

@@ -214,7 +214,7 @@ typedef struct pc_frame {
     uint32_t barriers; /* GL_*_BARRIER_BIT for uses of the result other than texture fetches */
     uint32_t reserved;
     const char* debug_view; /* name of a texture or work list of the plan (pc_explain()), such as
-                               "0.motion_blur.tile_max", which is drawn instead of the result */
+                               "0.motion_blur.tile_max", or "fill"; drawn instead of the result */
     float pixel_aspect;     /* width over height of a pixel on the display; 0 = 1 */
     uint32_t reserved_2;
 } pc_frame;

@@ -77,6 +77,8 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSi
         step.bindings.push_back({0, mask, Access::write});
         step.take_uniforms<shared::DepthOfFieldNeededUniforms>();
         step.groups = groups_for(grid[0], grid[1]);
+        const glm::ivec2 texels = search.factor + 2 * search.reach;
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * uint64_t(texels.x) * uint64_t(texels.y);
         planner.step(std::move(step));
         read = mask;
         return list;

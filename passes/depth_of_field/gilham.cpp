@@ -275,9 +275,9 @@ class Planner {
         step.groups = groups_for(width_, height_);
         // The lengths of the lists are not known here: all blocks count as mixed.
         const bool counts = !composite.kind;
-        if (counts)
-            step.taps =
-                pixels_ * uint64_t(2 + (sizes_.factor == 1 ? 1 : 4) + (from.hint >= 0 ? 1 : 0));
+        const auto taps = uint64_t(2 + (sizes_.factor == 1 ? 1 : 4) + (from.hint >= 0 ? 1 : 0));
+        if (counts) step.taps = pixels_ * taps;
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * taps;
         launch_by(step, composite.list);
         std::vector<Binding> arrays;
         if (layered_) {

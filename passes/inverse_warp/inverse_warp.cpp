@@ -192,6 +192,13 @@ class Planner {
         return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
     }
 
+    // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
+    // of them in each neighbor, three for what continues behind, and eight for the color.
+    uint64_t most_taps_px(size_t neighbors) const {
+        const uint64_t begins = uint64_t(settings_.search.starts) + 1;
+        return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 8);
+    }
+
     // A step over all pixels.
     Step make_step(const std::string& name) const {
         Step step;
@@ -274,6 +281,9 @@ class Planner {
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
+        for (size_t axis : {0, 1})
+            step.groups[axis] =
+                (blocks_[axis] + INVERSE_WARP_STARTS_BLOCKS - 1) / INVERSE_WARP_STARTS_BLOCKS;
         const int ring = ring_of(
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
         step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *
@@ -417,22 +427,19 @@ class Planner {
         defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint.made >= 0);
+        if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = std::to_string(frame_.fill_layer);
         defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
-        step.bindings = {{0, planner_.input(Role::color), Access::sample_linear},
-                         {1, from.surfaces},
-                         {2, from.starts.surfaces},
-                         {0, result.color, Access::write},
-                         {11, from.background.color},
-                         {12, from.background.cells}};
+        step.bindings = {{0, planner_.input(Role::color)}, {1, from.surfaces},
+                         {2, from.starts.surfaces},        {0, result.color, Access::write},
+                         {11, from.background.color},      {12, from.background.cells}};
         if (from.noise >= 0) step.bindings.push_back({3, from.noise});
         for (const Searched& other : from.neighbors) {
             const bool before = other.neighbor == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
-            step.bindings.push_back({before ? 7 : 9,
-                                     planner_.input(role_of(other.neighbor, Role::color)),
-                                     Access::sample_linear});
+            step.bindings.push_back(
+                {before ? 7 : 9, planner_.input(role_of(other.neighbor, Role::color))});
             step.bindings.push_back({before ? 8 : 10, other.surfaces});
         }
         if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
@@ -443,11 +450,14 @@ class Planner {
         if (hint.given >= 0) step.bindings.push_back({6, hint.given});
         if (hint.made >= 0) step.bindings.push_back({1, hint.made, Access::write});
         step.taps = pixels_ * uint64_t(taps_px());
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * most_taps_px(from.neighbors.size());
         launch_by(step, from.starts.moving_blocks);
         if (layered_) {
             add_layers(step, gathered_layers(from, result, soft));
             step.program.defines["TAPS"] = std::to_string(taps_px() / 3);
             step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
+            step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
+                               uint64_t(frame_.layers);
         }
         planner_.step(std::move(step));
     }
@@ -455,7 +465,7 @@ class Planner {
     // The layers that gather reads and writes.
     std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
                                          const Soft& soft) const {
-        std::vector<Binding> arrays = {{13, planner_.input(Role::layers), Access::sample_linear},
+        std::vector<Binding> arrays = {{13, planner_.input(Role::layers)},
                                        {14, from.background.layers},
                                        {4, result.layers, Access::write},
                                        {6, from.occupied, Access::read}};
@@ -465,8 +475,7 @@ class Planner {
         }
         for (const Searched& other : from.neighbors)
             arrays.push_back({other.neighbor == Neighbor::before ? 15 : 5,
-                              planner_.input(role_of(other.neighbor, Role::layers)),
-                              Access::sample_linear});
+                              planner_.input(role_of(other.neighbor, Role::layers))});
         return arrays;
     }
 

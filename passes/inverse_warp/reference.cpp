@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "chain/work_list.h"
@@ -25,6 +26,9 @@ constexpr double kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
 constexpr double kSharpening = 2;
 constexpr int kMinTimes = 5;
 
+// Channels of the fill mask.
+constexpr size_t kFromNeighbor = 1, kEstimated = 2;
+
 // Color at a position between pixels: bilinear, with weights sharpened about their center.
 Color color_at(const ImageD& color, Vec at) {
     const auto sharpened = [](double f) {
@@ -34,9 +38,11 @@ Color color_at(const ImageD& color, Vec at) {
     const int x0 = int(std::floor(at.x)), y0 = int(std::floor(at.y));
     const int x1 = std::min(x0 + 1, color.width - 1), y1 = std::min(y0 + 1, color.height - 1);
     Color c(size_t(color.channels));
-    for (int i = 0; i < color.channels; ++i)
-        c[size_t(i)] = (1 - fy) * ((1 - fx) * color.at(x0, y0, i) + fx * color.at(x1, y0, i)) +
-                       fy * ((1 - fx) * color.at(x0, y1, i) + fx * color.at(x1, y1, i));
+    for (int i = 0; i < color.channels; ++i) {
+        const double upper = std::lerp(color.at(x0, y0, i), color.at(x1, y0, i), fx);
+        const double lower = std::lerp(color.at(x0, y1, i), color.at(x1, y1, i), fx);
+        c[size_t(i)] = std::lerp(upper, lower, fy);
+    }
     return c;
 }
 
@@ -205,13 +211,29 @@ class Gather {
         const Behind behind =
             find_behind(frames_, background_, pixel, now, here, found.inverse_depth);
         if (behind.inverse_depth >= 0)
-            return {background_.color_behind(behind.sides, behind.at), behind.inverse_depth,
-                    behind.path, behind.at};
+            return {from(kEstimated, background_.color_behind(behind.sides, behind.at)),
+                    behind.inverse_depth, behind.path, behind.at};
         if (found.inverse_depth >= 0)
-            return {color_at(found.frame->color, found.at), found.inverse_depth, found.path, at};
+            return {shown_color(found), found.inverse_depth, found.path, at};
         const Color far_color = color_at(frames_.here.color, here.far_at);
-        return {background_.at(far, here.far.inverse_depth, far_color), here.far.inverse_depth,
-                here.far.a, at};
+        return {from(kEstimated, background_.at(far, here.far.inverse_depth, far_color)),
+                here.far.inverse_depth, here.far.a, at};
+    }
+
+    Color shown_color(const Found& found) const {
+        const Color color = color_at(found.frame->color, found.at);
+        if (found.frame != &frames_.here) return from(kFromNeighbor, color);
+        return found.beyond ? from(kEstimated, color) : color;
+    }
+
+    // The color, with all shares of the fill mask moved to this channel of it.
+    Color from(size_t source, Color color) const {
+        if (description_.fill_layer < 0) return color;
+        const auto mask = color.begin() + 4 * (1 + description_.fill_layer);
+        const double whole = std::accumulate(mask, mask + 3, 0.0);
+        std::fill_n(mask, 4, 0.0);
+        mask[std::ptrdiff_t(source)] = whole;
+        return color;
     }
 
     // The samples of a set. Of the shutter alone a search begins at the surface to which that of

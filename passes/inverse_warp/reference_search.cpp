@@ -50,7 +50,7 @@ void keep_nearest(Search& s, const Visit& v, Vec p, const Frame& here, const Sam
     if (!v.accepted ||
         !(nearer(q, nearest, now) || (!nearer(nearest, q, now) && v.error < s.residual)))
         return;
-    s.nearest = {&here, v.surface->edge ? v.x : here.inside(p - v.d), q, v.surface->a};
+    s.nearest = {&here, v.surface->edge ? v.x : here.inside(p - v.d), q, v.surface->a, v.beyond};
     s.residual = v.error;
 }
 

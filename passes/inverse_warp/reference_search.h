@@ -45,7 +45,8 @@ struct Found {
     const Frame* frame = nullptr;
     Vec at;  // px
     double inverse_depth = -1;
-    Vec path;  // a
+    Vec path;             // a
+    bool beyond = false;  // this frame's border pixels, continued beyond it
 };
 
 // A surface that this frame hides: it continues behind the one shown at the position `at`.

@@ -302,6 +302,7 @@ class Planner {
         const uint64_t taps = uint64_t(parameters_.samples + 1);
         const bool counts = step.name == "gather";
         if (counts) step.taps = pixels_ * ((gather.depth ? 3 : 2) * taps + 1);
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * ((gather.depth ? 3 : 2) * taps + 1);
         std::vector<Binding> arrays;
         if (planes.layers >= 0)
             arrays = {{6, planner_.input(Role::layers)}, {2, planes.layers, Access::write}};

@@ -6,7 +6,7 @@ layout(binding = 0) uniform sampler2D source;
 layout(binding = 0) writeonly uniform image2D result;
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, imageSize(result)))) return;
     imageStore(result, p, texelFetch(source, p, 0));
 }

@@ -13,7 +13,7 @@ layout(binding = 1) uniform sampler2DArray mattes;
 layout(binding = 0) writeonly uniform image2D beside_object;
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, textureSize(inverse_depth, 0)))) return;
     const float q = texelFetch(inverse_depth, p, 0).x;
     imageStore(beside_object, p, vec4(matte_at(p) > 0.0 ? -1.0 : q > 0.0 ? q : 0.0));

@@ -63,7 +63,7 @@ vec4 own_share(vec4 c, vec4 ground, float kept) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     const ivec2 size = textureSize(color, 0);
     if (any(greaterThanEqual(p, size))) return;
     const float m = matte_at(p);

@@ -71,7 +71,7 @@ vec4 part_of(sampler2D vectors, ivec2 from, float kept) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     const ivec2 size = textureSize(motion, 0);
     if (any(greaterThanEqual(p, size))) return;
     const float m = matte_at(p);

@@ -33,7 +33,7 @@ vec4 laid_over(vec4 c, vec4 c_held, vec4 c_filtered, float m, float kept, float 
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, textureSize(color, 0)))) return;
     const float m = matte_at(p);
     const float kept = 1.0 - m;

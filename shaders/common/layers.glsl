@@ -11,7 +11,11 @@
 //   FOR_LAYERS(i) sums[i] += weight * LAYER_FETCH(layers, at, i);
 
 #ifdef LAYERS
-layout(location = 0) uniform int layers_first;  // Step::first_layer
+#ifdef VULKAN  // as in common/first_group.glsl
+layout(binding = 2) uniform LayersFirst { int layers_first; };
+#else
+layout(location = 1) uniform int layers_first;  // Step::first_layer
+#endif
 #endif
 
 #define FOR_LAYERS(i) for (int i = 0; i < LAYERS; ++i)

@@ -8,7 +8,7 @@
 layout(binding = 0) writeonly uniform image2D lens_samples;
 
 void main() {
-    const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 at = invocation_at();
     if (at.x >= uniforms.points || at.y >= uniforms.sets) return;
     const int index = at.y * uniforms.points + at.x;
     const int pair = uniforms.packed_points[index >> 2][index & 3];

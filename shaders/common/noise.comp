@@ -43,7 +43,7 @@ float blue(uvec2 p) {
 #endif
 
 void main() {
-    const uvec2 p = (gl_GlobalInvocationID.xy + uvec2(uniforms.shift)) & 127u;
+    const uvec2 p = (uvec2(invocation_at()) + uvec2(uniforms.shift)) & 127u;
 #if NOISE == 0
     const vec2 value = halton(p);
 #elif NOISE == 1
@@ -51,5 +51,5 @@ void main() {
 #else
     const vec2 value = vec2(blue(p), blue(p + uvec2(29u, 41u)));
 #endif
-    imageStore(noise, ivec2(gl_GlobalInvocationID.xy), vec4(value.x, 2.0 * value.y - 1.0, 0, 0));
+    imageStore(noise, invocation_at(), vec4(value.x, 2.0 * value.y - 1.0, 0, 0));
 }

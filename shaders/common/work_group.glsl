@@ -2,3 +2,5 @@
 #include "shared/work_group.h"
 
 layout(local_size_x = kBlockPx, local_size_y = kBlockPx) in;
+
+#include "common/first_group.glsl"

@@ -26,8 +26,10 @@ layout(std430, binding = 0) readonly buffer WorkList { WORK_LIST } work_list;
 // The pixel of this invocation; false if it has none in a frame of this size.
 bool next_pixel(ivec2 size, out ivec2 p) {
 #if LIST
-    // The launch is a rectangle; its last row may be longer than the list.
-    const uint index = gl_WorkGroupID.y * kGroupsPerRow + gl_WorkGroupID.x;
+    // A launch by the list is a rectangle, whose last row may be longer than the list. Bands
+    // (chain/bands.h) lie in one row, which may be longer too.
+    const uvec2 group = uvec2(group_at());
+    const uint index = group.y * kGroupsPerRow + group.x;
     if (index >= work_list.count) {
         p = ivec2(0);
         return false;
@@ -35,7 +37,7 @@ bool next_pixel(ivec2 size, out ivec2 p) {
     const uint block_xy = work_list.blocks[index];
     p = kBlockPx * ivec2(block_xy & 0xffffu, block_xy >> 16) + ivec2(gl_LocalInvocationID.xy);
 #else
-    p = ivec2(gl_GlobalInvocationID.xy);
+    p = invocation_at();
 #endif
     return all(lessThan(p, size));
 }

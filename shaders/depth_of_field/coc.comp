@@ -18,6 +18,7 @@
 const int kThreads = 2 * kBlockPx;
 layout(local_size_x = kBlockPx, local_size_y = 2) in;
 
+#include "common/first_group.glsl"
 #include "common/work_list_fill.glsl"
 #include "shared/depth_of_field_uniforms.h"
 
@@ -74,7 +75,7 @@ void store_guide(ivec2 low) {
 #endif
 
 void main() {
-    const ivec2 at = ivec2(gl_WorkGroupID.xy);
+    const ivec2 at = group_at();
     const ivec2 local = ivec2(gl_LocalInvocationID.xy);
     vec2 range = vec2(uniforms.max_radius_px, 0.0);
     const ivec2 last = uniforms.size - 1;

@@ -13,7 +13,7 @@ layout(binding = 0) writeonly uniform image2D needed;
 layout(std430, binding = 0) buffer Blocks { WORK_LIST } list;
 
 void main() {
-    const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 at = invocation_at();
     if (any(greaterThanEqual(at, uniforms.blocks))) return;
     const ivec2 low = uniforms.factor * at - uniforms.reach;
     const ivec2 high = uniforms.factor * (at + 1) - 1 + uniforms.reach;

@@ -16,10 +16,10 @@ layout(binding = 0) uniform sampler2D color_plane;
 #if HINT
 layout(binding = 1) uniform sampler2D hint_plane;
 #endif
-layout(binding = 0) uniform writeonly image2D result_plane;
+layout(binding = 0) writeonly uniform image2D result_plane;
 #ifdef LAYERS
 layout(binding = 2) uniform sampler2DArray layers;
-layout(binding = 1) uniform writeonly image2DArray layers_result;
+layout(binding = 1) writeonly uniform image2DArray layers_result;
 #endif
 
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
@@ -40,7 +40,7 @@ shared float lumas[kRegionPx * kRegionPx];
 
 // First pixel of the region.
 ivec2 region() {
-    return ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx - REACH_PX;
+    return group_at() * kFxaaSquarePx - REACH_PX;
 }
 
 // Luma of a pixel of the region; a pixel outside the frame has the luma of the nearest inside.
@@ -130,7 +130,7 @@ void store_layers(ivec2 p) {
 void main() {
     find_lumas();
     barrier();
-    const ivec2 first = ivec2(gl_WorkGroupID.xy) * kFxaaSquarePx + ivec2(gl_LocalInvocationID.xy);
+    const ivec2 first = group_at() * kFxaaSquarePx + ivec2(gl_LocalInvocationID.xy);
     ivec2 offset = ivec2(0);
     do {
         const ivec2 p = first + offset;

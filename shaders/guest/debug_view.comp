@@ -6,9 +6,16 @@
 //   VIEW 2  a vector: hue = direction, brightness = length, white from kLongest on
 //   VIEW 3  color in dark gray, as background for the blocks of a work list
 //   VIEW 4  a block of a work list, bright
+//   VIEW 5  the fill mask: red what is estimated, green what a neighbor shows
 #include "guest/place.glsl"
 
+#if VIEW == 5
+layout(binding = 0) uniform sampler2DArray shown;
+#define FETCH(at) texelFetch(shown, ivec3(at, 0), 0)
+#else
 layout(binding = 0) uniform sampler2D shown;
+#define FETCH(at) texelFetch(shown, at, 0)
+#endif
 layout(binding = 0) writeonly uniform image2D host_output;
 
 const float kLongest = 32.0;  // pixels
@@ -31,6 +38,8 @@ vec4 view_of(vec4 value) {
     return vec4(vec3(0.3 * gray), 1.0);
 #elif VIEW == 4
     return vec4(0.9, 0.6, 0.1, 1.0);
+#elif VIEW == 5
+    return vec4(value.z, value.y, 0.0, 1.0);
 #else
     return value;
 #endif
@@ -39,7 +48,7 @@ vec4 view_of(vec4 value) {
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
-    const ivec2 size = textureSize(shown, 0);
+    const ivec2 size = textureSize(shown, 0).xy;
     const ivec2 at = min(p * size / uniforms.size, size - 1);
-    imageStore(host_output, stored_at(p, uniforms.output_at), view_of(texelFetch(shown, at, 0)));
+    imageStore(host_output, stored_at(p, uniforms.output_at), view_of(FETCH(at)));
 }

@@ -6,7 +6,7 @@ layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D host_output;
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     vec4 c = texelFetch(color, p, 0);
     c.rgb /= gain();

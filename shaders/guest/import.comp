@@ -46,7 +46,7 @@ vec2 sky_motion(ivec2 p) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
 #if COLOR
     vec4 c = finite_color(texelFetch(host_color, stored_at(p, uniforms.color_at), 0));

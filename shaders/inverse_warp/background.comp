@@ -77,7 +77,7 @@ void store(Cell cell, ivec2 at, int left, float pixels) {
 }
 
 void main() {
-    const ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 block = invocation_at();
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     Cell of_16 = empty();
     for (int i = 0; i < 4; ++i) {

@@ -65,7 +65,7 @@ uvec2 sides_of(ivec2 cell) {
 }
 
 void main() {
-    const ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 cell = invocation_at();
     if (any(greaterThanEqual(cell, ivec2(15, 8) * uniforms.blocks))) return;
     const bool has_sides = cell.x < 8 * uniforms.blocks.x && inside_cells(cell);
     imageStore(background, cell,

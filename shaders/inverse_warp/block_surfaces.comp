@@ -12,7 +12,7 @@ layout(binding = 0) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform uimage2D block_surfaces;
 
 void main() {
-    const ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 block = invocation_at();
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     const ivec2 first = kBlockPx * block;
     const ivec2 end = min(first + kBlockPx, uniforms.size);

@@ -85,6 +85,6 @@ uint shown_at(ivec2 p) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (inside(p)) imageStore(shown, p, uvec4(shown_at(p)));
 }

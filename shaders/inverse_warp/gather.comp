@@ -27,7 +27,7 @@
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
-// TAPS: with LAYERS: the most samples of a pixel
+// TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: which layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
@@ -35,7 +35,7 @@
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
 
-layout(binding = 0) uniform sampler2D color;  // linear
+layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 2) uniform usampler2D starts;
 layout(binding = 11) uniform sampler2D background_color;
@@ -52,7 +52,7 @@ layout(binding = 6) uniform sampler2D given_hint;
 layout(binding = 1) writeonly uniform image2D hint;
 #endif
 #ifdef LAYERS
-layout(binding = 13) uniform sampler2DArray layers;  // linear
+layout(binding = 13) uniform sampler2DArray layers;
 layout(binding = 14) uniform sampler2DArray background_layers;
 #endif
 
@@ -106,13 +106,14 @@ Seen resolve(Pixel pixel, Sample now, Search here) {
     if (kNeighbors) found = resolve_occluded(pixel, now, here);
     const Behind behind = find_behind(pixel, now, here, found.inverse_depth);
     if (behind.inverse_depth >= 0.0)
-        return Seen(Source(kBehind, behind.at, behind.sides), behind.inverse_depth, behind.path,
-                    behind.at);
+        return Seen(Source(kBehind, behind.at, behind.sides, false), behind.inverse_depth,
+                    behind.path, behind.at);
     if (found.inverse_depth >= 0.0)
-        return Seen(Source(found.frame, found.at, uvec2(0u)), found.inverse_depth, found.path, at);
+        return Seen(Source(found.frame, found.at, uvec2(0u), found.beyond), found.inverse_depth,
+                    found.path, at);
     const uvec2 farthest =
         uvec2(floatBitsToUint(here.far.inverse_depth), pack_cell(ivec2(here.far_at)));
-    return Seen(Source(kFill, far, farthest), here.far.inverse_depth, here.far.a, at);
+    return Seen(Source(kFill, far, farthest, false), here.far.inverse_depth, here.far.a, at);
 }
 
 vec2 given_hint_at(ivec2 at) {

@@ -2,18 +2,18 @@
 //
 // BEFORE, AFTER: that frame is searched
 #if BEFORE
-layout(binding = 7) uniform sampler2D color_before;  // linear
+layout(binding = 7) uniform sampler2D color_before;
 layout(binding = 8) uniform usampler2D surfaces_before;
 #endif
 #if AFTER
-layout(binding = 9) uniform sampler2D color_after;  // linear
+layout(binding = 9) uniform sampler2D color_after;
 layout(binding = 10) uniform usampler2D surfaces_after;
 #endif
 #if BEFORE && defined(LAYERS)
-layout(binding = 15) uniform sampler2DArray layers_before;  // linear
+layout(binding = 15) uniform sampler2DArray layers_before;
 #endif
 #if AFTER && defined(LAYERS)
-layout(binding = 5) uniform sampler2DArray layers_after;  // linear
+layout(binding = 5) uniform sampler2DArray layers_after;
 #endif
 
 const int kNeighborSteps = 3;  // from each start surface
@@ -79,7 +79,7 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
             s.inverse_depth <= nearest.inverse_depth * ratio ||
             s.inverse_depth * ratio < farthest || !may_be_occluded(s, x, frame, ratio))
             continue;
-        nearest = Found(frame, s.edge ? x : inside_of(p - d), s.inverse_depth, s.a);
+        nearest = Found(frame, s.edge ? x : inside_of(p - d), s.inverse_depth, s.a, false);
     }
 }
 

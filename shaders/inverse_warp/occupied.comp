@@ -34,7 +34,7 @@ vec4 texel(int place, ivec3 at) {
 void main() {
     const int z = int(gl_WorkGroupID.z), words = words_of(layers);
     const int place = z / words, word = z % words;
-    const ivec2 size = textureSize(layers, 0).xy, block = ivec2(gl_WorkGroupID.xy);
+    const ivec2 size = textureSize(layers, 0).xy, block = group_at();
     const ivec2 first = max(kBlockPx * block - 1, ivec2(0));
     const ivec2 end = min(kBlockPx * (block + 1) + 1, size);
     if (gl_LocalInvocationIndex == 0u) bits = 0u;

@@ -10,7 +10,8 @@ struct Found {
     int frame;  // -1: before, 0: this one, 1: after
     vec2 at;    // px
     float inverse_depth;
-    vec2 path;  // a
+    vec2 path;    // a
+    bool beyond;  // this frame's border pixels, continued beyond it
 };
 
 // One step: the pixel X that it visits, and whether the surface there is the sample's.
@@ -48,7 +49,7 @@ Search begin_search(Pixel pixel, Sample now, Surface begin) {
     s.d = displacement(begin, now);
     s.start = s.steps = 0;
     s.occluded_from = -1.0;
-    s.nearest = Found(0, pixel.p, -1.0, vec2(0.0));
+    s.nearest = Found(0, pixel.p, -1.0, vec2(0.0), false);
     s.residual = kAcceptPx;
     s.far = begin;
     s.far.inverse_depth = s.far_residual = 3.4e38;
@@ -82,7 +83,7 @@ void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
         !(q > nearest * ratio || (q * ratio >= nearest && v.error < s.residual)))
         return;
     // An edge pixel mixes two surfaces: it is not interpolated.
-    s.nearest = Found(0, v.surface.edge ? v.x : inside_of(p - v.d), q, v.surface.a);
+    s.nearest = Found(0, v.surface.edge ? v.x : inside_of(p - v.d), q, v.surface.a, v.beyond);
     s.residual = v.error;
 }
 

@@ -25,7 +25,7 @@ Surface shown_at(ivec2 p, out bool changed) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (!inside(p)) return;
     bool changed;
     Surface s = shown_at(p, changed);

@@ -6,8 +6,14 @@
 //   block_surfaces -> starts   (STARTS + 1) blocks.x by blocks.y; the last texel of a block: x bits
 //                              of the longest path that reaches it, px; y number of start surfaces
 //                  -> work lists of blocks: still, moving (LISTS)
-#define LIST 0
-#include "common/work_list.glsl"
+#include "shared/inverse_warp_uniforms.h"
+#include "shared/work_group.h"
+
+const int kThreads = INVERSE_WARP_STARTS_BLOCKS * INVERSE_WARP_STARTS_BLOCKS;
+layout(local_size_x = INVERSE_WARP_STARTS_BLOCKS, local_size_y = INVERSE_WARP_STARTS_BLOCKS) in;
+
+#include "common/first_group.glsl"
+#include "common/work_list_fill.glsl"
 
 #include "inverse_warp/surface.glsl"
 
@@ -50,8 +56,7 @@ int find_ring() {
     barrier();
     const int columns = 3 * uniforms.blocks.x;
     float longest = 0.0;
-    for (int i = int(gl_LocalInvocationIndex); i < columns * uniforms.blocks.y;
-         i += kBlockPx * kBlockPx) {
+    for (int i = int(gl_LocalInvocationIndex); i < columns * uniforms.blocks.y; i += kThreads) {
         const uvec4 bits = texelFetch(block_surfaces, ivec2(i % columns, i / columns), 0);
         const vec2 reach = reach_of(unpack_surface(bits));
         longest = max(longest, max(reach.x, reach.y));
@@ -116,7 +121,7 @@ void store_sorted(Starts chosen, ivec2 first) {
 
 void main() {
     const int ring = find_ring();
-    const ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 block = invocation_at();
     if (any(greaterThanEqual(block, uniforms.blocks))) return;
     Starts chosen;
     chosen.count = 0;

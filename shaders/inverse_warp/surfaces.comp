@@ -102,7 +102,7 @@ Surface surface_at(ivec2 p) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (!inside(p)) return;
     imageStore(surfaces_of_planes, p, pack_surface(surface_at(p)));
 }

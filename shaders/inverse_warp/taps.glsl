@@ -70,7 +70,8 @@ struct LayerSums {
     vec4 all, soft;
 };
 
-void add_tap(inout LayerSums sums, Tap tap, vec4 difference) {
+void add_tap(inout LayerSums sums, Tap tap, int layer, vec4 value, vec4 own) {
+    const vec4 difference = with_fill(tap.source, layer, value) - own;
     sums.all += tap.weight * difference;
     if (tap.soft) sums.soft += tap.weight * difference;
 }
@@ -80,9 +81,9 @@ void sum_layer(Pixel pixel, int layer, float mean_of, float mean_of_soft) {
     const vec4 own = fetch(WIDE(color, layers), plane, pixel.at);
     LayerSums sums = LayerSums(vec4(0.0), vec4(0.0));
     for (int k = 0; k < shown_taps; ++k)
-        add_tap(sums, taps[k], color_in(0, taps[k].source.at, plane) - own);
+        add_tap(sums, taps[k], layer, color_in(0, taps[k].source.at, plane), own);
     for (int k = other_taps; k < TAPS; ++k)
-        add_tap(sums, taps[k], color_from(taps[k].source, plane) - own);
+        add_tap(sums, taps[k], layer, color_from(taps[k].source, plane), own);
     store_layer(pixel.at, layer, own + mean_of * sums.all, own + mean_of_soft * sums.soft);
 }
 

@@ -27,28 +27,28 @@ vec4 fetch(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
     return finite_color(texelFetch(color, at, 0));
 }
 
+// By differences: equal texels give their value to the bit, and the first keeps its bits beside a
+// brighter one if f is 0.
+vec4 bilinear(vec4 texels[4], vec2 f) {
+    precise const vec4 upper = texels[0] + f.x * (texels[1] - texels[0]);
+    precise const vec4 lower = texels[2] + f.x * (texels[3] - texels[2]);
+    precise const vec4 mean = upper + f.y * (lower - upper);
+    return mean;
+}
+
 const float kSharpening = 2.0;  // of bilinear weights about their center: half the added blur
 
 // Color of the surface that is seen at the position `at`, pixels: bilinear, with sharpened weights.
+// Not by a sampler: devices round its weights to 8 bits.
 vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
-    const vec2 base = floor(at);
-    const vec2 f = clamp(kSharpening * (at - base - 0.5) + 0.5, 0.0, 1.0);
-    const vec2 filtered_at = (base + f + 0.5) / vec2(uniforms.size);
-#ifdef LAYERS
-    if (!plane.is_color) return textureLod(layers, vec3(filtered_at, float(plane.layer)), 0.0);
-#endif
-    vec4 c = textureLod(color, filtered_at, 0.0);
-    // The sampler may have mixed a value that passes do not read: then by hand.
-    if (!is_readable(c)) {
-        c = vec4(0.0);
-        int i = 0;
-        do {
-            const vec2 corner = vec2(i & 1, i >> 1);
-            const ivec2 p = min(ivec2(base + corner), uniforms.size - 1);
-            const vec2 w = mix(1.0 - f, f, corner);
-            c += w.x * w.y * fetch(WIDE(color, layers), plane, p);
-            ++i;
-        } while (i < 4);
-    }
-    return c;
+    const vec2 nearest = floor(at + 0.5);
+    const vec2 beyond = at - nearest;
+    precise const vec2 f = max(kSharpening * (abs(beyond) - 0.5) + 0.5, 0.0);
+    const ivec2 a = ivec2(nearest);
+    const ivec2 b = min(ivec2(nearest + mix(vec2(1.0), vec2(-1.0), lessThan(beyond, vec2(0.0)))),
+                        uniforms.size - 1);
+    const ivec2 corners[4] = ivec2[4](a, ivec2(b.x, a.y), ivec2(a.x, b.y), b);
+    vec4 texels[4];
+    for (int i = 0; i < 4; ++i) texels[i] = fetch(WIDE(color, layers), plane, corners[i]);
+    return bilinear(texels, f);
 }

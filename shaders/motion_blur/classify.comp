@@ -41,7 +41,7 @@ ivec2 tile_of(vec2 p) {
 }
 
 void main() {
-    const ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 at = invocation_at();
     const vec2 first = vec2(kBlockPx * at) + 0.5;
     if (any(greaterThan(first, vec2(uniforms.size)))) return;
     const vec2 last = min(first + float(kBlockPx - 1), vec2(uniforms.size) - 0.5);

@@ -23,7 +23,7 @@ bool reaches(ivec2 offset, vec2 v) {
 }
 
 void main() {
-    const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 tile = invocation_at();
     if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     vec4 result = texelFetch(tile_max, tile, 0);
     for (int oy = -1; oy <= 1; ++oy) {

@@ -14,6 +14,8 @@
 const int kThreads = 64;
 layout(local_size_x = kThreads) in;
 
+#include "common/first_group.glsl"
+
 layout(binding = 0) uniform sampler2D motion;
 layout(binding = 0) writeonly uniform image2D tile_max;
 #if STORAGE
@@ -60,7 +62,7 @@ void add(inout Part part, Part other) {
 }
 
 void main() {
-    const ivec2 tile = ivec2(gl_WorkGroupID.xy);
+    const ivec2 tile = group_at();
     const int thread = int(gl_LocalInvocationIndex);
     const float radius = float(uniforms.tile_px);
     const ivec2 first = tile * uniforms.tile_px;

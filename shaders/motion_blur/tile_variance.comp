@@ -13,7 +13,7 @@ layout(binding = 0) writeonly uniform image2D tile_variance;
 const float kStillPx = 0.5;
 
 void main() {
-    const ivec2 tile = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 tile = invocation_at();
     if (any(greaterThanEqual(tile, uniforms.tiles))) return;
     const vec2 own = texelFetch(tile_max, tile, 0).xy;
     float sum = 0.0;

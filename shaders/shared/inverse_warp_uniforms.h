@@ -41,6 +41,9 @@ UNIFORMS_END
 // Pixels on each side that are denoised together.
 #define INVERSE_WARP_DENOISE_REACH_PX 2
 
+// Edge of a work group of starts.comp, in blocks: few, because each fetches up to 1e5 surfaces.
+#define INVERSE_WARP_STARTS_BLOCKS 8
+
 // Minimum of a pixel's time samples, however short its path.
 #define INVERSE_WARP_MIN_TIMES 5
 

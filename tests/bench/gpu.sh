@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # On a machine with a GPU: builds the core without fetching anything, runs the tests that compare
-# pixels with their references on that device, then gpu_bench at each size, with the fraction of the
-# device's bandwidth that each pass and step reaches. Needs CMake, Ninja, a C++20 compiler and the
-# packages epoxy, GLM, GoogleTest and google-benchmark.
+# pixels with their references on that device, then gpu_bench at each size. A failure stops nothing:
+# the last page says what failed and gives the figures, and is written to a file (docs/gpu.md). Needs
+# CMake, Ninja, a C++20 compiler and the packages epoxy, GLM, GoogleTest and google-benchmark.
 # Usage: tests/bench/gpu.sh [--sizes "1280x720 1920x1080 3840x2160"] [--only PART_OF_NAME]
-#                           [--iterations 21] [--tests REGEX] [--jobs N]
+#                           [--iterations 21] [--tests REGEX] [--jobs N] [--page gpu_page.txt]
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -13,6 +13,7 @@ only=""
 iterations=21
 tests='^(executor|conformance|elision|guest)_tests$'
 jobs=$(nproc)
+page=gpu_page.txt
 while [[ $# -gt 0 ]]; do
     if [[ $# -lt 2 ]]; then
         sed -n '/^# Usage/,/^set/{/^#/p}' "$0" >&2
@@ -24,6 +25,7 @@ while [[ $# -gt 0 ]]; do
         --iterations) iterations=$2 ;;
         --tests) tests=$2 ;;
         --jobs) jobs=$2 ;;
+        --page) page=$2 ;;
         *)
             sed -n '/^# Usage/,/^set/{/^#/p}' "$0" >&2
             exit 2
@@ -34,21 +36,62 @@ done
 
 echo "== build"
 cmake --preset core -DBUILD_TESTING=ON
-cmake --build --preset core -j "$jobs" --target gpu_bench guest_bench executor_tests \
-    conformance_tests elision_tests guest_tests
-
-programs=build-core/tests/bench
-if "$programs/gpu_bench" --size=64x64 --iterations=1 --only=copy | grep -q "wall clock"; then
-    echo "no GPU: EGL uses a software renderer; the figures below do not apply to a GPU" >&2
-fi
-
-echo "== tests on this device"
-ctest --test-dir build-core --output-on-failure --no-tests=error -R "$tests"
-
-for size in $sizes; do
-    echo "== $size"
-    "$programs/gpu_bench" --size="$size" --iterations="$iterations" --only="$only" --steps
+failures=()
+for target in gpu_bench guest_bench executor_tests conformance_tests elision_tests guest_tests; do
+    cmake --build --preset core -j "$jobs" --target "$target" || failures+=("$target: not built")
 done
 
-echo "== a guest's frame on the CPU"
-"$programs/guest_bench"
+logs=$(mktemp -d)
+trap 'rm -rf "$logs"' EXIT
+programs=build-core/tests/bench
+
+# log NAME COMMAND...: shows and keeps what the command prints, and its failure.
+log() {
+    local name=$1
+    shift
+    echo "== $name"
+    "$@" 2>&1 | tee "$logs/$name" || failures+=("$name: exit code ${PIPESTATUS[0]}")
+}
+
+log device "$programs/gpu_bench" --size=64x64 --iterations=1 --only=copy
+names=$(ctest --test-dir build-core -N -R "$tests" | sed -n 's/^ *Test *#[0-9]*: //p')
+[[ -n $names ]] || failures+=("tests: none matches $tests")
+for name in $names; do
+    log "$name" ctest --test-dir build-core --output-on-failure -R "^$name\$"
+done
+for size in $sizes; do
+    log "$size" "$programs/gpu_bench" --size="$size" --iterations="$iterations" --only="$only" \
+        --steps
+done
+log "a guest's frame on the CPU" "$programs/guest_bench"
+
+{
+    echo "postchain $(git describe --always --dirty 2>/dev/null || echo "without git"), $(uname -srm)"
+    head -n 1 "$logs/device"
+    if grep -q "wall clock" "$logs/device"; then
+        echo "NO GPU: EGL uses a software renderer; these figures do not apply to a GPU"
+    fi
+    echo
+    for name in $names; do
+        printf '%-36s %s\n' "$name" "$(grep -E 'tests? passed,' "$logs/$name" || echo "did not end")"
+        grep -hE '^\[  FAILED  \] .*\(' "$logs/$name" || true
+    done
+    for size in $sizes; do
+        echo
+        echo "== $size"
+        tail -n +2 "$logs/$size"
+    done
+    echo
+    echo "== a guest's frame on the CPU"
+    cat "$logs/a guest's frame on the CPU"
+    echo
+    if [[ ${#failures[@]} -eq 0 ]]; then
+        echo "nothing failed"
+    else
+        printf 'FAILED: %s\n' "${failures[@]}"
+    fi
+} >"$page"
+echo
+cat "$page"
+echo "written to $page"
+[[ ${#failures[@]} -eq 0 ]]

@@ -9,7 +9,7 @@
 // B/px are the bytes that the plan moves per pixel (chain/plan_bytes.h), GB/s those bytes over the
 // median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if a
 // shader exits early, as motion blur does on still tiles, and a lower bound for FXAA, which fetches
-// more along edges.
+// more along edges. MiB are the textures of one run, apart from the frame's own planes.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -50,9 +50,13 @@ std::vector<Case> cases() {
           {"fxaa", {{"preset", int64_t(12)}, {"hint", Text("checkerboard")}}},
           {"depth_of_field",
            {{"method", Text("gilham")}, {"downsample", int64_t(4)}, {"leak", Text("coc")}}}}});
+    const PassValues directional = {"fxaa", {{"mode", Text("directional")}}};
     all.push_back(
-        {"balanced",
-         {{"joint_blur", {{"samples", int64_t(32)}}}, {"fxaa", {{"mode", Text("directional")}}}}});
+        {"fast",
+         {{"joint_blur", {{"samples", int64_t(16)}, {"neighbors", Text("none")}}}, directional}});
+    all.push_back({"balanced", {{"joint_blur", {{"samples", int64_t(32)}}}, directional}});
+    all.push_back({"best", {{"joint_blur", {{"samples", int64_t(128)}, {"starts", int64_t(8)}}}}});
+    for (const char* pass : {"motion_blur", "depth_of_field"}) all.push_back({pass, {{pass, {}}}});
     for (const char* mode : {"guertin", "single"})
         for (const int samples : {5, 9, 13, 25, 51, 101})
             all.push_back(
@@ -126,7 +130,7 @@ class Bench {
     Bench(const Settings& settings, bool steps, const gl::Device& device)
         : settings_(settings),
           steps_(steps),
-          software_(device.software),
+          device_(device),
           executor_(device),
           frame_(make_frame("mixed", settings.width, settings.height)),
           planes_(frame_.planes) {
@@ -140,15 +144,15 @@ class Bench {
     // size.
     void measure_bandwidth() {
         Plan plan;
-        plan.width = software_ ? settings_.width : kBandwidthWidth;
-        plan.height = software_ ? settings_.height : kBandwidthHeight;
+        plan.width = device_.software ? settings_.width : kBandwidthWidth;
+        plan.height = device_.software ? settings_.height : kBandwidthHeight;
         add_copy(plan, plan.width, plan.height);
         const double bytes = bytes_per_pixel(plan) * plan.width * plan.height;
         FramePlanes planes;
         planes[Role::color] = ImageF(plan.width, plan.height, 4, 0.5f);
         DevicePlanes on_device(planes);
         const auto inputs = on_device.inputs_of(plan);
-        repeat(plan, software_ ? 1 : 16);
+        repeat(plan, device_.software ? 1 : 16);
         std::vector<double> times;
         for (int i = 0; i < 2 + settings_.iterations; ++i) {
             require(executor_.run(plan, inputs));
@@ -163,6 +167,7 @@ class Bench {
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
         double bytes_px = bytes_per_pixel(plan);
+        const double mebibytes = memory_of(plan) / (1 << 20);
         add_copy(plan, settings_.width, settings_.height);
         if (one.passes.empty()) {
             taps = double(plan.steps[0].taps);
@@ -170,7 +175,7 @@ class Bench {
         }
         const Plan once = plan;
         const size_t passes = plan.passes.size();
-        repeat(plan, software_ ? 1 : 16);
+        repeat(plan, device_.software ? 1 : 16);
         const auto inputs = planes_.inputs_of(plan);
         for (int i = 0; i < 2; ++i) require(executor_.run(plan, inputs));
 
@@ -203,6 +208,7 @@ class Bench {
         state.counters["share"] = 100 * bytes_px * megapixels / median / bandwidth_;
         state.counters["taps/px"] = taps / (1e6 * megapixels);
         state.counters["ns/tap"] = 1e6 * median / taps;
+        state.counters["MiB"] = mebibytes;
         state.counters["copies"] = median / quantile(copies.all(), 0.5);
         rows_.clear();
         if (steps_ && !one.passes.empty()) add_rows(once, by_name, megapixels);
@@ -212,6 +218,13 @@ class Bench {
     const std::vector<std::string>& step_rows() const { return rows_; }
 
   private:
+    // Bytes of the textures of one run.
+    double memory_of(const Plan& plan) {
+        Executor executor(device_);
+        require(executor.run(plan, planes_.inputs_of(plan)));
+        return double(executor.counters().texture_bytes_peak);
+    }
+
     void add_rows(const Plan& plan, const std::map<std::string, Sums>& by_name, double megapixels) {
         const std::vector<StepBytes> bytes = bytes_of_steps(plan);
         for (size_t i = 0; i < plan.steps.size(); ++i) {
@@ -232,7 +245,7 @@ class Bench {
 
     Settings settings_;
     bool steps_;
-    bool software_;
+    const gl::Device& device_;
     double bandwidth_ = 0;
     Executor executor_;
     BenchFrame frame_;
@@ -244,17 +257,18 @@ class Table : public benchmark::BenchmarkReporter {
   public:
     explicit Table(const Bench& bench) : bench_(bench) {}
     bool ReportContext(const Context&) override {
-        std::printf("%-36s %9s %17s %9s %7s %7s %6s %8s %9s %8s\n", "pass", "ms", "quartiles",
-                    "ms/Mpx", "B/px", "GB/s", "share", "taps/px", "ns/tap", "copies");
+        std::printf("%-36s %9s %17s %9s %7s %7s %6s %8s %9s %6s %8s\n", "pass", "ms", "quartiles",
+                    "ms/Mpx", "B/px", "GB/s", "share", "taps/px", "ns/tap", "MiB", "copies");
         return true;
     }
     void ReportRuns(const std::vector<Run>& runs) override {
         for (const Run& run : runs) {
             const auto value = [&](const char* key) { return run.counters.at(key).value; };
-            std::printf("%-36s %9.4f %8.4f-%8.4f %9.4f %7.1f %7.2f %6.1f %8.1f %9.4f %8.2f\n",
+            std::printf("%-36s %9.4f %8.4f-%8.4f %9.4f %7.1f %7.2f %6.1f %8.1f %9.4f %6.0f %8.2f\n",
                         run.run_name.function_name.c_str(), value("ms"), value("low"),
                         value("high"), value("ms/Mpx"), value("B/px"), value("GB/s"),
-                        value("share"), value("taps/px"), value("ns/tap"), value("copies"));
+                        value("share"), value("taps/px"), value("ns/tap"), value("MiB"),
+                        value("copies"));
             for (const std::string& row : bench_.step_rows()) std::printf("%s\n", row.c_str());
             std::fflush(stdout);
         }

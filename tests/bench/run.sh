@@ -9,6 +9,7 @@ programs=$(cd "$here/../../build/tests/bench" && pwd)
 "$programs/gpu_bench"
 "$programs/bytes_table" paper balanced fast
 "$programs/bytes_table" --halves paper balanced fast
+"$programs/longest_dispatch"
 "$programs/elision_bench"
 "$programs/precision_bench"
 "$programs/guest_bench"

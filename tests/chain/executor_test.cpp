@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
+#include "chain/bands.h"
 #include "chain/work_list.h"
 #include "shaders/embedded.h"
 #include "tests/support/gpu.h"
@@ -47,7 +49,7 @@ layout(binding = 0) uniform sampler2D source;
 layout(std430, binding = 0) buffer Dark { WORK_LIST } dark;
 layout(std430, binding = 1) buffer Light { WORK_LIST } light;
 void main() {
-    ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 block = invocation_at();
     if (any(greaterThanEqual(kBlockPx * block, textureSize(source, 0)))) return;
     if (texelFetch(source, kBlockPx * block, 0).x < 0.5) ADD_TO_WORK_LIST(dark, block)
     else ADD_TO_WORK_LIST(light, block)
@@ -63,6 +65,15 @@ void main() {
 }
 )";
 
+// Writes the size of the dispatch that a pixel is in.
+const char* kCount = R"(#version 450 core
+#include "common/work_group.glsl"
+layout(binding = 0) writeonly uniform image2D result;
+void main() {
+    imageStore(result, invocation_at(), vec4(gl_NumWorkGroups.xy, group_at()));
+}
+)";
+
 class Execute : public ::testing::Test {
   protected:
     static void SetUpTestSuite() {
@@ -72,6 +83,7 @@ class Execute : public ::testing::Test {
         std::ofstream(folder_ / "scale.comp") << kShader;
         std::ofstream(folder_ / "sort.comp") << kSort;
         std::ofstream(folder_ / "fill.comp") << kFill;
+        std::ofstream(folder_ / "count.comp") << kCount;
         for (const auto& file : embedded_shaders()) {
             fs::create_directories((folder_ / file.path).parent_path());
             std::ofstream(folder_ / file.path) << file.text;
@@ -136,6 +148,24 @@ class Execute : public ::testing::Test {
             plan.steps.push_back(fill);
         }
         plan.outputs[Role::color] = 3;
+        return plan;
+    }
+    // -> result: one step over 7 x 5 work groups.
+    static Plan counted(uint64_t group_taps) {
+        Plan plan;
+        plan.width = 7 * 16;
+        plan.height = 5 * 16;
+        plan.passes = {{"count", "", false}};
+        plan.textures = {
+            {"0.count.result", Format::rgba32f, plan.width, plan.height, false, Role::color, 0, 1}};
+        Step step;
+        step.name = "count";
+        step.program.file = "count.comp";
+        step.bindings = {{0, 0, Access::write}};
+        step.groups = {7, 5, 1};
+        step.group_taps = group_taps;
+        plan.steps.push_back(step);
+        plan.outputs[Role::color] = 0;
         return plan;
     }
     static fs::path folder_;
@@ -312,6 +342,45 @@ TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
             EXPECT_EQ(done[1].of, unsigned(blocks[0] * blocks[1]));
         }
     }
+}
+
+// In a host bands have the estimated size, and a dispatch that is short stays whole.
+TEST_F(Execute, RunsALongStepInBands) {
+    ImageF pixels;
+    const auto run = [&](uint64_t group_taps) {
+        return executor_->run(counted(group_taps), {},
+                              [&](const Step&, const PlanTexture&, const ImageF& result) {
+                                  pixels = result;
+                                  return Status();
+                              });
+    };
+    ASSERT_TRUE(run(uint64_t(kBandTaps) / 16).ok());  // two rows, then what is left
+    for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 7; ++x) {
+            EXPECT_EQ(pixels.at(16 * x, 16 * y, 0), 7);
+            EXPECT_EQ(pixels.at(16 * x, 16 * y, 1), y < 4 ? 2 : 1);
+            EXPECT_EQ(pixels.at(16 * x + 15, 16 * y + 15, 2), x);
+            EXPECT_EQ(pixels.at(16 * x + 15, 16 * y + 15, 3), y);
+        }
+    ASSERT_TRUE(run(uint64_t(kBandTaps) / 3).ok());  // 3, 3 and 1 of a row
+    for (int x = 0; x < 7; ++x) EXPECT_EQ(pixels.at(16 * x, 16, 0), x < 6 ? 3 : 1);
+    ASSERT_TRUE(run(1).ok());
+    EXPECT_EQ(pixels.at(0, 0, 1), 5);
+    EXPECT_EQ(pixels.at(16 * 6, 16 * 4, 3), 4) << "the place of the last band is taken back";
+}
+
+TEST_F(Execute, StopsBetweenBands) {
+    std::atomic<bool> stop = false;
+    {
+        const StopScope scope(*executor_, &stop);
+        EXPECT_TRUE(executor_->filter(counted(1), {}).ok());
+        stop = true;
+        const auto result = executor_->filter(counted(uint64_t(1) << 60), {});
+        EXPECT_EQ(result.status().code(), StatusCode::canceled);
+        const StopScope none(*executor_, nullptr);
+        EXPECT_TRUE(executor_->filter(counted(1), {}).ok()) << "a scope inside is its own";
+    }
+    EXPECT_TRUE(executor_->filter(counted(1), {}).ok()) << "the scope has ended";
 }
 
 TEST_F(Execute, ObserverSeesATextureOnceWhenItIsWhole) {

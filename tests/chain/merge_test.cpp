@@ -98,7 +98,7 @@ TEST(MergePlans, BlockFormatAccessAndGroupsDistinguish) {
     EXPECT_EQ(shared(b), 0);
     EXPECT_EQ(shared(chain_plan("x", Format::rgba16f)), 0);
     b = a;
-    b.steps[0].bindings[0].access = Access::sample_linear;
+    b.steps[0].bindings[0].access = Access::write;
     EXPECT_EQ(shared(b), 0);
     b = a;
     b.steps[0].groups = {2, 1, 1};

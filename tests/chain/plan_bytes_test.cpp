@@ -38,7 +38,7 @@ TEST_F(PlanBytes, ATextureCountsOnceForEachStepThatReadsOrWritesIt) {
                     small = texture(Format::rgba16f, 16, 8), result = texture(Format::rgba16f);
     step(0, {{0, color}, {0, luma, Access::write}});
     // The same texture at two units is one.
-    step(1, {{0, color}, {1, luma}, {2, color, Access::sample_linear}, {0, small, Access::write}});
+    step(1, {{0, color}, {1, luma}, {2, color}, {0, small, Access::write}});
     step(1, {{0, small}, {1, color}, {0, result, Access::write}});
 
     const std::vector<StepBytes> bytes = bytes_of_steps(plan);

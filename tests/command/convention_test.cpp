@@ -1,4 +1,6 @@
 // One frame in the convention of each renderer, in separate files, layers, views and parts.
+#include <ImfStandardAttributes.h>
+
 #include <set>
 
 #include "tests/command/fixture.h"
@@ -183,9 +185,80 @@ TEST_F(ConventionTest, PartsAndViews) {
     EXPECT_EQ(bytes(out(2), 0), bytes(in(1), 0));
     EXPECT_NE(bytes(out(2), 1), bytes(in(1), 1));
     EXPECT_EQ(bytes(out(1), 2), bytes(in(1), 2));
-    const auto unknown = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(3), "--view", "top"});
+    // Every view as it comes out alone.
+    const auto all = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(3), "--view", "all"});
+    ASSERT_EQ(all.code, 0) << all.text();
+    EXPECT_EQ(bytes(out(3), 0), bytes(out(1), 0));
+    EXPECT_EQ(bytes(out(3), 1), bytes(out(2), 1));
+    EXPECT_EQ(bytes(out(3), 2), bytes(in(1), 2));
+    EXPECT_EQ(sidecar(3)["views"], (std::vector<std::string>{"left", "right"}));
+    const auto again = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(3), "--view", "all",
+                            "--on-existing", "skip"});
+    EXPECT_EQ(again.code, 0) << again.text();
+    EXPECT_TRUE(contains(again.text(), "skipped")) << again.text();
+    for (const char* command : {"plan", "inspect"}) {
+        Arguments arguments = {command, "-i", in(1), "--view", "all"};
+        if (command == std::string("plan"))
+            arguments.insert(arguments.begin() + 1, at("fxaa.yaml"));
+        const auto refused = run(arguments);
+        EXPECT_EQ(refused.code, 2) << refused.text();
+        EXPECT_TRUE(contains(refused.err, "--view all: only run filters all views of a file"))
+            << refused.err;
+    }
+    const auto unknown = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(4), "--view", "top"});
     EXPECT_EQ(unknown.code, 2) << unknown.text();
     EXPECT_TRUE(contains(unknown.err, "left") && contains(unknown.err, "right")) << unknown.err;
+}
+
+// Two views in one part, whose fill masks have names of their own, and a view whose window differs.
+TEST_F(ConventionTest, AllViewsOfAPart) {
+    FilePart part;
+    for (const char* view : {"", "right."})
+        for (const char* channel : {"A", "B", "G", "R", "Z"})
+            part.channels.push_back({std::string(view) + channel, Imf::FLOAT});
+    part.data = part.display = {{0, 0}, {31, 23}};
+    part.edit = [](Imf::Header& header) { Imf::addMultiView(header, {"left", "right"}); };
+    write_file(in(1), {part});
+    write_file(in(2), {part});
+    const auto filtered = [&](int to, const char* view) {
+        const auto outcome =
+            run({"run", at("fxaa.yaml"), "-i", in(), "--frames", "1-2", "-o",
+                 at(std::to_string(to) + ".####.exr"), "--view", view, "--fill-mask", "fill"});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return oiio_channels(at(std::to_string(to) + ".0002.exr"));
+    };
+    const auto left = filtered(1, "left"), right = filtered(2, "right"), all = filtered(3, "all");
+    const auto before = oiio_channels(in(2));
+    for (const char* channel : {"R", "G", "B", "fill.frame"}) {
+        EXPECT_EQ(named(all, channel), named(left, channel)) << channel;
+        if (channel != std::string("fill.frame")) {
+            EXPECT_NE(named(all, channel).bytes, named(before, channel).bytes) << channel;
+        }
+    }
+    for (const char* channel : {"right.R", "right.G", "right.B", "fill.right.frame"}) {
+        EXPECT_EQ(named(all, channel), named(right, channel)) << channel;
+        if (channel != std::string("fill.right.frame")) {
+            EXPECT_NE(named(all, channel).bytes, named(before, channel).bytes) << channel;
+        }
+    }
+    for (const char* channel : {"Z", "right.Z"})
+        EXPECT_EQ(named(all, channel), named(before, channel)) << channel;
+    EXPECT_EQ(all.size(), before.size() + 6);
+    FilePart wide = part;
+    part.channels.resize(5);
+    part.name = "left";
+    part.edit = [](Imf::Header& header) { header.setView("left"); };
+    wide.channels.resize(5);
+    wide.name = "right";
+    wide.edit = [](Imf::Header& header) { header.setView("right"); };
+    wide.data = {{-4, 0}, {31, 23}};
+    write_file(in(3), {part, wide});
+    const auto apart = run({"run", at("fxaa.yaml"), "-i", in(3), "-o", out(3), "--view", "all"});
+    EXPECT_EQ(apart.code, 4) << apart.text();
+    EXPECT_TRUE(contains(apart.err,
+                         "view right has the data window (-4, 0)-(31, 23), view left "
+                         "(0, 0)-(31, 23); filter one after the other (--view right)"))
+        << apart.err;
 }
 
 TEST_F(ConventionTest, DepthAndVectorsInPartsOfTheirOwn) {

@@ -213,6 +213,14 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     for (const char* word : {"ViewLayer.Combined.R (float)", "id (uint)", "(-3, 0)-(44, 31)",
                              "profile cycles", "comment: a shot", "max_speed_px: 6.7"})
         EXPECT_TRUE(contains(text.out, word)) << word << "\n" << text.out;
+    // The line of the part has its windows, and channels have lines of their own.
+    for (const char* twice : {"\n  dataWindow: ", "\n  channels: ", "\n  compression: "})
+        EXPECT_FALSE(contains(text.out, twice)) << twice << "\n" << text.out;
+    // A file of three planes is described once.
+    const auto three =
+        run({"inspect", "-i", "color=" + in(1) + ",depth=" + in(1) + ",motion=" + in(1)});
+    EXPECT_EQ(three.code, 0) << three.text();
+    EXPECT_EQ(three.out, text.out);
     const auto json = run({"inspect", "-i", in(1), "--json"});
     EXPECT_EQ(json.code, 0);
     const auto lines = json_lines(json.out);

@@ -145,6 +145,60 @@ class Layers(Frames):
                 self.assertEqual(after.raw(name), before.raw(name), name)
 
 
+class FillMask(Frames):
+    """Channels that say which share of a pixel came from where."""
+    SHARES = ["fill.frame", "fill.neighbor", "fill.background"]
+
+    def shares(self, picture):
+        self.assertEqual([picture.channels[name][0] for name in self.SHARES], ["e"] * 3)
+        values = [picture.values(name) for name in self.SHARES]
+        for pixel in zip(*values):
+            self.assertAlmostEqual(sum(pixel), 1, delta=1.5e-3)  # halves
+        return values
+
+    def test_is_added_and_changes_nothing_else(self):
+        for options in ((), ("--layers", "Combined_*", "--cryptomatte", "filter")):
+            plain = self.filtered("balanced", *options)
+            masked = self.filtered("balanced", *options, "--fill-mask", "fill")
+            self.assertEqual(set(masked.channels) - set(plain.channels), set(self.SHARES))
+            for name in plain.channels:
+                self.assertEqual(masked.raw(name), plain.raw(name), name)
+            frame, neighbor, background = self.shares(masked)
+            self.assertGreater(max(neighbor), 0.2)
+            self.assertGreater(max(background), 0.2)
+            self.assertEqual(max(frame), 1)
+            self.assertEqual(self.sidecar()["layers"]["fill_mask"], self.SHARES)
+        none = self.filtered("balanced", "--set", "joint_blur.neighbors=none", "--fill-mask",
+                             "fill")
+        self.assertEqual(max(self.shares(none)[1]), 0)
+
+    def test_stays_whole_where_nothing_is_filled(self):
+        for one in ("fxaa: {}", "motion_blur: {shutter_frames: 0}", "motion_blur: {mode: guertin}"):
+            frame, _, _ = self.shares(self.filtered(self.chain(one), "--fill-mask", "fill"))
+            self.assertEqual(set(frame), {1}, one)
+
+    def test_is_written_whichever_channels_are(self):
+        some = self.filtered("balanced", "--channels", "*.Combined.*", "--fill-mask", "fill")
+        self.assertEqual(set(some.channels),
+                         {*self.SHARES, *(channel("Combined", word) for word in "RGBA")})
+        self.shares(some)
+
+    def test_errors(self):
+        self.filtered("fast", "--fill-mask", "fill")
+        again = f"{self.folder}/again.0002.exr"
+        os.rename(f"{self.folder}/out.0002.exr", again)
+        self.assertIn("--fill-mask: the file has a channel fill.frame; give the mask another name",
+                      self.run_on(again, "fast", "--fill-mask", "fill", code=4))
+        self.run_on(again, "fast", "--fill-mask", "second")
+        self.assertIn("--fill-mask: \"a b\" cannot name channels",
+                      self.run_on(again, "fast", "--fill-mask", "a b", code=2))
+        done = subprocess.run([self.postchain, "run", "fast", "-i", again, "-o",
+                               f"{self.folder}/out.####.tif", "--fill-mask", "second"],
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("--fill-mask applies only to EXR outputs", done.stderr)
+
+
 class WrittenChannels(Frames):
     """With --channels, layers that are not written are neither filtered nor listed."""
     COLOR = ["ViewLayer.Combined.*", "ViewLayer.Depth.*", "ViewLayer.Vector.*"]

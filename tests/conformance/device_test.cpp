@@ -373,8 +373,7 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
             for (const Binding& binding : step.bindings) {
                 if (binding.access == Access::write) {
                     used.insert(concat("image ", binding.unit));
-                } else if (binding.access == Access::sample_nearest ||
-                           binding.access == Access::sample_linear) {
+                } else if (binding.access == Access::sample_nearest) {
                     used.insert(concat("texture ", binding.unit));
                     used.insert(concat("sampler ", binding.unit));
                 } else {

@@ -18,7 +18,7 @@ const char* const kPasses = "motion_blur,fxaa,depth_of_field";
 
 // The chain run by the executor from planes in memory, as the command runs it.
 ImageF by_executor(const TestFrame& frame, const char* passes = kPasses,
-                   Precision precision = Precision::fp32) {
+                   Precision precision = Precision::fp32, Role plane = Role::color) {
     Chain chain;
     std::istringstream names(passes);
     for (std::string name; std::getline(names, name, ',');) append(chain, name);
@@ -32,7 +32,7 @@ ImageF by_executor(const TestFrame& frame, const char* passes = kPasses,
     EXPECT_TRUE(plan.ok()) << plan.status().message();
     auto result = executor.filter(*plan, frame.planes);
     EXPECT_TRUE(result.ok()) << result.status().message();
-    return result->at(Role::color);
+    return result->at(plane);
 }
 
 void expect_equal(const ImageF& a, const ImageF& b) {
@@ -62,6 +62,35 @@ TEST(Pixels, CanonicalTexturesGiveTheCommandsBits) {
     pc_frame whole = host.frame;
     whole.flags |= PC_NO_ELISION;
     expect_equal(read(prepare_and_run(guest, chain(kPasses), whole), kWidth, kHeight), expected);
+}
+
+// debug_view "fill": what the frame does not show, behind the moving square and beyond the border,
+// is red.
+TEST(Pixels, TheFillViewIsTheFillMask) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    TestFrame masked = host.test;
+    masked.planes[Role::layers] = constant_image(kWidth, kHeight, {1, 0, 0, 0});
+    masked.description.planes.add(Role::layers);
+    masked.description.layers = 1;
+    masked.description.fill_layer = 0;
+    for (const char* passes : {"motion_blur", "fxaa,motion_blur,depth_of_field", "fxaa"}) {
+        const auto made = chain(passes);
+        pc_frame frame = host.frame;
+        const ImageF result = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+        frame.debug_view = "fill";
+        const ImageF view = read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+        const ImageF mask = by_executor(masked, passes, Precision::fp32, Role::layers);
+        double filled = 0;
+        for (size_t i = 0; i < view.pixels(); ++i) {
+            ASSERT_EQ(view.data[4 * i], mask.data[4 * i + 2]) << passes;
+            ASSERT_EQ(view.data[4 * i + 1], 0) << passes;
+            filled += double(view.data[4 * i]);
+        }
+        EXPECT_EQ(filled > 10, std::string(passes) != "fxaa") << passes;
+        frame.debug_view = nullptr;
+        expect_equal(read(prepare_and_run(guest, made, frame), kWidth, kHeight), result);
+    }
 }
 
 TEST(Pixels, HalvesInAndHalvesBetween) {

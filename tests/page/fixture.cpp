@@ -246,4 +246,13 @@ Report make_undecided_report(const std::string& folder) {
     return report;
 }
 
+Report make_relative_report(const std::string& folder) {
+    Report report = make_ab_report(folder);
+    report.metrics[1] = {"relmse", "relative squared error", Better::lower};
+    report.comparison->metrics[1].metric = "relmse";
+    for (Variant& variant : report.variants) variant.metrics["relmse"] = {{0.5, 0.5}, 0.5};
+    report.input_metrics["relmse"] = {{0.125, 0.125}, 0.125};
+    return report;
+}
+
 }  // namespace postchain::report::testing

@@ -32,5 +32,7 @@ Report make_scored_report(const std::string& folder);
 Report make_ab_report(const std::string& folder);
 // The same with too few frames for any finding, and with equal MSE.
 Report make_undecided_report(const std::string& folder);
+// make_ab_report() with relMSE in place of MSE: 0.5 of both variants, 0.125 of the input.
+Report make_relative_report(const std::string& folder);
 
 }  // namespace postchain::report::testing

@@ -403,6 +403,21 @@ class WithWebGl(Page, unittest.TestCase):
         self.assertIn("tile interval (bootstrap), within these frames: each frame is cut into "
                       "tiles of 32 pixels", words)
 
+    def test_relmse_is_called_no_measure_of_bright_rims_and_never_marked(self):
+        words = ("relMSE is no measure of these pictures where a bright edge lies a little beside "
+                 "its place: on a dark surface the error is divided by almost nothing, and a few "
+                 "such pixels decide the mean. It is never marked as worse; read HDR-FLIP")
+        said = "return document.body.textContent.split(args[0]).length - 1;"
+        self.open(name="ab.html")
+        self.assertEqual(self.browser.run(said, words), 0)
+        self.open(name="relative.html")
+        self.assertEqual(self.browser.run(said, words), 2)  # beside both tables
+        self.assertEqual(self.rows("Variants")[-1][2:], ["0.300", "0.125", "3.00"])
+        # Worse than the input, as HDR-FLIP is, by its number alone.
+        self.assertEqual(self.browser.run(
+            "return [...document.querySelectorAll('[aria-label=Variants] .worse')]"
+            ".map((e) => e.innerText);"), ["0.400"])
+
     def test_rows_without_a_finding_are_folded(self):
         self.open(name="ab.html")
         rows = self.rows("A against B")

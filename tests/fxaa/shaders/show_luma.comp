@@ -9,7 +9,7 @@ layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D luma;
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     imageStore(luma, p, vec4(luma_of(finite_color(texelFetch(color, p, 0)).rgb), 0.0, 0.0, 0.0));
 }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 #include "chain/printable.h"
 #include "config/profile_match.h"
@@ -112,6 +113,10 @@ Json describe_signs(const SignCheck& check) {
     return json;
 }
 
+// Attributes that the line of a part and those of its channels show.
+const std::set<std::string> kShownAttributes = {
+    "name", "type", "compression", "dataWindow", "displayWindow", "pixelAspectRatio", "channels"};
+
 void print_file(const Json& file) {
     std::printf("%s: %llu bytes\n", printable(file["file"].get<std::string>()).c_str(),
                 (unsigned long long)file["bytes"].get<uint64_t>());
@@ -126,8 +131,9 @@ void print_file(const Json& file) {
             std::printf("  %s (%s)\n", printable(channel["name"].get<std::string>()).c_str(),
                         channel["type"].get<std::string>().c_str());
         for (const auto& [key, value] : part["attributes"].items())
-            std::printf("  %s: %s\n", printable(key).c_str(),
-                        printable(value.get<std::string>()).c_str());
+            if (!kShownAttributes.contains(key))
+                std::printf("  %s: %s\n", printable(key).c_str(),
+                            printable(value.get<std::string>()).c_str());
     }
 }
 
@@ -317,8 +323,9 @@ int inspect_subcommand(const Options& options) {
         Json json;
         for (const auto& [role, file] : opened->files)
             json["files"][name_of(role)] = describe_file(*file);
-        if (!options.json)
-            for (const auto& [role, file] : json["files"].items()) print_file(file);
+        std::set<std::string> printed;  // several planes may be in one file
+        for (const auto& [role, file] : json["files"].items())
+            if (!options.json && printed.insert(file["file"]).second) print_file(file);
         auto header = sequence::open_source_frame(settings->source, files->second, frame);
         sequence::Thumbnail thumbnail;
         auto source = header.ok() ? look_at(*settings, *header, thumbnail)

@@ -335,6 +335,7 @@ Result<report::Report> run_ab(const NamedChain& a, const NamedChain& b,
                               const ProgressCallback& progress, const std::atomic<bool>* stop) {
     ExperimentSettings with_mattes = settings;
     with_mattes.run = sequence::settings_for(settings.run, {&a.chain, &b.chain});
+    const StopScope within_a_frame(executor, stop);
     return AbRun(a, b, with_mattes, executor, stop).run(progress);
 }
 

@@ -339,6 +339,8 @@ class BenchRun {
                                 : Result<report::Timing>(plan.status());
         if (timing.ok())
             variant.timing = std::move(*timing);
+        else if (stopped())
+            return timing.status();
         else
             variant.failure = "timing: " + timing.status().message();
         return Status();
@@ -414,6 +416,7 @@ Result<report::Report> run_bench(const std::vector<BenchVariant>& variants,
     for (const BenchVariant& variant : variants) chains.push_back(&variant.chain);
     BenchSettings with_mattes = settings;
     with_mattes.run = sequence::settings_for(settings.run, chains);
+    const StopScope within_a_frame(executor, stop);
     return BenchRun(variants, with_mattes, files, executor, stop).run(progress);
 }
 

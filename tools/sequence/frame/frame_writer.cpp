@@ -161,7 +161,7 @@ bool RewrittenPart::is_as_read(const PartPixels& kept) const {
     return planes.window == kept.window &&
            std::all_of(fresh.planes.begin(), fresh.planes.end(), [&](const auto& plane) {
                const PartPixels::Plane* old = kept.find(plane.channel.name);
-               return plane.channel.type == old->channel.type &&
+               return old && plane.channel.type == old->channel.type &&
                       std::memcmp(plane.bytes.get(), old->bytes.get(), old->total_bytes()) == 0;
            });
 }
@@ -194,16 +194,16 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
         if (window != frame.window) images.push_back(placed(*layer->image, frame.window, window));
         const ImageF& image = window == frame.window ? *layer->image : images.back();
         for (size_t i = 0; i < layer->channels.size(); ++i) {
-            if (!exr.takes(layer->channels[i])) continue;
+            if (!layer->added && !exr.takes(layer->channels[i])) continue;
             const PartPixels::Plane* old = under.find(layer->channels[i]);
             PartPixels::Plane& plane = fresh.planes.emplace_back();
-            plane.channel = old->channel;
+            plane.channel = old ? old->channel : ExrChannel{layer->channels[i], PixelType::half};
             if (exr.half && !layer->ids && plane.channel.type == PixelType::float32) {
                 plane.channel.type = PixelType::half;
                 narrowed = true;
             }
-            plane.width = old->width;
-            plane.height = old->height;
+            plane.width = old ? old->width : window.width();
+            plane.height = old ? old->height : window.height();
             plane.bytes = std::make_unique_for_overwrite<std::byte[]>(plane.total_bytes());
             targets.push_back({&image, int(i), plane.channel.type, plane.bytes.get(), !layer->ids});
         }
@@ -211,11 +211,10 @@ EncodeCounts RewrittenPart::replace(const PartPixels& kept, const Window& window
     EncodeCounts counts = encode_channels(targets);
     counts.narrowed = narrowed;
     planes.window = fresh.window;
-    for (const PartPixels* pixels : {&std::as_const(fresh), &under})
-        for (const PartPixels::Plane& plane : pixels->planes)
-            if (exr.takes(plane.channel.name) &&
-                (pixels == &fresh || fresh.find(plane.channel.name) == nullptr))
-                planes.planes.push_back(&plane);
+    for (const PartPixels::Plane& plane : fresh.planes) planes.planes.push_back(&plane);
+    for (const PartPixels::Plane& plane : under.planes)
+        if (exr.takes(plane.channel.name) && fresh.find(plane.channel.name) == nullptr)
+            planes.planes.push_back(&plane);
     return counts;
 }
 
@@ -313,6 +312,10 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
         headers[size_t(part)] = color_header(headers[size_t(part)], color_channels(of_part),
                                              input.facts.multi_part || input.facts.type_attribute,
                                              of_header, report.notes);
+        for (const FilteredLayer* layer : of_part)
+            for (const std::string& name : layer->channels)
+                if (layer->added)
+                    headers[size_t(part)].channels().insert(name, Imf::Channel(Imf::HALF));
         if (grown) {
             headers[size_t(part)].dataWindow() = box_of(window);
             report.notes.push_back(concat("data window ", kept.window.text(), " grown to ",

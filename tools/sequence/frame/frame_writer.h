@@ -28,12 +28,14 @@
 
 namespace postchain::io {
 
-// Channels of color's file that are replaced in addition to color.
+// Channels of color's file that are replaced or added in addition to color.
 struct FilteredLayer {
     int part = 0;                       // its data window is that of color's part
     std::vector<std::string> channels;  // names, in the order of the image's channels
     const ImageF* image = nullptr;      // covers InputFrame::window
     bool ids = false;                   // not color: the bits are written unchanged
+    bool added =
+        false;  // the file has no such channels: halves, whatever ExrSettings::channels says
 };
 
 // Writes `frame` (read with Keep::all) with its color channels and those of `layers` replaced.

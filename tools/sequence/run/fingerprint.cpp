@@ -62,6 +62,7 @@ std::string text_of_frame(const OpenedFrame& frame) {
         text += "\n";
     }
     text += header.layers.text();
+    for (const std::string& view : header.match.other_views) text += "view " + view + "\n";
     for (const io::FileStamp& file : frame.stamps)
         text +=
             concat(fs::path(file.path).filename().string(), " ", file.bytes, " ", file.time, "\n");

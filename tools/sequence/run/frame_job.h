@@ -13,13 +13,20 @@
 
 namespace postchain::sequence {
 
+// The filtered planes of one view.
+struct FilteredView {
+    ImageF color;
+    ImageF layers;                                 // stacked; empty = the file's own stay
+    ImageF fill_mask;                              // run/fill_mask.h; empty = not asked for
+    std::vector<io::RankedCoverage> cryptomattes;  // empty = the file's own stay
+};
+
 // A frame on its way through the three threads.
 struct FrameInFlight {
     FrameReport report;
     std::optional<SourceFrame> source;  // none = the report is final
-    ImageF result;
-    ImageF layers;  // filtered layers, stacked; empty = the file's own stay
-    std::vector<io::RankedCoverage> cryptomattes;  // filtered; empty = the file's own stay
+    FilteredView filtered;
+    std::vector<FilteredView> other_views;  // of source->other_views
 };
 
 // The stages of one frame run in order, each on its thread; stages of different frames overlap. An

@@ -10,6 +10,7 @@
 #include "chain/layers.h"
 #include "chain/parameter.h"
 #include "chain/text.h"
+#include "tools/sequence/run/fill_mask.h"
 
 namespace postchain::sequence {
 namespace {
@@ -271,6 +272,7 @@ std::string FrameLayers::text() const {
         }
         text += "\n";
     }
+    if (!fill_mask.empty()) text += "fill mask " + fill_mask + "\n";
     return text;
 }
 
@@ -344,6 +346,18 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         if (!matte.ok()) return matte.status();
         result.mattes.push_back(std::move(*matte));
     }
+    result.fill_mask = settings.fill_mask;
+    const io::ExrPart& color_part = file.parts()[size_t(match.roles.at(Role::color).part)];
+    // As the other channels of a part with several views.
+    const bool named_by_view =
+        color_part.view.empty() && !match.views.empty() && match.view != match.views[0];
+    if (!result.fill_mask.empty() && named_by_view) result.fill_mask += "." + match.view;
+    if (!result.fill_mask.empty())
+        for (const std::string& name : fill_mask_channels(result.fill_mask))
+            if (color_part.find(name))
+                return Status(StatusCode::input,
+                              concat(file.path(), ": --fill-mask: the file has a channel ", name,
+                                     "; give the mask another name"));
     return result;
 } catch (...) {
     return status_of_exception(file.path());

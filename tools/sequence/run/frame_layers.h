@@ -31,6 +31,7 @@ struct LayerSettings {
     std::vector<std::string> mattes;  // mattes_of() the chains
     io::PathHold hold;                // of the manifest files; none = all are read
     io::ExrSettings written;          // only layers that it writes are filtered
+    std::string fill_mask;            // run/fill_mask.h; empty = none
 };
 
 // The mattes named by the passes, each once, in the order of the passes.
@@ -59,6 +60,7 @@ struct FrameLayers {
     std::vector<io::Cryptomatte> cryptomattes;
     size_t filtered_cryptomattes = 0;  // the first ones in `cryptomattes`
     std::vector<MatteSource> mattes;   // in the order of LayerSettings::mattes
+    std::string fill_mask;             // with the view, if its part has channels of others
     std::vector<std::string> warnings;
 
     bool any_filtered() const { return !filtered.empty() || filtered_cryptomattes > 0; }
@@ -68,7 +70,8 @@ struct FrameLayers {
 // `data`: data_names() of the profile. Errors (usage, input), each naming the file: those of
 // choose_layers(); a layer of another size or with channels that cannot be filtered; a matte that
 // does not exist (with the closest names) or is in several channels or cryptomattes; a faulty
-// cryptomatte that is to be filtered or is the only one that could contain a matte.
+// cryptomatte that is to be filtered or is the only one that could contain a matte; a fill mask
+// whose channels color's part has.
 Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const std::vector<std::string>& data,
                                       const io::PixelFile& file, const ProfileMatch& match);

@@ -31,6 +31,7 @@ struct FrameReport {
     Status status;      // for Outcome::failed and missing
     std::vector<std::string> warnings;
     std::string profile;
+    std::vector<std::string> views;  // that are filtered, if there are several
     std::optional<Plan> plan;
     std::optional<Resolved> resolved;
     std::string provenance;                       // run/fingerprint.h

@@ -9,6 +9,7 @@
 #include "config/profile_match.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/run/camera_motion.h"
+#include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/source_strip.h"
 
@@ -151,6 +152,9 @@ RoleSet roles_in_files(const FrameHeader& header) {
 
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame) {
+    if (settings.view == kAllViews && !settings.all_views)
+        return Status(StatusCode::usage,
+                      "--view all: only run filters all views of a file; choose one");
     auto opened = io::open_frame(files, frame, {}, settings.input_transfer);
     if (!opened.ok()) return opened.status();
     FrameHeader header;
@@ -314,7 +318,9 @@ FrameDescription planned_description(const Chain& chain, const SourceFrame& fram
 
 Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
                                const PlanOptions& options) {
-    auto plan = make_plan(chain, planned_description(chain, frame), options);
+    FrameDescription description = planned_description(chain, frame);
+    if (!frame.layers.fill_mask.empty()) description = with_fill_mask(std::move(description));
+    auto plan = make_plan(chain, description, options);
     if (plan.ok()) return plan;
     const Status status = plan.status();
     std::string text = frame.input.files.color_file().path() + ": " + status.message();

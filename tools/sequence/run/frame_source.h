@@ -37,7 +37,8 @@ enum class DataWindow {
 struct SourceSettings {
     std::optional<Profile> profile;  // none = detected from channel names
     std::string layer;               // empty = the only one
-    std::string view;                // empty = the default one
+    std::string view;                // empty = the default one; kAllViews: FrameHeader::match
+    bool all_views = false;          // kAllViews may be chosen
     std::optional<CameraFile> camera;
     NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
     std::set<int> cuts;  // frames whose motion vectors cross a camera cut
@@ -104,6 +105,7 @@ struct SourceFrame {
     // Empty if they stay as rendered.
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;
+    std::vector<SourceFrame> other_views;  // ProfileMatch::other_views of the same files
     ConvertOptions conversion;
     std::vector<std::string> warnings;
     Status strict_fault;  // what --strict says of the pixels that were read, neighbors' included

@@ -6,6 +6,7 @@
 #include "config/profile.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"
+#include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::sequence {
@@ -90,6 +91,9 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.input_transfer = std::move(*transfer);
     source.layers.layers = job.layers;
     source.layers.cryptomatte = job.cryptomatte;
+    if (Status status = check_fill_mask(job.fill_mask); !status.ok())
+        return status.at(option_name("fill_mask"));
+    source.layers.fill_mask = job.fill_mask;
     auto memory = memory_limit_of(job.max_memory);
     if (!memory.ok()) return memory.status();
     source.max_memory = *memory;
@@ -196,7 +200,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .text("view", &JobSettings::view,
               {.unit = "NAME",
-               .help = "view to use from a multi-view file",
+               .help = "view to use from a multi-view file; run: all filters every view",
                .unset_means = "the only one",
                .group = kInputGroup})
         .choice(
@@ -246,6 +250,13 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                 {.help = "cryptomattes: keep as rendered, or filter each ID's coverage and "
                          "re-rank",
                  .group = kLayerGroup})
+        .text("fill_mask", &JobSettings::fill_mask,
+              {.unit = "NAME",
+               .help = "also write which share of each pixel came from its frame, a neighboring "
+                       "frame, or an estimate: channels NAME.frame, NAME.neighbor and "
+                       "NAME.background of EXR outputs",
+               .unset_means = "not written",
+               .group = kLayerGroup})
         .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
                 {.help = "storage of intermediate planes", .group = kPlanGroup})
         .text("no_elide", &JobSettings::no_elide,
@@ -427,6 +438,10 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
                       option_name("dump_stages") +
                           ": a frame that --on-existing skip keeps has no stages; use "
                           "--on-existing overwrite, or leave one of them out");
+    if (!job.dump_stages.empty() && job.view == kAllViews)
+        return Status(StatusCode::usage, option_name("dump_stages") +
+                                             ": stages are those of one view; name it with " +
+                                             option_name("view"));
     // Excludes which frames are written, where, and what is written besides: they do not change the
     // result.
     static const std::set<std::string> kNotRepeated = {

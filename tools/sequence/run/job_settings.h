@@ -34,6 +34,7 @@ struct JobSettings {
 
     std::string layers = "none";  // "none", "all", or comma-separated names
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
+    std::string fill_mask;
 
     Precision precision = Precision::fp32;
     std::string no_elide;  // "all", or comma-separated rules

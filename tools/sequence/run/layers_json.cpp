@@ -5,6 +5,7 @@
 
 #include "chain/printable.h"
 #include "chain/text.h"
+#include "tools/sequence/run/fill_mask.h"
 
 namespace postchain::sequence {
 namespace {
@@ -40,6 +41,7 @@ io::Json layers_json(const FrameLayers& layers, const std::vector<CryptomatteRep
                                         {"largest_lost", one.largest_lost}});
     for (const MatteSource& matte : layers.mattes)
         json["mattes"].push_back({{"name", matte.name}, {"from", source_text(matte, layers)}});
+    if (!layers.fill_mask.empty()) json["fill_mask"] = fill_mask_channels(layers.fill_mask);
     return json;
 }
 
@@ -60,6 +62,8 @@ std::string layers_text(const FrameLayers& layers) {
     for (const MatteSource& matte : layers.mattes)
         text += printable(concat("matte ", quoted(matte.name), ": ", source_text(matte, layers))) +
                 "\n";
+    if (!layers.fill_mask.empty())
+        text += concat("fill mask: ", joined(fill_mask_channels(layers.fill_mask)), "\n");
     return text;
 }
 

@@ -10,8 +10,8 @@
 
 namespace postchain::sequence {
 
-// An object with the keys `filtered`, `left`, `cryptomattes` and `mattes`, each omitted if empty.
-// Docs: docs/sidecar.md.
+// An object with the keys `filtered`, `left`, `cryptomattes`, `mattes` and `fill_mask`, each
+// omitted if empty. Docs: docs/sidecar.md.
 io::Json layers_json(const FrameLayers& layers, const std::vector<CryptomatteReport>& filtered);
 
 // Lines to read; empty if the file has no extra layers.

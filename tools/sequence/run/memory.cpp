@@ -93,6 +93,8 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
     // The filtered color and its channels; if the data window grows, all channels again.
     const uint64_t grown =
         own == header.window ? pixels * 4 * sizeof(float) : pixels * pixel + color;
+    // The fill mask as read and as filtered, and the layers beside it.
+    if (!header.layers.fill_mask.empty()) planes += 2 * pixels * 4 * sizeof(float) + layers;
     // The filtered layers, first together and then separately.
     return planes + stored + own.pixels() * pixel + color + grown + 2 * layers;
 }

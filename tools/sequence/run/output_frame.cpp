@@ -8,7 +8,9 @@ namespace {
 
 // Writes an EXR with color only; the input has no other channels.
 Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame& source,
-                                      const ImageF& result, const io::WriteOptions& options) {
+                                      const ImageF& result,
+                                      const std::vector<io::FilteredLayer>& added,
+                                      const io::WriteOptions& options) {
     io::PlanesFile file;
     const auto& names = source.input.assignment.at(Role::color).channels;
     for (size_t i = 0; i < names.size(); ++i)
@@ -16,6 +18,9 @@ Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame
             file.channels.push_back(
                 {names[i], options.exr.half ? io::PixelType::half : io::PixelType::float32, &result,
                  int(i)});
+    for (const io::FilteredLayer& layer : added)
+        for (size_t i = 0; i < layer.channels.size(); ++i)
+            file.channels.push_back({layer.channels[i], io::PixelType::half, layer.image, int(i)});
     file.origin_x = source.input.window.min_x;
     file.origin_y = source.input.window.min_y;
     file.display_window = source.input.display_window;
@@ -50,6 +55,11 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                              "out"));
     const RoleChannels& color = header.assignment.at(Role::color);
     if (io::image_format_of(path)) {
+        if (!header.layers.fill_mask.empty())
+            return Status(StatusCode::usage,
+                          path +
+                              ": --fill-mask applies only to EXR outputs, which can hold its "
+                              "channels; write .exr");
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
             return Status(
                 StatusCode::usage,
@@ -80,7 +90,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
     const bool stored_unassociated = source.conversion.unpremultiplied;
     if (!io::image_format_of(path)) {
         if (picture_of(color_file))
-            return with_notes(write_new_exr(path, source, result, options), color_file,
+            return with_notes(write_new_exr(path, source, result, layers, options), color_file,
                               source.input.assignment.at(Role::color).channels.size());
         if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
         return io::write_filtered(path, source.input, result, options, layers);

@@ -19,7 +19,7 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                     const io::WriteOptions& options);
 
 // Writes the frame's color `result`, of its window, linear and premultiplied; modifies it. `layers`
-// as in io::write_filtered(); only the input's own EXR can have them. `files` says which files may
+// as in io::write_filtered(); a new EXR can only have added ones. `files` says which files may
 // be replaced. Errors: those of io::OutputFiles::permit(), io::write_filtered(),
 // io::write_planes_exr() and io::write_picture().
 Result<io::WriteReport> write_output(const std::string& path, SourceFrame& source, ImageF& result,

@@ -10,6 +10,7 @@
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/clock.h"
+#include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/fingerprint.h"
 #include "tools/sequence/run/layers_apart.h"
 #include "tools/sequence/run/output_frame.h"
@@ -43,25 +44,46 @@ uint64_t count_nonfinite(const ImageF& image) {
 
 // Filtered layers, converted to the file's convention, and ranks. `images` holds their pixels; it
 // is a deque so that they stay in place.
-std::vector<io::FilteredLayer> layers_to_write(const FrameInFlight& frame,
+std::vector<io::FilteredLayer> layers_to_write(const SourceFrame& source, const FilteredView& view,
                                                std::deque<ImageF>& images) {
     std::vector<io::FilteredLayer> layers;
-    const FrameLayers& found = frame.source->layers;
-    for (size_t i = 0; i < found.filtered.size() && !frame.layers.empty(); ++i) {
-        images.push_back(plane_of_stack(frame.layers, int(i), frame.result.height));
-        layer_to_file_convention(images.back(), frame.source->conversion, frame.result);
+    const FrameLayers& found = source.layers;
+    for (size_t i = 0; i < found.filtered.size() && !view.layers.empty(); ++i) {
+        images.push_back(plane_of_stack(view.layers, int(i), view.color.height));
+        layer_to_file_convention(images.back(), source.conversion, view.color);
         const RoleChannels& where = found.filtered[i].channels;
         layers.push_back({where.part, where.channels, &images.back(), false});
     }
-    for (size_t i = 0; i < frame.cryptomattes.size(); ++i) {
+    if (!found.fill_mask.empty())
+        layers.push_back({.part = source.input.assignment.at(Role::color).part,
+                          .channels = fill_mask_channels(found.fill_mask),
+                          .image = &view.fill_mask,
+                          .added = true});
+    for (size_t i = 0; i < view.cryptomattes.size(); ++i) {
         for (size_t level = 0; level < found.cryptomattes[i].levels.size(); ++level) {
             const io::CryptoLevel& where = found.cryptomattes[i].levels[level];
-            images.push_back(stored_level(frame.cryptomattes[i], int(level)));
+            images.push_back(stored_level(view.cryptomattes[i], int(level)));
             layers.push_back(
                 {where.part, {where.channels.begin(), where.channels.end()}, &images.back(), true});
         }
     }
     return layers;
+}
+
+// What is written besides the color of a frame's first view.
+std::vector<io::FilteredLayer> all_to_write(FrameInFlight& frame, std::deque<ImageF>& images) {
+    std::vector<io::FilteredLayer> all = layers_to_write(*frame.source, frame.filtered, images);
+    for (size_t i = 0; i < frame.other_views.size(); ++i) {
+        const SourceFrame& source = frame.source->other_views[i];
+        FilteredView& view = frame.other_views[i];
+        const auto layers = layers_to_write(source, view, images);
+        all.insert(all.end(), layers.begin(), layers.end());
+        if (source.conversion.unpremultiplied)
+            to_file_convention(view.color, source.conversion, stored_color(source.input));
+        const RoleChannels& where = source.input.assignment.at(Role::color);
+        all.push_back({.part = where.part, .channels = where.channels, .image = &view.color});
+    }
+    return all;
 }
 
 class FilterJob final : public FrameJob {
@@ -118,49 +140,35 @@ class FilterJob final : public FrameJob {
             dump = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
                 return dump_stage(report.frame, texture, pixels);
             };
-        auto result = executor_.filter(*report.plan, frame.source->planes, dump);
-        if (!result.ok()) return result.status().at(report.inputs.at(Role::color));
-        frame.result = std::move(result->at(Role::color));
-        if (const auto layers = result->find(Role::layers); layers != result->end())
-            frame.layers = std::move(layers->second);
-        report.pass_times = executor_.pass_times();
-        report.work_done = executor_.work_done();
-        report.timing_source = executor_.timing_source();
-        report.counters = executor_.counters();
-        if (!frame.source->layers_apart.empty()) {
-            auto layers =
-                filter_apart(chain_, *frame.source, settings_.plan, executor_, frame.layers);
-            if (!layers.ok()) return layers.status().at(report.inputs.at(Role::color));
-            frame.layers = std::move(*layers);
+        // The first view last: what the report says of the run is its.
+        for (SourceFrame& view : frame.source->other_views) {
+            auto plan = plan_source_frame(chain_, view, settings_.plan);
+            if (!plan.ok()) return plan.status();
+            for (const std::string& warning : plan_warnings(chain_, *plan, view))
+                report.warnings.push_back(concat("view ", view.match.view, ": ", warning));
+            report.window = report.window.united(written_window(chain_, *plan, view));
+            if (Status status =
+                    filter_view(*plan, view, {}, report, frame.other_views.emplace_back());
+                !status.ok())
+                return status.at(concat(report.inputs.at(Role::color), ": view ", view.match.view));
         }
-        const bool any_pass = std::any_of(report.plan->passes.begin(), report.plan->passes.end(),
-                                          [](const auto& pass) { return !pass.elided; });
-        if (frame.source->cryptomattes && any_pass) {
-            auto filtered = filter_cryptomattes(chain_, *report.plan, *frame.source, settings_.plan,
-                                                executor_, report.cryptomattes);
-            if (!filtered.ok()) return filtered.status().at(report.inputs.at(Role::color));
-            frame.cryptomattes = std::move(*filtered);
-            for (const CryptomatteReport& one : report.cryptomattes)
-                if (one.largest_lost > kLostCoverage)
-                    report.warnings.push_back(concat(
-                        report.inputs.at(Role::color), ": cryptomatte ", one.name, ": ",
-                        one.pixels_short, " pixels have more ids than ranks, and up to ",
-                        one.largest_lost, " of a pixel is lost (render it with more ranks)"));
-        }
-        frame.source->planes.clear();
-        return Status();
+        return filter_view(*report.plan, *frame.source, dump, report, frame.filtered)
+            .at(report.inputs.at(Role::color));
     }
 
     Status write(FrameInFlight& frame) override {
         const auto start = Clock::now();
         FrameReport& report = frame.report;
-        report.output_nonfinite = count_nonfinite(frame.result) + count_nonfinite(frame.layers);
+        report.output_nonfinite =
+            count_nonfinite(frame.filtered.color) + count_nonfinite(frame.filtered.layers);
+        for (const FilteredView& view : frame.other_views)
+            report.output_nonfinite += count_nonfinite(view.color) + count_nonfinite(view.layers);
         if (report.output_nonfinite > 0 && settings_.strict)
             return Status(StatusCode::health,
                           concat(report.output, ": ", report.output_nonfinite,
                                  " non-finite output pixels under --strict; not written"));
         std::deque<ImageF> images;
-        const auto layers = layers_to_write(frame, images);
+        const auto layers = all_to_write(frame, images);
         io::WriteOptions options = write_options(report, record_text(chain_, settings_, report));
         // Image, preview and sidecar are replaced together. The old sidecar is set aside first, so
         // that no image is beside another's, even if this process is killed before it writes its
@@ -176,8 +184,8 @@ class FilterJob final : public FrameJob {
                 return lock->set_aside(sidecar);
             return Status();
         };
-        auto written = write_output(report.output, *frame.source, frame.result, layers, settings_,
-                                    files_, std::move(options));
+        auto written = write_output(report.output, *frame.source, frame.filtered.color, layers,
+                                    settings_, files_, std::move(options));
         if (!written.ok()) return written.status();
         report.write = std::move(*written);
         if (const uint64_t clamped = report.write.overflow_pixels)
@@ -189,11 +197,56 @@ class FilterJob final : public FrameJob {
                                              "the channel's largest value, NaN to 0"));
         report.write_ms = milliseconds_since(start);
         if (settings_.preview)
-            if (Status status = write_preview(report, frame.result); !status.ok()) return status;
+            if (Status status = write_preview(report, frame.filtered.color); !status.ok())
+                return status;
         return settings_.sidecar ? write_sidecar(report) : Status();
     }
 
   private:
+    // Frees the planes of `source`. Says in the report what ran.
+    Status filter_view(const Plan& plan, SourceFrame& source, const StageObserver& dump,
+                       FrameReport& report, FilteredView& view) {
+        const bool masked = !source.layers.fill_mask.empty();
+        auto result = executor_.filter(
+            plan, masked ? planes_with_fill_mask(source.planes, source.description) : source.planes,
+            dump);
+        if (!result.ok()) return result.status();
+        view.color = std::move(result->at(Role::color));
+        if (const auto layers = result->find(Role::layers); layers != result->end())
+            view.layers = std::move(layers->second);
+        if (masked) view.fill_mask = take_fill_mask(view.layers, view.color.height);
+        report.pass_times = executor_.pass_times();
+        report.work_done = executor_.work_done();
+        report.timing_source = executor_.timing_source();
+        report.counters = executor_.counters();
+        if (!source.layers_apart.empty()) {
+            auto layers = filter_apart(chain_, source, settings_.plan, executor_, view.layers);
+            if (!layers.ok()) return layers.status();
+            view.layers = std::move(*layers);
+        }
+        const bool any_pass = std::any_of(plan.passes.begin(), plan.passes.end(),
+                                          [](const auto& pass) { return !pass.elided; });
+        if (source.cryptomattes && any_pass) {
+            const size_t before = report.cryptomattes.size();
+            auto filtered = filter_cryptomattes(chain_, plan, source, settings_.plan, executor_,
+                                                report.cryptomattes);
+            if (!filtered.ok()) return filtered.status();
+            view.cryptomattes = std::move(*filtered);
+            for (size_t i = before; i < report.cryptomattes.size(); ++i)
+                warn_of_lost(report.cryptomattes[i], report);
+        }
+        source.planes.clear();
+        return Status();
+    }
+
+    static void warn_of_lost(const CryptomatteReport& one, FrameReport& report) {
+        if (one.largest_lost > kLostCoverage)
+            report.warnings.push_back(
+                concat(report.inputs.at(Role::color), ": cryptomatte ", one.name, ": ",
+                       one.pixels_short, " pixels have more ids than ranks, and up to ",
+                       one.largest_lost, " of a pixel is lost (render it with more ranks)"));
+    }
+
     io::WriteOptions write_options(const FrameReport& report, const std::string& record) const {
         io::WriteOptions options;
         options.overflow = overflow_of(report.output, settings_);
@@ -276,7 +329,8 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop, const FrameStart& start,
                                 const WaitObserver& waits) {
-    const RunSettings settings = settings_for(asked, {&chain});
+    RunSettings settings = settings_for(asked, {&chain});
+    settings.source.all_views = true;
     std::vector<int> gaps;
     auto tasks = plan_tasks(settings, true, gaps);
     if (!tasks.ok()) return tasks.status();
@@ -296,6 +350,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
     if (Status status = check_images(settings); !status.ok()) return status;
+    const StopScope within_a_frame(executor, stop);
     FilterJob job(chain, settings, files, executor, renderer);
     std::unique_ptr<FrameFeed> feed;
     if (settings.watch)

@@ -16,9 +16,9 @@
 namespace postchain::sequence {
 
 // `executor` must belong to the GL context current on this thread. `stop` (may be null) ends the
-// run after the frame under way. With RunSettings::watch the run waits for frames and reports them
-// to `waits`. A Status that is not ok means that nothing could be started: no frames, missing
-// frames under MissingPolicy::error, or outputs that run/run_files.h refuses. (Under
+// run within a frame, which is not written. With RunSettings::watch the run waits for frames and
+// reports them to `waits`. A Status that is not ok means that nothing could be started: no frames,
+// missing frames under MissingPolicy::error, or outputs that run/run_files.h refuses. (Under
 // ErrorPolicy::keep_going existing outputs only fail their own frames.) Failures of single frames
 // are in the summary, as with walk_sequence(). A frame fails if an input changes before its output
 // is in place.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <semaphore>
 #include <system_error>
 #include <thread>
@@ -140,7 +141,10 @@ class Walk {
             report.outcome = Outcome::skipped;
             return Status();
         }
-        const uint64_t bytes = bytes_of(*inputs);
+        auto views = open_views(task, *inputs);
+        if (!views.ok()) return views.status();
+        uint64_t bytes = bytes_of(*inputs);
+        for (const ViewInputs& view : *views) bytes += bytes_of(view.inputs);
         if (Status status =
                 check_memory(task.files.at(Role::color), bytes, settings_.source.max_memory);
             !status.ok())
@@ -149,11 +153,24 @@ class Walk {
         next.bytes = bytes;
         auto source = reader_.read(*inputs);
         if (!source.ok()) return source.status();
+        for (const ViewInputs& view : *views) {
+            auto other = view.reader->read(view.inputs);
+            if (!other.ok()) return other.status();
+            other->description.frame_number = task.source;
+            if (source->strict_fault.ok()) source->strict_fault = other->strict_fault;
+            for (std::string& warning : other->warnings)
+                source->warnings.push_back(concat("view ", view.name, ": ", warning));
+            source->other_views.push_back(std::move(*other));
+        }
         for (const auto& [neighbor, other] : inputs->neighbors)
             for (const auto& [role, path] : other->files)
                 if (!source->description.missing_neighbors.count(neighbor))
                     report.inputs[role_of(neighbor, role)] = path;
         report.warnings = source->warnings;
+        if (!views->empty()) {
+            report.views.push_back(inputs->frame->header.match.view);
+            for (const ViewInputs& view : *views) report.views.push_back(view.name);
+        }
         report.bounds = source->description.bounds;
         report.health = source->health;
         report.surface_health = source->surface_health;
@@ -166,6 +183,42 @@ class Walk {
         report.held_from = task.source;
         frame.source = std::move(*source);
         return Status();
+    }
+
+    // A view of the frame other than its first.
+    struct ViewInputs {
+        std::string name;
+        SequenceReader* reader;
+        FrameInputs inputs;
+    };
+
+    // ProfileMatch::other_views, each read as a sequence of its own.
+    Result<std::vector<ViewInputs>> open_views(const FrameTask& task, const FrameInputs& first) {
+        std::vector<ViewInputs> views;
+        const FrameHeader& header = first.frame->header;
+        for (const std::string& name : header.match.other_views) {
+            SourceSettings settings = settings_.source;
+            settings.view = name;
+            SequenceReader& reader =
+                view_readers_
+                    .try_emplace(
+                        name, settings, settings_.input,
+                        [this](const FrameHeader& of) { return job_.planes(of); },
+                        [this](int frame) { return feed_.has(frame); })
+                    .first->second;
+            auto inputs = reader.open(task.source, task.files);
+            if (!inputs.ok()) return inputs.status().at("view " + name);
+            const io::Window &its = color_part(inputs->frame->header).data_window,
+                             &own = color_part(header).data_window;
+            if (its != own)
+                return Status(
+                    StatusCode::input,
+                    concat(task.files.at(Role::color), ": view ", name, " has the data window ",
+                           its.text(), ", view ", header.match.view, " ", own.text(),
+                           "; filter one after the other (--view ", name, ")"));
+            views.push_back({name, &reader, std::move(*inputs)});
+        }
+        return views;
     }
 
     // Memory of the frame in flight and of the neighbors kept for it, which may later be filtered
@@ -285,7 +338,8 @@ class Walk {
     const FrameStart& frame_start_;
     FrameFeed& feed_;
     const WaitObserver& waits_;
-    SequenceReader reader_;  // used by the reader thread
+    SequenceReader reader_;                               // used by the reader thread
+    std::map<std::string, SequenceReader> view_readers_;  // also
     MemoryGate gate_;
 
     Channel<Numbered> to_process_{1};

@@ -18,10 +18,11 @@ namespace postchain::sequence {
 
 inline constexpr int kFramesInFlight = 4;  // reading, waiting, processing, writing
 
-// Runs the job on each frame of the feed. `stop` (may be null) ends the walk after the frame under
-// way. `waits` is called while the walk can only wait for a frame. Failures of single frames are in
-// the summary; under ErrorPolicy::stop every frame before the failed one is still finished. Errors
-// (internal): no thread could be started. Throws nothing: exceptions of libraries become a Status.
+// Runs the job on each frame of the feed. `stop` (may be null) ends the walk; the
+// frame under way is not written. `waits` is called while the walk can only wait for a frame.
+// Failures of single frames are in the summary; under ErrorPolicy::stop every frame before the
+// failed one is still finished. Errors (internal): no thread could be started. Throws nothing:
+// exceptions of libraries become a Status.
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
                                  const FrameObserver& observer, const std::atomic<bool>* stop,
                                  const FrameStart& start = {}, const WaitObserver& waits = {});

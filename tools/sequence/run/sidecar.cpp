@@ -75,6 +75,7 @@ std::string sidecar_json(const FrameReport& report, const std::string& version) 
     json["output_bytes"] = report.write.bytes;
     json["work"] = report.provenance;
     json["profile"] = report.profile;
+    if (!report.views.empty()) json["views"] = report.views;
     if (report.resolved) json["resolved"] = resolved_json(*report.resolved);
     if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
         json["layers"] = std::move(layers);

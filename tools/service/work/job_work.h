@@ -20,7 +20,7 @@ struct WorkPlace {
     GlDevice& gl;
     Counters& counters;
     const egl::ContextOptions& device;
-    std::atomic<bool>& stop;                // set: the job ends after the current frame
+    std::atomic<bool>& stop;                // set: the job ends within the current frame
     std::function<void()> between;          // call after each frame, on this thread
     std::function<void(double)> remaining;  // call with an estimate in seconds
 };

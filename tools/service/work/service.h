@@ -58,7 +58,7 @@ class Service {
                                                  const PassRegistry& registry);
     ~Service();  // stop(), then closes the store
 
-    // Finishes the current frame and leaves every unfinished job in the queue.
+    // Gives up the current frame and leaves every unfinished job in the queue.
     void drain();
 
     // `body`: a JSON object, see docs/service.md. If an earlier job has the key and the same body,

@@ -1,5 +1,6 @@
 #include "tools/service/work/worker.h"
 
+#include <optional>
 #include <system_error>
 
 #include "tools/sequence/run/exit_code.h"
@@ -107,6 +108,9 @@ void Worker::run_errands() {
             errands_.pop_front();
         }
         try {
+            // An errand between two frames of a job is not stopped with the job.
+            std::optional<StopScope> whole;
+            if (gl_) whole.emplace(gl_->executor(), nullptr);
             errand(gl_.get());
         } catch (...) {
             // Errands must not throw. If one does, the running job continues.

@@ -26,7 +26,7 @@ layout(binding = 1) writeonly uniform image2DArray layers_mixed;
 #endif
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, imageSize(mixed)))) return;
     const vec4 c = finite_color(texelFetch(color, p, 0));
     vec4 sum = c;

@@ -19,7 +19,7 @@ vec4 darker(vec4 c, float kept) {
 }
 
 void main() {
-    const ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+    const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     const vec2 from_center = vec2(2 * p + 1 - uniforms.size);  // half pixels
     const vec2 corner = vec2(uniforms.size);

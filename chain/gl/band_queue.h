@@ -1,0 +1,54 @@
+// Sizes the bands of a run by the time that they take, limits how many of them the device has
+// before it, and asks between them whether to stop.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <functional>
+
+#include "chain/status.h"
+
+namespace postchain::gl {
+
+class BandQueue {
+  public:
+    // `software`: the renderer is. `stop` may be empty: never.
+    BandQueue(bool software, std::function<bool()> stop);
+    ~BandQueue();
+    BandQueue(const BandQueue&) = delete;
+    BandQueue& operator=(const BandQueue&) = delete;
+
+    // True if a count on the device can be read at no cost: a software renderer has run each
+    // dispatch when the call returns.
+    bool reads_counts() const { return software_; }
+    // Of a dispatch with this many fetches in a work group.
+    void begin_dispatch(double taps_of_group);
+    // Work groups that the next band may have.
+    double groups() const { return groups_; }
+    // Around the dispatch of a band. band_ends() waits until the device has at most one band before
+    // it (a software renderer: none). Errors: StatusCode::canceled if it is to stop.
+    void band_begins();
+    Status band_ends(unsigned groups);
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    struct Queued {
+        void* fence = nullptr;  // GLsync
+        Clock::time_point begun;
+        unsigned groups = 0;
+        uint64_t dispatch = 0;
+    };
+    void wait_for_first();
+    void resize(double groups_per_ms);
+
+    const bool software_;
+    const double least_;  // groups that the device works on at once
+    std::function<bool()> stop_;
+    std::deque<Queued> queued_;
+    Clock::time_point begun_, last_;
+    double groups_ = 1;
+    uint64_t dispatch_ = 0;
+};
+
+}  // namespace postchain::gl

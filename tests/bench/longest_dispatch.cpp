@@ -1,0 +1,113 @@
+// Prints a Markdown table of the longest dispatches of the shipped chains, for an engine's frame
+// with neighbors and without known facts: how long a step would take in one dispatch on a small
+// integrated GPU, and its longest band (chain/bands.h), from the fetches that the steps count.
+//
+//   longest_dispatch [--size=WIDTHxHEIGHT] [--steps] [CHAIN...]
+//
+// --steps: every step. Needs no GL. Fails if a band is longer than 100 ms.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "chain/bands.h"
+#include "chain/planner.h"
+#include "config/chain_find.h"
+#include "passes/registry.h"
+
+namespace {
+
+using namespace postchain;
+
+constexpr double kMostMs = 100;
+constexpr double kTapsPerMs = kBandTaps / 50;
+
+[[noreturn]] void fail(const std::string& text) {
+    std::fprintf(stderr, "longest_dispatch: %s\n", text.c_str());
+    std::exit(2);
+}
+
+FrameDescription frame_of(int width, int height) {
+    FrameDescription frame;
+    frame.width = frame.display_width = width;
+    frame.height = frame.display_height = height;
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion, Role::motion_back};
+    for (const Neighbor neighbor : kNeighbors)
+        for (const Role role : kNeighborRoles) frame.planes.add(role_of(neighbor, role));
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 2;
+    frame.camera.focus_distance = 4;
+    frame.camera.shutter_frames = 0.5;
+    frame.camera.meters_per_unit = 1;
+    return frame;
+}
+
+struct Row {
+    std::string name;
+    double whole_ms = 0, band_ms = 0;
+    int bands = 0;
+};
+
+Row row_of(const Plan& plan, const Step& step) {
+    const double taps = taps_of_group(step);
+    Row row;
+    row.name = plan.passes[size_t(step.pass)].type + "." + step.name;
+    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
+    if (step.work_list >= 0) {
+        columns = unsigned(plan.textures[size_t(step.work_list)].width);
+        rows = 1;
+    }
+    for (Bands bands(columns, rows); bands.more(); ++row.bands) {
+        const double ms = bands.next(kBandTaps / taps).groups() * taps / kTapsPerMs;
+        row.band_ms = std::max(row.band_ms, ms);
+        row.whole_ms += ms;
+    }
+    return row;
+}
+
+std::vector<Row> rows_of(const std::string& chain, const FrameDescription& frame) {
+    const Result<ChainFile> file = load_chain(chain, builtin_passes());
+    if (!file.ok()) fail(file.status().message());
+    const Result<Plan> plan = make_plan(file->chain, frame);
+    if (!plan.ok()) fail(plan.status().message());
+    std::vector<Row> rows;
+    for (const Step& step : plan->steps) rows.push_back(row_of(*plan, step));
+    std::stable_sort(rows.begin(), rows.end(),
+                     [](const Row& a, const Row& b) { return a.whole_ms > b.whole_ms; });
+    return rows;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    int width = 3840, height = 2160;
+    bool steps = false;
+    std::vector<std::string> chains;
+    for (int i = 1; i < argc; ++i) {
+        const std::string argument = argv[i];
+        if (argument == "--steps")
+            steps = true;
+        else if (argument.rfind("--size=", 0) == 0) {
+            if (std::sscanf(argument.c_str(), "--size=%dx%d", &width, &height) != 2 || width < 1 ||
+                height < 1)
+                fail(argument + ": --size=WIDTHxHEIGHT");
+        } else
+            chains.push_back(argument);
+    }
+    if (chains.empty()) chains = shipped_chains();
+    bool good = true;
+    std::printf(
+        "| %dx%d | longest step | whole, ms | bands | longest band, ms |\n"
+        "|---|---|---|---|---|\n",
+        width, height);
+    for (const std::string& chain : chains) {
+        const std::vector<Row> rows = rows_of(chain, frame_of(width, height));
+        for (size_t i = 0; i < (steps ? rows.size() : std::min<size_t>(rows.size(), 1)); ++i)
+            std::printf("| %s | %s | %.0f | %d | %.0f |\n", chain.c_str(), rows[i].name.c_str(),
+                        rows[i].whole_ms, rows[i].bands, rows[i].band_ms);
+        for (const Row& row : rows) good = good && row.band_ms <= kMostMs;
+    }
+    return good ? 0 : 1;
+}

@@ -1,0 +1,301 @@
+// A library for LD_PRELOAD that makes llvmpipe behave as GPUs may. POSTCHAIN_GPU_LIKE lists the
+// behaviors by name, separated by commas:
+//
+//   weights   a sampler's filter has weights of 8 bits
+//   ulp       what a sampler has filtered is one ulp too large
+//   half      stores to half floats round toward zero
+//   nan       textures that programs write are NaN when a frame begins
+//   align     uniform blocks begin at multiples of 256 bytes
+//   limits    GL 4.5's smallest limits: 8 image units, 8 storage blocks, 16 textures in a program
+//
+// libepoxy calls GL through a variable for each function. The ones below are replaced. What a
+// device would refuse ends the program.
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace postchain::test {
+namespace {
+
+constexpr GLint kImages = 8, kLists = 8, kTextures = 16, kBlockBytes = 16384;
+constexpr GLint64 kListBytes = 1 << 24;
+constexpr GLint kAlignment = 256;
+
+bool behaves(const char* name) {
+    static const std::string names = [] {
+        const char* text = std::getenv("POSTCHAIN_GPU_LIKE");
+        return "," + std::string(text ? text : "") + ",";
+    }();
+    return names.find("," + std::string(name) + ",") != std::string::npos;
+}
+
+void refuse(bool refused, const char* why, long value) {
+    if (!refused) return;
+    std::fprintf(stderr, "gpu_like: %s: %ld\n", why, value);
+    std::abort();
+}
+
+// The driver's function of the name.
+#define REAL(name)                                                              \
+    ([] {                                                                       \
+        static const auto driver =                                              \
+            reinterpret_cast<decltype(epoxy_##name)>(eglGetProcAddress(#name)); \
+        return driver;                                                          \
+    }())
+
+constexpr const char* kFilters = R"(
+vec4 gpu_like_mixed(vec4 texels[4], vec2 f) {
+    if (kGpuLikeWeights) f = floor(f * 256.0 + 0.5) / 256.0;
+    const vec4 mean = mix(mix(texels[0], texels[1], f.x), mix(texels[2], texels[3], f.x), f.y);
+    if (!kGpuLikeUlp) return mean;
+    return uintBitsToFloat(floatBitsToUint(mean) + uvec4(notEqual(mean, vec4(0.0))));
+}
+vec4 gpu_like_lod(sampler2D image, vec2 at, float lod) {
+    const ivec2 last = textureSize(image, 0) - 1;
+    const vec2 texel = at * vec2(last + 1) - 0.5, base = floor(texel);
+    vec4 texels[4];
+    for (int i = 0; i < 4; ++i)
+        texels[i] = texelFetch(image, clamp(ivec2(base) + ivec2(i & 1, i >> 1), ivec2(0), last), 0);
+    return gpu_like_mixed(texels, texel - base);
+}
+vec4 gpu_like_lod(sampler2DArray image, vec3 at, float lod) {
+    const ivec2 last = textureSize(image, 0).xy - 1;
+    const vec2 texel = at.xy * vec2(last + 1) - 0.5, base = floor(texel);
+    vec4 texels[4];
+    for (int i = 0; i < 4; ++i) {
+        const ivec2 p = clamp(ivec2(base) + ivec2(i & 1, i >> 1), ivec2(0), last);
+        texels[i] = texelFetch(image, ivec3(p, int(at.z + 0.5)), 0);
+    }
+    return gpu_like_mixed(texels, texel - base);
+}
+#define textureLod gpu_like_lod
+)";
+
+constexpr const char* kHalfStores = R"(
+uniform int gpu_like_half;  // a bit for each image unit whose format is half floats
+vec4 gpu_like_stored(vec4 value, int unit) {
+    if ((gpu_like_half >> unit & 1) == 0) return value;
+    const vec4 size = min(abs(value), vec4(65504.0));
+    const vec4 small = trunc(size * 16777216.0) / 16777216.0;
+    const vec4 normal = uintBitsToFloat(floatBitsToUint(size) & 0xffffe000u);
+    const vec4 kept = mix(normal, small, lessThan(size, vec4(6.103515625e-5)));
+    const uvec4 bits = floatBitsToUint(value) & 0x7fffffffu;
+    const vec4 rounded = mix(kept, -kept, lessThan(value, vec4(0.0)));
+    return mix(rounded, value, greaterThanEqual(bits, uvec4(0x7f800000u)));
+}
+uvec4 gpu_like_stored(uvec4 value, int unit) { return value; }
+#define imageStore(image, at, value) \
+    imageStore(image, at, gpu_like_stored(value, gpu_like_unit_##image))
+)";
+
+std::string with_behaviors(const std::string& source) {
+    std::string prelude;
+    if ((behaves("weights") || behaves("ulp")) && source.find("textureLod(") != std::string::npos)
+        prelude += std::string("const bool kGpuLikeWeights = ") +
+                   (behaves("weights") ? "true" : "false") +
+                   ", kGpuLikeUlp = " + (behaves("ulp") ? "true" : "false") + ";" + kFilters;
+    if (behaves("half") && source.find("imageStore(") != std::string::npos) {
+        static const std::regex declared(
+            R"(layout\(binding = (\d+)\) writeonly uniform u?image2D(?:Array)? (\w+);)");
+        std::set<std::string> known;
+        for (std::sregex_iterator at(source.begin(), source.end(), declared), end; at != end; ++at)
+            if (known.insert((*at)[2]).second)
+                prelude +=
+                    "const int gpu_like_unit_" + (*at)[2].str() + " = " + (*at)[1].str() + ";\n";
+        prelude += kHalfStores;
+    }
+    if (prelude.empty()) return source;
+    const size_t line = source.find('\n') + 1;  // #version comes first
+    return source.substr(0, line) + prelude + "#line 2 0\n" + source.substr(line);
+}
+
+void APIENTRY shader_source(GLuint shader, GLsizei count, const GLchar* const* texts,
+                            const GLint* lengths) {
+    std::string source;
+    for (GLsizei i = 0; i < count; ++i)
+        source += lengths && lengths[i] >= 0 ? std::string(texts[i], size_t(lengths[i])) : texts[i];
+    source = with_behaviors(source);
+    const char* text = source.c_str();
+    REAL(glShaderSource)(shader, 1, &text, nullptr);
+}
+
+bool is_image(GLint type) {
+    return type == GL_IMAGE_2D || type == GL_IMAGE_2D_ARRAY || type == GL_UNSIGNED_INT_IMAGE_2D;
+}
+
+void APIENTRY link_program(GLuint program) {
+    REAL(glLinkProgram)(program);
+    if (!behaves("limits")) return;
+    GLint uniforms = 0, lists = 0, images = 0, textures = 0;
+    glGetProgramInterfaceiv(program, GL_UNIFORM, GL_ACTIVE_RESOURCES, &uniforms);
+    glGetProgramInterfaceiv(program, GL_SHADER_STORAGE_BLOCK, GL_ACTIVE_RESOURCES, &lists);
+    for (GLint i = 0; i < uniforms; ++i) {
+        const GLenum what = GL_TYPE;
+        GLint type = 0;
+        glGetProgramResourceiv(program, GL_UNIFORM, GLuint(i), 1, &what, 1, nullptr, &type);
+        images += is_image(type);
+        textures += type == GL_SAMPLER_2D || type == GL_SAMPLER_2D_ARRAY ||
+                    type == GL_UNSIGNED_INT_SAMPLER_2D;
+    }
+    refuse(images > kImages, "images of a program", images);
+    refuse(textures > kTextures, "textures of a program", textures);
+    refuse(lists > kLists, "storage blocks of a program", lists);
+}
+
+struct Storage {
+    GLenum format = GL_NONE;
+    bool written = false;  // by a program, and not uploaded since
+};
+std::map<GLuint, Storage> storages;
+std::map<GLuint, GLenum> bound_images;  // unit -> format
+
+bool is_half(GLenum format) {
+    return format == GL_RGBA16F || format == GL_RG16F || format == GL_R16F;
+}
+
+void fill_with_nan(GLuint texture, GLenum format) {
+    if (format == GL_RGBA32UI || format == GL_R32UI) {
+        const GLuint ones[] = {~0u, ~0u, ~0u, ~0u};
+        glClearTexImage(texture, 0, format == GL_R32UI ? GL_RED_INTEGER : GL_RGBA_INTEGER,
+                        GL_UNSIGNED_INT, ones);
+        return;
+    }
+    const GLuint nan[] = {0x7fc00000u, 0x7fc00000u, 0x7fc00000u, 0x7fc00000u};
+    glClearTexImage(texture, 0, GL_RGBA, GL_FLOAT, nan);
+}
+
+void made(GLuint texture, GLenum format) {
+    storages[texture] = {format, false};
+    if (behaves("nan")) fill_with_nan(texture, format);
+}
+
+void APIENTRY texture_storage_2d(GLuint texture, GLsizei levels, GLenum format, GLsizei width,
+                                 GLsizei height) {
+    REAL(glTextureStorage2D)(texture, levels, format, width, height);
+    made(texture, format);
+}
+
+void APIENTRY texture_storage_3d(GLuint texture, GLsizei levels, GLenum format, GLsizei width,
+                                 GLsizei height, GLsizei depth) {
+    REAL(glTextureStorage3D)(texture, levels, format, width, height, depth);
+    made(texture, format);
+}
+
+void APIENTRY texture_sub_image_2d(GLuint texture, GLint level, GLint x, GLint y, GLsizei width,
+                                   GLsizei height, GLenum format, GLenum type, const void* pixels) {
+    storages[texture].written = false;
+    REAL(glTextureSubImage2D)(texture, level, x, y, width, height, format, type, pixels);
+}
+
+void APIENTRY texture_sub_image_3d(GLuint texture, GLint level, GLint x, GLint y, GLint z,
+                                   GLsizei width, GLsizei height, GLsizei depth, GLenum format,
+                                   GLenum type, const void* pixels) {
+    storages[texture].written = false;
+    REAL(glTextureSubImage3D)
+    (texture, level, x, y, z, width, height, depth, format, type, pixels);
+}
+
+void APIENTRY delete_textures(GLsizei count, const GLuint* textures) {
+    for (GLsizei i = 0; i < count; ++i) storages.erase(textures[i]);
+    REAL(glDeleteTextures)(count, textures);
+}
+
+void APIENTRY bind_image_texture(GLuint unit, GLuint texture, GLint level, GLboolean layered,
+                                 GLint layer, GLenum access, GLenum format) {
+    refuse(behaves("limits") && GLint(unit) >= kImages, "image unit", long(unit));
+    if (access != GL_READ_ONLY && texture) storages[texture].written = true;
+    bound_images[unit] = format;
+    REAL(glBindImageTexture)(unit, texture, level, layered, layer, access, format);
+}
+
+// The uniform blocks of a frame: it begins.
+void APIENTRY named_buffer_sub_data(GLuint buffer, GLintptr offset, GLsizeiptr size,
+                                    const void* data) {
+    if (behaves("nan"))
+        for (const auto& [texture, storage] : storages)
+            if (storage.written && storage.format != GL_NONE)
+                fill_with_nan(texture, storage.format);
+    REAL(glNamedBufferSubData)(buffer, offset, size, data);
+}
+
+void APIENTRY bind_buffer_base(GLenum target, GLuint index, GLuint buffer) {
+    refuse(behaves("limits") && target == GL_SHADER_STORAGE_BUFFER && GLint(index) >= kLists,
+           "storage buffer", long(index));
+    REAL(glBindBufferBase)(target, index, buffer);
+}
+
+void APIENTRY bind_buffer_range(GLenum target, GLuint index, GLuint buffer, GLintptr offset,
+                                GLsizeiptr size) {
+    if (target == GL_UNIFORM_BUFFER) {
+        refuse(behaves("align") && offset % kAlignment != 0, "offset of a uniform block",
+               long(offset));
+        refuse(behaves("limits") && size > kBlockBytes, "bytes of a uniform block", long(size));
+    }
+    REAL(glBindBufferRange)(target, index, buffer, offset, size);
+}
+
+void APIENTRY get_integer(GLenum name, GLint* value) {
+    REAL(glGetIntegerv)(name, value);
+    if (behaves("align") && name == GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT) *value = kAlignment;
+    if (!behaves("limits")) return;
+    if (name == GL_MAX_IMAGE_UNITS || name == GL_MAX_COMPUTE_IMAGE_UNIFORMS) *value = kImages;
+    if (name == GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS ||
+        name == GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS)
+        *value = kLists;
+    if (name == GL_MAX_COMPUTE_TEXTURE_IMAGE_UNITS) *value = kTextures;
+    if (name == GL_MAX_UNIFORM_BLOCK_SIZE) *value = kBlockBytes;
+}
+
+void APIENTRY get_integer_64(GLenum name, GLint64* value) {
+    REAL(glGetInteger64v)(name, value);
+    if (behaves("limits") && name == GL_MAX_SHADER_STORAGE_BLOCK_SIZE) *value = kListBytes;
+}
+
+void tell_half_images() {
+    if (!behaves("half")) return;
+    GLint program = 0, half = 0;
+    REAL(glGetIntegerv)(GL_CURRENT_PROGRAM, &program);
+    for (const auto& [unit, format] : bound_images)
+        if (is_half(format)) half |= 1 << unit;
+    const GLint location = glGetUniformLocation(GLuint(program), "gpu_like_half");
+    if (location >= 0) glProgramUniform1i(GLuint(program), location, half);
+}
+
+void APIENTRY dispatch(GLuint x, GLuint y, GLuint z) {
+    tell_half_images();
+    REAL(glDispatchCompute)(x, y, z);
+}
+
+void APIENTRY dispatch_indirect(GLintptr offset) {
+    tell_half_images();
+    REAL(glDispatchComputeIndirect)(offset);
+}
+
+__attribute__((constructor)) void replace() {
+    epoxy_glShaderSource = shader_source;
+    epoxy_glLinkProgram = link_program;
+    epoxy_glTextureStorage2D = texture_storage_2d;
+    epoxy_glTextureStorage3D = texture_storage_3d;
+    epoxy_glTextureSubImage2D = texture_sub_image_2d;
+    epoxy_glTextureSubImage3D = texture_sub_image_3d;
+    epoxy_glDeleteTextures = delete_textures;
+    epoxy_glBindImageTexture = bind_image_texture;
+    epoxy_glNamedBufferSubData = named_buffer_sub_data;
+    epoxy_glBindBufferBase = bind_buffer_base;
+    epoxy_glBindBufferRange = bind_buffer_range;
+    epoxy_glGetIntegerv = get_integer;
+    epoxy_glGetInteger64v = get_integer_64;
+    epoxy_glDispatchCompute = dispatch;
+    epoxy_glDispatchComputeIndirect = dispatch_indirect;
+}
+
+}  // namespace
+}  // namespace postchain::test

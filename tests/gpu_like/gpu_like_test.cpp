@@ -1,0 +1,140 @@
+// Each behavior of gpu_like.cpp is one. Run with the library preloaded and all behaviors on.
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "chain/gl/run_objects.h"
+#include "chain/gl/texture_pool.h"
+#include "tests/support/gpu.h"
+
+namespace postchain::test {
+namespace {
+
+class GpuLike : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        // llvmpipe has threads, which a fork loses.
+        GTEST_FLAG_SET(death_test_style, "threadsafe");
+        executor();  // makes the context
+    }
+
+    // Runs a shader's main() over a texture of these columns at unit 0, bilinear, and one of
+    // `format` at image unit 1; returns the latter's first pixel.
+    static std::array<float, 4> run(const char* main, const std::vector<float>& columns,
+                                    GLenum format = GL_RGBA32F) {
+        const std::string text =
+            "#version 450 core\n"
+            "layout(local_size_x = 1) in;\n"
+            "layout(binding = 0) uniform sampler2D columns;\n"
+            "layout(binding = 1) writeonly uniform image2D result;\n" +
+            std::string(main);
+        const char* source = text.c_str();
+        const GLuint shader = glCreateShader(GL_COMPUTE_SHADER), program = glCreateProgram();
+        glShaderSource(shader, 1, &source, nullptr);
+        glCompileShader(shader);
+        glAttachShader(program, shader);
+        glLinkProgram(program);
+        GLint linked = 0;
+        glGetProgramiv(program, GL_LINK_STATUS, &linked);
+        EXPECT_TRUE(linked) << text;
+        GLuint textures[2] = {};
+        glCreateTextures(GL_TEXTURE_2D, 2, textures);
+        glTextureStorage2D(textures[0], 1, GL_R32F, GLsizei(columns.size()), 1);
+        glTextureSubImage2D(textures[0], 0, 0, 0, GLsizei(columns.size()), 1, GL_RED, GL_FLOAT,
+                            columns.data());
+        glTextureStorage2D(textures[1], 1, format, 1, 1);
+        GLuint sampler = 0;
+        glCreateSamplers(1, &sampler);
+        glUseProgram(program);
+        glBindTextureUnit(0, textures[0]);
+        glBindSampler(0, sampler);
+        glBindImageTexture(1, textures[1], 0, GL_FALSE, 0, GL_WRITE_ONLY, format);
+        glDispatchCompute(1, 1, 1);
+        glMemoryBarrier(GL_ALL_BARRIER_BITS);
+        std::array<float, 4> pixel = {};
+        glGetTextureImage(textures[1], 0, GL_RGBA, GL_FLOAT, sizeof(pixel), pixel.data());
+        glDeleteSamplers(1, &sampler);
+        glDeleteTextures(2, textures);
+        glDeleteProgram(program);
+        glDeleteShader(shader);
+        return pixel;
+    }
+};
+
+TEST_F(GpuLike, RoundsTheWeightsOfAFilterAndItsResult) {
+    // 0.3 between texels 0 and 1: 77/256, and one ulp more.
+    const auto pixel =
+        run("void main() { imageStore(result, ivec2(0), textureLod(columns, vec2(0.8 / 2.0, 0.5), "
+            "0.0)); }",
+            {0, 1});
+    EXPECT_EQ(pixel[0], std::nextafter(77.0f / 256, 1.0f));
+}
+
+TEST_F(GpuLike, RoundsStoredHalfFloatsTowardZero) {
+    const char* main =
+        "void main() { imageStore(result, ivec2(0), vec4(1.0, -1.0, 0.0, 0.0) * "
+        "texelFetch(columns, ivec2(0), 0).x); }";
+    const float below_2 = 2 - 0x1p-12f;
+    EXPECT_EQ(run(main, {below_2}, GL_RGBA16F)[0], 2 - 0x1p-10f);
+    EXPECT_EQ(run(main, {below_2}, GL_RGBA16F)[1], -2 + 0x1p-10f);
+    EXPECT_EQ(run(main, {1e6f}, GL_RGBA16F)[0], 65504);
+    EXPECT_EQ(run(main, {0x1.fp-24f}, GL_RGBA16F)[0], 0x1p-24f);
+    EXPECT_TRUE(std::isinf(run(main, {INFINITY}, GL_RGBA16F)[0]));
+    EXPECT_EQ(run(main, {below_2}, GL_RGBA32F)[0], below_2);
+}
+
+TEST_F(GpuLike, FillsTexturesWithNanWhenAFrameBegins) {
+    gl::TexturePool pool;
+    const auto taken = pool.acquire(Format::rg16f, 3, 2, 0),
+               given = pool.acquire(Format::r32f, 1, 1, 0);
+    ASSERT_TRUE(taken.ok() && given.ok());
+    const auto read = [](const gl::Texture& texture) {
+        const auto pixels =
+            gl::download(texture.name, texture.format, texture.width, texture.height, 0);
+        return pixels.ok() ? pixels->data.back() : 0.0f;
+    };
+    EXPECT_TRUE(std::isnan(read(**taken)));
+    ASSERT_TRUE(gl::upload(**taken, ImageF(3, 2, 2, 7.0f)).ok());
+    ASSERT_TRUE(gl::upload(**given, ImageF(1, 1, 1, 7.0f)).ok());
+    glBindImageTexture(0, (*taken)->name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG16F);
+    EXPECT_EQ(read(**taken), 7);
+    gl::RunObjects objects;
+    ASSERT_TRUE(objects.reserve(16).ok());
+    const std::byte block[16] = {};
+    objects.upload(block);
+    EXPECT_TRUE(std::isnan(read(**taken)));
+    EXPECT_EQ(read(**given), 7);
+}
+
+TEST_F(GpuLike, AlignsUniformBlocks) {
+    GLuint buffer = 0;
+    glCreateBuffers(1, &buffer);
+    glNamedBufferStorage(buffer, 1024, nullptr, 0);
+    EXPECT_EQ(gl::RunObjects().alignment(), 256u);
+    glBindBufferRange(GL_UNIFORM_BUFFER, 0, buffer, 256, 16);
+    EXPECT_DEATH(glBindBufferRange(GL_UNIFORM_BUFFER, 0, buffer, 128, 16),
+                 "offset of a uniform block: 128");
+    glDeleteBuffers(1, &buffer);
+}
+
+TEST_F(GpuLike, RefusesMoreThanTheSmallestLimits) {
+    const gl::Limits limits = gl::describe_current().limits;
+    EXPECT_EQ(limits.image_units, 8);
+    EXPECT_EQ(limits.texture_units, 16);
+    EXPECT_DEATH(glBindImageTexture(8, 0, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA32F),
+                 "image unit: 8");
+    EXPECT_DEATH(glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 8, 0), "storage buffer: 8");
+    std::string images, stores;
+    for (int i = 0; i < 8; ++i) {
+        images += concat("layout(binding = 2) writeonly uniform image2D image_", i, ";\n");
+        stores += concat("imageStore(image_", i, ", ivec2(0), vec4(0.0));\n");
+    }
+    const std::string main =
+        images + "void main() { imageStore(result, ivec2(0), vec4(0.0));\n" + stores + "}\n";
+    EXPECT_DEATH(run(main.c_str(), {0}), "images of a program: 9");
+}
+
+}  // namespace
+}  // namespace postchain::test

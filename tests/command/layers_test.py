@@ -122,8 +122,8 @@ class Layers(Frames):
         for policy, code, message in [
                 ("filter=bal", 4, "--cryptomatte: no 'bal' in the cryptomatte (did you mean 'ball'?)"),
                 ("filter=ball,x*", 4, "no 'x*' in the cryptomatte; it has "),
-                ("filter=", 2, "unknown policy 'filter='; use keep, filter or filter=NAMES"),
-                ("blur", 2, "unknown policy 'blur'; use keep, filter or filter=NAMES")]:
+                ("filter=", 2, "unknown policy \"filter=\"; use keep, filter or filter=NAMES"),
+                ("blur", 2, "unknown policy \"blur\"; use keep, filter or filter=NAMES")]:
             self.assertIn(message, self.run_on(pattern, "fast", "--cryptomatte", policy, code=code))
 
     def test_ids_go_along_with_layers(self):

@@ -52,6 +52,8 @@ std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage
             } else if (binding.access == Access::write) {
                 if (use.texture != binding.texture) waits.need(kWaitImage, use.written, i);
                 waits.need(kWaitImage, use.read, i);
+            } else if (binding.access == Access::read) {
+                waits.need(kWaitImage, use.written, i);
             } else {
                 waits.need(kWaitFetch, use.written, i);
             }

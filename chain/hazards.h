@@ -13,7 +13,8 @@ namespace postchain {
 // a set.
 enum Wait : uint32_t {
     kWaitFetch = 1,   // before it is fetched through a sampler
-    kWaitImage = 2,   // before it is written as an image, if its storage was another texture
+    kWaitImage = 2,   // before it is read as an image, or written as one if its storage was another
+                      // texture
     kWaitList = 4,    // before a work list is read or filled
     kWaitLaunch = 8,  // before a work list launches a step
 };

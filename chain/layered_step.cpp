@@ -13,14 +13,13 @@ void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding
     }
     for (int first = 0; first < layers; first += kLayersPerStep) {
         Step one = step;
-        one.first_layer = first;
-        one.layers = std::min(layers - first, kLayersPerStep);
+        one.layers = std::min(layers, kLayersPerStep);
+        one.first_layer = std::min(first, layers - one.layers);
         one.taps += taps * uint64_t(one.layers);
         if (one.group_taps > 0)
             one.group_taps +=
                 taps * uint64_t(one.layers) / (uint64_t(one.groups[0]) * uint64_t(one.groups[1]));
         one.program.defines["LAYERS"] = std::to_string(one.layers);
-        one.program.defines["LAYERS_FIRST"] = std::to_string(first);
         if (first > 0) {
             one.name += concat("_layers_", first);
             one.program.defines["LAYERS_ONLY"] = "1";

@@ -12,9 +12,10 @@ namespace postchain {
 inline constexpr int kLayersPerStep = 4;
 
 // Adds `step`, which averages color. If the frame has extra layers the step also does the first of
-// them, and steps for the other layers alone follow (they find the weights again). Macros: LAYERS,
-// their number, LAYERS_FIRST, the first of them, and LAYERS_ONLY. `arrays`: bindings of layers,
-// beside step.bindings. `taps`: fetches for each layer.
+// them, and steps for the other layers alone follow (they find the weights again). All of these
+// have one program, whatever their number: the last one does some layers a second time. Macros:
+// LAYERS, the number of a step's layers, and LAYERS_ONLY. `arrays`: bindings of layers, beside
+// step.bindings. `taps`: fetches for each layer.
 void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding>& arrays,
                       uint64_t taps);
 

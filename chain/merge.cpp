@@ -99,7 +99,8 @@ class Merger {
         const Step& step = b_.steps[size_t(in_b)];
         const Step& mine = a_.steps[size_t(in_a)];
         if (step.program != mine.program || step.uniforms != mine.uniforms ||
-            step.groups != mine.groups || step.bindings.size() != mine.bindings.size())
+            step.groups != mine.groups || step.first_layer != mine.first_layer ||
+            step.bindings.size() != mine.bindings.size())
             return false;
         for (size_t i = 0; i < step.bindings.size(); ++i) {
             const Binding& b = step.bindings[i];

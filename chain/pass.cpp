@@ -20,8 +20,13 @@ TextureId PassPlanner::texture(const std::string& name, Format format, int width
 }
 
 TextureId PassPlanner::layers(const std::string& name, Format format, int width, int height) {
+    return array(name, format, width, height, context_.frame.layers);
+}
+
+TextureId PassPlanner::array(const std::string& name, Format format, int width, int height,
+                             int planes) {
     const TextureId id = texture(name, format, width, height);
-    target_.plan.textures.back().layers = context_.frame.layers;
+    target_.plan.textures.back().layers = planes;
     return id;
 }
 

@@ -92,6 +92,8 @@ class PassPlanner {
     // An array of such textures, one for each extra layer (context().frame.layers); only if
     // has(Role::layers).
     TextureId layers(const std::string& name, Format format, int width, int height);
+    // An array of so many.
+    TextureId array(const std::string& name, Format format, int width, int height, int planes);
     const PlanTexture& describe(TextureId texture) const;
     // A pass whose uniforms depend on the frame's number says so: its plan is one of this frame
     // alone (Plan::uses_frame_number). Nothing else of a plan depends on the number.

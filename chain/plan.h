@@ -73,6 +73,7 @@ struct PlanTexture {
 // planes, of a sampler2DArray or image2DArray.
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
+    read,            // readonly image2D, for a step that has no sampler2D left
     write,           // writeonly image2D
     list,            // std430 buffer of a work list; empty before the first step that binds it
 };

@@ -60,7 +60,7 @@ bool same_shape(const Plan& a, const Plan& b) {
         if (x.pass != y.pass || x.name != y.name || !(x.program == y.program) ||
             x.bindings != y.bindings || x.uniforms.size() != y.uniforms.size() ||
             x.uniforms_type != y.uniforms_type || x.groups != y.groups ||
-            x.work_list != y.work_list)
+            x.work_list != y.work_list || x.first_layer != y.first_layer)
             return false;
     }
     return true;
@@ -177,9 +177,10 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
             {program->name, bytes_.size(), step.uniforms.size(), 0, program->in_bands});
         bytes_.insert(bytes_.end(), step.uniforms.begin(), step.uniforms.end());
         for (const auto& binding : step.bindings) {
-            int& most = binding.access == Access::list    ? used_.lists
-                        : binding.access == Access::write ? used_.images
-                                                          : used_.textures;
+            const bool image = binding.access == Access::read || binding.access == Access::write;
+            int& most = binding.access == Access::list ? used_.lists
+                        : image                        ? used_.images
+                                                       : used_.textures;
             most = std::max(most, binding.unit + 1);
         }
         if (step.work_list >= 0) used_.lists = std::max(used_.lists, 1);
@@ -212,6 +213,7 @@ void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_forma
 void CompiledPlan::bind(const Step& step, const Command& command, const RunObjects& objects,
                         size_t offset) {
     glUseProgram(command.program);
+    if (step.layers > 0) glUniform1i(kFirstLayer, step.first_layer);
     if (command.uniforms_bytes > 0)
         glBindBufferRange(GL_UNIFORM_BUFFER, 0, objects.buffer(),
                           GLintptr(offset + command.uniforms), GLsizeiptr(command.uniforms_bytes));
@@ -222,10 +224,12 @@ void CompiledPlan::bind(const Step& step, const Command& command, const RunObjec
             case Access::list:
                 glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, name);
                 break;
+            case Access::read:
             case Access::write:
                 glBindImageTexture(unit, name, 0,
                                    plan_.textures[size_t(binding.texture)].layers > 0, 0,
-                                   GL_WRITE_ONLY, image_formats_[size_t(binding.texture)]);
+                                   binding.access == Access::read ? GL_READ_ONLY : GL_WRITE_ONLY,
+                                   image_formats_[size_t(binding.texture)]);
                 break;
             case Access::sample_nearest:
                 glBindTextureUnit(unit, name);

@@ -24,6 +24,8 @@ Result<std::string> program_source(const ProgramKey& key, const std::string& fol
 
 // Location of the uniform of common/first_group.glsl.
 inline constexpr int kFirstGroup = 0;
+// Likewise of the first layer that a step does (common/layers.glsl).
+inline constexpr int kFirstLayer = 1;
 
 struct Program {
     unsigned name = 0;          // GL's

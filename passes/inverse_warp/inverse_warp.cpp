@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
@@ -132,6 +131,7 @@ class Planner {
             from.neighbors.push_back({neighbor, add_surfaces(neighbor)});
         from.starts = add_starts(add_block_surfaces(from.surfaces));
         from.background = add_background(from.surfaces);
+        if (layered_) from.occupied = add_occupied(from.neighbors);
         const Hint hint = add_hint();
         Colors result = {picture("color", planner_.context().color_format()), -1};
         if (layered_) result.layers = layer_images("layers");
@@ -164,6 +164,7 @@ class Planner {
     struct Soft {
         Colors gathered, blurred;
         TextureId spread = -1;
+        TextureId reached = -1;  // with layers
     };
     struct Searched {
         Neighbor neighbor;
@@ -175,6 +176,7 @@ class Planner {
         std::vector<Searched> neighbors;
         Starts starts;
         Background background;
+        TextureId occupied = -1;  // with layers
         TextureId noise = -1, lens_samples = -1;
     };
 
@@ -310,15 +312,46 @@ class Planner {
                          {0, background.color, Access::write},
                          {1, depth, Access::write}};
         step.taps = 2 * pixels_;
-        std::vector<Binding> arrays;
         if (layered_) {
             background.layers = planner_.layers("background_layers",
                                                 planner_.context().layers_format(), width, height);
-            arrays = {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}};
+            add_layers(step,
+                       {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}});
+            step.groups[2] = 1 + frame_.layers;
+            step.taps += 2 * pixels_ * uint64_t(frame_.layers);
         }
-        add_layered_step(planner_, std::move(step), arrays, pixels_);
+        planner_.step(std::move(step));
         add_behind(background, depth);
         return background;
+    }
+
+    // The same step does all layers.
+    static void add_layers(Step& step, const std::vector<Binding>& arrays) {
+        step.program.defines["LAYERS"] = "1";
+        step.bindings.insert(step.bindings.end(), arrays.begin(), arrays.end());
+    }
+
+    // Words of a bit for each layer.
+    int words() const { return (frame_.layers + 31) / 32; }
+
+    TextureId add_occupied(const std::vector<Searched>& neighbors) {
+        const int frames = 1 + int(neighbors.size());
+        const TextureId occupied =
+            planner_.array("occupied", Format::r32ui, blocks_[0], blocks_[1], frames * words());
+        Step step;
+        step.name = "occupied";
+        step.program = {"inverse_warp/occupied.comp", {{"BEFORE", "0"}, {"AFTER", "0"}}};
+        step.bindings = {{0, planner_.input(Role::layers)}, {0, occupied, Access::write}};
+        for (const Searched& other : neighbors) {
+            const bool before = other.neighbor == Neighbor::before;
+            step.program.defines[before ? "BEFORE" : "AFTER"] = "1";
+            step.bindings.push_back(
+                {before ? 1 : 2, planner_.input(role_of(other.neighbor, Role::layers))});
+        }
+        step.groups = {blocks_[0], blocks_[1], frames * words()};
+        step.taps = pixels_ * uint64_t(frames) * uint64_t(frame_.layers);
+        planner_.step(std::move(step));
+        return occupied;
     }
 
     void add_behind(Background& background, TextureId depth) {
@@ -356,6 +389,8 @@ class Planner {
         if (!layered_) return soft;
         soft.gathered.layers = layer_images("layers_gathered");
         soft.blurred.layers = layer_images("layers_soft");
+        soft.reached =
+            planner_.array("reached", Format::r32ui, frame_.width, frame_.height, words());
         return soft;
     }
 
@@ -417,18 +452,27 @@ class Planner {
         step.taps = pixels_ * uint64_t(taps_px());
         step.group_taps = uint64_t(kBlockPx * kBlockPx) * most_taps_px(from.neighbors.size());
         launch_by(step, from.starts.moving_blocks);
-        add_layered_step(planner_, std::move(step), gathered_layers(from, result, soft),
-                         pixels_ * uint64_t(taps_px() / 3));
+        if (layered_) {
+            add_layers(step, gathered_layers(from, result, soft));
+            step.program.defines["TAPS"] = std::to_string(taps_px() / 3);
+            step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
+            step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
+                               uint64_t(frame_.layers);
+        }
+        planner_.step(std::move(step));
     }
 
     // The layers that gather reads and writes.
     std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
                                          const Soft& soft) const {
-        if (!layered_) return {};
         std::vector<Binding> arrays = {{13, planner_.input(Role::layers)},
                                        {14, from.background.layers},
-                                       {4, result.layers, Access::write}};
-        if (settings_.denoise) arrays.push_back({5, soft.blurred.layers, Access::write});
+                                       {4, result.layers, Access::write},
+                                       {6, from.occupied, Access::read}};
+        if (settings_.denoise) {
+            arrays.push_back({5, soft.blurred.layers, Access::write});
+            arrays.push_back({7, soft.reached, Access::write});
+        }
         for (const Searched& other : from.neighbors)
             arrays.push_back({other.neighbor == Neighbor::before ? 15 : 5,
                               planner_.input(role_of(other.neighbor, Role::layers))});
@@ -443,12 +487,14 @@ class Planner {
                          {0, result.color, Access::write}};
         step.taps = 30 * pixels_;
         launch_by(step, moving_blocks);
-        std::vector<Binding> arrays;
-        if (layered_)
-            arrays = {{3, soft.gathered.layers},
-                      {4, soft.blurred.layers},
-                      {1, result.layers, Access::write}};
-        add_layered_step(planner_, std::move(step), arrays, 10 * pixels_);
+        if (layered_) {
+            add_layers(step, {{3, soft.gathered.layers},
+                              {4, soft.blurred.layers},
+                              {5, soft.reached},
+                              {1, result.layers, Access::write}});
+            step.taps += 20 * pixels_ * uint64_t(frame_.layers);
+        }
+        planner_.step(std::move(step));
     }
 
     PassPlanner& planner_;

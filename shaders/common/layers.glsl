@@ -1,7 +1,7 @@
 // Extra color layers of a step that averages color: each is a plane of an array, and gets color's
 // weights. The host's side of it is chain/layered_step.h.
 //
-// LAYERS: how many of them the step does; not defined: none    LAYERS_FIRST: the first of them
+// LAYERS: how many of them the step does, from layers_first on; not defined: none
 // LAYERS_ONLY: it does nothing else: all that STORE would write, another step writes
 //
 // A shader holds LAYERS sums beside that of color, under #ifdef LAYERS:
@@ -10,9 +10,17 @@
 //   layout(binding = ...) writeonly uniform image2DArray layers_blurred;
 //   FOR_LAYERS(i) sums[i] += weight * LAYER_FETCH(layers, at, i);
 
+#ifdef LAYERS
+#ifdef VULKAN  // as in common/first_group.glsl
+layout(binding = 2) uniform LayersFirst { int layers_first; };
+#else
+layout(location = 1) uniform int layers_first;  // Step::first_layer
+#endif
+#endif
+
 #define FOR_LAYERS(i) for (int i = 0; i < LAYERS; ++i)
 // Coordinate of pixel `at` in layer i of this step.
-#define LAYER(at, i) ivec3(at, LAYERS_FIRST + (i))
+#define LAYER(at, i) ivec3(at, layers_first + (i))
 #define LAYER_FETCH(array, at, i) texelFetch(array, LAYER(at, i), 0)
 // A stored value is computed as written, without fused multiplications: each variant of a program
 // has the same bits (precise; functions say it of what they return).

@@ -1,12 +1,11 @@
 // The sums over a pixel's samples, as differences to its own color: one color stays to the bit.
 //
-// FILL_LAYER: which of the frame's layers is the fill mask (chain/layers.h)
 // DENOISE: samples of blurred surfaces are also summed apart, for denoise.comp
 // ADAPTIVE: and two halves of the samples, for adaptive.glsl
 
-// A sample's color, and the surface that it sees.
+// The surface that a sample sees.
 struct Seen {
-    WideColor color;
+    Source source;
     float inverse_depth;
     vec2 path;  // a
     vec2 at;    // where this frame shows or hides it, px
@@ -14,7 +13,7 @@ struct Seen {
 
 // Samples of surfaces whose displacements spread by more than uniforms.soft_spread.
 struct Soft {
-    WideColor color;
+    vec4 color;
     float weight;
     vec3 spread;  // sum of covariances of the displacements: xx, xy, yy, px^2
 };
@@ -26,7 +25,7 @@ struct Half {
 };
 
 struct Sums {
-    WideColor color;
+    vec4 color;
     float weight;
     float moment;  // of the displacements, px^2
     Soft soft;
@@ -39,7 +38,7 @@ const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
     const Half none = Half(vec3(0.0), 0.0);
-    return Sums(no_color(), 0.0, 0.0, Soft(no_color(), 0.0, vec3(0.0)), Half[2](none, none));
+    return Sums(vec4(0.0), 0.0, 0.0, Soft(vec4(0.0), 0.0, vec3(0.0)), Half[2](none, none));
 }
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
@@ -52,35 +51,15 @@ vec3 covariance_of(float inverse_depth, vec2 path) {
     return covariance;
 }
 
-// Channels of the fill mask.
-const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0, 1.0, 0.0);
-
-// A sample's color whose fill mask says that all of it comes from `source`.
-WideColor from(vec4 source, WideColor color) {
-#ifdef FILL_LAYER
-    FOR_LAYERS(l)
-        if (LAYERS_FIRST + l == FILL_LAYER)
-            color.planes[1 + l] = dot(color.planes[1 + l].rgb, vec3(1.0)) * source;
-#endif
-    return color;
-}
-
-// The color of a surface that a frame shows. This frame's keeps its shares: an earlier pass may have
-// filled it.
-WideColor shown_color(Found found) {
-    const WideColor color = color_of(found);
-    if (found.frame != 0) return from(kFromNeighbor, color);
-    if (found.beyond) return from(kEstimated, color);
-    return color;
-}
-
-void add_soft(precise inout Soft soft, Seen seen, WideColor difference, float weight) {
+// True if the sample is also summed apart.
+bool add_soft(precise inout Soft soft, Seen seen, vec4 difference, float weight) {
     const vec3 covariance = covariance_of(seen.inverse_depth, seen.path);
     precise const float variance = covariance.x + covariance.z;
-    if (variance < uniforms.soft_spread) return;
-    soft.color = plus(soft.color, weight, difference);
+    if (variance < uniforms.soft_spread) return false;
+    soft.color += weight * difference;
     soft.weight += weight;
     soft.spread += weight * (covariance * min(kMaxSpread / variance, 1.0));
+    return true;
 }
 
 // The samples whose number has an odd count of binary digits 1 are one half. Both halves are even
@@ -95,11 +74,13 @@ void add_to_half(precise inout Half halves[2], int number, vec3 difference, floa
 }
 
 void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Seen seen) {
-    const WideColor difference = minus(seen.color, pixel.color);
+    precise const vec4 difference = color_from(seen.source, kColor) - pixel.color;
     const vec2 moved_px = seen.at - pixel.p;
-    sums.color = plus(sums.color, now.weight, difference);
+    sums.color += now.weight * difference;
     sums.weight += now.weight;
     sums.moment += now.weight * dot(moved_px, moved_px);
-    if (ADAPTIVE == 1) add_to_half(sums.halves, now.number, difference.planes[0].rgb, now.weight);
-    if (DENOISE == 1) add_soft(sums.soft, seen, difference, now.weight);
+    if (ADAPTIVE == 1) add_to_half(sums.halves, now.number, difference.rgb, now.weight);
+    bool soft = false;
+    if (DENOISE == 1) soft = add_soft(sums.soft, seen, difference, now.weight);
+    keep_tap(seen.source, now.weight, soft);
 }

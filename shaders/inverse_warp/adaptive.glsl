@@ -39,7 +39,7 @@ void begin_block() {
 // after the second.
 bool next_set(inout SampleSet set, Pixel pixel, Sums sums, bool is_pixel) {
     if (set.first > 0) return false;
-    const float noise = is_pixel ? noise_of(sums.halves, pixel.color.planes[0].rgb) : 0.0;
+    const float noise = is_pixel ? noise_of(sums.halves, pixel.color.rgb) : 0.0;
     precise const float steps = kNoiseSteps * noise + 0.5;
     atomicAdd(block_noise, uint(steps));
     barrier();

@@ -6,7 +6,8 @@
 //   color, surfaces -> background_color, background_depth   15 blocks.x by 8 blocks.y: the cells of
 //                      2 px, to the right of them those of 4, 8 and 16 px (background.glsl)
 //
-// LAYERS: number of extra layers to average too -> background_layers
+// LAYERS: defined if the frame has extra layers -> background_layers. Work groups z of 1 and more average
+// layer z - 1.
 #include "common/work_group.glsl"
 
 #include "inverse_warp/surface.glsl"
@@ -23,14 +24,23 @@ layout(binding = 2) writeonly uniform image2DArray background_layers;
 
 const float kEdgeWeight = 0.25;  // of an edge pixel: its color is mixed with the nearer surface's
 
+// The one that this work group averages.
+Plane this_plane() {
+#ifdef LAYERS
+    return Plane(gl_WorkGroupID.z == 0u, int(gl_WorkGroupID.z) - 1);
+#else
+    return kColor;
+#endif
+}
+
 struct Cell {
-    WideColor color;
+    vec4 color;
     float inverse_depth;
     float weight;  // pixels; 0: empty
 };
 
 Cell empty() {
-    return Cell(no_color(), 0.0, 0.0);
+    return Cell(vec4(0.0), 0.0, 0.0);
 }
 
 // The farther one, or the mean of both if they are one surface.
@@ -41,13 +51,13 @@ Cell merge(Cell a, Cell b) {
         return a.inverse_depth < b.inverse_depth ? a : b;
     precise const float weight = a.weight + b.weight;
     // By the difference: one color stays to the bit.
-    return Cell(plus(a.color, b.weight / weight, minus(b.color, a.color)),
+    return Cell(a.color + b.weight / weight * (b.color - a.color),
                 min(a.inverse_depth, b.inverse_depth), weight);
 }
 
 Cell pixel(ivec2 at) {
     if (any(greaterThanEqual(at, uniforms.size))) return empty();
-    const WideColor c = fetch(WIDE(color, layers), at);
+    const vec4 c = fetch(WIDE(color, layers), this_plane(), at);
     const Surface s = unpack_surface(texelFetch(surfaces, at, 0));
     return Cell(c, s.inverse_depth, s.edge ? kEdgeWeight : 1.0);
 }
@@ -55,8 +65,15 @@ Cell pixel(ivec2 at) {
 // `left`: column of the first cell of this size, in blocks.
 void store(Cell cell, ivec2 at, int left, float pixels) {
     at.x += left * uniforms.blocks.x;
-    STORE_WIDE(background_color, background_layers, at, cell.color);
-    STORE(background_depth, at, vec4(cell.inverse_depth, cell.weight / pixels, 0.0, 0.0));
+#ifdef LAYERS
+    const Plane plane = this_plane();
+    if (!plane.is_color) {
+        imageStore(background_layers, ivec3(at, plane.layer), cell.color);
+        return;
+    }
+#endif
+    imageStore(background_color, at, cell.color);
+    imageStore(background_depth, at, vec4(cell.inverse_depth, cell.weight / pixels, 0.0, 0.0));
 }
 
 void main() {

@@ -9,10 +9,11 @@ struct CellLevel {
 
 // Takes `fill` from the four cells around, bilinear, each by the part of it that shows a surface
 // with at most this inverse depth. False if there is none.
-bool fill_from(CellLevel level, float inverse_depth, inout WideColor fill) {
+bool fill_from(CellLevel level, float inverse_depth, Plane plane, inout vec4 fill) {
     const vec2 base = floor(level.place);
     precise const vec2 f = level.place - base;
-    WideColor first = fill, sum = no_color();
+    vec4 first = fill;
+    precise vec4 sum = vec4(0.0);
     precise float total = 0.0;
     for (int i = 0; i < 4; ++i) {
         const vec2 corner = vec2(i & 1, i >> 1);
@@ -22,24 +23,25 @@ bool fill_from(CellLevel level, float inverse_depth, inout WideColor fill) {
         precise const vec2 w = mix(1.0 - f, f, corner);
         const float weight = w.x * w.y * depth_part.y;
         if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
-        const WideColor c = fetch(WIDE(background_color, background_layers), cell);
+        const vec4 c = fetch(WIDE(background_color, background_layers), plane, cell);
         if (total == 0.0) first = c;
         // By the difference: one color stays to the bit.
-        sum = plus(sum, weight, minus(c, first));
+        sum += weight * (c - first);
         total += weight;
     }
-    if (total > 0.0) fill = plus(first, 1.0, divided(sum, total));
+    precise const vec4 mean = first + sum / total;
+    if (total > 0.0) fill = mean;
     return total > 0.0;
 }
 
 // The color at the position `at`, pixels, of a surface with at most this inverse depth, from the
 // smallest cells around that show one. If none does: `otherwise`.
-WideColor background_at(vec2 at, float inverse_depth, WideColor otherwise) {
-    WideColor fill = otherwise;
+vec4 background_at(vec2 at, float inverse_depth, Plane plane, vec4 otherwise) {
+    vec4 fill = otherwise;
     precise CellLevel level = CellLevel(8 * uniforms.blocks, 0, 0.5 * (at + 0.5) - 0.5);
     bool filled;
     do {
-        filled = fill_from(level, inverse_depth, fill);
+        filled = fill_from(level, inverse_depth, plane, fill);
         level.columns_left += level.cells.x;
         level.cells /= 2;
         level.place = 0.5 * level.place - 0.25;

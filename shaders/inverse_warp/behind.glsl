@@ -41,13 +41,14 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
     return behind;
 }
 
-// The color of a hidden surface, from the cells on both sides of what hides it.
-WideColor color_behind(Behind behind) {
-    const ivec2 a = unpack_cell(behind.sides.x), b = unpack_cell(behind.sides.y);
+// The color at `x` of a hidden surface, from the cells on both sides of what hides it.
+vec4 color_behind(uvec2 sides, vec2 x, Plane plane) {
+    const ivec2 a = unpack_cell(sides.x), b = unpack_cell(sides.y);
     const vec2 way = vec2(b - a);
     precise const float share =
-        clamp(dot(0.5 * behind.at - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
-    const WideColor first = fetch(WIDE(background_color, background_layers), a);
-    const WideColor second = fetch(WIDE(background_color, background_layers), b);
-    return plus(first, share, minus(second, first));
+        clamp(dot(0.5 * x - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
+    const vec4 first = fetch(WIDE(background_color, background_layers), plane, a);
+    const vec4 second = fetch(WIDE(background_color, background_layers), plane, b);
+    precise const vec4 mean = first + share * (second - first);
+    return mean;
 }

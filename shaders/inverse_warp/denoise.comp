@@ -7,7 +7,8 @@
 //   gathered, soft (rgb: mean color of blurred samples; a: their share), spread (mean covariance of
 //   their displacements: xx, xy, yy, px^2; mean of their alpha) -> color
 //
-// LAYERS: number of extra layers, of layers_gathered and layers_soft
+// LAYERS: defined if the frame has extra layers: layers_gathered, layers_soft, and the bits of those
+// that are not 0 in a pixel, `reached` (taps.glsl)
 // LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
@@ -20,7 +21,10 @@ layout(binding = 0) writeonly uniform image2D denoised;
 #ifdef LAYERS
 layout(binding = 3) uniform sampler2DArray layers_gathered;
 layout(binding = 4) uniform sampler2DArray layers_soft;
+layout(binding = 5) uniform usampler2DArray reached;
 layout(binding = 1) writeonly uniform image2DArray layers_denoised;
+
+#include "inverse_warp/layer_bits.glsl"
 #endif
 
 const int kReachPx = INVERSE_WARP_DENOISE_REACH_PX;
@@ -52,36 +56,86 @@ float weight_at(Window w, vec2 d) {
 }
 
 // Mean color of the blurred samples of pixel p.
-WideColor soft_color_at(ivec2 p) {
-    WideColor c = fetch(WIDE(soft, layers_soft), p);
-    c.planes[0].a = texelFetch(spread, p, 0).w;
+vec4 soft_color_at(ivec2 p, Plane plane) {
+    vec4 c = fetch(WIDE(soft, layers_soft), plane, p);
+    if (plane.is_color) c.a = texelFetch(spread, p, 0).w;
     return c;
 }
+
+// The pixels that are denoised together with pixel p.
+struct Around {
+    ivec2 p, first, last;
+    Window window;
+    float share;
+};
+
+Around around(ivec2 p, float share) {
+    const Window window = window_of(texelFetch(spread, p, 0).xyz);
+    return Around(p, max(p - window.reach, ivec2(0)), min(p + window.reach, uniforms.size - 1),
+                  window, share);
+}
+
+vec4 denoised_color(Around a, Plane plane) {
+    const vec4 own = soft_color_at(a.p, plane);
+    precise vec4 sum = vec4(0.0);
+    precise float total = 0.0;
+    for (int y = a.first.y; y <= a.last.y; ++y) {
+        for (int x = a.first.x; x <= a.last.x; ++x) {
+            const ivec2 at = ivec2(x, y);
+            const float share = texelFetch(soft, at, 0).a;
+            if (share == 0.0) continue;
+            const float weight = share * weight_at(a.window, vec2(at - a.p));
+            sum += weight * (soft_color_at(at, plane) - own);
+            total += weight;
+        }
+    }
+    precise const vec4 mean =
+        fetch(WIDE(gathered, layers_gathered), plane, a.p) + a.share / total * sum;
+    return mean;
+}
+
+#ifdef LAYERS
+uint reached_around(Around a, int word) {
+    uint bits = texelFetch(reached, ivec3(a.p, word), 0).x;
+    for (int y = a.first.y; y <= a.last.y; ++y)
+        for (int x = a.first.x; x <= a.last.x; ++x)
+            if (texelFetch(soft, ivec2(x, y), 0).a != 0.0)
+                bits |= texelFetch(reached, ivec3(x, y, word), 0).x;
+    return bits;
+}
+
+void store_denoised_layers(Around a) {
+    for (int word = 0; word < words_of(layers_gathered); ++word) {
+        const uint all = bits_of_word(layers_gathered, word);
+        uint bits = reached_around(a, word) & all, empty = all & ~bits;
+        while (empty != 0u)
+            imageStore(layers_denoised, ivec3(a.p, next_layer(empty, word)), vec4(0.0));
+        while (bits != 0u) {
+            const int l = next_layer(bits, word);
+            imageStore(layers_denoised, ivec3(a.p, l), denoised_color(a, Plane(false, l)));
+        }
+    }
+}
+
+void store_gathered_layers(ivec2 p) {
+    for (int l = 0; l < textureSize(layers_gathered, 0).z; ++l)
+        imageStore(layers_denoised, ivec3(p, l), texelFetch(layers_gathered, ivec3(p, l), 0));
+}
+#else
+void store_denoised_layers(Around a) {}
+void store_gathered_layers(ivec2 p) {}
+#endif
 
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
-    const WideColor own = fetch(WIDE(gathered, layers_gathered), p);
     const float own_share = texelFetch(soft, p, 0).a;
     if (own_share == 0.0) {
-        STORE_WIDE(denoised, layers_denoised, p, own);
+        imageStore(denoised, p, fetch(WIDE(gathered, layers_gathered), kColor, p));
+        store_gathered_layers(p);
         return;
     }
-    const Window window = window_of(texelFetch(spread, p, 0).xyz);
-    const ivec2 first = max(p - window.reach, ivec2(0));
-    const ivec2 last = min(p + window.reach, uniforms.size - 1);
-    const WideColor own_soft = soft_color_at(p);
-    WideColor sum = no_color();
-    precise float total = 0.0;
-    for (int y = first.y; y <= last.y; ++y) {
-        for (int x = first.x; x <= last.x; ++x) {
-            const float share = texelFetch(soft, ivec2(x, y), 0).a;
-            if (share == 0.0) continue;
-            const float weight = share * weight_at(window, vec2(ivec2(x, y) - p));
-            sum = plus(sum, weight, minus(soft_color_at(ivec2(x, y)), own_soft));
-            total += weight;
-        }
-    }
-    const WideColor mean = plus(own, own_share / total, sum);
-    STORE_WIDE(denoised, layers_denoised, p, mean);
+    const Around a = around(p, own_share);
+    imageStore(denoised, p, denoised_color(a, kColor));
+    store_denoised_layers(a);
 }

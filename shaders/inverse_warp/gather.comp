@@ -16,6 +16,8 @@
 //   neighbors.glsl   Found       the search for an occluded surface in the frames before and after
 //   behind.glsl      Behind      the occluded surfaces that continue behind their occluder
 //   background.glsl              the fill of surfaces that no frame shows
+//   source.glsl      Source      where a sample's color comes from
+//   taps.glsl        Tap         the extra layers, from the samples of color
 //   accumulate.glsl  Seen, Sums  one sample's color; the sums over a pixel's samples
 //   adaptive.glsl                a second set of samples for noisy blocks
 //
@@ -24,8 +26,8 @@
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
-// LAYERS: number of extra layers to filter, also of the background and the neighbors
-// FILL_LAYER: which of the frame's layers is the fill mask
+// LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
+// TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: which layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
@@ -52,17 +54,13 @@ layout(binding = 1) writeonly uniform image2D hint;
 #ifdef LAYERS
 layout(binding = 13) uniform sampler2DArray layers;
 layout(binding = 14) uniform sampler2DArray background_layers;
-layout(binding = 4) writeonly uniform image2DArray layers_blurred;
-#endif
-#if DENOISE && defined(LAYERS)
-layout(binding = 5) writeonly uniform image2DArray layers_soft;
 #endif
 
 // Shared by all samples of a pixel.
 struct Pixel {
     vec2 p;
     ivec2 at;  // the same
-    WideColor color;
+    vec4 color;
     Surface surface;
     vec2 random;
     ivec2 block;
@@ -76,6 +74,8 @@ struct Pixel {
 #include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
 #include "inverse_warp/behind.glsl"
+#include "inverse_warp/source.glsl"
+#include "inverse_warp/taps.glsl"
 #include "inverse_warp/accumulate.glsl"
 #include "inverse_warp/adaptive.glsl"
 
@@ -83,7 +83,7 @@ Pixel pixel_at(ivec2 at) {
     Pixel pixel;
     pixel.p = vec2(at);
     pixel.at = at;
-    pixel.color = fetch(WIDE(color, layers), at);
+    pixel.color = fetch(WIDE(color, layers), kColor, at);
     pixel.surface = unpack_surface(texelFetch(surfaces, at, 0));
     pixel.random = random_at(at);
     pixel.block = at / kBlockPx;
@@ -96,7 +96,7 @@ Pixel pixel_at(ivec2 at) {
     return pixel;
 }
 
-// The color that a sample sees: of the nearest surface found in any frame or known to continue behind
+// What a sample sees: the nearest surface found in any frame or known to continue behind
 // what this frame shows, otherwise the fill.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
@@ -107,13 +107,14 @@ Seen resolve(Pixel pixel, Sample now, Search here) {
     if (kNeighbors) found = resolve_occluded(pixel, now, here);
     const Behind behind = find_behind(pixel, now, here, found.inverse_depth);
     if (behind.inverse_depth >= 0.0)
-        return Seen(from(kEstimated, color_behind(behind)), behind.inverse_depth, behind.path,
-                    behind.at);
+        return Seen(Source(kBehind, behind.at, behind.sides, false), behind.inverse_depth,
+                    behind.path, behind.at);
     if (found.inverse_depth >= 0.0)
-        return Seen(shown_color(found), found.inverse_depth, found.path, at);
-    const WideColor far_color = fetch(WIDE(color, layers), ivec2(here.far_at));
-    const WideColor fill = background_at(far, here.far.inverse_depth, far_color);
-    return Seen(from(kEstimated, fill), here.far.inverse_depth, here.far.a, at);
+        return Seen(Source(found.frame, found.at, uvec2(0u), found.beyond), found.inverse_depth,
+                    found.path, at);
+    const uvec2 farthest =
+        uvec2(floatBitsToUint(here.far.inverse_depth), pack_cell(ivec2(here.far_at)));
+    return Seen(Source(kFill, far, farthest, false), here.far.inverse_depth, here.far.a, at);
 }
 
 vec2 given_hint_at(ivec2 at) {
@@ -126,7 +127,7 @@ vec2 given_hint_at(ivec2 at) {
 
 void store_hint(ivec2 at, vec2 value) {
 #if HINT
-    STORE(hint, at, vec4(value, 0.0, 0.0));
+    imageStore(hint, at, vec4(value, 0.0, 0.0));
 #endif
 }
 
@@ -135,21 +136,19 @@ void store_hint(ivec2 at, vec2 value) {
 void store_soft(Pixel pixel, Soft sums, float mean_of, float noise) {
 #if DENOISE
     const float mean_of_soft = 1.0 / max(sums.weight, 1e-6);
-    const WideColor mean = plus(pixel.color, mean_of_soft, sums.color);
-    STORE(soft, pixel.at, vec4(mean.planes[0].rgb, mean_of * sums.weight));
-    STORE(spread, pixel.at, vec4(noise * mean_of_soft * sums.spread, mean.planes[0].a));
-#ifdef LAYERS
-    FOR_LAYERS(l) LAYER_STORE(layers_soft, pixel.at, l, mean.planes[1 + l]);
-#endif
+    precise const vec4 mean = pixel.color + mean_of_soft * sums.color;
+    imageStore(soft, pixel.at, vec4(mean.rgb, mean_of * sums.weight));
+    imageStore(spread, pixel.at, vec4(noise * mean_of_soft * sums.spread, mean.a));
 #endif
 }
 
 // Nothing is displaced into the pixel's block: it keeps its color to the bit.
 void store_unchanged(Pixel pixel) {
-    STORE_WIDE(blurred, layers_blurred, pixel.at, pixel.color);
+    imageStore(blurred, pixel.at, pixel.color);
+    store_unchanged_layers(pixel);
     store_hint(pixel.at, given_hint_at(pixel.at));
 #if DENOISE
-    STORE(soft, pixel.at, vec4(0.0));
+    imageStore(soft, pixel.at, vec4(0.0));
 #endif
 }
 
@@ -158,8 +157,9 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
     precise const float onset = clamp(pixel.longest_px / limit_px - 1.0, 0.0, 1.0);
     const float mean_of = onset / max(sums.weight, 1.0);
-    const WideColor mean = plus(pixel.color, mean_of, sums.color);
-    STORE_WIDE(blurred, layers_blurred, pixel.at, mean);
+    precise const vec4 mean = pixel.color + mean_of * sums.color;
+    imageStore(blurred, pixel.at, mean);
+    store_layers(pixel, mean_of, 1.0 / max(sums.soft.weight, 1e-6));
     store_soft(pixel, sums.soft, mean_of, noise_scale(last));
     // Half-length of the even streak with the same second moment about p: above half a pixel?
     const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.weight;

@@ -28,14 +28,14 @@ Surface surface_in(int frame, ivec2 x) {
     return unpack_surface(texelFetch(surfaces, x, 0));
 }
 
-WideColor color_of(Found found) {
+vec4 color_in(int frame, vec2 at, Plane plane) {
 #if BEFORE
-    if (found.frame < 0) return color_at(WIDE(color_before, layers_before), found.at);
+    if (frame < 0) return color_at(WIDE(color_before, layers_before), plane, at);
 #endif
 #if AFTER
-    if (found.frame > 0) return color_at(WIDE(color_after, layers_after), found.at);
+    if (frame > 0) return color_at(WIDE(color_after, layers_after), plane, at);
 #endif
-    return color_at(WIDE(color, layers), found.at);
+    return color_at(WIDE(color, layers), plane, at);
 }
 
 // The sample's time as seen from another frame.

@@ -1,58 +1,30 @@
-// A wide color: RGBA, then the extra layers that this step filters with it (common/layers.glsl).
-// Layers get the weights of the color. A wide texture is a texture and the array of its layers.
+// Color, and the extra layers that are filtered with it: with color's weights, which are found once.
+// A wide texture is a texture and the array of its layers, and each of these is a plane of it.
+//
+// LAYERS: defined if the frame has extra layers, however many
 #include "common/finite.glsl"
-#include "common/layers.glsl"
 #include "shared/inverse_warp_uniforms.h"
 
 #ifdef LAYERS
-const int kPlanes = 1 + LAYERS;
 #define WIDE(color, layers) color, layers
 #define WIDE_SAMPLER(color, layers) sampler2D color, sampler2DArray layers
-#define STORE_WIDE(image, images, at, wide)  \
-    STORE(image, at, (wide).planes[0]);      \
-    FOR_LAYERS(l) LAYER_STORE(images, at, l, (wide).planes[1 + l])
 #else
-const int kPlanes = 1;
 #define WIDE(color, layers) color
 #define WIDE_SAMPLER(color, layers) sampler2D color
-#define STORE_WIDE(image, images, at, wide) STORE(image, at, (wide).planes[0])
 #endif
 
-struct WideColor {
-    vec4 planes[kPlanes];  // the color first
+struct Plane {
+    bool is_color;
+    int layer;
 };
 
-WideColor no_color() {
-    WideColor c;
-    for (int i = 0; i < kPlanes; ++i) c.planes[i] = vec4(0.0);
-    return c;
-}
+const Plane kColor = Plane(true, 0);
 
-WideColor minus(WideColor a, WideColor b) {
-    precise WideColor c;
-    for (int i = 0; i < kPlanes; ++i) c.planes[i] = a.planes[i] - b.planes[i];
-    return c;
-}
-
-// a + weight b
-WideColor plus(WideColor a, float weight, WideColor b) {
-    precise WideColor c;
-    for (int i = 0; i < kPlanes; ++i) c.planes[i] = a.planes[i] + weight * b.planes[i];
-    return c;
-}
-
-WideColor divided(WideColor a, float divisor) {
-    for (int i = 0; i < kPlanes; ++i) a.planes[i] /= divisor;
-    return a;
-}
-
-WideColor fetch(WIDE_SAMPLER(color, layers), ivec2 at) {
-    WideColor c;
-    c.planes[0] = finite_color(texelFetch(color, at, 0));
+vec4 fetch(WIDE_SAMPLER(color, layers), Plane plane, ivec2 at) {
 #ifdef LAYERS
-    FOR_LAYERS(l) c.planes[1 + l] = LAYER_FETCH(layers, at, l);
+    if (!plane.is_color) return texelFetch(layers, ivec3(at, plane.layer), 0);
 #endif
-    return c;
+    return finite_color(texelFetch(color, at, 0));
 }
 
 // By differences: equal texels give their value to the bit, and the first keeps its bits beside a
@@ -68,7 +40,7 @@ const float kSharpening = 2.0;  // of bilinear weights about their center: half 
 
 // Color of the surface that is seen at the position `at`, pixels: bilinear, with sharpened weights.
 // Not by a sampler: devices round its weights to 8 bits.
-WideColor color_at(WIDE_SAMPLER(color, layers), vec2 at) {
+vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
     precise const vec2 nearest = floor(at + 0.5);
     const vec2 beyond = at - nearest;
     precise const vec2 f = max(kSharpening * (abs(beyond) - 0.5) + 0.5, 0.0);
@@ -77,14 +49,6 @@ WideColor color_at(WIDE_SAMPLER(color, layers), vec2 at) {
     const ivec2 b = min(a + step, uniforms.size - 1);
     const ivec2 corners[4] = ivec2[4](a, ivec2(b.x, a.y), ivec2(a.x, b.y), b);
     vec4 texels[4];
-    WideColor c;
-    for (int i = 0; i < 4; ++i) texels[i] = finite_color(texelFetch(color, corners[i], 0));
-    c.planes[0] = bilinear(texels, f);
-#ifdef LAYERS
-    FOR_LAYERS(l) {
-        for (int i = 0; i < 4; ++i) texels[i] = LAYER_FETCH(layers, corners[i], l);
-        c.planes[1 + l] = bilinear(texels, f);
-    }
-#endif
-    return c;
+    for (int i = 0; i < 4; ++i) texels[i] = fetch(WIDE(color, layers), plane, corners[i]);
+    return bilinear(texels, f);
 }

@@ -1,5 +1,6 @@
 // Measures the cost of extra layers: bytes, taps, time and CPU time of each pass with none, one,
-// four and eight layers, relative to none. Runs alternate, so that other load affects all of them.
+// four and eight layers, and with the coverage of 70 ids in 18 layers, relative to none. Runs
+// alternate, so that other load affects all of them.
 // CPU time covers all threads of the process, with upload and readback: for a software renderer it
 // is the work itself, independent of other load.
 //
@@ -28,7 +29,19 @@ struct Case {
     std::vector<std::pair<const char*, ParameterValue>> settings;
 };
 
-const std::vector<int> kCounts = {0, 1, 4, 8};
+constexpr int kIds = 70;  // on a grid of 10 x 7, each where it is; four to a layer
+const std::vector<int> kCounts = {0, 1, 4, 8, (kIds + 3) / 4};
+
+ImageF layers_of(const ImageF& color, int count) {
+    if (count < kCounts.back()) return stack_planes(std::vector<ImageF>(size_t(count), color));
+    ImageF stack(color.width, color.height * count, 4);
+    for (int y = 0; y < color.height; ++y)
+        for (int x = 0; x < color.width; ++x) {
+            const int id = 10 * (7 * y / color.height) + 10 * x / color.width;
+            stack.at(x, y + id / 4 * color.height, id % 4) = 1;
+        }
+    return stack;
+}
 
 Chain chain_of(const Case& one) {
     Chain chain;
@@ -96,8 +109,7 @@ int main(int count, char** words) {
             FrameDescription description = frame.description;
             planes.push_back(frame.planes);
             if (layers > 0) {
-                planes.back()[Role::layers] =
-                    stack_planes(std::vector<ImageF>(size_t(layers), frame.planes.at(Role::color)));
+                planes.back()[Role::layers] = layers_of(frame.planes.at(Role::color), layers);
                 description.layers = layers;
                 description.planes.add(Role::layers);
             }

@@ -49,6 +49,14 @@ TEST(Hazards, AReaderIsWaitedForBeforeItsStorageIsWrittenAgain) {
               (std::vector<uint32_t>{0, 0, kWaitImage | kWaitFetch, 0, kWaitImage}));
 }
 
+TEST(Hazards, AnImageIsReadAfterItWasWrittenAndBeforeItIsWrittenAgain) {
+    // The fourth step writes where the image that the third reads lay.
+    Plan plan = chain_of({{0, 1}, {0, 2}, {1, 3}, {0, 4}}, 5);
+    plan.steps[2].bindings[0].access = Access::read;
+    EXPECT_EQ(waits_of(plan, {0, 1, 2, 3, 1}),
+              (std::vector<uint32_t>{0, 0, kWaitImage, kWaitImage}));
+}
+
 TEST(Hazards, StepsThatWriteOneTextureTogetherDoNotWaitForEachOther) {
     const Plan plan = chain_of({{0, 1}, {0, 1}, {1, 2}}, 3);
     EXPECT_EQ(waits_of(plan, {0, 1, 2}), (std::vector<uint32_t>{0, 0, kWaitFetch}));

@@ -104,6 +104,9 @@ TEST(MergePlans, BlockFormatAccessAndGroupsDistinguish) {
     b.steps[0].groups = {2, 1, 1};
     EXPECT_EQ(shared(b), 0);
     b = a;
+    b.steps[0].first_layer = 4;
+    EXPECT_EQ(shared(b), 0);
+    b = a;
     b.steps[0].program.defines["N"] = "2";
     EXPECT_EQ(shared(b), 0);
     b = a;

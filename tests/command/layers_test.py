@@ -1,6 +1,7 @@
 """Filters frames with layers and a cryptomatte by the command, and decodes them independently.
 
 usage: layers_test.py POSTCHAIN"""
+import json
 import os
 import struct
 import subprocess
@@ -67,6 +68,19 @@ class Layers(Frames):
         self.assertIn("extra layers filtered: ViewLayer.Emit\n", done.stdout)
         self.assertIn("ViewLayer.Normal", done.stdout)
 
+    def test_plan_states_the_cost_of_layers(self):
+        def planned(*options):
+            return subprocess.run([self.postchain, "plan", "balanced", "-q", "-i",
+                                   FRAMES / "layers.0002.exr", *options, *LENS],
+                                  capture_output=True, text=True, check=True).stdout
+        self.assertNotIn("cost of extra layers", planned())
+        self.assertIn("cost of extra layers: 1 layer, 1 run, ", planned("--layers", "Emit"))
+        self.assertIn("cost of extra layers: 2 layers with 4 ids, 1 run, ",
+                      planned("--layers", "Emit", "--cryptomatte", "filter"))
+        found = json.loads(planned("--cryptomatte", "filter", "--json"))["layer_cost"]
+        self.assertEqual((found["layers"], found["ids"], found["runs"]), (1, 4, 1))
+        self.assertGreater(found["fetches"], 1)
+
     def test_errors(self):
         pattern = str(FRAMES / "layers.####.exr")
         for layers, message in [("Combined_kez", "did you mean 'Combined_key'?"),
@@ -88,6 +102,38 @@ class Layers(Frames):
             report, = self.sidecar()["layers"]["cryptomattes"]
             self.assertEqual((report["name"], report["ids"], report["pixels_short"]),
                              (CRYPTO, len(OBJECTS), 0))
+
+    def test_only_the_ids_asked_for_are_filtered(self):
+        whole = self.filtered("balanced", "--cryptomatte", "filter")
+        for names, asked in (("ball", ["ball"]), ("po*, la?p", ["post", "lamp"])):
+            after = self.filtered("balanced", "--cryptomatte", f"filter={names}")
+            for name in OBJECTS:
+                self.assertEqual(exr.matte(after, CRYPTO, name),
+                                 exr.matte(whole, CRYPTO, name) if name in asked
+                                 else [0] * (after.width * after.height), (names, name))
+            self.assertEqual(after.raw(channel("Combined", "R")),
+                             whole.raw(channel("Combined", "R")))
+            report, = self.sidecar()["layers"]["cryptomattes"]
+            self.assertEqual((report["ids"], report["removed"]),
+                             (len(asked), len(OBJECTS) - len(asked)))
+
+    def test_errors_of_ids_asked_for(self):
+        pattern = str(FRAMES / "layers.####.exr")
+        for policy, code, message in [
+                ("filter=bal", 4, "--cryptomatte: no 'bal' in the cryptomatte (did you mean 'ball'?)"),
+                ("filter=ball,x*", 4, "no 'x*' in the cryptomatte; it has "),
+                ("filter=", 2, "unknown policy \"filter=\"; use keep, filter or filter=NAMES"),
+                ("blur", 2, "unknown policy \"blur\"; use keep, filter or filter=NAMES")]:
+            self.assertIn(message, self.run_on(pattern, "fast", "--cryptomatte", policy, code=code))
+
+    def test_ids_go_along_with_layers(self):
+        """In one run of the chain they come out as each by itself."""
+        both = self.filtered("balanced", "--layers", "Combined_*", "--cryptomatte", "filter")
+        layers = self.filtered("balanced", "--layers", "Combined_*")
+        ids = self.filtered("balanced", "--cryptomatte", "filter")
+        for name in both.channels:
+            alone = ids if "Crypto" in name else layers
+            self.assertEqual(both.raw(name), alone.raw(name), name)
 
     def test_ids_that_are_apart_share_planes(self):
         """A grid of 96 ids, with four adjacent ones in the mattes of two layers."""

@@ -1,4 +1,6 @@
 // Lights that sum to color do so when they are filtered: the proof that layers get color's weights.
+#include <set>
+
 #include "chain/layered_step.h"
 #include "tests/layers/support.h"
 
@@ -54,6 +56,54 @@ TEST(Layers, AnyNumberOfThemSums) {
         TestFrame frame = bright_frame(40, 31);
         add_lights(frame, count);
         for (const NamedChain& one : chains) expect_sum(one, frame, "count");
+    }
+}
+
+// Patches of color, each in one of many layers that are 0 elsewhere: a layer that a step takes for
+// 0 somewhere though it is not leaves a hole in the sum.
+TEST(Layers, PatchesOfColorSumToIt) {
+    constexpr int kLayers = 37;  // more than 32, the bits of a word
+    TestFrame alone = bright_frame(101, 70);
+    TestFrame neighbored = alone;
+    add_neighbors(neighbored);
+    const auto split = [](TestFrame& frame, Role from, Role to, int shift) {
+        const ImageF& color = frame.planes.at(from);
+        std::vector<ImageF> layers(kLayers, ImageF(color.width, color.height, 4));
+        for (int y = 0; y < color.height; ++y)
+            for (int x = 0; x < color.width; ++x)
+                for (int c = 0; c < 4; ++c)
+                    layers[size_t(x / 13 + 8 * (y / 11) + shift) % kLayers].at(x, y, c) =
+                        color.at(x, y, c);
+        frame.planes[to] = stack_planes(layers);
+        frame.description.planes.add(to);
+        frame.description.layers = kLayers;
+    };
+    split(alone, Role::color, Role::layers, 0);
+    split(neighbored, Role::color, Role::layers, 0);
+    for (const Neighbor neighbor : kNeighbors)
+        split(neighbored, role_of(neighbor, Role::color), role_of(neighbor, Role::layers),
+              5 + int(neighbor));
+    for (const NamedChain& one : every_mode()) {
+        expect_sum(one, alone, "alone");
+        if (!one.chain.optional().of(Neighbor::before).empty())
+            expect_sum(one, neighbored, "with neighbors");
+    }
+}
+
+// One program each, however many layers.
+TEST(Layers, MoreOfThemNeedNoMorePrograms) {
+    for (const NamedChain& one : every_mode()) {
+        std::vector<std::set<std::string>> programs;
+        for (const int count : {kLayersPerStep + 1, 2 * kLayersPerStep + 3, 100}) {
+            TestFrame frame = bright_frame(40, 31);
+            add_lights(frame, count);
+            const auto plan = make_plan(one.chain, frame.description);
+            ASSERT_TRUE(plan.ok()) << plan.status().message();
+            programs.emplace_back();
+            for (const Step& step : plan->steps) programs.back().insert(step.program.text());
+        }
+        EXPECT_EQ(programs[0], programs[1]) << one.name;
+        EXPECT_EQ(programs[0], programs[2]) << one.name;
     }
 }
 
@@ -119,6 +169,10 @@ TEST(Layers, AgreeWithTheReferenceInEveryMode) {
     }
 }
 
+bool is_image(const Binding& binding) {
+    return binding.access == Access::read || binding.access == Access::write;
+}
+
 // At most the units that GL 4.3 guarantees: 8 images, 16 samplers.
 TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
     TestFrame frame = bright_frame(40, 31);
@@ -131,7 +185,7 @@ TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
         ASSERT_TRUE(plan.ok()) << plan.status().message();
         for (const Step& step : plan->steps)
             for (const Binding& binding : step.bindings)
-                EXPECT_LT(binding.unit, binding.access == Access::write ? 8 : 16)
+                EXPECT_LT(binding.unit, is_image(binding) ? 8 : 16)
                     << one.name << ": " << step.name;
     }
 }

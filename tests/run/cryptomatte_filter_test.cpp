@@ -52,8 +52,8 @@ TEST(CryptomatteFilter, WhatIsApartSharesAPlane) {
 TEST(CryptomatteFilter, CoverageStandsInItsSlot) {
     const RankedCoverage ranks = picture();
     const Window window = {10, 20, 12, 21};
-    const ImageF stack = coverage_layers(ranks, window, window, {{5, 0}, {9, 6}}, 2);
-    ASSERT_EQ(stack.height, 4);
+    ImageF stack(3, 4, 4);
+    add_coverage(ranks, window, window, {{5, 0}, {9, 6}}, stack);
     EXPECT_EQ(stack.at(0, 0, 0), 1);
     EXPECT_EQ(stack.at(1, 0, 0), 0.25f);
     EXPECT_EQ(stack.at(2, 3, 2), 0.5f);
@@ -61,15 +61,16 @@ TEST(CryptomatteFilter, CoverageStandsInItsSlot) {
     for (float value : stack.data) sum += double(value);
     EXPECT_EQ(sum, 1.75);
     // For a neighbor whose data window is one pixel further right.
-    const ImageF moved = coverage_layers(ranks, {11, 20, 13, 21}, window, {{5, 0}}, 1);
+    ImageF moved(3, 2, 4);
+    add_coverage(ranks, {11, 20, 13, 21}, window, {{5, 0}}, moved);
     EXPECT_EQ(moved.at(0, 0, 0), 0);
     EXPECT_EQ(moved.at(1, 0, 0), 1);
     EXPECT_EQ(moved.at(2, 0, 0), 0.25f);
 }
 
 TEST(CryptomatteFilter, MemoryIsBounded) {
-    EXPECT_EQ(layers_at_once(100), 16);
-    EXPECT_EQ(layers_at_once(uint64_t(1920) * 1080), 8);
+    EXPECT_EQ(layers_at_once(100), 32);
+    EXPECT_EQ(layers_at_once(uint64_t(1920) * 1080), 12);
     EXPECT_EQ(layers_at_once(uint64_t(16384) * 16384), 1);
 }
 

@@ -54,6 +54,8 @@ int plan_subcommand(const Options& options, const std::string& format,
                 : options.verbose
                     ? plan_as_text(plan) + sequence::resolved_text(*planned.resolved) +
                           sequence::layers_text(planned.layers) +
+                          (planned.layer_cost ? sequence::layer_cost_text(*planned.layer_cost)
+                                              : std::string()) +
                           sequence::estimate_text(planned.memory, seconds)
                     : summaries.add(plan.frame_number,
                                     plan_summary(chain->chain, planned, seconds));

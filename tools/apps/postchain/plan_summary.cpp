@@ -121,8 +121,10 @@ std::string plan_summary(const Chain& chain, const sequence::PlannedFrame& plann
     out << "  in all " << plan.steps.size()
         << (plan.steps.size() == 1 ? " dispatch, " : " dispatches, ") << bytes
         << " bytes a pixel\n";
-    std::istringstream rest(sequence::layers_text(planned.layers) +
-                            sequence::estimate_text(planned.memory, seconds));
+    std::istringstream rest(
+        sequence::layers_text(planned.layers) +
+        (planned.layer_cost ? sequence::layer_cost_text(*planned.layer_cost) : std::string()) +
+        sequence::estimate_text(planned.memory, seconds));
     for (std::string line; std::getline(rest, line);) out << "  " << line << "\n";
     return out.str();
 }

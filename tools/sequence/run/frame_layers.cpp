@@ -1,7 +1,5 @@
 #include "tools/sequence/run/frame_layers.h"
 
-#include <fnmatch.h>
-
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -10,6 +8,7 @@
 #include "chain/layers.h"
 #include "chain/parameter.h"
 #include "chain/text.h"
+#include "tools/sequence/run/crypto_names.h"
 #include "tools/sequence/run/fill_mask.h"
 
 namespace postchain::sequence {
@@ -133,21 +132,17 @@ class MatteFinder {
 
     Status find_id(const std::string& matte, const std::string& word,
                    const std::vector<size_t>& candidates, MatteSource& source) const {
-        const bool pattern = word.find_first_of("*?[") != std::string::npos;
+        const bool pattern = is_pattern(word);
         std::vector<std::string> known, with;
         std::vector<size_t> without;
         for (size_t i : candidates) {
             const io::Cryptomatte& one = layers_.cryptomattes[i];
             if (one.manifest.empty()) without.push_back(i);
-            bool any = false;
-            for (const auto& [name, id] : one.manifest) {
-                known.push_back(name);
-                if (name != word && !(pattern && ::fnmatch(word.c_str(), name.c_str(), 0) == 0))
-                    continue;
-                source.ids[i].push_back(id);
-                any = true;
-            }
-            if (any) with.push_back(one.short_name());
+            for (const auto& [name, id] : one.manifest) known.push_back(name);
+            const auto ids = ids_named(one, word);
+            if (ids.empty()) continue;
+            source.ids[i].insert(source.ids[i].end(), ids.begin(), ids.end());
+            with.push_back(one.short_name());
         }
         if (with.size() > 1)
             return fault(matte, concat("'", word, "' is in several cryptomattes; choose one: ",
@@ -166,15 +161,7 @@ class MatteFinder {
                                               layers_.cryptomattes[without[0]].no_manifest
                                         : "several cryptomattes have no manifest; choose one, as "
                                           "CryptoObject:NAME");
-        const std::string near = nearest_word(word, known);
-        constexpr size_t kShown = 40;
-        const size_t all = known.size();
-        if (all > kShown) known.resize(kShown);
-        return fault(
-            matte, near.empty()
-                       ? concat("no '", word, "' in the cryptomatte; it has ", joined(known),
-                                all > kShown ? ", ..." : "")
-                       : concat("no '", word, "' in the cryptomatte (did you mean '", near, "'?)"));
+        return fault(matte, unknown_id_text(word, std::move(known)));
     }
 
     const io::PixelFile& file_;
@@ -261,8 +248,12 @@ std::string FrameLayers::text() const {
         channels(layer.channels);
         text += "\n";
     }
-    for (size_t i = 0; i < filtered_cryptomattes; ++i)
-        text += "cryptomatte " + cryptomattes[i].name + "\n";
+    for (size_t i = 0; i < filtered_cryptomattes; ++i) {
+        text += "cryptomatte " + cryptomattes[i].name;
+        if (const auto ids = filtered_ids.find(i); ids != filtered_ids.end())
+            for (const io::CryptoId id : ids->second) text += concat(" ", id);
+        text += "\n";
+    }
     for (const MatteSource& matte : mattes) {
         text += "matte";
         channels(matte.channel);
@@ -281,15 +272,25 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const io::PixelFile& file, const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
-    auto cryptomattes = io::find_cryptomattes(
-        file, settings.mattes.empty() ? io::Manifests::not_read : io::Manifests::read,
-        settings.hold);
+    auto cryptomattes = io::find_cryptomattes(file,
+                                              settings.mattes.empty() && settings.ids.empty()
+                                                  ? io::Manifests::not_read
+                                                  : io::Manifests::read,
+                                              settings.hold);
     if (!cryptomattes.ok()) return cryptomattes.status();
     mark_cryptomattes(*cryptomattes, layers);
+    std::vector<std::string> notes;
+    const auto ids = ids_of_names(settings.ids, *cryptomattes, notes);
+    if (!ids.ok()) return ids.status().at(file.path() + ": --cryptomatte");
+    for (const std::string& note : notes) result.warnings.push_back(file.path() + ": " + note);
     std::vector<io::Cryptomatte> kept, faulty;
-    for (io::Cryptomatte& one : *cryptomattes) {
-        const bool asked = settings.cryptomatte == CryptomatteChoice::filter;
+    for (size_t i = 0; i < cryptomattes->size(); ++i) {
+        io::Cryptomatte& one = (*cryptomattes)[i];
+        const bool asked = settings.cryptomatte == CryptomatteChoice::filter &&
+                           (settings.ids.empty() || !(*ids)[i].empty());
         const bool filtered = asked && is_written(one, settings.written);
+        if (filtered && !settings.ids.empty())
+            result.filtered_ids[result.cryptomattes.size()] = (*ids)[i];
         if (filtered && !one.fault.ok()) return one.fault;
         if (asked && one.levels.empty())
             result.warnings.push_back(one.fault.message() + ": nothing is filtered");

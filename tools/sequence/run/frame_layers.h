@@ -28,6 +28,7 @@ enum class CryptomatteChoice {
 struct LayerSettings {
     std::string layers = "none";  // choose_layers()
     CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
+    std::vector<std::string> ids;     // to filter: names and patterns; empty = all
     std::vector<std::string> mattes;  // mattes_of() the chains
     io::PathHold hold;                // of the manifest files; none = all are read
     io::ExrSettings written;          // only layers that it writes are filtered
@@ -59,8 +60,10 @@ struct FrameLayers {
     std::vector<LeftLayer> left;      // written back bit for bit
     std::vector<io::Cryptomatte> cryptomattes;
     size_t filtered_cryptomattes = 0;  // the first ones in `cryptomattes`
-    std::vector<MatteSource> mattes;   // in the order of LayerSettings::mattes
-    std::string fill_mask;             // with the view, if its part has channels of others
+    // Sorted, by index in `cryptomattes`; none: all ids. Other ids are removed.
+    std::map<size_t, std::vector<io::CryptoId>> filtered_ids;
+    std::vector<MatteSource> mattes;  // in the order of LayerSettings::mattes
+    std::string fill_mask;            // with the view, if its part has channels of others
     std::vector<std::string> warnings;
 
     bool any_filtered() const { return !filtered.empty() || filtered_cryptomattes > 0; }

@@ -79,6 +79,18 @@ int bits_of(BitsChoice choice) {
     return kBits[size_t(choice)];
 }
 
+// "keep", "filter", "filter=hero, tree_*".
+Status set_cryptomatte(const std::string& policy, LayerSettings& layers) {
+    if (policy == "keep") return Status();
+    layers.cryptomatte = CryptomatteChoice::filter;
+    if (policy == "filter") return Status();
+    const std::string begin = "filter=";
+    if (policy.starts_with(begin)) layers.ids = words_of_list(policy.substr(begin.size()));
+    if (!layers.ids.empty()) return Status();
+    return Status(StatusCode::usage, concat(option_name("cryptomatte"), ": unknown policy ",
+                                            quoted(policy), "; use keep, filter or filter=NAMES"));
+}
+
 Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& notes) {
     SourceSettings source;
     source.layer = job.layer;
@@ -90,7 +102,8 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     if (!transfer.ok()) return transfer.status();
     source.input_transfer = std::move(*transfer);
     source.layers.layers = job.layers;
-    source.layers.cryptomatte = job.cryptomatte;
+    if (Status status = set_cryptomatte(job.cryptomatte, source.layers); !status.ok())
+        return status;
     if (Status status = check_fill_mask(job.fill_mask); !status.ok())
         return status.at(option_name("fill_mask"));
     source.layers.fill_mask = job.fill_mask;
@@ -246,10 +259,12 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                        "patterns",
                .unset_means = "none",
                .group = kLayerGroup})
-        .choice("cryptomatte", &JobSettings::cryptomatte, {"keep", "filter"},
-                {.help = "cryptomattes: keep as rendered, or filter each ID's coverage and "
-                         "re-rank",
-                 .group = kLayerGroup})
+        .text("cryptomatte", &JobSettings::cryptomatte,
+              {.unit = "POLICY",
+               .help = "cryptomattes: keep as rendered, or filter each ID's coverage and re-rank; "
+                       "filter=NAMES: only these IDs, the others are removed",
+               .unset_means = "keep",
+               .group = kLayerGroup})
         .text("fill_mask", &JobSettings::fill_mask,
               {.unit = "NAME",
                .help = "also write which share of each pixel came from its frame, a neighboring "

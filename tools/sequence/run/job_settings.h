@@ -32,8 +32,8 @@ struct JobSettings {
     std::string ocio;
     std::string ocio_colorspace;
 
-    std::string layers = "none";  // "none", "all", or comma-separated names
-    CryptomatteChoice cryptomatte = CryptomatteChoice::keep;
+    std::string layers = "none";       // "none", "all", or comma-separated names
+    std::string cryptomatte = "keep";  // "keep", "filter", "filter=NAMES"
     std::string fill_mask;
 
     Precision precision = Precision::fp32;

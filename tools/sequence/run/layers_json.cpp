@@ -36,6 +36,7 @@ io::Json layers_json(const FrameLayers& layers, const std::vector<CryptomatteRep
     for (const CryptomatteReport& one : filtered)
         json["cryptomattes"].push_back({{"name", one.name},
                                         {"ids", one.ids},
+                                        {"removed", one.removed},
                                         {"planes", one.planes},
                                         {"pixels_short", one.pixels_short},
                                         {"largest_lost", one.largest_lost}});
@@ -51,8 +52,9 @@ std::string layers_text(const FrameLayers& layers) {
         std::vector<std::string> names;
         for (const FileLayer& layer : layers.filtered) names.push_back(layer.name);
         for (size_t i = 0; i < layers.filtered_cryptomattes; ++i)
-            names.push_back(concat(layers.cryptomattes[i].name, " (by id, ",
-                                   layers.cryptomattes[i].ranks(), " ranks)"));
+            names.push_back(concat(
+                layers.cryptomattes[i].name, " (by id, ", layers.cryptomattes[i].ranks(), " ranks",
+                layers.filtered_ids.count(i) ? ", only the ids asked for" : "", ")"));
         text += printable("extra layers filtered: " + joined(names)) + "\n";
     }
     std::map<std::string, std::vector<std::string>> left;  // by reason

@@ -31,11 +31,15 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         for (auto& warning : plan_warnings(chain, *plan, *source))
             planned.warnings.push_back(std::move(warning));
         planned.resolved = resolve(chain, *source, *plan);
+        auto cost = layer_cost(chain, *plan, *source, settings.plan);
+        if (!cost.ok()) return cost.status();
+        planned.layer_cost = *cost;
         planned.memory = memory_of(*inputs, *plan, list->frames.size());
         return plan;
     };
     for (int frame : list->frames) {
-        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {}};
+        PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {},
+                             {}};
         planned.plan = plan_of(frame, planned);
         if (!visitor(planned)) break;
     }
@@ -47,6 +51,7 @@ io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>&
     if (planned.resolved) json["resolved"] = resolved_json(*planned.resolved);
     if (io::Json layers = layers_json(planned.layers, {}); !layers.empty())
         json["layers"] = std::move(layers);
+    if (planned.layer_cost) json["layer_cost"] = layer_cost_json(*planned.layer_cost);
     json["estimate"] = estimate_json(planned.memory, seconds);
     return json;
 }

@@ -9,6 +9,7 @@
 #include "chain/chain.h"
 #include "chain/plan.h"
 #include "tools/sequence/run/estimate.h"
+#include "tools/sequence/run/layer_cost.h"
 #include "tools/sequence/run/resolved.h"
 #include "tools/sequence/run/run_settings.h"
 
@@ -21,6 +22,7 @@ struct PlannedFrame {
     Memory memory;                     // if there is a plan
     std::optional<Resolved> resolved;  // if there is a plan: the values of its passes
     FrameLayers layers;
+    std::optional<LayerCost> layer_cost;  // if there is a plan, and layers are filtered
 };
 // False ends the visit.
 using PlanVisitor = std::function<bool(const PlannedFrame&)>;
@@ -28,7 +30,7 @@ using PlanVisitor = std::function<bool(const PlannedFrame&)>;
 // In the order of the frames. Errors (input): no frames; a frame's own errors are in its plan.
 Status plan_sequence(const Chain& chain, const RunSettings& settings, const PlanVisitor& visitor);
 
-// The plan of a frame that has one, with the keys `estimate` and `resolved`.
+// The plan of a frame that has one, with the keys `estimate`, `resolved` and `layer_cost`.
 io::Json planned_json(const PlannedFrame& planned, const std::optional<Seconds>& seconds);
 
 }  // namespace postchain::sequence

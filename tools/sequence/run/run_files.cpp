@@ -46,11 +46,14 @@ bool is_output_name(const std::string& name, const RunSettings& settings) {
     return preview.ok() && preview->match(name);
 }
 
-// Manifests of cryptomattes that frames name. They are read if a matte is made from ids.
+// Manifests of cryptomattes that frames name. They are read if a matte is made from ids, or ids are
+// chosen by name.
 void read_manifests(const Chain& chain, const RunSettings& settings,
                     const std::vector<FrameTask>& tasks, io::OutputFiles& files) {
     const auto mattes = mattes_of(chain);
-    if (std::none_of(mattes.begin(), mattes.end(), is_matte_of_ids)) return;
+    if (settings.source.layers.ids.empty() &&
+        std::none_of(mattes.begin(), mattes.end(), is_matte_of_ids))
+        return;
     const std::map<int, std::string> on_disk = settings.input.color().discover();
     std::set<int> opened;
     for (const FrameTask& task : tasks) {

@@ -207,9 +207,11 @@ class FilterJob final : public FrameJob {
     Status filter_view(const Plan& plan, SourceFrame& source, const StageObserver& dump,
                        FrameReport& report, FilteredView& view) {
         const bool masked = !source.layers.fill_mask.empty();
-        auto result = executor_.filter(
-            plan, masked ? planes_with_fill_mask(source.planes, source.description) : source.planes,
-            dump);
+        CryptomatteFilter cryptomattes(
+            chain_, plan, source,
+            masked ? planes_with_fill_mask(source.planes, source.description) : source.planes,
+            settings_.plan, executor_);
+        auto result = cryptomattes.filter_color(dump);
         if (!result.ok()) return result.status();
         view.color = std::move(result->at(Role::color));
         if (const auto layers = result->find(Role::layers); layers != result->end())
@@ -224,17 +226,12 @@ class FilterJob final : public FrameJob {
             if (!layers.ok()) return layers.status();
             view.layers = std::move(*layers);
         }
-        const bool any_pass = std::any_of(plan.passes.begin(), plan.passes.end(),
-                                          [](const auto& pass) { return !pass.elided; });
-        if (source.cryptomattes && any_pass) {
-            const size_t before = report.cryptomattes.size();
-            auto filtered = filter_cryptomattes(chain_, plan, source, settings_.plan, executor_,
-                                                report.cryptomattes);
-            if (!filtered.ok()) return filtered.status();
-            view.cryptomattes = std::move(*filtered);
-            for (size_t i = before; i < report.cryptomattes.size(); ++i)
-                warn_of_lost(report.cryptomattes[i], report);
-        }
+        const size_t before = report.cryptomattes.size();
+        auto filtered = cryptomattes.filter_rest(report.cryptomattes);
+        if (!filtered.ok()) return filtered.status();
+        view.cryptomattes = std::move(*filtered);
+        for (size_t i = before; i < report.cryptomattes.size(); ++i)
+            warn_of_lost(report.cryptomattes[i], report);
         source.planes.clear();
         return Status();
     }

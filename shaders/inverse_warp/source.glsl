@@ -1,0 +1,35 @@
+// Where a sample's color comes from. Layers come from the same places as color.
+//
+// FILL_LAYER: which of the frame's layers is the fill mask (chain/layers.h)
+
+struct Source {
+    int kind;     // the frame that shows it, -1 to 1; kBehind; kFill
+    vec2 at;      // px
+    uvec2 cells;  // kBehind: on both sides; kFill: bits of the inverse depth, and the pixel of the
+                  // farthest surface visited
+    bool beyond;  // this frame's border pixels, continued beyond it
+};
+
+const int kBehind = 2, kFill = 3;
+
+vec4 color_from(Source source, Plane plane) {
+    if (source.kind == kBehind) return color_behind(source.cells, source.at, plane);
+    if (source.kind != kFill) return color_in(source.kind, source.at, plane);
+    const vec4 far = fetch(WIDE(color, layers), plane, unpack_cell(source.cells.y));
+    return background_at(source.at, uintBitsToFloat(source.cells.x), plane, far);
+}
+
+// Channels of the fill mask.
+const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0, 1.0, 0.0);
+
+// A layer's value at a source. The fill mask says that all of it comes from there; what this frame
+// shows keeps its shares: an earlier pass may have filled it.
+vec4 with_fill(Source source, int layer, vec4 value) {
+#ifdef FILL_LAYER
+    if (layer != FILL_LAYER || (source.kind == 0 && !source.beyond)) return value;
+    const bool neighbor = source.kind == -1 || source.kind == 1;
+    return dot(value.rgb, vec3(1.0)) * (neighbor ? kFromNeighbor : kEstimated);
+#else
+    return value;
+#endif
+}

@@ -96,6 +96,12 @@ Pixel pixel_at(ivec2 at) {
     return pixel;
 }
 
+// A surface that a frame shows; `at`: where this frame shows or hides it.
+Seen seen(Found found, vec2 at) {
+    return Seen(Source(found.frame, found.at, uvec2(0u), found.beyond), found.inverse_depth,
+                found.path, at);
+}
+
 // What a sample sees: the nearest surface found in any frame or known to continue behind
 // what this frame shows, otherwise the fill.
 Seen resolve(Pixel pixel, Sample now, Search here) {
@@ -109,9 +115,7 @@ Seen resolve(Pixel pixel, Sample now, Search here) {
     if (behind.inverse_depth >= 0.0)
         return Seen(Source(kBehind, behind.at, behind.sides, false), behind.inverse_depth,
                     behind.path, behind.at);
-    if (found.inverse_depth >= 0.0)
-        return Seen(Source(found.frame, found.at, uvec2(0u), found.beyond), found.inverse_depth,
-                    found.path, at);
+    if (found.inverse_depth >= 0.0) return seen(found, at);
     const uvec2 farthest =
         uvec2(floatBitsToUint(here.far.inverse_depth), pack_cell(ivec2(here.far_at)));
     return Seen(Source(kFill, far, farthest, false), here.far.inverse_depth, here.far.a, at);
@@ -168,6 +172,50 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
+#if LENS && (BEFORE || AFTER)
+// Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
+// frame may hide a nearer start surface.
+bool is_settled(Pixel pixel, Sample now, Search here) {
+    const float nearest = here.nearest.inverse_depth;
+    bool settled = nearest >= 0.0;
+    for (int i = 0; i < STARTS; ++i)
+        settled = settled && ((here.occluded_starts >> i & 1u) == 0u ||
+                              pixel.starts[i].inverse_depth <= nearest * now.depth_ratio);
+    return settled;
+}
+
+// Samples that are not settled are put off, 32 at most, and searched again: the lanes whose samples
+// are settled do not wait for them.
+void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
+    const int count = int(ceil(set.n));
+    for (int first = 0; first < count; first += 32) {
+        uint put_off = 0u;
+        for (int k = first; k < min(first + 32, count); ++k) {
+            const Sample now = sample_at(k, set, pixel);
+            if (!passes_barrel(pixel, now)) continue;
+            const Search here = search(pixel, now, begin);
+            if (is_settled(pixel, now, here))
+                accumulate(sums, pixel, now, seen(here.nearest, here.nearest.at));
+            else
+                put_off |= 1u << (k - first);
+        }
+        while (put_off != 0u) {
+            const Sample now = sample_at(first + findLSB(put_off), set, pixel);
+            put_off &= put_off - 1u;
+            accumulate(sums, pixel, now, resolve(pixel, now, search(pixel, now, begin)));
+        }
+    }
+}
+#else
+void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
+    for (int k = 0; k < int(ceil(set.n)); ++k) {
+        const Sample now = sample_at(k, set, pixel);
+        if (!passes_barrel(pixel, now)) continue;
+        accumulate(sums, pixel, now, resolve(pixel, now, search(pixel, now, begin)));
+    }
+}
+#endif
+
 void main() {
     ivec2 at;
     const bool is_pixel = next_pixel(uniforms.size, at);
@@ -183,12 +231,7 @@ void main() {
     SampleSet set = first_set(pixel);
     begin_block();
     do {
-        for (int k = 0; k < int(ceil(set.n)); ++k) {
-            const Sample now = sample_at(k, set, pixel);
-            if (!passes_barrel(pixel, now)) continue;
-            const Search found = search(pixel, now, begin);
-            accumulate(sums, pixel, now, resolve(pixel, now, found));
-        }
+        add_samples(pixel, set, begin, sums);
         // A second set follows if the samples of the block disagree.
     } while (next_set(set, pixel, sums, is_pixel));
     if (is_pixel) store_mean(pixel, sums, set);

@@ -8,6 +8,8 @@
 namespace postchain::egl {
 namespace {
 
+constexpr int kSurfaceless = -1;
+
 bool has_word(const char* words, const char* word) {
     if (!words) return false;
     const size_t length = std::strlen(word);
@@ -79,6 +81,10 @@ void APIENTRY on_message(GLenum, GLenum, GLuint, GLenum severity, GLsizei length
 
 }  // namespace
 
+std::string DeviceInfo::text() const {
+    return concat("EGL device ", index, " (", name, ")");
+}
+
 std::vector<DeviceInfo> list_devices() {
     std::vector<DeviceInfo> infos;
     const auto found = devices();
@@ -86,46 +92,68 @@ std::vector<DeviceInfo> list_devices() {
     return infos;
 }
 
+// On `device`, or surfaceless for nullptr.
+Result<std::unique_ptr<Context>> Context::open(void* device, const ContextOptions& options) {
+    EGLDisplay display = open_display(device);
+    auto context = open_context(display, options.debug);
+    if (!context.ok()) return context.status();
+    std::unique_ptr<Context> made(new Context);
+    made->display_ = display;
+    made->context_ = *context;
+    if (Status status = made->make_current(); !status.ok()) return status;
+    made->device_ = gl::describe_current(options.log);
+    if (options.debug && options.log) {
+        glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+        glDebugMessageCallback(on_message, made.get());
+    }
+    return made;
+}
+
 Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) {
+    const bool automatic = options.device == ContextOptions::kAutomatic;
+    const bool wants_gpu = automatic || options.device == ContextOptions::kGpu;
     const auto found = devices();
-    std::vector<EGLDeviceEXT> candidates;
+    std::vector<int> candidates;  // kSurfaceless, or a place in `found`
     if (options.device >= 0) {
         if (size_t(options.device) >= found.size())
             return Status(StatusCode::gl,
                           concat("device ", options.device, " does not exist; this machine has ",
                                  found.size(), " (see `postchain info`)"));
-        candidates = {found[size_t(options.device)]};
+        candidates = {options.device};
     } else {
         // Surfaceless may be the GPU if that has a Mesa driver: for software rendering the software
         // device is used if there is one.
-        const bool wants_software = options.device == ContextOptions::kSoftware;
         for (size_t i = 0; i < found.size(); ++i)
-            if (describe(found[i], int(i)).software == wants_software)
-                candidates.push_back(found[i]);
-        candidates.push_back(nullptr);  // surfaceless software
+            if (describe(found[i], int(i)).software != wants_gpu) candidates.push_back(int(i));
+        candidates.push_back(kSurfaceless);
     }
 
     std::string tried;
-    for (EGLDeviceEXT device : candidates) {
-        EGLDisplay display = open_display(device);
-        auto context = open_context(display, options.debug);
-        if (!context.ok()) {
-            tried += (tried.empty() ? "" : "; ") +
-                     std::string(device ? "EGL device: " : "surfaceless: ") +
-                     context.status().message();
-            continue;
-        }
-        std::unique_ptr<Context> made(new Context);
-        made->display_ = display;
-        made->context_ = *context;
-        if (Status status = made->make_current(); !status.ok()) return status;
-        made->device_ = gl::describe_current(options.log);
-        if (options.debug && options.log) {
-            glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-            glDebugMessageCallback(on_message, made.get());
-        }
-        return made;
+    std::unique_ptr<Context> software;  // instead of a GPU
+    for (const int candidate : candidates) {
+        const std::string name = candidate == kSurfaceless
+                                     ? "surfaceless"
+                                     : describe(found[size_t(candidate)], candidate).text();
+        auto made = open(candidate == kSurfaceless ? nullptr : found[size_t(candidate)], options);
+        if (made.ok() && !(wants_gpu && (*made)->device().software)) return made;
+        tried += concat(tried.empty() ? "" : "; ", name, ": ",
+                        made.ok() ? "a software renderer, " + (*made)->device().renderer
+                                  : made.status().message());
+        if (made.ok() && automatic && !software) software = std::move(*made);
     }
+    if (software) {
+        if (Status status = software->make_current(); !status.ok()) return status;
+        if (options.warn)
+            options.warn(
+                concat("no GPU with OpenGL 4.5 was found (", tried,
+                       "): computing on the CPU; install the GPU's driver, or give --device "
+                       "software if the CPU is meant"));
+        return software;
+    }
+    if (options.device == ContextOptions::kGpu)
+        return Status(StatusCode::gl, concat("no GPU with OpenGL 4.5 was found (", tried,
+                                             "); install its driver, or give --device auto or "
+                                             "software to compute on the CPU"));
     return Status(StatusCode::gl, "no usable OpenGL 4.5: " + tried +
                                       "; install a driver (Debian: libegl-mesa0, libgl1-mesa-dri)");
 }

@@ -2,7 +2,7 @@
 //
 // A device of EGL_EXT_platform_device if there is a GPU (a device that is not
 // EGL_MESA_device_software: llvmpipe is listed there too), otherwise Mesa's surfaceless platform
-// (llvmpipe). No display server is needed. Use: one thread, make_current() once.
+// (llvmpipe) with a warning. No display server is needed. Use: one thread, make_current() once.
 #pragma once
 
 #include <memory>
@@ -18,18 +18,23 @@ struct DeviceInfo {
     int index = 0;     // for --device: the place in list_devices()
     std::string name;  // EGL's words: extensions' driver name or device file
     bool software = false;
+
+    std::string text() const;  // "EGL device 0 (/dev/dri/card0)"
 };
 
 // All EGL devices of this machine, in EGL's order. Never fails; empty without EGL.
 std::vector<DeviceInfo> list_devices();
 
 struct ContextOptions {
-    // -1: the first GPU, otherwise software. kSoftware: software. n >= 0: EGL device n.
+    // kAutomatic: the first GPU, otherwise software with a warning. kSoftware: software. kGpu: the
+    // first GPU, otherwise an error. n >= 0: EGL device n.
     static constexpr int kAutomatic = -1;
     static constexpr int kSoftware = -2;
+    static constexpr int kGpu = -3;
     int device = kAutomatic;
-    bool debug = false;   // KHR_debug messages go to `log`
-    gl::LogCallback log;  // messages of the library other than errors; may be empty
+    bool debug = false;    // KHR_debug messages go to `log`
+    gl::LogCallback log;   // messages of the library other than errors; may be empty
+    gl::LogCallback warn;  // kAutomatic found no GPU; may be empty
 };
 
 class Context {
@@ -49,6 +54,7 @@ class Context {
 
   private:
     Context() = default;
+    static Result<std::unique_ptr<Context>> open(void* device, const ContextOptions& options);
     void* display_ = nullptr;
     void* context_ = nullptr;
     gl::Device device_;

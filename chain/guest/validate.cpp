@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+
 namespace postchain::guest {
 namespace {
 
@@ -21,13 +23,49 @@ const char* name_of_target(int target) {
     return "another target";
 }
 
-Failure check(const char* member, const pc_texture& given) {
+// Formats whose precision the driver chooses; null for others.
+const char* name_of_unsized(int format) {
+    switch (format) {
+        case GL_RED:
+            return "GL_RED";
+        case GL_RG:
+            return "GL_RG";
+        case GL_RGB:
+            return "GL_RGB";
+        case GL_RGBA:
+            return "GL_RGBA";
+        case GL_DEPTH_COMPONENT:
+            return "GL_DEPTH_COMPONENT";
+        case GL_DEPTH_STENCIL:
+            return "GL_DEPTH_STENCIL";
+    }
+    return nullptr;
+}
+
+// True if GL may take the texture for incomplete: one of glTexImage2D() that lacks levels which its
+// own minifying filter would read. Reads are not concerned, because they have their own sampler.
+bool lacks_levels(unsigned name, int width, int height) {
+    GLint immutable = 0, filter = 0, last = 0;
+    glGetTextureParameteriv(name, GL_TEXTURE_IMMUTABLE_FORMAT, &immutable);
+    glGetTextureParameteriv(name, GL_TEXTURE_MIN_FILTER, &filter);
+    glGetTextureParameteriv(name, GL_TEXTURE_MAX_LEVEL, &last);
+    if (immutable || filter == GL_NEAREST || filter == GL_LINEAR) return false;
+    const int side = std::max(width, height);
+    for (int level = 1; level <= last && side >> level > 0; ++level) {
+        GLint found = 0;
+        glGetTextureLevelParameteriv(name, level, GL_TEXTURE_WIDTH, &found);
+        if (found != std::max(width >> level, 1)) return true;
+    }
+    return false;
+}
+
+Failure check(const char* member, const pc_texture& given, bool written) {
     if (given.name == 0) return {};
     const auto fault = [&](const std::string& text) {
         return Failure(PC_ERROR_INPUT, concat(member, ": texture ", given.name, " ", text));
     };
     if (!glIsTexture(given.name)) return fault("is not one of this context; was it deleted?");
-    GLint target = 0, width = 0, height = 0, format = 0;
+    GLint target = 0, width = 0, height = 0, format = 0, base = 0;
     glGetTextureParameteriv(given.name, GL_TEXTURE_TARGET, &target);
     if (target != GL_TEXTURE_2D)
         return fault(concat("is a ", name_of_target(target), "; only GL_TEXTURE_2D can be read"));
@@ -36,9 +74,27 @@ Failure check(const char* member, const pc_texture& given) {
     glGetTextureLevelParameteriv(given.name, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
     if (width != given.width || height != given.height)
         return fault(concat("is ", width, "x", height, ", not ", given.width, "x", given.height));
+    if (const char* unsized = name_of_unsized(format))
+        return fault(concat("is of the unsized format ", unsized, ", not ",
+                            text_of_format(given.internal_format),
+                            "; name that format when the texture is created"));
     if (GLenum(format) != given.internal_format)
         return fault(concat("is ", text_of_format(GLenum(format)), ", not ",
                             text_of_format(given.internal_format)));
+    glGetTextureParameteriv(given.name, GL_TEXTURE_BASE_LEVEL, &base);
+    if (base != 0)
+        return fault(concat("has GL_TEXTURE_BASE_LEVEL ", base, "; set 0, the level of the frame"));
+    if (format == GL_DEPTH24_STENCIL8 || format == GL_DEPTH32F_STENCIL8) {
+        GLint mode = 0;
+        glGetTextureParameteriv(given.name, GL_DEPTH_STENCIL_TEXTURE_MODE, &mode);
+        if (mode != GL_DEPTH_COMPONENT)
+            return fault(
+                "is read as stencil; set GL_DEPTH_STENCIL_TEXTURE_MODE to GL_DEPTH_COMPONENT");
+    }
+    if (written && lacks_levels(given.name, width, height))
+        return fault(
+            "lacks levels that its GL_TEXTURE_MIN_FILTER needs, and drivers may ignore what is "
+            "stored in it; set the filter to GL_LINEAR or GL_NEAREST, or use glTextureStorage2D()");
     return {};
 }
 
@@ -52,7 +108,8 @@ Failure validate(const HostFrame& frame) {
                                                              {"exposure", &given.exposure},
                                                              {"output", &given.output}};
     for (const auto& [member, texture] : all)
-        if (Failure failure = check(member, *texture); !failure.ok()) return failure;
+        if (Failure failure = check(member, *texture, texture == &given.output); !failure.ok())
+            return failure;
     return {};
 }
 

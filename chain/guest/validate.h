@@ -6,8 +6,9 @@
 
 namespace postchain::guest {
 
-// Checks that the names are textures of the current context and have the stated target, size and
-// format. PC_ERROR_INPUT names the member and GL's value. Leaves no GL error.
+// Checks that the names are textures of the current context, have the stated target, size and
+// format, and are read and written as the frame means. PC_ERROR_INPUT names the member and GL's
+// value. Leaves no GL error.
 Failure validate(const HostFrame& frame);
 
 }  // namespace postchain::guest

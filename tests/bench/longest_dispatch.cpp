@@ -15,10 +15,12 @@
 #include "chain/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
+#include "tests/bench/engine_frame.h"
 
 namespace {
 
 using namespace postchain;
+using bench::engine_frame;
 
 constexpr double kMostMs = 100;
 constexpr double kTapsPerMs = kBandTaps / 50;
@@ -26,22 +28,6 @@ constexpr double kTapsPerMs = kBandTaps / 50;
 [[noreturn]] void fail(const std::string& text) {
     std::fprintf(stderr, "longest_dispatch: %s\n", text.c_str());
     std::exit(2);
-}
-
-FrameDescription frame_of(int width, int height) {
-    FrameDescription frame;
-    frame.width = frame.display_width = width;
-    frame.height = frame.display_height = height;
-    frame.planes = {Role::color, Role::inverse_depth, Role::motion, Role::motion_back};
-    for (const Neighbor neighbor : kNeighbors)
-        for (const Role role : kNeighborRoles) frame.planes.add(role_of(neighbor, role));
-    frame.camera.focal_length_mm = 50;
-    frame.camera.sensor_width_mm = 36;
-    frame.camera.f_stop = 2;
-    frame.camera.focus_distance = 4;
-    frame.camera.shutter_frames = 0.5;
-    frame.camera.meters_per_unit = 1;
-    return frame;
 }
 
 struct Row {
@@ -103,7 +89,7 @@ int main(int argc, char** argv) {
         "|---|---|---|---|---|\n",
         width, height);
     for (const std::string& chain : chains) {
-        const std::vector<Row> rows = rows_of(chain, frame_of(width, height));
+        const std::vector<Row> rows = rows_of(chain, engine_frame(width, height));
         for (size_t i = 0; i < (steps ? rows.size() : std::min<size_t>(rows.size(), 1)); ++i)
             std::printf("| %s | %s | %.0f | %d | %.0f |\n", chain.c_str(), rows[i].name.c_str(),
                         rows[i].whole_ms, rows[i].bands, rows[i].band_ms);

@@ -309,5 +309,53 @@ TEST_F(SurvivalTest, NoUsableGl) {
     EXPECT_EQ(filter("fxaa", {"--device", "software"}).code, 0);
 }
 
+TEST_F(SurvivalTest, TheCpuIsNotTakenForAGpu) {
+    const Json found = json_lines(run({"info", "--json"}).out).at(0);
+    if (!found["gl"]["software"].get<bool>()) GTEST_SKIP() << "there is a GPU";
+    const std::string renderer = found["gl"]["renderer"];
+    const auto said = [](const std::string& text) {
+        size_t count = 0;
+        for (size_t at = 0; (at = text.find("no GPU with OpenGL 4.5", at)) != text.npos; ++at)
+            ++count;
+        return count;
+    };
+    write_sequence(at(""), {1});
+    const auto overwrite = [&](Arguments more) {
+        more.insert(more.end(), {"--on-existing", "overwrite"});
+        return filter("fxaa", more);
+    };
+
+    const auto refused = filter("fxaa", {"--device", "gpu"});
+    EXPECT_EQ(refused.code, 6) << refused.text();
+    EXPECT_TRUE(contains(refused.err, renderer)) << refused.err;
+    EXPECT_TRUE(contains(refused.err, "--device auto or software")) << refused.err;
+    EXPECT_TRUE(outputs().empty());
+
+    const auto automatic = overwrite({});
+    EXPECT_EQ(automatic.code, 0) << automatic.text();
+    EXPECT_EQ(said(automatic.err), 1u) << automatic.err;
+    EXPECT_TRUE(contains(automatic.err, renderer)) << automatic.err;
+    EXPECT_TRUE(contains(automatic.err, "--device software")) << automatic.err;
+    // One context for the truth, one for the filter.
+    ASSERT_EQ(run({"scene", "still", "-o", at("s"), "--frames", "1", "--size", "64x48"}).code, 0);
+    const auto bench = run({"bench", at("fxaa.yaml"), "-i", at("s/sharp.####.exr"), "-o",
+                            at("report"), "--truth-samples", "4", "--repeats", "1"});
+    EXPECT_EQ(bench.code, 0) << bench.text();
+    EXPECT_EQ(said(bench.err), 1u) << bench.err;
+
+    // Chosen, or not to be heard.
+    for (const Arguments& chosen : {Arguments{"--device", "software"}, {"-q"}}) {
+        const auto silent = overwrite(chosen);
+        EXPECT_EQ(silent.code, 0) << silent.text();
+        EXPECT_EQ(said(silent.err), 0u) << silent.err;
+    }
+    for (const Json& device : found["devices"])
+        if (device["software"].get<bool>()) {
+            const auto silent = overwrite({"--device", device["device"].dump()});
+            EXPECT_EQ(silent.code, 0) << silent.text();
+            EXPECT_EQ(said(silent.err), 0u) << silent.err;
+        }
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -31,6 +31,9 @@ class BadInput : public ::testing::Test {
         frame_.output = output_;
         prepare_and_run(guest_, chain_, frame_);
         good_ = read(output_, kWidth, kHeight);
+        clear_output();
+    }
+    void clear_output() {
         const float gray[4] = {5, 5, 5, 5};
         glClearTexImage(output_.texture().name, 0, GL_RGBA, GL_FLOAT, gray);
     }
@@ -50,8 +53,7 @@ class BadInput : public ::testing::Test {
             << pc_last_error(guest_.get());
         EXPECT_STREQ(pc_last_error(guest_.get()), "");
         EXPECT_TRUE(equal_bits(read(output_, kWidth, kHeight), good_));
-        const float gray[4] = {5, 5, 5, 5};
-        glClearTexImage(output_.texture().name, 0, GL_RGBA, GL_FLOAT, gray);
+        clear_output();
     }
     void refused(pc_result code, const std::string& message,
                  const std::function<void(pc_frame&)>& spoil) {
@@ -268,6 +270,62 @@ TEST_F(Validated, NamesTargetsSizesAndFormats) {
     refused(PC_ERROR_INPUT, "is 52x32, not 48x32",
             [&](pc_frame& frame) { frame.depth.name = larger.texture().name; });
     glDeleteTextures(1, &array);
+}
+
+TEST_F(Validated, ReadsDepthNotStencil) {
+    for (const unsigned format : {GL_DEPTH24_STENCIL8, GL_DEPTH32F_STENCIL8}) {
+        const HostTexture both(format, kWidth, kHeight);
+        const auto use = [&](pc_frame& frame) { frame.depth = both; };
+        glTextureParameteri(both.texture().name, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_STENCIL_INDEX);
+        refused(PC_ERROR_INPUT, "is read as stencil; set GL_DEPTH_STENCIL_TEXTURE_MODE to", use);
+        refused(PC_ERROR_INPUT, "depth: texture ", use);
+    }
+}
+
+TEST_F(Validated, LevelsOfMutableTextures) {
+    GLuint name = 0;
+    glGenTextures(1, &name);
+    glBindTexture(GL_TEXTURE_2D, name);
+    const auto allocate = [&](int level, GLenum format, int width, int height) {
+        glTexImage2D(GL_TEXTURE_2D, level, GLint(format), width, height, 0, GL_RGBA, GL_FLOAT,
+                     nullptr);
+    };
+    const auto as_output = [&](pc_frame& frame) { frame.output.name = name; };
+    const auto as_color = [&](pc_frame& frame) { frame.color.name = name; };
+    const auto accepted = [&](const std::function<void(pc_frame&)>& change) {
+        pc_frame frame = frame_;
+        change(frame);
+        pc_texture result = {};
+        EXPECT_EQ(pc_run(guest_.get(), chain_.get(), &frame, &result), PC_OK)
+            << pc_last_error(guest_.get());
+        clear_output();
+    };
+    // As it comes from glTexImage2D(): a filter that needs levels, and none of them.
+    allocate(0, GL_RGBA32F, kWidth, kHeight);
+    accepted(as_color);
+    refused(PC_ERROR_INPUT, "output: texture ", as_output);
+    refused(PC_ERROR_INPUT, "set the filter to GL_LINEAR or GL_NEAREST", as_output);
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    accepted(as_output);
+    pc_texture stored = output_;
+    stored.name = name;
+    EXPECT_TRUE(equal_bits(read(stored, kWidth, kHeight), good_));
+    glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+    glTextureParameteri(name, GL_TEXTURE_MAX_LEVEL, 0);
+    accepted(as_output);
+    glTextureParameteri(name, GL_TEXTURE_MAX_LEVEL, 1000);
+    for (int level = 1; level < 6; ++level) {
+        refused(PC_ERROR_INPUT, "lacks levels", as_output);
+        allocate(level, GL_RGBA32F, kWidth >> level, kHeight >> level);
+    }
+    accepted(as_output);  // 48x32 to 1x1
+    glTextureParameteri(name, GL_TEXTURE_BASE_LEVEL, 1);
+    refused(PC_ERROR_INPUT, "has GL_TEXTURE_BASE_LEVEL 1; set 0", as_color);
+    glTextureParameteri(name, GL_TEXTURE_BASE_LEVEL, 0);
+    allocate(0, GL_RGBA, kWidth, kHeight);
+    refused(PC_ERROR_INPUT, "is of the unsized format GL_RGBA, not GL_RGBA32F; name that format",
+            as_color);
+    glDeleteTextures(1, &name);
 }
 
 TEST(Context, NoneAnotherOneAndAnotherThread) {

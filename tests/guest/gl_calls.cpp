@@ -121,6 +121,7 @@ struct Counted<kVariable> {
     F(glTextureStorage3D)           \
     F(glTextureSubImage2D)          \
     F(glTextureSubImage3D)          \
+    F(glUniform1i)                  \
     F(glUniform2ui)                 \
     F(glUseProgram)
 

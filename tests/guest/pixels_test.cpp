@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <functional>
 
@@ -290,6 +291,49 @@ TEST(Pixels, DepthEncodings) {
         const Difference difference = compare(filtered, expected, 2e-3);
         EXPECT_LT(difference.fraction, 2e-3) << "encoding " << encoding << ": " << difference.text;
     }
+}
+
+// A depth buffer with stencil, and from glTexImage2D(), gives the bits of one without.
+TEST(Pixels, DepthBesideStencil) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    ImageF stored = host.test.planes.at(Role::inverse_depth);
+    for (float& value : stored.data) value *= 0.1f;
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain(kPasses);
+    pc_frame frame = host.frame;
+    frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
+    frame.near_clip = 0.1f;
+    const auto filtered = [&](const pc_texture& depth) {
+        frame.depth = depth;
+        return read(prepare_and_run(guest, made, frame), kWidth, kHeight);
+    };
+    const HostTexture alone24(GL_DEPTH_COMPONENT24, stored), alone32(GL_DEPTH_COMPONENT32F, stored);
+    const ImageF expected24 = filtered(alone24), expected32 = filtered(alone32);
+
+    constexpr uint32_t kStencil = 200;
+    std::vector<uint32_t> both24(stored.pixels()), both32;
+    glGetTextureImage(alone24.texture().name, 0, GL_DEPTH_COMPONENT, GL_UNSIGNED_INT,
+                      GLsizei(4 * both24.size()), both24.data());
+    for (uint32_t& value : both24) value = (value & ~uint32_t(255)) | kStencil;
+    for (const float value : stored.data) {
+        both32.push_back(std::bit_cast<uint32_t>(value));
+        both32.push_back(kStencil);
+    }
+    const auto with = [&](GLenum format, GLenum type, const std::vector<uint32_t>& texels) {
+        pc_texture texture = alone24;
+        texture.internal_format = format;
+        glGenTextures(1, &texture.name);
+        glBindTexture(GL_TEXTURE_2D, texture.name);
+        glTexImage2D(GL_TEXTURE_2D, 0, GLint(format), kWidth, kHeight, 0, GL_DEPTH_STENCIL, type,
+                     texels.data());
+        const ImageF result = filtered(texture);
+        glDeleteTextures(1, &texture.name);
+        return result;
+    };
+    EXPECT_TRUE(equal_bits(with(GL_DEPTH24_STENCIL8, GL_UNSIGNED_INT_24_8, both24), expected24));
+    EXPECT_TRUE(equal_bits(with(GL_DEPTH32F_STENCIL8, GL_FLOAT_32_UNSIGNED_INT_24_8_REV, both32),
+                           expected32));
+    EXPECT_FALSE(equal_bits(expected24, expected32)) << "24 bits show";
 }
 
 TEST(Pixels, MotionConventions) {

@@ -159,8 +159,9 @@ void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisti
 void add_device(CLI::App& subcommand, Options& o) {
     subcommand
         .add_option("--device", o.device,
-                    "GL device: auto, software, or a number listed by `postchain info`")
-        ->type_name("N|software")
+                    "GL device: auto, gpu (or fail), software, or a number listed by `postchain "
+                    "info`")
+        ->type_name("N|gpu|software")
         ->capture_default_str();
     subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
@@ -196,7 +197,8 @@ int threads_of(const Options& options) {
 }
 
 Result<egl::ContextOptions> context_options_of(const Options& options) {
-    auto context = sequence::context_options_of(options.device, options.threads);
+    const auto warn = [](const std::string& text) { log::warning(text); };
+    auto context = sequence::context_options_of(options.device, options.threads, warn);
     if (!context.ok()) return context;
     context->debug = options.verbose;
     context->log = [](const std::string& text) { log::detail(text); };

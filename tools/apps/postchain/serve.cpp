@@ -164,6 +164,7 @@ int serve_subcommand(const Options& options, const ServeOptions& serve) {
     work.max_queue = size_t(serve.max_queue);
     work.version = kVersion;
     work.log = [](const std::string& line) { log::error(line); };
+    work.warn = [](const std::string& line) { log::warning(line); };
     auto opened = service::Service::open(work, builtin_passes());
     if (!opened.ok()) return fail(opened.status());
     {

@@ -158,7 +158,7 @@ Service::~Service() {
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
-    auto device = sequence::context_options_of(settings.device, settings.threads);
+    auto device = sequence::context_options_of(settings.device, settings.threads, settings.warn);
     if (!device.ok()) return device.status();
     auto state = std::make_unique<State>(settings, registry);
     auto store = JobStore::open(settings.store, settings.attempts);

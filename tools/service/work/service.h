@@ -25,14 +25,15 @@
 namespace postchain::service {
 
 struct ServiceSettings {
-    std::string store;                                 // SQLite file, created if it does not exist
-    Roots roots;                                       // the folders of all paths of jobs
-    std::string device = "auto";                       // as --device of the command
-    int threads = 0;                                   // CPU threads; 0 = one per core
-    size_t max_queue = 1000;                           // waiting jobs; further ones are refused
-    int attempts = 3;                                  // per frame, before it is quarantined
-    std::string version;                               // the command's version, for metadata
-    std::function<void(const std::string&)> log = {};  // errors that no request asked for
+    std::string store;                                  // SQLite file, created if it does not exist
+    Roots roots;                                        // the folders of all paths of jobs
+    std::string device = "auto";                        // as --device of the command
+    int threads = 0;                                    // CPU threads; 0 = one per core
+    size_t max_queue = 1000;                            // waiting jobs; further ones are refused
+    int attempts = 3;                                   // per frame, before it is quarantined
+    std::string version;                                // the command's version, for metadata
+    std::function<void(const std::string&)> log = {};   // errors that no request asked for
+    std::function<void(const std::string&)> warn = {};  // `auto` found no GPU
 };
 
 struct Picture {

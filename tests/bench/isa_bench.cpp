@@ -1,0 +1,169 @@
+// Prints what the compiler of GPUs that are not present makes of the steps of the shipped chains,
+// as a Markdown table: Mesa's RADV, for generations of AMD. For an engine's frame with neighbors
+// and without known facts. A cell: vector registers / waves that a SIMD holds at once / spilled
+// vector registers / instructions.
+//
+//   isa_bench [--generation=NAME]... [--steps] [CHAIN...]
+//
+// --steps: every step, otherwise the three largest of a chain. Needs no GL and no GPU. Exit code 1:
+// a step is not compiled; 77: a compiler is missing.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "chain/gl/program.h"
+#include "chain/planner.h"
+#include "config/chain_find.h"
+#include "passes/registry.h"
+#include "tests/bench/amd_compiler.h"
+#include "tests/bench/engine_frame.h"
+
+namespace {
+
+using namespace postchain;
+using namespace postchain::bench;
+namespace fs = std::filesystem;
+
+constexpr int kSkipped = 77;
+constexpr size_t kLargest = 3;
+
+[[noreturn]] void fail(const std::string& text, int code) {
+    std::fprintf(stderr, "isa_bench: %s\n", text.c_str());
+    std::exit(code);
+}
+
+// Removed with its content, by exit() too.
+class Folder {
+  public:
+    Folder() {
+        std::string name = fs::temp_directory_path() / "isa_bench_XXXXXX";
+        if (!mkdtemp(name.data())) fail(name + ": cannot be created", 2);
+        path_ = name;
+    }
+    ~Folder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    std::string path(const char* name) const { return path_ / name; }
+
+  private:
+    fs::path path_;
+};
+
+struct Program {
+    std::string name;  // of its first step: "joint_blur.gather"
+    ProgramKey key;
+};
+
+// The programs of `chain`, in the order of its plan, each once.
+std::vector<Program> programs_of(const std::string& chain) {
+    const Result<ChainFile> file = load_chain(chain, builtin_passes());
+    if (!file.ok()) fail(file.status().message(), 2);
+    const Result<Plan> plan = make_plan(file->chain, engine_frame(1920, 1080));
+    if (!plan.ok()) fail(plan.status().message(), 2);
+    std::vector<Program> programs;
+    for (const Step& step : plan->steps)
+        if (std::none_of(programs.begin(), programs.end(),
+                         [&](const Program& other) { return other.key == step.program; }))
+            programs.push_back(
+                {plan->passes[size_t(step.pass)].type + "." + step.name, step.program});
+    return programs;
+}
+
+// As Vulkan's SPIR-V.
+const std::vector<uint32_t>& spirv_of(const ProgramKey& program) {
+    static const Folder folder;
+    static std::map<std::string, std::vector<uint32_t>> known;
+    std::vector<uint32_t>& words = known[program.text()];
+    if (!words.empty()) return words;
+    const Result<std::string> source = gl::program_source(program);
+    if (!source.ok()) fail(source.status().message(), 1);
+    std::ofstream(folder.path("s.comp")) << *source;
+    const std::string command =
+        concat("glslangValidator -V --target-env vulkan1.2 --shift-image-binding ", kFirstImage,
+               " --shift-ssbo-binding ", kFirstList, " --shift-UBO-binding ", kFirstBlock, " ",
+               folder.path("s.comp"), " -o ", folder.path("s.spv"), " >", folder.path("log"));
+    if (std::system(command.c_str()) != 0) {
+        std::ifstream log(folder.path("log"));
+        fail(program.text() + ":\n" + std::string(std::istreambuf_iterator<char>(log), {}), 1);
+    }
+    words.resize(fs::file_size(folder.path("s.spv")) / 4);
+    std::ifstream(folder.path("s.spv"), std::ios::binary)
+        .read(reinterpret_cast<char*>(words.data()), std::streamsize(4 * words.size()));
+    return words;
+}
+
+struct Row {
+    std::string step;
+    uint64_t instructions = 0;       // of the first generation
+    std::vector<std::string> cells;  // of each generation
+};
+
+Row row_of(const Program& program, const std::vector<std::unique_ptr<AmdCompiler>>& compilers) {
+    Row row;
+    row.step = program.name;
+    for (const auto& compiler : compilers) {
+        const Result<Statistics> found = compiler->compile(spirv_of(program.key));
+        if (!found.ok()) fail(program.name + ": " + found.status().message(), 1);
+        const auto value = [&](const char* name) {
+            const auto one = found->find(name);
+            if (one == found->end()) fail(concat("this RADV states no '", name, "'"), kSkipped);
+            return one->second;
+        };
+        const uint64_t instructions = value("Instructions");
+        if (row.cells.empty()) row.instructions = instructions;
+        row.cells.push_back(concat(value("VGPRs"), " / ", value("Subgroups per SIMD"), " / ",
+                                   value("Spilled VGPRs"), " / ", instructions));
+    }
+    return row;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    std::vector<std::string> generations, chains;
+    bool steps = false;
+    for (int i = 1; i < argc; ++i) {
+        const std::string argument = argv[i], option = "--generation=";
+        if (argument == "--steps")
+            steps = true;
+        else if (argument.starts_with(option))
+            generations.push_back(argument.substr(option.size()));
+        else
+            chains.push_back(argument);
+    }
+    if (chains.empty()) chains = shipped_chains();
+    if (generations.empty()) generations = {"vega10", "navi21", "gfx1100"};
+    if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
+        fail("glslangValidator is not installed (Debian: glslang-tools)", kSkipped);
+    std::vector<std::unique_ptr<AmdCompiler>> compilers;
+    for (const std::string& generation : generations) {
+        auto made = AmdCompiler::create(generation);
+        if (!made.ok()) fail(made.status().message(), kSkipped);
+        compilers.push_back(std::move(*made));
+    }
+    std::printf("| chain | step |");
+    for (const std::string& generation : generations) std::printf(" %s |", generation.c_str());
+    std::printf("\n|---|---|");
+    for (size_t i = 0; i < generations.size(); ++i) std::printf("---|");
+    std::printf("\n");
+    for (const std::string& chain : chains) {
+        std::vector<Row> rows;
+        for (const Program& program : programs_of(chain))
+            rows.push_back(row_of(program, compilers));
+        std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+            return a.instructions > b.instructions;
+        });
+        for (size_t i = 0; i < (steps ? rows.size() : std::min(rows.size(), kLargest)); ++i) {
+            std::printf("| %s | %s |", chain.c_str(), rows[i].step.c_str());
+            for (const std::string& cell : rows[i].cells) std::printf(" %s |", cell.c_str());
+            std::printf("\n");
+        }
+    }
+    return 0;
+}

@@ -1,0 +1,420 @@
+#include "passes/inverse_warp/steps.h"
+
+#include <algorithm>
+
+#include "chain/work_list.h"
+#include "passes/common/keep.h"
+#include "passes/common/lens_samples.h"
+#include "passes/inverse_warp/uniforms.h"
+
+namespace postchain::inverse_warp {
+namespace {
+
+using shared::InverseWarpUniforms;
+
+std::string flag(bool on) {
+    return on ? "1" : "0";
+}
+
+// Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
+// returns their textures; -1 is a texture that is not needed.
+class Planner {
+  public:
+    Planner(PassPlanner& planner, const Settings& settings)
+        : planner_(planner),
+          settings_(settings),
+          frame_(planner.context().frame),
+          motion_(holds_motion(settings, planner.context())),
+          layered_(planner.has(Role::layers)),
+          blocks_(groups_for(frame_.width, frame_.height)),
+          pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
+
+    void plan() {
+        Gathered from;
+        from.surfaces = add_surfaces({});
+        for (const Neighbor neighbor : searched_neighbors(settings_, planner_.context().available))
+            from.neighbors.push_back({neighbor, add_surfaces(neighbor)});
+        from.starts = add_starts(add_block_surfaces(from.surfaces));
+        from.background = add_background(from.surfaces);
+        if (layered_) from.occupied = add_occupied(from.neighbors);
+        const Hint hint = add_hint();
+        Colors result = {picture("color", planner_.context().color_format()), -1};
+        if (layered_) result.layers = layer_images("layers");
+        const Soft soft = settings_.denoise ? add_soft() : Soft();
+        add_tables(from);
+        if (from.starts.still_blocks >= 0)
+            keep_still_blocks(from.starts.still_blocks, result, hint, soft);
+        add_gather(from, hint, settings_.denoise ? soft.gathered : result, soft);
+        if (settings_.denoise) add_denoise(soft, result, from.starts.moving_blocks);
+        planner_.output(Role::color, result.color);
+        if (layered_) planner_.output(Role::layers, result.layers);
+        if (hint.made >= 0) planner_.output(Role::hint, hint.made);
+    }
+
+  private:
+    struct Colors {
+        TextureId color = -1, layers = -1;
+    };
+    struct Starts {
+        TextureId surfaces = -1;
+        TextureId moving_blocks = -1, still_blocks = -1;  // work lists
+    };
+    struct Background {
+        TextureId color = -1, cells = -1, layers = -1;
+    };
+    struct Hint {
+        TextureId given = -1, made = -1;
+    };
+    // Between gather and denoise.
+    struct Soft {
+        Colors gathered, blurred;
+        TextureId spread = -1;
+        TextureId reached = -1;  // with layers
+    };
+    struct Searched {
+        Neighbor neighbor;
+        TextureId surfaces;
+    };
+    // The textures that gather reads.
+    struct Gathered {
+        TextureId surfaces = -1;
+        std::vector<Searched> neighbors;
+        Starts starts;
+        Background background;
+        TextureId occupied = -1;  // with layers
+        TextureId noise = -1, lens_samples = -1;
+    };
+
+    TextureId picture(const std::string& name, Format format) {
+        return planner_.texture(name, format, frame_.width, frame_.height);
+    }
+    TextureId layer_images(const std::string& name) {
+        return planner_.layers(name, planner_.context().layers_format(), frame_.width,
+                               frame_.height);
+    }
+    // Two positions and a color for each sample, if the first start surface is right.
+    int taps_px() const {
+        return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
+    }
+
+    // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
+    // of them in each neighbor, three for what continues behind, and eight for the color.
+    uint64_t most_taps_px(size_t neighbors) const {
+        const uint64_t begins = uint64_t(settings_.search.starts) + 1;
+        return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 8);
+    }
+
+    // A step over all pixels.
+    Step make_step(const std::string& name) const {
+        Step step;
+        step.name = name;
+        step.program.file = "inverse_warp/" + name + ".comp";
+        step.take_uniforms<InverseWarpUniforms>();
+        step.groups = groups_for(frame_.width, frame_.height);
+        return step;
+    }
+    // For every step that reads surfaces.
+    Step make_surface_step(const std::string& name) const {
+        Step step = make_step(name);
+        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
+                                {"LENS", flag(settings_.lens.has_value())},
+                                {"MOTION", flag(motion_)}};
+        if (settings_.lens)
+            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
+        return step;
+    }
+    // A step with a thread per block.
+    Step make_block_step(const std::string& name) const {
+        Step step = make_surface_step(name);
+        step.groups = groups_for(blocks_[0], blocks_[1]);
+        return step;
+    }
+
+    // Surfaces of this frame or of a neighbor.
+    TextureId add_surfaces(std::optional<Neighbor> neighbor) {
+        const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
+        const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
+        const Format format = motion_ ? Format::rgba32ui : Format::r32ui;
+        const TextureId of_planes = picture("surfaces_of_planes" + suffix, format);
+        const bool back = motion_ && planner_.has(role(Role::motion_back));
+        Step step = make_surface_step("surfaces");
+        step.name += suffix;
+        step.program.defines["BACK"] = flag(back);
+        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
+        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
+                         {0, of_planes, Access::write}};
+        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
+        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
+        step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
+        planner_.step(std::move(step));
+
+        const TextureId shown = picture("shown" + suffix, Format::r32ui);
+        add_shown_step(
+            "bright_edges", suffix,
+            {{0, planner_.input(role(Role::color))}, {1, of_planes}, {0, shown, Access::write}});
+        const TextureId surfaces = picture("surfaces" + suffix, format);
+        add_shown_step("shown_surfaces", suffix,
+                       {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
+        return surfaces;
+    }
+
+    void add_shown_step(const std::string& name, const std::string& suffix,
+                        std::vector<Binding> bindings) {
+        Step step = make_surface_step(name);
+        step.name += suffix;
+        step.bindings = std::move(bindings);
+        step.taps = 10 * pixels_;
+        planner_.step(std::move(step));
+    }
+
+    TextureId add_block_surfaces(TextureId surfaces) {
+        const TextureId block_surfaces =
+            planner_.texture("block_surfaces", Format::rgba32ui, 3 * blocks_[0], blocks_[1]);
+        Step step = make_block_step("block_surfaces");
+        step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
+        step.taps = 3 * pixels_;
+        planner_.step(std::move(step));
+        return block_surfaces;
+    }
+
+    Starts add_starts(TextureId block_surfaces) {
+        const bool by_blocks = planner_.context().uses(settings_.still_rule);
+        Starts starts;
+        starts.surfaces = planner_.texture("starts", Format::rgba32ui,
+                                           (settings_.search.starts + 1) * blocks_[0], blocks_[1]);
+        Step step = make_block_step("starts");
+        step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
+        step.program.defines["LISTS"] = flag(by_blocks);
+        step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
+        for (size_t axis : {0, 1})
+            step.groups[axis] =
+                (blocks_[axis] + INVERSE_WARP_STARTS_BLOCKS - 1) / INVERSE_WARP_STARTS_BLOCKS;
+        const int ring = ring_of(
+            longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
+        step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *
+                    uint64_t(2 * ring + 1) * uint64_t(settings_.search.starts);
+        if (by_blocks) {
+            const auto add_list = [&](int unit, const char* name) {
+                return add_work_list(planner_, step, unit, name, frame_.width, frame_.height);
+            };
+            starts.moving_blocks = add_list(0, "moving_blocks");
+            starts.still_blocks = add_list(1, "still_blocks");
+        }
+        planner_.step(std::move(step));
+        return starts;
+    }
+
+    Background add_background(TextureId surfaces) {
+        // Cells of 2, 4, 8 and 16 px beside each other.
+        const int width = (8 + 4 + 2 + 1) * blocks_[0], height = 8 * blocks_[1];
+        Background background;
+        background.color =
+            planner_.texture("background_color", planner_.context().color_format(), width, height);
+        const TextureId depth = planner_.texture("background_depth", Format::rg32f, width, height);
+        Step step = make_block_step("background");
+        step.bindings = {{0, planner_.input(Role::color)},
+                         {1, surfaces},
+                         {0, background.color, Access::write},
+                         {1, depth, Access::write}};
+        step.taps = 2 * pixels_;
+        if (layered_) {
+            background.layers = planner_.layers("background_layers",
+                                                planner_.context().layers_format(), width, height);
+            add_layers(step,
+                       {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}});
+            step.groups[2] = 1 + frame_.layers;
+            step.taps += 2 * pixels_ * uint64_t(frame_.layers);
+        }
+        planner_.step(std::move(step));
+        add_behind(background, depth);
+        return background;
+    }
+
+    // The same step does all layers.
+    static void add_layers(Step& step, const std::vector<Binding>& arrays) {
+        step.program.defines["LAYERS"] = "1";
+        step.bindings.insert(step.bindings.end(), arrays.begin(), arrays.end());
+    }
+
+    // Words of a bit for each layer.
+    int words() const { return (frame_.layers + 31) / 32; }
+
+    TextureId add_occupied(const std::vector<Searched>& neighbors) {
+        const int frames = 1 + int(neighbors.size());
+        const TextureId occupied =
+            planner_.array("occupied", Format::r32ui, blocks_[0], blocks_[1], frames * words());
+        Step step;
+        step.name = "occupied";
+        step.program = {"inverse_warp/occupied.comp", {{"BEFORE", "0"}, {"AFTER", "0"}}};
+        step.bindings = {{0, planner_.input(Role::layers)}, {0, occupied, Access::write}};
+        for (const Searched& other : neighbors) {
+            const bool before = other.neighbor == Neighbor::before;
+            step.program.defines[before ? "BEFORE" : "AFTER"] = "1";
+            step.bindings.push_back(
+                {before ? 1 : 2, planner_.input(role_of(other.neighbor, Role::layers))});
+        }
+        step.groups = {blocks_[0], blocks_[1], frames * words()};
+        step.taps = pixels_ * uint64_t(frames) * uint64_t(frame_.layers);
+        planner_.step(std::move(step));
+        return occupied;
+    }
+
+    void add_behind(Background& background, TextureId depth) {
+        const PlanTexture size = planner_.describe(depth);
+        background.cells =
+            planner_.texture("background", Format::rgba32ui, size.width, size.height);
+        Step step = make_surface_step("behind");
+        step.groups = groups_for(size.width, size.height);
+        step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
+        step.taps = 16 * pixels_;
+        planner_.step(std::move(step));
+    }
+
+    Hint add_hint() {
+        if (!settings_.shutter) {
+            if (!planner_.has(Role::hint) || !planner_.wanted(Role::hint)) return {};
+            const TextureId given = planner_.input(Role::hint);
+            return {given, picture("hint", planner_.describe(given).format)};
+        }
+        if (planner_.wanted(Role::hint)) return {-1, picture("hint", Format::rg8)};
+        planner_.elide({.kind = ElisionKind::output,
+                        .item = "hint",
+                        .rule = kRuleUnusedStep,
+                        .fact = {"no later pass reads it"},
+                        .saving = {.bytes = 2 * pixels_}});
+        return {};
+    }
+
+    Soft add_soft() {
+        Soft soft;
+        soft.gathered.color = picture("gathered", planner_.context().color_format());
+        soft.blurred.color = picture("soft", planner_.context().color_format());
+        // In halves the determinant of a narrow streak would be lost in rounding.
+        soft.spread = picture("spread", Format::rgba32f);
+        if (!layered_) return soft;
+        soft.gathered.layers = layer_images("layers_gathered");
+        soft.blurred.layers = layer_images("layers_soft");
+        soft.reached =
+            planner_.array("reached", Format::r32ui, frame_.width, frame_.height, words());
+        return soft;
+    }
+
+    // Before the steps that write the result: such steps then stand together in the plan, and two
+    // plans can share them (chain/merge.h).
+    void add_tables(Gathered& from) {
+        from.noise = noise::add_table(planner_, settings_.noise);
+        if (!settings_.lens) return;
+        from.lens_samples = lens::add_table(
+            planner_, lens::lens_samples(settings_.lens->aperture, settings_.samples,
+                                         settings_.more_samples));
+    }
+
+    void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,
+                           const Soft& soft) {
+        elide_blocks(planner_, "search in still blocks", settings_.still_rule,
+                     {.name = "displacements that reach them",
+                      .limit = settings_.still_limit_px,
+                      .unit = "px"},
+                     still_blocks, taps_px());
+        add_keep(planner_, still_blocks,
+                 {.color = result.color,
+                  .given_hint = hint.given,
+                  .hint = hint.made,
+                  .soft = soft.blurred.color,
+                  .layers = result.layers});
+    }
+
+    void add_gather(const Gathered& from, const Hint& hint, const Colors& result,
+                    const Soft& soft) {
+        Step step = make_surface_step("gather");
+        auto& defines = step.program.defines;
+        defines["STARTS"] = std::to_string(settings_.search.starts);
+        defines["NOISE"] = flag(from.noise >= 0);
+        defines["DENOISE"] = flag(settings_.denoise);
+        defines["HINT"] = flag(hint.made >= 0);
+        if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = std::to_string(frame_.fill_layer);
+        defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
+        defines["BEFORE"] = defines["AFTER"] = "0";
+        defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
+        step.bindings = {{0, planner_.input(Role::color)}, {1, from.surfaces},
+                         {2, from.starts.surfaces},        {0, result.color, Access::write},
+                         {11, from.background.color},      {12, from.background.cells}};
+        if (from.noise >= 0) step.bindings.push_back({3, from.noise});
+        for (const Searched& other : from.neighbors) {
+            const bool before = other.neighbor == Neighbor::before;
+            defines[before ? "BEFORE" : "AFTER"] = "1";
+            step.bindings.push_back(
+                {before ? 7 : 9, planner_.input(role_of(other.neighbor, Role::color))});
+            step.bindings.push_back({before ? 8 : 10, other.surfaces});
+        }
+        if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
+        if (settings_.denoise) {
+            step.bindings.push_back({2, soft.blurred.color, Access::write});
+            step.bindings.push_back({3, soft.spread, Access::write});
+        }
+        if (hint.given >= 0) step.bindings.push_back({6, hint.given});
+        if (hint.made >= 0) step.bindings.push_back({1, hint.made, Access::write});
+        step.taps = pixels_ * uint64_t(taps_px());
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * most_taps_px(from.neighbors.size());
+        launch_by(step, from.starts.moving_blocks);
+        if (layered_) {
+            add_layers(step, gathered_layers(from, result, soft));
+            step.program.defines["TAPS"] = std::to_string(taps_px() / 3);
+            step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
+            step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
+                               uint64_t(frame_.layers);
+        }
+        planner_.step(std::move(step));
+    }
+
+    // The layers that gather reads and writes.
+    std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
+                                         const Soft& soft) const {
+        std::vector<Binding> arrays = {{13, planner_.input(Role::layers)},
+                                       {14, from.background.layers},
+                                       {4, result.layers, Access::write},
+                                       {6, from.occupied, Access::read}};
+        if (settings_.denoise) {
+            arrays.push_back({5, soft.blurred.layers, Access::write});
+            arrays.push_back({7, soft.reached, Access::write});
+        }
+        for (const Searched& other : from.neighbors)
+            arrays.push_back({other.neighbor == Neighbor::before ? 15 : 5,
+                              planner_.input(role_of(other.neighbor, Role::layers))});
+        return arrays;
+    }
+
+    void add_denoise(const Soft& soft, const Colors& result, TextureId moving_blocks) {
+        Step step = make_step("denoise");
+        step.bindings = {{0, soft.gathered.color},
+                         {1, soft.blurred.color},
+                         {2, soft.spread},
+                         {0, result.color, Access::write}};
+        step.taps = 30 * pixels_;
+        launch_by(step, moving_blocks);
+        if (layered_) {
+            add_layers(step, {{3, soft.gathered.layers},
+                              {4, soft.blurred.layers},
+                              {5, soft.reached},
+                              {1, result.layers, Access::write}});
+            step.taps += 20 * pixels_ * uint64_t(frame_.layers);
+        }
+        planner_.step(std::move(step));
+    }
+
+    PassPlanner& planner_;
+    const Settings& settings_;
+    const FrameDescription& frame_;
+    const bool motion_;   // surfaces hold it
+    const bool layered_;  // the frame has extra layers
+    const std::array<int, 3> blocks_;
+    const uint64_t pixels_;
+};
+
+}  // namespace
+
+void add_steps(PassPlanner& planner, const Settings& settings) {
+    Planner(planner, settings).plan();
+}
+
+}  // namespace postchain::inverse_warp

@@ -74,7 +74,7 @@ class Watch(unittest.TestCase):
         process = subprocess.Popen(
             [POSTCHAIN, "run", chain, "-i", source or self.folder / "in/s.####.exr", "--camera",
              camera or self.rendered / "camera.json", "-o", self.folder / out / "o.####.exr", "--mkdir",
-             *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+             "--device", "software", *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)

@@ -51,8 +51,8 @@ Cell merge(Cell a, Cell b) {
         return a.inverse_depth < b.inverse_depth ? a : b;
     precise const float weight = a.weight + b.weight;
     // By the difference: one color stays to the bit.
-    return Cell(a.color + b.weight / weight * (b.color - a.color),
-                min(a.inverse_depth, b.inverse_depth), weight);
+    precise const vec4 color = a.color + b.weight / weight * (b.color - a.color);
+    return Cell(color, min(a.inverse_depth, b.inverse_depth), weight);
 }
 
 Cell pixel(ivec2 at) {

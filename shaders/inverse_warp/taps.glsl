@@ -45,7 +45,8 @@ uint occupied_at(Source source, int word) {
     if (source.kind != kFill)
         return occupied_in(source.kind, ivec2(source.at) / kBlockPx, word);
     // The cells of 16 px around are blocks, and hold all smaller cells that the fill reads.
-    const ivec2 base = ivec2(floor((source.at + 0.5) / float(kBlockPx) - 0.5));
+    precise const vec2 place = floor((source.at + 0.5) / float(kBlockPx) - 0.5);
+    const ivec2 base = ivec2(place);
     return occupied_in(0, base, word) | occupied_in(0, base + ivec2(1, 0), word) |
            occupied_in(0, base + ivec2(0, 1), word) | occupied_in(0, base + ivec2(1, 1), word) |
            occupied_in(0, unpack_cell(source.cells.y) / kBlockPx, word);

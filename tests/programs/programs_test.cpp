@@ -47,9 +47,10 @@ std::map<std::string, Step> steps_of_programs() {
 std::set<Unit> units_of(const Step& step) {
     std::set<Unit> units;
     for (const Binding& binding : step.bindings) {
-        const Kind kind = binding.access == Access::list    ? Kind::list
-                          : binding.access == Access::write ? Kind::image
-                                                            : Kind::texture;
+        const bool image = binding.access == Access::write || binding.access == Access::read;
+        const Kind kind = binding.access == Access::list ? Kind::list
+                          : image                        ? Kind::image
+                                                         : Kind::texture;
         units.insert({kind, uint32_t(binding.unit)});
     }
     return units;

@@ -210,7 +210,7 @@ std::vector<CoverageRun> coverage_runs(const Chain& chain, const Plan& plan,
 FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
                            FrameDescription description) {
     description.layers = run.layers() + (run.with_color ? own_layers(frame) : 0);
-    if (!run.with_color) description.fill_layer = -1;
+    description.fill_layer = run.with_color && !frame.layers.fill_mask.empty() ? 0 : -1;
     description.bounds.layers_are_half = false;
     description.planes.add(Role::layers);
     for (const Neighbor neighbor : kNeighbors) {

@@ -8,6 +8,7 @@
 //   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
 //   background_depth, background_color --behind-> background
+//   layers of this frame and its neighbors --occupied-> occupied
 //   color, surfaces, starts, background_color, background [, noise] [, lens_samples]
 //                                                     --gather-> color [, hint]     moving_blocks
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks

@@ -66,7 +66,7 @@ ImageF run(const Plan& plan, const FramePlanes& planes) {
 // is what any finite change of one pixel changes; one that is not finite spoils no more. It may
 // change the pixels around that too: steps compare pixels with those next to them.
 TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
-    const int width = 331, height = 257;  // more than what motion blur reaches from the middle
+    const int width = 231, height = 181;  // more than what motion blur reaches from the middle
     const TestFrame frame = moving_frame(width, height);
     const auto plan = make_plan(chain(), frame.description, everything());
     ASSERT_TRUE(plan.ok());

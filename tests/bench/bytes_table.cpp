@@ -13,6 +13,7 @@
 #include "chain/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
+#include "tests/bench/engine_frame.h"
 
 namespace {
 
@@ -23,18 +24,9 @@ using namespace postchain;
     std::exit(2);
 }
 
-// Lens and shutter with which every pass runs.
-FrameDescription engine_frame(int width, int height, bool halves) {
-    FrameDescription frame;
-    frame.width = frame.display_width = width;
-    frame.height = frame.display_height = height;
+FrameDescription described(int width, int height, bool halves) {
+    FrameDescription frame = bench::engine_frame(width, height);
     frame.planes = {Role::color, Role::inverse_depth, Role::motion};
-    frame.camera.focal_length_mm = 50;
-    frame.camera.sensor_width_mm = 36;
-    frame.camera.f_stop = 2;
-    frame.camera.focus_distance = 4;
-    frame.camera.shutter_frames = 0.5;
-    frame.camera.meters_per_unit = 1;
     frame.bounds.color_is_half = halves;
     return frame;
 }
@@ -92,6 +84,6 @@ int main(int argc, char** argv) {
     }
     if (chains.empty()) fail("give a chain: bytes_table [--halves] [--size=WxH] CHAIN...");
     for (const std::string& chain : chains)
-        print(chain, plan_of(chain, engine_frame(width, height, halves), halves), halves);
+        print(chain, plan_of(chain, described(width, height, halves), halves), halves);
     return 0;
 }

@@ -21,6 +21,11 @@ struct Lamp {
     float mixed = 9;
 };
 
+ImageF blurred(ImageF color, ImageF depth) {
+    return dof(planes_of(std::move(color), std::move(depth)),
+               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
+}
+
 ImageF filtered(const Lamp& lamp) {
     ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
     ImageF depth(kWidth, kHeight, 1);
@@ -30,8 +35,7 @@ ImageF filtered(const Lamp& lamp) {
             if (x > kEdge) continue;
             for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? lamp.light : lamp.mixed;
         }
-    return dof(planes_of(std::move(color), std::move(depth)),
-               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
+    return blurred(std::move(color), std::move(depth));
 }
 
 // Light to the right of the column, above the surface's own; a column of 9 blurred by 8 px gives
@@ -87,8 +91,7 @@ TEST(BrightEdges, TheDarkestPixelCountsWhereNoneIsAwayFromEdges) {
                 for (int c = 0; c < 3 && x <= kEdge; ++c)
                     color.at(x, y, c) = x < kEdge ? 30 : mixed;
             }
-        const ImageF out = dof(planes_of(std::move(color), std::move(depth)),
-                               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
+        const ImageF out = blurred(std::move(color), std::move(depth));
         return double(out.at(kEdge + 1, kHeight / 2)) - kOther;
     };
     EXPECT_NEAR(glow(9), 0, 0.01);
@@ -109,8 +112,7 @@ TEST(BrightEdges, TheLightOfAPixelThatShowsALampIsTheLamps) {
                 for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? 30 : 9;
             }
         for (int c = 0; c < 3; ++c) color.at(kEdge, kHeight / 2, c) = mixed;
-        const ImageF out = dof(planes_of(std::move(color), std::move(depth)),
-                               {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
+        const ImageF out = blurred(std::move(color), std::move(depth));
         double sum = 0;
         for (int y = 0; y < kHeight; ++y)
             for (int x = kEdge + 3; x < kWidth; ++x) sum += out.at(x, y);

@@ -22,7 +22,7 @@ class BandQueue {
     // True if a count on the device can be read at no cost: a software renderer has run each
     // dispatch when the call returns.
     bool reads_counts() const { return software_; }
-    // Of a dispatch with this many fetches in a work group.
+    // The dispatch that follows has this many fetches in a work group.
     void begin_dispatch(double taps_of_group);
     // Work groups that the next band may have.
     double groups() const { return groups_; }

@@ -102,8 +102,8 @@ Seen seen(Found found, vec2 at) {
                 found.path, at);
 }
 
-// What a sample sees: the nearest surface found in any frame or known to continue behind
-// what this frame shows, otherwise the fill.
+// A sample sees the nearest surface found in any frame or known to continue behind the one that this
+// frame shows, otherwise the fill.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     precise const vec2 far_at = pixel.p - displacement(here.far, now);

@@ -18,7 +18,7 @@ inline constexpr uint32_t kFirstImage = kUnitsOfAKind;
 inline constexpr uint32_t kFirstList = 2 * kUnitsOfAKind;
 inline constexpr uint32_t kFirstBlock = 3 * kUnitsOfAKind;
 
-// Of one program, by Mesa's names: "VGPRs", "Instructions".
+// Counts for one program, by Mesa's names: "VGPRs", "Instructions".
 using Statistics = std::map<std::string, uint64_t>;
 
 class AmdCompiler {

@@ -79,8 +79,8 @@ TestFrame bar_frame(const std::vector<Neighbor>& neighbors) {
     return frame;
 }
 
-// Of the half frame that the shutter is open, the part in which the bar does not cover a point that
-// it covers at the middle: by the distance from its nearer end, which has moved past the point.
+// The part of the open time in which the bar does not cover a point that it covers at the middle.
+// It follows from the distance to the bar's nearer end, which has moved past the point.
 double uncovered(int x) {
     const double from_end = std::min(x + 0.5 - kBegin, kBegin + kBar - x - 0.5);
     return from_end < 0 ? 0 : std::max(0.0, (kSpeed / 4 - from_end) / (kSpeed / 2));
@@ -237,8 +237,8 @@ TEST(FillMask, StaysWholeInOtherModes) {
     }
 }
 
-// What an earlier pass has filled stays filled: shares of the input come through where nothing
-// hides anything.
+// A pixel that an earlier pass has filled stays filled: shares of the input come through where
+// nothing hides anything.
 TEST(FillMask, KeepsTheSharesOfAnEarlierPass) {
     TestFrame frame;
     frame.planes[Role::color] = textured_image(96, 64, 4, 3);

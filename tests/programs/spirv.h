@@ -1,4 +1,4 @@
-// What the tests ask of a SPIR-V module of a compute shader.
+// Reads a SPIR-V module of a compute shader.
 #pragma once
 
 #include <compare>

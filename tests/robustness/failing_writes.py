@@ -124,7 +124,7 @@ class Trial:
                  if path.endswith(".exr.json") and self.is_old(path) and
                  not self.is_old(path.removesuffix(".json"))]
         if way != "kill":
-            # Nobody can remove a temporary whose unlink fails.
+            # A temporary whose unlink fails stays.
             kept = [pathlib.Path(path).name for call, path in hit if call == "unlink"]
             said += [f"{path}: left behind" for path in jobs.temporaries(self.out)
                      if pathlib.Path(path).name not in kept]

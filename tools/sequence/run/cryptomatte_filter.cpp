@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/written_window.h"
 
 namespace postchain::sequence {
@@ -51,9 +52,8 @@ Boxes all_boxes(const SourceFrame& frame, size_t index) {
     return boxes;
 }
 
-// Those of the ids that are filtered.
-Boxes filtered_boxes(const SourceFrame& frame, size_t index) {
-    Boxes boxes = all_boxes(frame, index);
+// Those of the ids that are filtered, of all boxes.
+Boxes filtered_boxes(const SourceFrame& frame, size_t index, Boxes boxes) {
     const auto asked = frame.layers.filtered_ids.find(index);
     if (asked == frame.layers.filtered_ids.end()) return boxes;
     std::erase_if(boxes, [&](const auto& box) {
@@ -185,7 +185,7 @@ std::vector<CoverageRun> coverage_runs(const Chain& chain, const Plan& plan,
     const int reach_px = reach_of_ids(chain, plan, frame);
     std::map<std::set<Neighbor>, std::vector<CoverageSlot>> groups;
     for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i) {
-        const Boxes boxes = filtered_boxes(frame, i);
+        const Boxes boxes = filtered_boxes(frame, i, all_boxes(frame, i));
         auto slots = slots_of(boxes, 2 * reach_px);
         put_near_together(slots, boxes);
         std::set<Neighbor> neighbors;
@@ -209,8 +209,9 @@ std::vector<CoverageRun> coverage_runs(const Chain& chain, const Plan& plan,
 
 FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
                            FrameDescription description) {
+    if (run.with_color && !frame.layers.fill_mask.empty())
+        description = with_fill_mask(std::move(description));
     description.layers = run.layers() + (run.with_color ? own_layers(frame) : 0);
-    description.fill_layer = run.with_color && !frame.layers.fill_mask.empty() ? 0 : -1;
     description.bounds.layers_are_half = false;
     description.planes.add(Role::layers);
     for (const Neighbor neighbor : kNeighbors) {
@@ -234,10 +235,13 @@ CryptomatteFilter::CryptomatteFilter(const Chain& chain, const Plan& plan, const
     description_ = planned_description(chain, frame);
     reach_px_ = reach_of_ids(chain, plan, frame);
     const io::Window& window = frame.input.window;
-    for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i)
+    for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i) {
+        Boxes boxes = all_boxes(frame, i);
+        const size_t all_ids = boxes.size();
         ones_.push_back(
-            {filtered_boxes(frame, i), all_boxes(frame, i).size(), 0,
+            {filtered_boxes(frame, i, std::move(boxes)), all_ids, 0,
              io::Reranking(window.width(), window.height(), frame.cryptomattes->ranks[i].ranks)});
+    }
     for (const CoverageRun& run : runs_)
         for (const CoverageSlot& slot : run.slots) ++ones_[slot.cryptomatte].planes;
 }

@@ -18,7 +18,6 @@ FrameDescription without_layers(FrameDescription description) {
     for (const Role role : {Role::layers, Role::layers_before, Role::layers_after})
         description.planes.remove(role);
     description.layers = 0;
-    description.fill_layer = -1;
     return description;
 }
 

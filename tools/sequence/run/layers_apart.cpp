@@ -106,7 +106,6 @@ Result<ImageF> filter_apart(const Chain& chain, const SourceFrame& frame,
         SharedPlanes planes = frame.planes;
         FrameDescription description = planned_description(chain, frame);
         description.layers = int(group.layers.size());
-        description.fill_layer = -1;
         for (Role role : {Role::layers, Role::layers_before, Role::layers_after}) {
             planes.erase(role);
             description.planes.remove(role);

@@ -70,7 +70,7 @@ std::vector<io::FilteredLayer> layers_to_write(const SourceFrame& source, const 
     return layers;
 }
 
-// What is written besides the color of a frame's first view.
+// The images to write: all but the color of the frame's first view.
 std::vector<io::FilteredLayer> all_to_write(FrameInFlight& frame, std::deque<ImageF>& images) {
     std::vector<io::FilteredLayer> all = layers_to_write(*frame.source, frame.filtered, images);
     for (size_t i = 0; i < frame.other_views.size(); ++i) {

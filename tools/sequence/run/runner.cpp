@@ -339,7 +339,7 @@ class Walk {
     FrameFeed& feed_;
     const WaitObserver& waits_;
     SequenceReader reader_;                               // used by the reader thread
-    std::map<std::string, SequenceReader> view_readers_;  // also
+    std::map<std::string, SequenceReader> view_readers_;  // of the other views; likewise
     MemoryGate gate_;
 
     Channel<Numbered> to_process_{1};

@@ -7,6 +7,7 @@
 // MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
 #include "common/finite.glsl"
 #include "common/matte.glsl"
+#include "common/precise.glsl"
 #include "common/work_group.glsl"
 
 layout(binding = 0) uniform sampler2D color;
@@ -78,7 +79,7 @@ void main() {
     if (soft) {
         GROUND(ground, FETCH_COLOR)
         own = own_share(c, ground, kept);
-        c = mix(ground, c, own);
+        c = precise_mix(ground, c, own);
     }
     imageStore(held, ivec3(p, 0), without(c, kept));
     imageStore(held, ivec3(p, 1), vec4(kept, 0.0, 0.0, 0.0));
@@ -88,7 +89,7 @@ void main() {
         vec4 layer = FETCH_LAYER(p);
         if (soft) {
             GROUND(ground, FETCH_LAYER)
-            layer = mix(ground, layer, own);
+            layer = precise_mix(ground, layer, own);
         }
         imageStore(held, ivec3(p, l + 2), without(layer, kept));
     }

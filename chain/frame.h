@@ -112,6 +112,7 @@ const char* name_of(Precision precision);
 struct FrameDescription {
     int width = 0;  // of the planes (the data window), pixels
     int height = 0;
+    uint64_t pixels() const { return uint64_t(width) * uint64_t(height); }
     int display_width = 0;  // of the display window: W in every formula of the lens
     int display_height = 0;
     int origin_x = 0;  // of the planes' first pixel in the display window

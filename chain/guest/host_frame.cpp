@@ -29,7 +29,7 @@ Failure check_texture(const char* member, const pc_texture& given, int width, in
         return {PC_ERROR_INPUT,
                 concat(member, ": a frame of ", width, "x", height, " at ", given.x, ", ", given.y,
                        " is not inside its ", given.width, "x", given.height, " texels")};
-    texture.whole = given.x == 0 && given.y == 0 && given.width == width && given.height == height;
+    texture.at_origin = given.x == 0 && given.y == 0;
     return {};
 }
 
@@ -111,7 +111,7 @@ bool HostFrame::shows_fill() const {
 }
 
 bool HostFrame::motion_in_place() const {
-    return motion.whole && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
+    return motion.at_origin && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
            scale_of(given->motion_scale[1]) == 1 && given->motion_bias[0] == 0 &&
            given->motion_bias[1] == 0 && !flag(PC_MOTION_JITTERED);
 }
@@ -208,18 +208,17 @@ FrameDescription describe(const HostFrame& frame) {
     return description;
 }
 
-PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
+PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uint64_t revision) {
     const pc_frame& given = *frame.given;
     PlanKey key;
     key.chain = chain;
     key.revision = revision;
-    key.width = frame.width;
-    key.height = frame.height;
+    key.room = room;
     key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
     key.cases = {frame.color_in_place(), frame.depth_in_place(),     frame.motion_in_place(),
-                 frame.output.whole,     frame.output_is_an_input(), frame.sky,
+                 frame.output.at_origin, frame.output_is_an_input(), frame.sky,
                  frame.has_gain(),       frame.exposure.name != 0,   frame.output_is_color()};
     if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;
@@ -227,19 +226,11 @@ PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
 
 FrameValues values_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    return {given.near_clip,
-            given.far_clip,
-            given.focal_length_mm,
-            given.sensor_width_mm,
-            given.f_stop,
-            given.focus_distance,
-            given.meters_per_unit,
-            given.shutter_frames,
-            given.max_speed_px,
-            given.nearest,
-            given.farthest,
-            given.pixel_aspect,
-            frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
+    return {float(frame.width),   float(frame.height),   given.near_clip,
+            given.far_clip,       given.focal_length_mm, given.sensor_width_mm,
+            given.f_stop,         given.focus_distance,  given.meters_per_unit,
+            given.shutter_frames, given.max_speed_px,    given.nearest,
+            given.farthest,       given.pixel_aspect,    frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
 }
 
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {

@@ -57,6 +57,7 @@ class Builder {
         plan().outputs.clear();
         if (host_.result >= 0) plan().outputs[Role::color] = host_.result;
         find_lifetimes(plan(), outputs);
+        fit(plan(), frame_.width, frame_.height);
         return std::move(host_);
     }
 
@@ -67,15 +68,13 @@ class Builder {
         PlanTexture texture;
         texture.name = name;
         texture.format = format;
-        texture.width = frame_.width;
-        texture.height = frame_.height;
         texture.imported = imported;
         plan().textures.push_back(texture);
         return TextureId(plan().textures.size()) - 1;
     }
 
     int add_pass(const char* name) {
-        plan().passes.push_back({name, "", false});
+        plan().passes.push_back({name, "", false, {}});
         return int(plan().passes.size()) - 1;
     }
 
@@ -86,7 +85,6 @@ class Builder {
         step.name = name;
         step.program = std::move(program);
         step.set_uniforms(shared::GuestUniforms{});
-        step.groups = groups_for(frame_.width, frame_.height);
         return step;
     }
 
@@ -95,7 +93,7 @@ class Builder {
         if (frame_.exposure.name == 0) return;
         if (host_.exposure < 0) {
             host_.exposure = add_texture("host.exposure", Format::r32f, true);
-            plan().textures.back().width = plan().textures.back().height = 1;
+            plan().textures.back().area = Area::fixed(1, 1);
         }
         step.bindings.push_back({kExposureUnit, host_.exposure});
     }
@@ -139,7 +137,7 @@ class Builder {
             host_.result = color;
             return;
         }
-        if (works && as_is && frame_.output.whole && !frame_.output_is_an_input() &&
+        if (works && as_is && frame_.output.at_origin && !frame_.output_is_an_input() &&
             !is_read(color)) {
             plan().textures[size_t(color)].imported =
                 true;  // the last pass writes to the host's texture
@@ -161,19 +159,16 @@ class Builder {
     void add_fill_view() {
         const TextureId start = input(Role::layers), mask = plan().outputs.at(Role::layers);
         plan().textures[size_t(start)].imported = false;
-        Step begin;
-        begin.pass = add_pass("fill");
-        begin.name = "fill_start";
-        begin.program = {"guest/fill_start.comp", {}};
-        begin.groups = groups_for(frame_.width, frame_.height);
-        launch_by(begin, -1);
+        Step begin = make_step(add_pass("fill"), "fill_start", {"guest/fill_start.comp", {}});
         begin.bindings = {{0, start, Access::write}};
+        host_.fill_step = 0;
         plan().steps.insert(plan().steps.begin(), std::move(begin));
         host_.result = add_target();
         Step view = make_step(add_pass("export"), "debug_view",
                               {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}}});
         launch_by(view, -1);
         view.bindings = {{0, mask}, {0, host_.result, Access::write}};
+        host_.shown = mask;
         host_.export_step = int(plan().steps.size());
         plan().steps.push_back(std::move(view));
     }
@@ -216,6 +211,7 @@ class Builder {
             launch_by(step, how == "4" ? shown : -1);
             step.bindings.push_back({0, source});
             step.bindings.push_back({0, host_.result, Access::write});
+            host_.shown = source;
             plan().steps.push_back(std::move(step));
             return int(plan().steps.size()) - 1;
         };
@@ -275,7 +271,7 @@ class Builder {
         step.pass = add_pass("import");
         plan().steps.insert(plan().steps.begin(), std::move(step));
         host_.import_step = 0;
-        for (int* later : {&host_.export_step, &host_.debug_step})
+        for (int* later : {&host_.export_step, &host_.debug_step, &host_.fill_step})
             if (*later >= 0) ++*later;
     }
 
@@ -314,7 +310,7 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame
     const bool exposure = frame.exposure.name != 0;
     // Gain, scale of motion and matrices may come and go; a plane that the frame has may be unread.
     programs.push_back(export_program(exposure));
-    const bool color_in_place = frame.top_left() && frame.color.whole && !exposure;
+    const bool color_in_place = frame.top_left() && frame.color.at_origin && !exposure;
     const bool depth = read.has(Role::inverse_depth) && !frame.depth_in_place();
     const bool motion = read.has(Role::motion);
     for (int i = 0; i < 16; ++i) {

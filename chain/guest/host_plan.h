@@ -19,7 +19,9 @@ struct HostPlan {
     TextureId result = -1;
     bool writes_output = false;
     int import_step = -1, export_step = -1;  // steps with a GuestUniforms
+    int fill_step = -1;                      // makes the fill mask
     int debug_step = -1;                     // draws a work list
+    TextureId shown = -1;                    // the texture that a debug view draws
 };
 
 // The plan options that the host's flags select.

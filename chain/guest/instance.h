@@ -95,7 +95,13 @@ class Instance {
     Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE if a program is not compiled.
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
+    Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, const PlanKey& key,
+                         Entry*& entry);
+    uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
+    bool states_room() const { return info_.max_width > 0; }
     Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
+    // The size of frame for which the textures of this one's plans are made.
+    gl::Room room_for(const HostFrame& frame);
     void forget_entries(const PlanKey& key);
     static void import(Entry& entry, const HostFrame& frame);
     Failure dispatch(Entry& entry, const HostFrame& frame);
@@ -114,6 +120,9 @@ class Instance {
     ResolvedChain resolved_;  // the frame that find() looks for
     LastFrame last_;
     GlState state_;
+    gl::Room room_;              // the largest frame stated or seen
+    uint64_t small_frames_ = 0;  // the newest frames of at most half its sides
+    gl::Room small_;             // the largest of them
     int timing_ = 0;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
     mutable std::string logged_;

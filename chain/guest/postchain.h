@@ -94,6 +94,10 @@ typedef struct pc_create_info {
     uint64_t texture_budget; /* bytes; 0 = no limit; beyond it PC_ERROR_MEMORY */
     uint32_t keep_frames;    /* a texture is freed after this many pc_run() without use; 0 = 8 */
     uint32_t reserved;
+    /* The largest frame: textures are made for it, and a frame of any size up to it costs values
+     * alone. A larger one is filtered too, with new textures. 0 = the largest frame seen, if the
+     * host gives `output`; textures shrink after keep_frames frames of half its sides at most. */
+    uint32_t max_width, max_height;
 } pc_create_info;
 /* [GL] On failure *instance is NULL, and the text is in pc_create_error(). */
 PC_API pc_result pc_create(const pc_create_info* info, pc_instance** instance);

@@ -48,7 +48,6 @@ vec4 view_of(vec4 value) {
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
-    const ivec2 size = textureSize(shown, 0).xy;
-    const ivec2 at = min(p * size / uniforms.size, size - 1);
+    const ivec2 at = min(p * uniforms.shown_size / uniforms.size, uniforms.shown_size - 1);
     imageStore(host_output, stored_at(p, uniforms.output_at), view_of(FETCH(at)));
 }

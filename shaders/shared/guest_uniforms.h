@@ -23,11 +23,13 @@ UNIFORMS_BEGIN(GuestUniforms)
     vec4 sky_x;      // rows of (x, y, 1) -> (x, y, w) of the other frame; x, y of clip space
     vec4 sky_y;
     vec4 sky_w;
+    ivec2 shown_size;  // of the texture that a debug view draws
+    ivec2 pad0;
 UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::GuestUniforms) == 144);
+static_assert(sizeof(postchain::shared::GuestUniforms) == 160);
 static_assert(offsetof(postchain::shared::GuestUniforms, bottom_up) == 48);
 static_assert(offsetof(postchain::shared::GuestUniforms, motion_scale) == 64);
 static_assert(offsetof(postchain::shared::GuestUniforms, gain) == 88);

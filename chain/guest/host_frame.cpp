@@ -224,6 +224,45 @@ PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uin
     return key;
 }
 
+FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
+    FrameKind kind{chain,
+                   revision,
+                   frame.given->flags & (PC_HALF_PLANES | PC_NO_ELISION),
+                   frame.depth.name != 0,
+                   frame.motion.name != 0,
+                   frame.exposure.name != 0,
+                   {}};
+    if (frame.given->debug_view)
+        std::strncpy(kind.debug_view.data(), frame.given->debug_view, kLongestView);
+    return kind;
+}
+
+std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared) {
+    const FrameKind* nearest = nullptr;
+    for (const FrameKind& other : prepared)
+        if (other.chain == kind.chain) nearest = &other;
+    if (!nearest) return "pc_prepare() was not called for this chain";
+    const auto given = [](const char* member, bool now) {
+        return concat(member, now ? ": given, and not" : ": not given, but", " to pc_prepare()");
+    };
+    const auto flag = [&](const char* name, uint32_t bit) {
+        return concat("flags: ", name,
+                      (kind.flags & bit) != 0 ? ", and not" : " is missing, but set",
+                      " in pc_prepare()");
+    };
+    const char* remedy = "; call pc_prepare() with a frame like this one";
+    const uint32_t flags = kind.flags ^ nearest->flags;
+    if (kind.debug_view != nearest->debug_view)
+        return concat("debug_view: pc_prepare() was not called with \"", kind.debug_view.data(),
+                      "\"", remedy);
+    if ((flags & PC_HALF_PLANES) != 0) return flag("PC_HALF_PLANES", PC_HALF_PLANES) + remedy;
+    if (flags != 0) return flag("PC_NO_ELISION", PC_NO_ELISION) + remedy;
+    if (kind.exposure != nearest->exposure) return given("exposure", kind.exposure) + remedy;
+    if (kind.depth && !nearest->depth) return given("depth", true) + remedy;
+    if (kind.motion && !nearest->motion) return given("motion", true) + remedy;
+    return concat("the chain's values were changed since pc_prepare()", remedy);
+}
+
 FrameValues values_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     return {float(frame.width),   float(frame.height),   given.near_clip,

@@ -3,6 +3,8 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "chain/frame.h"
 #include "chain/gl/compiled_plan.h"
@@ -60,6 +62,19 @@ struct PlanKey {
     bool operator==(const PlanKey&) const = default;
 };
 PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uint64_t revision);
+
+// What selects programs, beside the planes that a frame may lack: pc_prepare() compiles those of
+// all frames of one kind. docs/integration.md lists the members.
+struct FrameKind {
+    uint64_t chain = 0, revision = 0;
+    uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION
+    bool depth = false, motion = false, exposure = false;
+    std::array<char, 64> debug_view = {};
+    bool operator==(const FrameKind&) const = default;
+};
+FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
+// The member by which a frame is of none of these kinds, and the remedy.
+std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared);
 
 // The frame's size, camera and bounds; the last is 1 at a cut.
 using FrameValues = std::array<float, 15>;

@@ -15,21 +15,8 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
-// The planes that the step `import` makes of a host's textures.
-struct Imported {
-    bool color = false, depth = false, motion = false;
-    bool sky = false;  // computes the motion of the sky
-
-    bool any() const { return color || depth || motion; }
-};
-
-ProgramKey import_program(const Imported& made, bool exposure) {
-    return {"guest/import.comp",
-            {{"COLOR", flag(made.color)},
-             {"DEPTH", flag(made.depth)},
-             {"MOTION", flag(made.motion)},
-             {"SKY", flag(made.motion && made.sky)},
-             {"EXPOSURE", flag(made.color && exposure)}}};
+ProgramKey import_program(bool exposure) {
+    return {"guest/import.comp", {{"EXPOSURE", flag(exposure)}}};
 }
 
 ProgramKey export_program(bool exposure) {
@@ -225,7 +212,7 @@ class Builder {
     void add_import() {
         struct Plane {
             Role role;
-            bool Imported::*made;
+            int makes;
             const char* host;
             bool in_place;
             Format format;
@@ -233,16 +220,14 @@ class Builder {
         };
         const bool half = frame_.color.format->half && !frame_.has_gain();
         const Plane planes[] = {
-            {Role::color, &Imported::color, "host.color", frame_.color_in_place(),
+            {Role::color, GUEST_MAKES_COLOR, "host.color", frame_.color_in_place(),
              half ? Format::rgba16f : Format::rgba32f, &HostPlan::color},
-            {Role::inverse_depth, &Imported::depth, "host.depth", frame_.depth_in_place(),
+            {Role::inverse_depth, GUEST_MAKES_DEPTH, "host.depth", frame_.depth_in_place(),
              Format::r32f, &HostPlan::depth},
-            {Role::motion, &Imported::motion, "host.motion", frame_.motion_in_place(),
+            {Role::motion, GUEST_MAKES_MOTION, "host.motion", frame_.motion_in_place(),
              Format::rg32f, &HostPlan::motion}};
         Step step = make_step(0, "import", {});
         const uint64_t pixels = uint64_t(frame_.width) * uint64_t(frame_.height);
-        Imported made;
-        made.sky = frame_.sky;
         for (int unit = 0; unit < 3; ++unit) {
             const Plane& plane = planes[unit];
             const TextureId canonical = input(plane.role);
@@ -252,7 +237,7 @@ class Builder {
                 host_.*plane.id = canonical;
                 continue;
             }
-            made.*plane.made = true;
+            host_.makes |= plane.makes;
             plan().textures[size_t(canonical)].imported = false;
             plan().textures[size_t(canonical)].format = plane.format;
             const TextureId host = add_texture(plane.host, plane.format, true);
@@ -261,13 +246,16 @@ class Builder {
             step.bindings.push_back({unit, canonical, Access::write});
             step.taps += pixels;
         }
-        if (!made.any()) return;
-        step.program = import_program(made, has_exposure());
-        if (made.motion && made.sky && !made.depth) {
-            if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
-            step.bindings.push_back({1, host_.depth});
+        if (host_.makes == 0) return;
+        step.program = import_program(has_exposure());
+        if (frame_.sky && (host_.makes & GUEST_MAKES_MOTION) != 0) {
+            host_.makes |= GUEST_MAKES_SKY;
+            if ((host_.makes & GUEST_MAKES_DEPTH) == 0) {
+                if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
+                step.bindings.push_back({1, host_.depth});
+            }
         }
-        if (made.color) bind_exposure(step);
+        if ((host_.makes & GUEST_MAKES_COLOR) != 0) bind_exposure(step);
         step.pass = add_pass("import");
         plan().steps.insert(plan().steps.begin(), std::move(step));
         host_.import_step = 0;
@@ -304,20 +292,18 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
 }
 
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame) {
-    const FrameDescription description = describe(frame);
-    std::vector<ProgramKey> programs = programs_of(chain, description, options_of(frame));
-    const RoleSet read = (chain.required() | chain.optional()) & description.planes;
     const bool exposure = frame.exposure.name != 0;
-    // Gain, scale of motion and matrices may come and go; a plane that the frame has may be unread.
-    programs.push_back(export_program(exposure));
-    const bool color_in_place = frame.top_left() && frame.color.at_origin && !exposure;
-    const bool depth = read.has(Role::inverse_depth) && !frame.depth_in_place();
-    const bool motion = read.has(Role::motion);
-    for (int i = 0; i < 16; ++i) {
-        const Imported made = {(i & 1) != 0, (i & 2) != 0, (i & 4) != 0, (i & 8) != 0};
-        const bool can_be = (made.color || color_in_place) && (!made.depth || depth) &&
-                            (!made.motion || motion) && (!made.sky || made.motion);
-        if (can_be && made.any()) programs.push_back(import_program(made, exposure));
+    std::vector<ProgramKey> programs = {import_program(exposure), export_program(exposure)};
+    // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
+    FrameDescription description = describe(frame);
+    const RoleSet given = description.planes;
+    for (int lacks = 0; lacks < 4; ++lacks) {
+        description.planes = given;
+        if (lacks & 1) description.planes.remove(Role::inverse_depth);
+        if (lacks & 2) description.planes.remove(Role::motion);
+        for (ProgramKey& key : programs_of(chain, description, options_of(frame)))
+            if (std::find(programs.begin(), programs.end(), key) == programs.end())
+                programs.push_back(std::move(key));
     }
     return programs;
 }

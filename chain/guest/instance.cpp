@@ -137,6 +137,10 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
             return program.status();
         ++compiled;
     }
+    const FrameKind kind = kind_of(frame, chain.id(), chain.revision());
+    std::erase(prepared_kinds_, kind);
+    prepared_kinds_.push_back(kind);
+    if (prepared_kinds_.size() > kMaxKinds) prepared_kinds_.erase(prepared_kinds_.begin());
     objects_->pool.begin_frame();
     pc_frame cut = *given;
     cut.flags ^= PC_CAMERA_CUT;
@@ -221,8 +225,9 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     }
     for (const Step& step : host->plan.steps)
         if (!objects_->programs.has(step.program))
-            return {PC_ERROR_PREPARE, concat("pc_prepare() has seen no frame like this: ",
-                                             step.program.text(), " is not compiled")};
+            return {
+                PC_ERROR_PREPARE,
+                difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_)};
     return make(std::move(purpose), *host, entry);
 }
 
@@ -282,6 +287,7 @@ void Instance::import(Entry& entry, const HostFrame& frame) {
         compiled.import(host.result, frame.output.name, frame.output.format->name);
     if (host.import_step < 0 && host.export_step < 0) return;
     shared::GuestUniforms uniforms = uniforms_of(frame);
+    uniforms.makes = host.makes;
     if (host.shown >= 0) {
         const PlanTexture& shown = compiled.plan().textures[size_t(host.shown)];
         uniforms.shown_size = {shown.width, shown.height};

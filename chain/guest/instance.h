@@ -76,6 +76,7 @@ class Instance {
         pc_frame frame = {};
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
+    static constexpr size_t kMaxKinds = 64;  // for messages
     // Maximum number of plans kept, for example for a cut, a debug view, or the other eye.
     static constexpr size_t kMaxEntries = 8;
 
@@ -116,6 +117,7 @@ class Instance {
     std::unique_ptr<Objects> objects_;
     std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
     std::vector<ProgramKey> prepared_programs_;
+    std::vector<FrameKind> prepared_kinds_;  // the newest last
     FrameValues prepared_values_ = {};
     ResolvedChain resolved_;  // the frame that find() looks for
     LastFrame last_;

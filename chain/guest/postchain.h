@@ -58,7 +58,7 @@ enum {
     PC_ERROR_CONTEXT = -4,  /* no context, another one, one below 4.5, or a lost one */
     PC_ERROR_MEMORY = -5,   /* texture_budget is exceeded, or GL is out of memory */
     PC_ERROR_VERSION = -6,  /* api_version or struct_size */
-    PC_ERROR_PREPARE = -7,  /* pc_prepare() was not called for a frame like this */
+    PC_ERROR_PREPARE = -7,  /* pc_prepare() was not called for a frame of this kind */
     PC_ERROR_GL = -8,       /* a program does not compile; with PC_VALIDATE any GL error */
     PC_ERROR_INTERNAL = -9  /* a defect of this library */
 };
@@ -229,9 +229,11 @@ typedef struct pc_frame {
  * pc_check_motion(). */
 PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 
-/* [GL] Compiles the programs of every frame of this kind (textures, formats, conventions, size),
- * whatever its lens, shutter, bounds, cut, matrices and gain; makes this frame's textures. wait =
- * 0: compiles one program at most, and returns PC_PENDING until none is left. */
+/* [GL] Compiles the programs of every frame of this kind, and makes this frame's textures. A kind
+ * is: the chain with its values; PC_HALF_PLANES; PC_NO_ELISION; whether exposure is given;
+ * debug_view; depth and motion if they are given (a later frame may lack them). No other member of
+ * pc_frame selects a program. wait = 0: compiles one program at most, and returns PC_PENDING until
+ * none is left. */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is
  * valid until the next pc_run(), or color itself if there was nothing to do and no output was

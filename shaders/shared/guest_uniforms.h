@@ -4,6 +4,11 @@
 
 #include "shared/uniforms.h"
 
+#define GUEST_MAKES_COLOR 1
+#define GUEST_MAKES_DEPTH 2
+#define GUEST_MAKES_MOTION 4
+#define GUEST_MAKES_SKY 8  // motion of infinitely far pixels without a vector
+
 UNIFORMS_BEGIN(GuestUniforms)
     ivec2 size;      // of the frame
     ivec2 color_at;  // where its first stored texel is in each texture
@@ -24,7 +29,8 @@ UNIFORMS_BEGIN(GuestUniforms)
     vec4 sky_y;
     vec4 sky_w;
     ivec2 shown_size;  // of the texture that a debug view draws
-    ivec2 pad0;
+    int makes;         // GUEST_MAKES_...: the planes that the import makes
+    int pad0;
 UNIFORMS_END
 
 #ifdef __cplusplus

@@ -64,6 +64,12 @@ Failure check_numbers(const pc_frame& given) {
         if (!std::isfinite(given.view_projection[i]) ||
             !std::isfinite(given.other_view_projection[i]))
             return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
+    constexpr uint32_t kFrameFlags = 2 * PC_GIVEN_SHUTTER - 1;
+    if ((given.flags & ~kFrameFlags) != 0)
+        return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
+                                         " has a bit that this library does not know")};
+    if (given.reserved != 0 || given.reserved_2 != 0)
+        return {PC_ERROR_VERSION, "pc_frame.reserved or reserved_2 is not 0"};
     if (given.pre_exposure < 0)
         return {PC_ERROR_CHAIN, concat("pre_exposure is ", given.pre_exposure)};
     if (given.pixel_aspect < 0)
@@ -171,6 +177,35 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
     return {};
 }
 
+Failure check_deeper(const HostFrame& frame) {
+    const pc_frame& given = *frame.given;
+    const struct {
+        const char* name;
+        const float (&columns)[16];
+    } matrices[] = {{"view_projection", given.view_projection},
+                    {"other_view_projection", given.other_view_projection}};
+    for (const auto& [name, columns] : matrices) {
+        if (!any(columns)) continue;
+        const glm::dmat3 rows = directions(columns);
+        double scale = 1;
+        for (int i = 0; i < 3; ++i) scale *= glm::length(rows[i]);
+        if (!(std::abs(glm::determinant(rows)) > 1e-9 * scale))
+            return {PC_ERROR_INPUT,
+                    concat(name, ": is singular; give world to clip space, columns first")};
+    }
+    const struct {
+        const char* name;
+        uint32_t texture;
+    } planes[] = {{"depth", given.depth.name},
+                  {"motion", given.motion.name},
+                  {"exposure", given.exposure.name}};
+    for (const auto& [name, texture] : planes)
+        if (given.output.name != 0 && given.output.name == texture)
+            return {PC_ERROR_INPUT, concat("output: is the texture of ", name,
+                                           ", which it would overwrite; only color may be both")};
+    return {};
+}
+
 FrameDescription describe(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     FrameDescription description;
@@ -199,6 +234,8 @@ FrameDescription describe(const HostFrame& frame) {
     set(camera.meters_per_unit, given.meters_per_unit);
     set(camera.shutter_frames, given.shutter_frames);
     if (given.shutter_frames < 0) camera.shutter_frames = 0;
+    if (frame.flag(PC_GIVEN_SHUTTER)) camera.shutter_frames = std::max(given.shutter_frames, 0.0f);
+    description.camera_place = "in pc_frame";
     FrameBounds& bounds = description.bounds;
     bounds.camera_cut = frame.flag(PC_CAMERA_CUT);
     bounds.color_is_half = frame.color.format->half && !frame.has_gain();
@@ -265,11 +302,22 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
 
 FrameValues values_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    return {float(frame.width),   float(frame.height),   given.near_clip,
-            given.far_clip,       given.focal_length_mm, given.sensor_width_mm,
-            given.f_stop,         given.focus_distance,  given.meters_per_unit,
-            given.shutter_frames, given.max_speed_px,    given.nearest,
-            given.farthest,       given.pixel_aspect,    frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
+    return {float(frame.width),
+            float(frame.height),
+            given.near_clip,
+            given.far_clip,
+            given.focal_length_mm,
+            given.sensor_width_mm,
+            given.f_stop,
+            given.focus_distance,
+            given.meters_per_unit,
+            given.shutter_frames,
+            given.max_speed_px,
+            given.nearest,
+            given.farthest,
+            given.pixel_aspect,
+            frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f,
+            frame.flag(PC_GIVEN_SHUTTER) ? 1.0f : 0.0f};
 }
 
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {

@@ -47,6 +47,10 @@ struct HostFrame {
 // encoding needs, or a value that is not finite. Calls no GL, allocates nothing.
 Failure check_frame(const pc_frame* given, HostFrame& frame);
 
+// For PC_VALIDATE: matrices that cannot be inverted, an output over another plane than color.
+// Precondition: check_frame().
+Failure check_deeper(const HostFrame& frame);
+
 // The description for the planner. Precondition: check_frame().
 FrameDescription describe(const HostFrame& frame);
 
@@ -76,8 +80,8 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 // The member by which a frame is of none of these kinds, and the remedy.
 std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared);
 
-// The frame's size, camera and bounds; the last is 1 at a cut.
-using FrameValues = std::array<float, 15>;
+// The frame's size, camera, bounds, and 1 for each flag that changes them.
+using FrameValues = std::array<float, 16>;
 FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps that convert from and to the host's textures.

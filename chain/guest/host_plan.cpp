@@ -151,8 +151,9 @@ class Builder {
         host_.fill_step = 0;
         plan().steps.insert(plan().steps.begin(), std::move(begin));
         host_.result = add_target();
-        Step view = make_step(add_pass("export"), "debug_view",
-                              {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}}});
+        Step view =
+            make_step(add_pass("export"), "debug_view",
+                      {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}, {"HOST", "0"}}});
         launch_by(view, -1);
         view.bindings = {{0, mask}, {0, host_.result, Access::write}};
         host_.shown = mask;
@@ -160,12 +161,29 @@ class Builder {
         plan().steps.push_back(std::move(view));
     }
 
+    // The host's texture of the name "host.color", "host.depth" or "host.motion", if it is given.
+    TextureId add_host_view(std::string_view name) {
+        const struct {
+            const char* name;
+            const HostTexture& texture;
+            Format format;
+            TextureId HostPlan::*id;
+        } views[] = {{"host.color", frame_.color, Format::rgba32f, &HostPlan::color},
+                     {"host.depth", frame_.depth, Format::r32f, &HostPlan::depth},
+                     {"host.motion", frame_.motion, Format::rg32f, &HostPlan::motion}};
+        for (const auto& view : views)
+            if (name == view.name && view.texture.name != 0)
+                return host_.*view.id = add_texture(view.name, view.format, true);
+        return -1;
+    }
+
     // "0.motion_blur.tile_max" or "0.motion_blur.tile_max:vector".
     Status add_debug_view(std::string_view view) {
         const size_t colon = view.find(':');
         const std::string_view name = view.substr(0, colon);
         const std::string_view as = colon == view.npos ? "" : view.substr(colon + 1);
-        TextureId shown = -1;
+        TextureId shown = add_host_view(name);
+        const bool of_host = shown >= 0;
         for (size_t i = 0; i < plan().textures.size(); ++i)
             if (plan().textures[i].name == name) shown = TextureId(i);
         if (shown < 0)
@@ -185,7 +203,7 @@ class Builder {
                                                     "after a colon stands color, number or "
                                                     "vector, and packed bits are no picture"));
         // Steps after the last one that writes the texture are not needed.
-        int last = -1;
+        int last = -1;  // of the host's own: there is none
         for (int i = 0; i < int(plan().steps.size()); ++i)
             for (const auto& binding : plan().steps[size_t(i)].bindings)
                 if (binding.texture == shown && plan().steps[size_t(i)].writes(binding)) last = i;
@@ -194,7 +212,8 @@ class Builder {
         host_.result = add_target();
         const auto add = [&](const char* step_name, const std::string& how, TextureId source) {
             Step step = make_step(pass, step_name,
-                                  {"guest/debug_view.comp", {{"VIEW", how}, {"EXPOSURE", "0"}}});
+                                  {"guest/debug_view.comp",
+                                   {{"VIEW", how}, {"EXPOSURE", "0"}, {"HOST", flag(of_host)}}});
             launch_by(step, how == "4" ? shown : -1);
             step.bindings.push_back({0, source});
             step.bindings.push_back({0, host_.result, Access::write});

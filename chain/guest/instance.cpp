@@ -43,6 +43,7 @@ Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& 
 
 Failure Instance::open() {
     const bool own = (info_.flags & PC_OWN_CONTEXT) != 0;
+    if (Failure failure = check_epoxy(); !failure.ok()) return failure;
     context_ = ContextId::current();
     if (own && context_)
         return {
@@ -80,7 +81,18 @@ Failure Instance::open() {
 Instance::~Instance() {
     if (!objects_) return;
     if (lost_ || !context_.is_current()) abandon();
-    if (objects_) objects_->entries.clear();  // before the pool that their textures are of
+    if (!objects_) return;
+    objects_->entries.clear();  // before the pool that their textures are of
+    // A program that the last step left in use would be one that is deleted and current.
+    const auto deleted = [] {
+        GLint program = 0, status = GL_FALSE;
+        glGetIntegerv(GL_CURRENT_PROGRAM, &program);
+        if (program) glGetProgramiv(GLuint(program), GL_DELETE_STATUS, &status);
+        return status == GL_TRUE;
+    };
+    const bool before = deleted();
+    objects_.reset();
+    if (!before && deleted()) glUseProgram(0);
 }
 
 void Instance::abandon() {
@@ -111,10 +123,18 @@ void Instance::log(int level, const std::string& message) const {
     info_.log(info_.user, level, message.c_str());
 }
 
+Failure Instance::check(const pc_frame* given, HostFrame& frame) {
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    const int limit = device_.limits.texture_px;
+    if (frame.width > limit || frame.height > limit)
+        return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
+                                       "; this device's limit is ", limit, " a side")};
+    return check_context();
+}
+
 Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool wait) {
     HostFrame frame;
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (Failure failure = check_context(); !failure.ok()) return failure;
+    if (Failure failure = check(given, frame); !failure.ok()) return failure;
     // Without waiting the host calls again and again with one frame: that is planned once.
     const PlanKey key = key_of(frame, {}, chain.id(), chain.revision());
     const FrameValues values = values_of(frame);
@@ -291,6 +311,12 @@ void Instance::import(Entry& entry, const HostFrame& frame) {
     if (host.shown >= 0) {
         const PlanTexture& shown = compiled.plan().textures[size_t(host.shown)];
         uniforms.shown_size = {shown.width, shown.height};
+        const std::pair<TextureId, const pc_texture&> views[] = {
+            {host.color, frame.given->color},
+            {host.depth, frame.given->depth},
+            {host.motion, frame.given->motion}};
+        for (const auto& [id, texture] : views)
+            if (host.shown == id) uniforms.shown_at = {texture.x, texture.y};
     }
     for (const int step : {host.import_step, host.export_step, host.debug_step, host.fill_step})
         if (step >= 0) compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
@@ -317,12 +343,12 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
 
 Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
     HostFrame frame;
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (Failure failure = check_context(); !failure.ok()) return failure;
+    if (Failure failure = check(given, frame); !failure.ok()) return failure;
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
     if (validates) {
         if (Status left = gl::check_error("the host left an error"); !left.ok())
             log(PC_LOG_WARNING, left.message());
+        if (Failure failure = check_deeper(frame); !failure.ok()) return failure;
         if (Failure failure = validate(frame); !failure.ok()) return failure;
     }
     ++frames_;

@@ -92,6 +92,8 @@ class Instance {
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
+    // check_frame(), the device's limits, check_context().
+    Failure check(const pc_frame* given, HostFrame& frame);
     // The plan of this key and shape, with the frame's values; null if there is none.
     Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE if a program is not compiled.

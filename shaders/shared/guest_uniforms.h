@@ -31,11 +31,13 @@ UNIFORMS_BEGIN(GuestUniforms)
     ivec2 shown_size;  // of the texture that a debug view draws
     int makes;         // GUEST_MAKES_...: the planes that the import makes
     int pad0;
+    ivec2 shown_at;    // its first stored texel, if it is the host's
+    ivec2 pad1;
 UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::GuestUniforms) == 160);
+static_assert(sizeof(postchain::shared::GuestUniforms) == 176);
 static_assert(offsetof(postchain::shared::GuestUniforms, bottom_up) == 48);
 static_assert(offsetof(postchain::shared::GuestUniforms, motion_scale) == 64);
 static_assert(offsetof(postchain::shared::GuestUniforms, gain) == 88);

@@ -39,9 +39,6 @@ class Textures {
         for (const unsigned format : {GL_RGBA32F, GL_RGBA16F, GL_RGBA8, GL_R11F_G11F_B10F})
             output_.emplace_back(format, kSide, kSide);
         exposure_.emplace_back(GL_R32F, ImageF(2, 2, 1, 0.7f));
-        for (const auto* all : {&color_, &depth_, &motion_})
-            for (const HostTexture& texture : *all)
-                glClearTexImage(texture.texture().name, 0, is_depth(texture), GL_FLOAT, nullptr);
     }
 
     // A frame of a kind, every other member of it at random.
@@ -106,11 +103,6 @@ class Textures {
     const HostTexture& exposure() const { return exposure_.front(); }
 
   private:
-    static unsigned is_depth(const HostTexture& texture) {
-        const unsigned format = texture.texture().internal_format;
-        if (format == GL_DEPTH_COMPONENT32F) return GL_DEPTH_COMPONENT;
-        return format == GL_DEPTH24_STENCIL8 ? GL_DEPTH_STENCIL : GL_RGBA;
-    }
     std::vector<HostTexture> color_, depth_, motion_, output_, exposure_;
 };
 

@@ -16,6 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
+constexpr int kFrames = 2000;  // of each of six chains, converted or not
 constexpr int kMaxWidth = 720, kMaxHeight = 48;
 
 pc::Instance instance_for(uint32_t max_width, uint32_t max_height, uint32_t keep_frames = 0) {
@@ -184,7 +185,7 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
             silence_gl(true);  // the device would take longer than the host
             uint64_t allocated = 0;
             GlCalls::start();
-            for (int i = 0; i < 10000; ++i) {
+            for (int i = 0; i < kFrames; ++i) {
                 resize(i);
                 const uint64_t already = allocations();
                 const pc_result result = pc_run(guest.get(), made.get(), &frame, nullptr);
@@ -194,7 +195,7 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
             const auto calls = GlCalls::stop();
             silence_gl(false);
             const pc_counters after = count(guest);
-            EXPECT_EQ(after.frames, before.frames + 10000) << pc_last_error(guest.get());
+            EXPECT_EQ(after.frames, before.frames + kFrames) << pc_last_error(guest.get());
             EXPECT_EQ(allocated, 0u) << named.name;
             EXPECT_EQ(after.plans_made, before.plans_made) << named.name;
             EXPECT_EQ(after.texture_allocations, before.texture_allocations) << named.name;

@@ -241,8 +241,13 @@ bool one_depth(double q, double r) {
     return q <= kOneDepth * r && r <= kOneDepth * q;
 }
 
-std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings) {
-    return BrightEdges(*planes.color, PlaneSurfaces(planes, settings).all(), settings).shown();
+std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& settings) {
+    return PlaneSurfaces(planes, settings).all();
+}
+
+std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
+                                    const Settings& settings) {
+    return BrightEdges(color, std::move(of_planes), settings).shown();
 }
 
 double displaced(const Surface& s, const Settings& settings) {

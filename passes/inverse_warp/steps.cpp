@@ -16,6 +16,10 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
+std::string frame_of(Neighbor neighbor) {
+    return neighbor == Neighbor::before ? "-1" : "1";
+}
+
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
 class Planner {
@@ -31,9 +35,9 @@ class Planner {
 
     void plan() {
         Gathered from;
-        from.surfaces = add_surfaces({});
+        from.surfaces = add_surfaces();
         for (const Neighbor neighbor : searched_neighbors(settings_, planner_.context().available))
-            from.neighbors.push_back({neighbor, add_surfaces(neighbor)});
+            from.neighbors.push_back({neighbor, add_surfaces_of(neighbor, from.surfaces)});
         from.starts = add_starts(add_block_surfaces(from.surfaces));
         from.background = add_background(from.surfaces);
         if (layered_) from.occupied = add_occupied(from.neighbors);
@@ -130,15 +134,39 @@ class Planner {
         return step;
     }
 
-    // Surfaces of this frame or of a neighbor.
-    TextureId add_surfaces(std::optional<Neighbor> neighbor) {
-        const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
-        const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
-        const Format format = motion_ ? Format::rgba32ui : Format::r32ui;
-        const TextureId of_planes = picture("surfaces_of_planes" + suffix, format);
+    TextureId add_surfaces() {
+        const TextureId of_planes = add_surfaces_of_planes({});
+        return add_shown_surfaces({}, of_planes, {});
+    }
+
+    // Surfaces of a neighbor, without what this one hides if its light has changed.
+    TextureId add_surfaces_of(Neighbor neighbor, TextureId surfaces_here) {
+        const TextureId of_planes = add_surfaces_of_planes(neighbor);
+        const TextureId light = add_light(neighbor, of_planes, surfaces_here);
+        return add_shown_surfaces(neighbor, of_planes, {{2, surfaces_here}, {3, light}});
+    }
+
+    static Role role_in(std::optional<Neighbor> neighbor, Role role) {
+        return neighbor ? role_of(*neighbor, role) : role;
+    }
+    static std::string suffix_of(std::optional<Neighbor> neighbor) {
+        return neighbor ? concat("_", name_of(*neighbor)) : std::string();
+    }
+    Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
+
+    // A step over all pixels of this frame or of a neighbor.
+    Step make_surface_step_of(std::optional<Neighbor> neighbor, const std::string& name) const {
+        Step step = make_surface_step(name);
+        step.name += suffix_of(neighbor);
+        return step;
+    }
+
+    TextureId add_surfaces_of_planes(std::optional<Neighbor> neighbor) {
+        const auto role = [&](Role of) { return role_in(neighbor, of); };
+        const TextureId of_planes =
+            picture("surfaces_of_planes" + suffix_of(neighbor), surface_format());
         const bool back = motion_ && planner_.has(role(Role::motion_back));
-        Step step = make_surface_step("surfaces");
-        step.name += suffix;
+        Step step = make_surface_step_of(neighbor, "surfaces");
         step.program.defines["BACK"] = flag(back);
         step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
         step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
@@ -147,24 +175,50 @@ class Planner {
         if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
         step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
         planner_.step(std::move(step));
-
-        const TextureId shown = picture("shown" + suffix, Format::r32ui);
-        add_shown_step(
-            "bright_edges", suffix,
-            {{0, planner_.input(role(Role::color))}, {1, of_planes}, {0, shown, Access::write}});
-        const TextureId surfaces = picture("surfaces" + suffix, format);
-        add_shown_step("shown_surfaces", suffix,
-                       {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
-        return surfaces;
+        return of_planes;
     }
 
-    void add_shown_step(const std::string& name, const std::string& suffix,
-                        std::vector<Binding> bindings) {
-        Step step = make_surface_step(name);
-        step.name += suffix;
-        step.bindings = std::move(bindings);
-        step.taps = 10 * pixels_;
+    TextureId add_light(Neighbor neighbor, TextureId of_planes, TextureId surfaces_here) {
+        const auto cells = [](int px) {
+            return (px + INVERSE_WARP_LIGHT_CELL_PX - 1) / INVERSE_WARP_LIGHT_CELL_PX;
+        };
+        const int columns = cells(frame_.width), rows = cells(frame_.height);
+        const TextureId light =
+            planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, columns, rows);
+        Step step = make_surface_step_of(neighbor, "light");
+        step.program.defines["FRAME"] = frame_of(neighbor);
+        step.groups = groups_for(columns, rows);
+        step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
+                         {1, of_planes},
+                         {2, planner_.input(Role::color)},
+                         {3, surfaces_here},
+                         {0, light, Access::write}};
+        step.taps = pixels_;  // four of each fourth pixel
         planner_.step(std::move(step));
+        return light;
+    }
+
+    // `light`: with a neighbor, what its light is compared by.
+    TextureId add_shown_surfaces(std::optional<Neighbor> neighbor, TextureId of_planes,
+                                 std::vector<Binding> light) {
+        const std::string suffix = suffix_of(neighbor);
+        const TextureId shown = picture("shown" + suffix, Format::r32ui);
+        Step edges = make_surface_step_of(neighbor, "bright_edges");
+        edges.bindings = {{0, planner_.input(role_in(neighbor, Role::color))},
+                          {1, of_planes},
+                          {0, shown, Access::write}};
+        edges.taps = 10 * pixels_;
+        planner_.step(std::move(edges));
+
+        const TextureId surfaces = picture("surfaces" + suffix, surface_format());
+        Step step = make_surface_step_of(neighbor, "shown_surfaces");
+        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
+        if (neighbor) step.program.defines["FRAME"] = frame_of(*neighbor);
+        step.bindings = {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}};
+        step.bindings.insert(step.bindings.end(), light.begin(), light.end());
+        step.taps = (neighbor ? 12 : 10) * pixels_;
+        planner_.step(std::move(step));
+        return surfaces;
     }
 
     TextureId add_block_surfaces(TextureId surfaces) {

@@ -1,6 +1,8 @@
 // The search for occluded surfaces in the frames before and after.
 //
 // BEFORE, AFTER: that frame is searched
+#include "inverse_warp/frames.glsl"
+
 #if BEFORE
 layout(binding = 7) uniform sampler2D color_before;
 layout(binding = 8) uniform usampler2D surfaces_before;
@@ -38,14 +40,6 @@ vec4 color_in(int frame, vec2 at, Plane plane) {
     return color_at(WIDE(color, layers), plane, at);
 }
 
-// The sample's time as seen from another frame.
-Sample seen_from(int frame, Sample at) {
-    precise const float u = at.u - float(frame) * (1.0 / uniforms.half_shutter);
-    at.u = u;
-    at.bend = bend_at(at.u);
-    return at;
-}
-
 // Displacement of a neighbor's surface. Surfaces move from frame to frame, even if the shutter is
 // closed.
 vec2 displacement_from_neighbor(Surface s, Sample at) {
@@ -57,9 +51,7 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 // May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one
 // there.
 bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
-    Sample here;
-    here.u = 0.0;
-    precise const vec2 at = floor(x + moved(s, seen_from(frame, here)) + 0.5);
+    const vec2 at = place_here(s, x, frame);
     const ivec2 pixel = ivec2(inside_of(at));
     return at != vec2(pixel) || surface_in(0, pixel).inverse_depth * ratio >= s.inverse_depth;
 }

@@ -17,6 +17,7 @@ struct Scene {
     bool door = false;    // adds a door that exists while the shutter is open, and a post before it
     bool fence = false;   // replaces the bar by a fence that enters from the right
     bool screen = false;  // adds a screen between them that exists while the shutter is open
+    bool shadow = false;  // the bar's shadow follows it
     int begin = 40, end = 120;  // columns of the error: beside and behind the bar
 };
 const Scene kTwoLayers;
@@ -24,6 +25,7 @@ const Scene kThreeLayers = {.pattern_speed = -80, .strip = true};
 const Scene kWave = {.wave = 14};
 const Scene kDoor = {.pattern_speed = -80, .door = true};
 const Scene kScreen = {.pattern_speed = 0, .screen = true};
+const Scene kShadow = {.pattern_speed = 0, .shadow = true, .begin = 66};
 const Scene kFence = {.pattern_speed = 0, .fence = true, .begin = 150, .end = kWidth};
 
 double pattern(double x, double y) {
@@ -51,7 +53,9 @@ Pixel at(const Scene& scene, double t, double x, double y) {
         speed = scene.pattern_speed + scene.wave * std::sin(0.06 * from + 0.15 * y);
         from = x - speed * t;
     } while (std::abs(from - before) > 1e-6);
-    return {pattern(from, y), 1, speed};
+    if (!scene.shadow) return {pattern(from, y), 1, speed};
+    const bool shadowed = x >= bar - 58 && x < bar - 18;
+    return {(0.3 + 0.6 * pattern(from, y)) * (shadowed ? 0.3 : 1), 1, speed};
 }
 
 BlurFrame frame_at(const Scene& scene, double t) {
@@ -143,6 +147,16 @@ TEST(Neighbors, DoNotReplaceWhatContinuesBehind) {
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kScreen), 1.001 * alone);
 }
 
+// In the frame after, the shadow lies on what the bar hides in this one, which shows its light on
+// both sides. The frame before shows that light too.
+TEST(Neighbors, DoNotBringTheirShadow) {
+    const double alone = error_with({}, kShadow);
+    EXPECT_LT(alone, 0.035);
+    EXPECT_LT(error_with({Neighbor::after}, kShadow), 1.001 * alone);
+    EXPECT_LT(error_with({Neighbor::before}, kShadow), 0.9 * alone);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kShadow), 0.9 * alone);
+}
+
 // A post of the fence is outside the image, whose edge shows the background.
 TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
     const double alone = error_with({}, kFence);
@@ -182,9 +196,10 @@ TEST(Neighbors, AgreeWithTheReference) {
     }
 }
 
-// Where the pattern stretches, and where a door that other frames lack occludes it.
+// Where the pattern stretches, where a door that other frames lack occludes it, and beside a
+// shadow.
 TEST(Neighbors, AgreeWithTheReferenceInScenes) {
-    for (const Scene& scene : {kWave, kDoor}) {
+    for (const Scene& scene : {kWave, kDoor, kShadow}) {
         const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, scene);
         const auto gpu = stages_of(warp(), both);
         const auto expected = reference_stages_of(warp(), both);

@@ -9,8 +9,8 @@
 namespace postchain::inverse_warp::reference {
 namespace {
 
-constexpr int kCellPx = 8, kStepPx = 2, kRings = 4, kMinPixels = 4;
-constexpr double kOneMotionPx = 1, kLeastDifference = 0.004;
+constexpr int kCellPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
+constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kLeastDifference = 0.004;
 
 class Comparison {
   public:
@@ -72,7 +72,8 @@ class Comparison {
         const Surface& t = surfaces_here_[size_t(py) * size_t(here_.width) + size_t(px)];
         const Vec apart = s.a - t.a;
         if (t.edge || !one_depth(s.inverse_depth, t.inverse_depth) ||
-            dot(apart, apart) > kOneMotionPx * kOneMotionPx)
+            dot(apart, apart) >
+                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a))
             return std::nullopt;
         return Place{int(px), int(py)};
     }

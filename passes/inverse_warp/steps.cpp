@@ -5,33 +5,18 @@
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
+#include "passes/inverse_warp/surface_steps.h"
 #include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
-using shared::InverseWarpUniforms;
-
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
-std::string frame_of(Neighbor neighbor) {
-    return neighbor == Neighbor::before ? "-1" : "1";
-}
-
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
-class Planner {
+class Planner : private SurfacePlanner {
   public:
     Planner(PassPlanner& planner, const Settings& settings)
-        : planner_(planner),
-          settings_(settings),
-          frame_(planner.context().frame),
-          motion_(holds_motion(settings, planner.context())),
-          layered_(planner.has(Role::layers)),
-          blocks_(groups_for(frame_.width, frame_.height)),
-          pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
+        : SurfacePlanner(planner, settings), layered_(planner.has(Role::layers)) {}
 
     void plan() {
         Gathered from;
@@ -89,9 +74,6 @@ class Planner {
         TextureId noise = -1, lens_samples = -1;
     };
 
-    TextureId picture(const std::string& name, Format format) {
-        return planner_.texture(name, format, frame_.width, frame_.height);
-    }
     TextureId layer_images(const std::string& name) {
         return planner_.layers(name, planner_.context().layers_format(), frame_.width,
                                frame_.height);
@@ -106,119 +88,6 @@ class Planner {
     uint64_t most_taps_px(size_t neighbors) const {
         const uint64_t begins = uint64_t(settings_.search.starts) + 1;
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 8);
-    }
-
-    // A step over all pixels.
-    Step make_step(const std::string& name) const {
-        Step step;
-        step.name = name;
-        step.program.file = "inverse_warp/" + name + ".comp";
-        step.take_uniforms<InverseWarpUniforms>();
-        step.groups = groups_for(frame_.width, frame_.height);
-        return step;
-    }
-    // For every step that reads surfaces.
-    Step make_surface_step(const std::string& name) const {
-        Step step = make_step(name);
-        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
-                                {"LENS", flag(settings_.lens.has_value())},
-                                {"MOTION", flag(motion_)}};
-        if (settings_.lens)
-            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
-        return step;
-    }
-    // A step with a thread per block.
-    Step make_block_step(const std::string& name) const {
-        Step step = make_surface_step(name);
-        step.groups = groups_for(blocks_[0], blocks_[1]);
-        return step;
-    }
-
-    TextureId add_surfaces() {
-        const TextureId of_planes = add_surfaces_of_planes({});
-        return add_shown_surfaces({}, of_planes, {});
-    }
-
-    // Surfaces of a neighbor, without what this one hides if its light has changed.
-    TextureId add_surfaces_of(Neighbor neighbor, TextureId surfaces_here) {
-        const TextureId of_planes = add_surfaces_of_planes(neighbor);
-        const TextureId light = add_light(neighbor, of_planes, surfaces_here);
-        return add_shown_surfaces(neighbor, of_planes, {{2, surfaces_here}, {3, light}});
-    }
-
-    static Role role_in(std::optional<Neighbor> neighbor, Role role) {
-        return neighbor ? role_of(*neighbor, role) : role;
-    }
-    static std::string suffix_of(std::optional<Neighbor> neighbor) {
-        return neighbor ? concat("_", name_of(*neighbor)) : std::string();
-    }
-    Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
-
-    // A step over all pixels of this frame or of a neighbor.
-    Step make_surface_step_of(std::optional<Neighbor> neighbor, const std::string& name) const {
-        Step step = make_surface_step(name);
-        step.name += suffix_of(neighbor);
-        return step;
-    }
-
-    TextureId add_surfaces_of_planes(std::optional<Neighbor> neighbor) {
-        const auto role = [&](Role of) { return role_in(neighbor, of); };
-        const TextureId of_planes =
-            picture("surfaces_of_planes" + suffix_of(neighbor), surface_format());
-        const bool back = motion_ && planner_.has(role(Role::motion_back));
-        Step step = make_surface_step_of(neighbor, "surfaces");
-        step.program.defines["BACK"] = flag(back);
-        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
-        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
-                         {0, of_planes, Access::write}};
-        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
-        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
-        step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
-        planner_.step(std::move(step));
-        return of_planes;
-    }
-
-    TextureId add_light(Neighbor neighbor, TextureId of_planes, TextureId surfaces_here) {
-        const auto cells = [](int px) {
-            return (px + INVERSE_WARP_LIGHT_CELL_PX - 1) / INVERSE_WARP_LIGHT_CELL_PX;
-        };
-        const int columns = cells(frame_.width), rows = cells(frame_.height);
-        const TextureId light =
-            planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, columns, rows);
-        Step step = make_surface_step_of(neighbor, "light");
-        step.program.defines["FRAME"] = frame_of(neighbor);
-        step.groups = groups_for(columns, rows);
-        step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
-                         {1, of_planes},
-                         {2, planner_.input(Role::color)},
-                         {3, surfaces_here},
-                         {0, light, Access::write}};
-        step.taps = pixels_;  // four of each fourth pixel
-        planner_.step(std::move(step));
-        return light;
-    }
-
-    // `light`: with a neighbor, what its light is compared by.
-    TextureId add_shown_surfaces(std::optional<Neighbor> neighbor, TextureId of_planes,
-                                 std::vector<Binding> light) {
-        const std::string suffix = suffix_of(neighbor);
-        const TextureId shown = picture("shown" + suffix, Format::r32ui);
-        Step edges = make_surface_step_of(neighbor, "bright_edges");
-        edges.bindings = {{0, planner_.input(role_in(neighbor, Role::color))},
-                          {1, of_planes},
-                          {0, shown, Access::write}};
-        edges.taps = 10 * pixels_;
-        planner_.step(std::move(edges));
-
-        const TextureId surfaces = picture("surfaces" + suffix, surface_format());
-        Step step = make_surface_step_of(neighbor, "shown_surfaces");
-        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
-        if (neighbor) step.program.defines["FRAME"] = frame_of(*neighbor);
-        step.bindings = {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}};
-        step.bindings.insert(step.bindings.end(), light.begin(), light.end());
-        step.taps = (neighbor ? 12 : 10) * pixels_;
-        planner_.step(std::move(step));
-        return surfaces;
     }
 
     TextureId add_block_surfaces(TextureId surfaces) {
@@ -456,13 +325,7 @@ class Planner {
         planner_.step(std::move(step));
     }
 
-    PassPlanner& planner_;
-    const Settings& settings_;
-    const FrameDescription& frame_;
-    const bool motion_;   // surfaces hold it
     const bool layered_;  // the frame has extra layers
-    const std::array<int, 3> blocks_;
-    const uint64_t pixels_;
 };
 
 }  // namespace

@@ -20,7 +20,7 @@ layout(binding = 3) uniform sampler2D light;
 
 #include "inverse_warp/light.glsl"
 
-const int kRings = 4;                 // of cells, around that of a pixel
+const int kRings = 2;                  // of cells, around that of a pixel
 const float kLeastDifference = 0.004;  // squared
 
 // Does this frame hide surface s, seen at p, and does the light around it differ from this frame's?

@@ -195,7 +195,10 @@ class BrightEdges {
         if (other.inverse_depth < own.inverse_depth && longest(own, settings_) <= 3)
             return std::nullopt;
         const double around = light_around(x, y);
-        if (light(x, y) <= 4 * around || most <= 20 * around) return std::nullopt;
+        if (light(x, y) <= 4 * around || most <= 10 * around) return std::nullopt;
+        // A pixel that shows less than a tenth of what is behind it goes on hiding that.
+        if (own.inverse_depth > other.inverse_depth && light(x, y) - around < 0.1 * (most - around))
+            return std::nullopt;
         return brightest;
     }
 

@@ -79,10 +79,19 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
     }
 }
 
+// Is this surface, which the sample sees, beyond the border of a neighbor? What that shows may be
+// behind it.
+bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
+    s.b = vec2(0.0);
+    precise const vec2 at = floor(p - displacement_from_neighbor(s, seen_from(frame, now)) + 0.5);
+    return at != inside_of(at);
+}
+
 // The nearest surface that the sample sees in any frame: from the farthest surface visited, if this
 // frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..).
 // The neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
-// farther one counts: it would be behind both.
+// farther one counts: it would be behind both. Nor does one from a neighbor for whose border the
+// farthest is too far out.
 Found resolve_occluded(Pixel pixel, Sample now, Search here) {
     Found nearest = here.nearest;
     const bool shows_behind = here.far.inverse_depth * now.depth_ratio < here.first_depth;
@@ -97,8 +106,11 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here) {
         Surface begin = here.far;
         for (int i = 0; i < STARTS; ++i)
             if (i == start) begin = pixel.starts[i];
-        if (begin.inverse_depth > nearest.inverse_depth * now.depth_ratio)
-            search_neighbor(frame, begin, pixel.p, now, farthest, nearest);
+        if (begin.inverse_depth <= nearest.inverse_depth * now.depth_ratio) continue;
+        const bool beyond = here.nearest.inverse_depth < 0.0 &&
+                            is_beyond(frame, here.far, pixel.p, now);
+        search_neighbor(frame, begin, pixel.p, now, beyond ? here.far.inverse_depth : farthest,
+                        nearest);
     }
     return nearest;
 }

@@ -16,6 +16,7 @@ struct Scene {
     bool strip = false;         // adds a static strip between them
     bool door = false;    // adds a door that exists while the shutter is open, and a post before it
     bool fence = false;   // replaces the bar by a fence that enters from the right
+    bool plate = false;   // replaces the bar by a plate that enters from the right
     bool screen = false;  // adds a screen between them that exists while the shutter is open
     bool shadow = false;  // the bar's shadow follows it
     int begin = 40, end = 120;  // columns of the error: beside and behind the bar
@@ -28,6 +29,8 @@ const Scene kScreen = {.pattern_speed = 0, .screen = true};
 const Scene kShadow = {.pattern_speed = 0, .shadow = true, .begin = 66};
 const Scene kFence = {.pattern_speed = 0, .fence = true, .begin = 150, .end = kWidth};
 
+const Scene kPlate = {.pattern_speed = 0, .plate = true, .begin = 140, .end = kWidth};
+
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
 }
@@ -39,8 +42,9 @@ struct Pixel {
 // Surface at x at time t in frames.
 Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.fence && std::fmod(x + kSpeed * (t + 5), 20) < 8) return {2, 2, -kSpeed};
+    if (scene.plate && x >= 130 - kSpeed * t) return {2, 2, -kSpeed};
     const double bar = 70 + kSpeed * t;
-    if (!scene.fence && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
+    if (!scene.fence && !scene.plate && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
     if (scene.screen && std::abs(t) < 0.5 && x >= 44 && x < 116)
         return {1.5 + 0.05 * std::sin(0.7 * x), 1.5, 0};
     if (scene.door && x >= 46 + 20 * t && x < 69 + 20 * t) return {1.5, 1.7, 20};
@@ -162,6 +166,14 @@ TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
     const double alone = error_with({}, kFence);
     EXPECT_LT(error_with({Neighbor::after}, kFence), 0.5 * alone);
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kFence), 0.5 * alone);
+}
+
+// All of the plate that the shutter sees at the image's edge is outside it, and the frame before
+// shows what it covers.
+TEST(Neighbors, KnowNothingOfWhatIsOutsideThem) {
+    EXPECT_LT(error_with({}, kPlate), 0.02);
+    EXPECT_LT(error_with({Neighbor::before}, kPlate), 0.02);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kPlate), 0.02);
 }
 
 // For a shutter that hardly opens, paths do not reach neighboring frames.

@@ -4,7 +4,7 @@
 //   color, mattes [, layers] -> held: color without the object; what part of the pixel is not the
 //                               object, in x; the frame's own layers without it
 //
-// MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
+// MATTE: index of the pass's matte    LAYERS: defined if the frame has layers, however many
 #include "common/finite.glsl"
 #include "common/matte.glsl"
 #include "common/precise.glsl"
@@ -13,7 +13,7 @@
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2DArray mattes;
-#if OWN_LAYERS
+#ifdef LAYERS
 layout(binding = 2) uniform sampler2DArray layers;
 #endif
 layout(binding = 0) writeonly uniform image2DArray held;
@@ -83,8 +83,8 @@ void main() {
     }
     imageStore(held, ivec3(p, 0), without(c, kept));
     imageStore(held, ivec3(p, 1), vec4(kept, 0.0, 0.0, 0.0));
-#if OWN_LAYERS
-    for (int l = 0; l < OWN_LAYERS; ++l) {
+#ifdef LAYERS
+    for (int l = 0; l < textureSize(layers, 0).z; ++l) {
 #define FETCH_LAYER(at) texelFetch(layers, ivec3(at, l), 0)
         vec4 layer = FETCH_LAYER(p);
         if (soft) {

@@ -13,6 +13,7 @@
 //
 //   samples.glsl     SampleSet   time samples and lens samples
 //   search.glsl      Search      the search for one sample's surface in this frame
+//   put_off.glsl                 the samples that it does not settle
 //   neighbors.glsl   Found       the search for an occluded surface in the frames before and after
 //   behind.glsl      Behind      the occluded surfaces that continue behind their occluder
 //   background.glsl              the fill of surfaces that no frame shows
@@ -71,6 +72,7 @@ struct Pixel {
 
 #include "inverse_warp/samples.glsl"
 #include "inverse_warp/search.glsl"
+#include "inverse_warp/put_off.glsl"
 #include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
 #include "inverse_warp/behind.glsl"
@@ -172,49 +174,31 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
-#if LENS && (BEFORE || AFTER)
-// Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
-// frame may hide a nearer start surface.
-bool is_settled(Pixel pixel, Sample now, Search here) {
-    const float nearest = here.nearest.inverse_depth;
-    bool settled = nearest >= 0.0;
-    for (int i = 0; i < STARTS; ++i)
-        settled = settled && ((here.occluded_starts >> i & 1u) == 0u ||
-                              pixel.starts[i].inverse_depth <= nearest * now.depth_ratio);
-    return settled;
-}
-
-// Samples that are not settled are put off, 32 at most, and searched again: the lanes whose samples
-// are settled do not wait for them.
 void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
     const int count = int(ceil(set.n));
-    for (int first = 0; first < count; first += 32) {
-        uint put_off = 0u;
-        for (int k = first; k < min(first + 32, count); ++k) {
+    for (int first = 0; first < count; first += kMaxPutOff) {
+        uint left = 0u;
+        for (int k = first; k < min(first + kMaxPutOff, count); ++k) {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
             const Search here = search(pixel, now, begin);
-            if (is_settled(pixel, now, here))
-                accumulate(sums, pixel, now, seen(here.nearest, here.nearest.at));
-            else
-                put_off |= 1u << (k - first);
+            if (is_settled(pixel, now, here)) {
+                Found shown = here.nearest;
+                shown.frame = 0;  // known to the compiler, which leaves all other sources out
+                accumulate(sums, pixel, now, seen(shown, shown.at));
+            } else {
+                put_off(k - first, here);
+                left |= 1u << (k - first);
+            }
         }
-        while (put_off != 0u) {
-            const Sample now = sample_at(first + findLSB(put_off), set, pixel);
-            put_off &= put_off - 1u;
-            accumulate(sums, pixel, now, resolve(pixel, now, search(pixel, now, begin)));
+        while (left != 0u) {
+            const int i = findLSB(left);
+            left &= left - 1u;
+            const Sample now = sample_at(first + i, set, pixel);
+            accumulate(sums, pixel, now, resolve(pixel, now, taken_up(i, pixel, now)));
         }
     }
 }
-#else
-void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
-    for (int k = 0; k < int(ceil(set.n)); ++k) {
-        const Sample now = sample_at(k, set, pixel);
-        if (!passes_barrel(pixel, now)) continue;
-        accumulate(sums, pixel, now, resolve(pixel, now, search(pixel, now, begin)));
-    }
-}
-#endif
 
 void main() {
     ivec2 at;

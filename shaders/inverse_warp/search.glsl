@@ -28,14 +28,17 @@ struct Visit {
 struct Search {
     vec2 d;               // displacement of the surface from which the next step goes
     int start;            // 0: from the pixel itself; i + 1: from start surface i
+    float start_depth;    // inverse depth of that start surface
     int steps;            // so far, from that
     float occluded_from;  // start surfaces with at most this inverse depth are not searched
     Found nearest;        // of the accepted surfaces
+    vec2 nearest_at;      // its pixel
     float residual;       // its error
     Surface far;          // the farthest surface visited
     float far_residual;
     vec2 far_at;           // its pixel
     float first_depth;     // inverse depth of the first surface visited; below 0 before that
+    bool shows_behind;     // the farthest surface is behind the first
     uint occluded_starts;  // a bit for each start surface that this frame may hide
     uint hidden_starts;    // and for each of which this frame shows another where it should be
 };
@@ -48,13 +51,16 @@ Search begin_search(Pixel pixel, Sample now, Surface begin) {
     Search s;
     s.d = displacement(begin, now);
     s.start = s.steps = 0;
+    s.start_depth = 0.0;
     s.occluded_from = -1.0;
     s.nearest = Found(0, pixel.p, -1.0, vec2(0.0), false);
+    s.nearest_at = pixel.p;
     s.residual = kAcceptPx;
     s.far = begin;
     s.far.inverse_depth = s.far_residual = 3.4e38;
     s.far_at = pixel.p;
     s.first_depth = -1.0;
+    s.shows_behind = false;
     s.occluded_starts = 0u;
     s.hidden_starts = 0u;
     return s;
@@ -76,15 +82,21 @@ Visit visit(vec2 p, vec2 d, Sample now) {
     return v;
 }
 
+// The surface s that this frame shows at pixel x, displaced by d to p. An edge pixel mixes two
+// surfaces: it is not interpolated.
+Found found_at(vec2 x, Surface s, vec2 d, bool beyond, vec2 p) {
+    precise const vec2 at = p - d;
+    return Found(0, s.edge ? x : inside_of(at), s.inverse_depth, s.a, beyond);
+}
+
 // The nearest accepted surface counts; at one depth the one with the smaller error.
 void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
     const float q = v.surface.inverse_depth, nearest = s.nearest.inverse_depth;
     if (!v.accepted ||
         !(q > nearest * ratio || (q * ratio >= nearest && v.error < s.residual)))
         return;
-    // An edge pixel mixes two surfaces: it is not interpolated.
-    precise const vec2 at = p - v.d;
-    s.nearest = Found(0, v.surface.edge ? v.x : inside_of(at), q, v.surface.a, v.beyond);
+    s.nearest = found_at(v.x, v.surface, v.d, v.beyond, p);
+    s.nearest_at = v.x;
     s.residual = v.error;
 }
 
@@ -99,14 +111,13 @@ void keep_farthest(inout Search s, Visit v, float ratio) {
 }
 
 // A start surface may be occluded if its steps visit one that is not farther, or leave the frame.
-void note_occluded(inout Search s, Visit v, Pixel pixel, float ratio) {
+void note_occluded(inout Search s, Visit v, float ratio) {
     if (s.first_depth < 0.0) s.first_depth = v.surface.inverse_depth;
-    for (int i = 0; i < STARTS; ++i)
-        if (i + 1 == s.start && !v.accepted &&
-            (v.beyond || v.surface.inverse_depth * ratio >= pixel.starts[i].inverse_depth)) {
-            s.occluded_starts |= 1u << i;
-            if (s.steps == 0 && !v.beyond) s.hidden_starts |= 1u << i;
-        }
+    if (s.start == 0 || v.accepted) return;
+    if (!v.beyond && v.surface.inverse_depth * ratio < s.start_depth) return;
+    const uint start = 1u << (s.start - 1);
+    s.occluded_starts |= start;
+    if (s.steps == 0 && !v.beyond) s.hidden_starts |= start;
 }
 
 // Goes on to the next start surface, unless the surface found occludes all that are left: one found
@@ -117,14 +128,14 @@ bool next_start(inout Search s, Pixel pixel, Sample now) {
     s.occluded_from = s.start == 0 ? nearest * now.depth_ratio
                                    : max(s.occluded_from, nearest / now.depth_ratio);
     s.steps = 0;
-    bool more = s.start < pixel.start_count;
-    for (int i = 0; i < STARTS; ++i) {
-        if (i != s.start || !more) continue;
-        s.d = displacement(pixel.starts[i], now);
-        more = pixel.starts[i].inverse_depth > s.occluded_from;
-    }
+    const bool more = s.start < pixel.start_count;
+    Surface start = pixel.starts[0];
+    for (int i = 1; i < STARTS; ++i)
+        if (i == s.start) start = pixel.starts[i];
+    s.d = displacement(start, now);
+    s.start_depth = start.inverse_depth;
     ++s.start;
-    return more;
+    return more && s.start_depth > s.occluded_from;
 }
 
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
@@ -137,7 +148,7 @@ Search search(Pixel pixel, Sample now, inout Surface begin) {
         const Visit v = visit(pixel.p, s.d, now);
         keep_nearest(s, v, pixel.p, now.depth_ratio);
         keep_farthest(s, v, now.depth_ratio);
-        note_occluded(s, v, pixel, now.depth_ratio);
+        note_occluded(s, v, now.depth_ratio);
         if (!kLens && v.accepted && s.start == 0) begin = v.surface;
         s.d = v.d;
         ++s.steps;
@@ -145,5 +156,6 @@ Search search(Pixel pixel, Sample now, inout Surface begin) {
         if (v.accepted || s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
             more = next_start(s, pixel, now);
     } while (more);
+    s.shows_behind = s.far.inverse_depth * now.depth_ratio < s.first_depth;
     return s;
 }

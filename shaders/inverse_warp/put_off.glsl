@@ -1,0 +1,46 @@
+// Samples that the search of this frame does not settle are put off until all samples of a set have
+// searched: the lanes whose samples are settled do not wait for the others. What the search has
+// found is kept in two words a sample, and taken up again from the surface at the pixel kept.
+
+const int kMaxPutOff = 32;
+// x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts, eight
+// hidden ones, the bits below. One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's
+// registers, of which the gather has none left.
+uvec2 kept[kMaxPutOff + 1];
+const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
+
+// Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
+// frame may hide a nearer start surface that a neighbor shows or that continues behind.
+bool is_settled(Pixel pixel, Sample now, Search here) {
+    const uint starts = kNeighbors ? here.occluded_starts : here.hidden_starts;
+    precise const float nearest =
+        here.nearest.inverse_depth * (kNeighbors ? now.depth_ratio : kOneDepth);
+    bool settled = nearest >= 0.0;
+    for (int i = 0; i < STARTS; ++i)
+        settled = settled && ((starts >> i & 1u) == 0u || pixel.starts[i].inverse_depth <= nearest);
+    return settled;
+}
+
+void put_off(int i, Search here) {
+    const bool shown = here.nearest.inverse_depth >= 0.0;
+    const uint bits = here.occluded_starts | here.hidden_starts << 8 | (shown ? kShown : 0u) |
+                      (here.nearest.beyond ? kBeyond : 0u) |
+                      (here.shows_behind ? kShowsBehind : 0u);
+    kept[i] = uvec2(pack_cell(ivec2(shown ? here.nearest_at : here.far_at)), bits);
+}
+
+Search taken_up(int i, Pixel pixel, Sample now) {
+    const vec2 at = vec2(unpack_cell(kept[i].x));
+    const Surface surface = unpack_surface(texelFetch(surfaces, ivec2(at), 0));
+    const uint bits = kept[i].y;
+    Search here = begin_search(pixel, now, pixel.surface);
+    if ((bits & kShown) != 0u)
+        here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
+                                pixel.p);
+    here.far = surface;
+    here.far_at = at;
+    here.shows_behind = (bits & kShowsBehind) != 0u;
+    here.occluded_starts = bits & 0xffu;
+    here.hidden_starts = bits >> 8 & 0xffu;
+    return here;
+}

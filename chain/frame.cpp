@@ -101,26 +101,26 @@ const ParameterTable& camera_parameters() {
                      .max = 100,
                      .unit = "frames",
                      .help = "time the shutter is open, centered on the frame",
-                     .unset_means = "from --camera, else 0.5"})
+                     .unset_means = "from --camera, otherwise 0.5"})
             .number(
                 "meters_per_unit", &Camera::meters_per_unit,
                 {.min = 0,
                  .min_excluded = true,
                  .unit = "m",
                  .help = "length of one scene unit; depth and focus distance are in scene units",
-                 .unset_means = "from --camera, else 1"})
+                 .unset_means = "from --camera, otherwise 1"})
             .integer("aperture_blades", &Camera::aperture_blades,
                      {.min = 0,
                       .max = 16,
                       .help = "blades of the aperture; below 3: a disc",
-                      .unset_means = "from --camera, else a disc",
+                      .unset_means = "from --camera, otherwise a disc",
                       .excludes = "aperture_image"})
             .file(
                 "aperture_image", &Camera::aperture_image,
                 {.unit = "FILE",
                  .help = "bokeh kernel: a square image of the light that passes each point of the "
                          "aperture",
-                 .unset_means = "from --camera, else blades or a disc"})
+                 .unset_means = "from --camera, otherwise blades or a disc"})
             .number(
                 "aperture_rotation_deg", &Camera::aperture_rotation_deg,
                 {.min = -360,
@@ -128,27 +128,27 @@ const ParameterTable& camera_parameters() {
                  .unit = "degrees",
                  .help = "turns the aperture counterclockwise; at 0 the first corner of the blades "
                          "is 180/blades above the right, as in Cycles",
-                 .unset_means = "from --camera, else 0"})
+                 .unset_means = "from --camera, otherwise 0"})
             .number("aperture_curvature", &Camera::aperture_curvature,
                     {.min = 0,
                      .max = 1,
                      .help = "curvature of the blades, in inverse radii of the aperture: 0 "
                              "straight, 1 a disc",
-                     .unset_means = "from --camera, else 0",
+                     .unset_means = "from --camera, otherwise 0",
                      .excludes = "aperture_image"})
             .number("aperture_ratio", &Camera::aperture_ratio,
                     {.min = 0.1,
                      .max = 10,
                      .help = "height over width of the aperture; above 1: the tall discs of an "
                              "anamorphic lens, as in Cycles",
-                     .unset_means = "from --camera, else 1"})
+                     .unset_means = "from --camera, otherwise 1"})
             .number("cats_eye", &Camera::cats_eye,
                     {.min = 0,
                      .max = 1,
                      .unit = "radii",
                      .help = "shift of the lens barrel's circle, which cuts the aperture, in the "
                              "corners of the frame; 0: not cut",
-                     .unset_means = "from --camera, else 0"})
+                     .unset_means = "from --camera, otherwise 0"})
             .table();
     return table;
 }

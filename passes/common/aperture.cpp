@@ -19,7 +19,7 @@ bool is_disc(const Aperture& aperture) {
 
 const ParameterTable& aperture_parameter_table() {
     using P = ApertureParameters;
-    const char* camera = "the camera's, else 0";
+    const char* camera = "the camera's, otherwise 0";
     // A disc has neither. An unset number of blades is the camera's.
     const RowValue blades = {"aperture_blades", {"0", "1", "2"}, true};
     static const ParameterTable rows =
@@ -28,7 +28,7 @@ const ParameterTable& aperture_parameter_table() {
                      {.min = 0,
                       .max = 16,
                       .help = "blades of the aperture; below 3: a disc",
-                      .unset_means = "the camera's, or its aperture_image, else 0",
+                      .unset_means = "the camera's, or its aperture_image, otherwise 0",
                       .excludes = "aperture_image"})
             .number("aperture_rotation_deg", &P::aperture_rotation_deg,
                     {.min = -360,
@@ -53,7 +53,7 @@ const ParameterTable& aperture_parameter_table() {
                      .soft_max = 2,
                      .help = "height over width of the aperture; above 1: the tall "
                              "discs of an anamorphic lens",
-                     .unset_means = "the camera's, else 1"})
+                     .unset_means = "the camera's, otherwise 1"})
             .number("cats_eye", &P::cats_eye,
                     {.min = 0,
                      .max = 1,

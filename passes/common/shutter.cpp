@@ -14,7 +14,7 @@ const ParameterTable& parameter_table() {
                      .soft_max = 4,
                      .unit = "frames",
                      .help = "time the shutter is open, centered on the frame",
-                     .unset_means = "the camera's shutter_frames, else 0.5",
+                     .unset_means = "the camera's shutter_frames, otherwise 0.5",
                      .excludes = "shutter_angle_deg"})
             .number("shutter_angle_deg", &Parameters::shutter_angle_deg,
                     {.min = 0,

@@ -26,7 +26,7 @@ const ParameterTable& table() {
                       .unit = "px",
                       .help = "edge of the box that one pixel of the downsampled image covers",
                       .unset_means = "the largest that is at most the Gaussian's standard "
-                                     "deviation, else 1",
+                                     "deviation, otherwise 1",
                       .read_if = gilham,
                       .convergence = Convergence::set,
                       .converged = 1})

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain::test {
 
@@ -67,8 +68,5 @@ Outcome run_program(const Arguments& command, const Launch& launch = {});
 std::vector<Json> json_lines(const std::string& text);
 
 bool contains(const std::string& text, const std::string& part);
-
-std::string read_text(const std::string& path);
-void write_text(const std::string& path, const std::string& text);
 
 }  // namespace postchain::test

@@ -79,9 +79,9 @@ TEST_F(ForeignTest, APartOfUnknownType) {
     write_file(in(1), {color, other});
     ASSERT_EQ(filter("fxaa").code, 0);
     for (const auto& made : {out(1), out(1) + ".json"}) fs::remove(made);
-    std::string bytes = file_bytes(in(1));
+    std::string bytes = read_text(in(1));
     bytes.replace(bytes.rfind("scanlineimage"), 13, "volumetricone");
-    set_file_bytes(in(1), bytes);
+    write_text(in(1), bytes);
     const auto outcome = filter("fxaa");
     EXPECT_EQ(outcome.code, 4) << outcome.text();
     for (const std::string& word :

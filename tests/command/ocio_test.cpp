@@ -222,6 +222,18 @@ TEST_F(OcioTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
     }
 }
 
+// kConfig with the halving read from a table, and such a table, from 0 to `last`.
+std::string config_with_table(const std::string& file) {
+    std::string config = kConfig;
+    const std::string matrix =
+        "!<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1]}";
+    return config.replace(config.find(matrix), matrix.size(),
+                          "!<FileTransform> {src: " + file + "}");
+}
+std::string table(const std::string& last) {
+    return "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n" + last + "\n}\n";
+}
+
 TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
     const auto again = [&] {
@@ -232,15 +244,7 @@ TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     EXPECT_TRUE(contains(again(), "1 written"));
     EXPECT_TRUE(contains(again(), "1 skipped"));
     // With a table, and with another table of the same name.
-    const auto table = [](const char* last) {
-        return std::string("Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n") + last + "\n}\n";
-    };
-    std::string tabled = kConfig;
-    const std::string matrix =
-        "!<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, "
-        "0, 0, 0, 0, 1]}";
-    tabled.replace(tabled.find(matrix), matrix.size(), "!<FileTransform> {src: half.spi1d}");
-    write_text(config(), tabled);
+    write_text(config(), config_with_table("half.spi1d"));
     write_text(at("half.spi1d"), table("0.5"));
     EXPECT_TRUE(contains(again(), "1 written"));
     EXPECT_TRUE(contains(again(), "1 skipped"));
@@ -251,15 +255,7 @@ TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
 // A context variable chooses the table: another file of the same size and time.
 TEST_F(OcioTest, AnOutputIsMadeAgainWhenAContextVariableHasChanged) {
     write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
-    const auto table = [](const char* last) {
-        return std::string("Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n") + last + "\n}\n";
-    };
-    std::string tabled = kConfig;
-    const std::string matrix =
-        "!<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, "
-        "0, 0, 0, 0, 1]}";
-    tabled.replace(tabled.find(matrix), matrix.size(), "!<FileTransform> {src: $SHOT.spi1d}");
-    write_text(at("config.ocio"), tabled);
+    write_text(at("config.ocio"), config_with_table("$SHOT.spi1d"));
     write_text(at("one.spi1d"), table("0.50"));
     write_text(at("two.spi1d"), table("0.25"));
     std::filesystem::last_write_time(at("two.spi1d"),

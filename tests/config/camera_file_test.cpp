@@ -3,12 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <filesystem>
-#include <fstream>
 
 #include "fake_passes.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
@@ -227,14 +226,14 @@ TEST(CameraFile, WarnsWhenTheResolutionIsAnother) {
 }
 
 TEST(CameraFile, IsReadFromDisk) {
-    const auto path =
-        std::filesystem::temp_directory_path() / concat("camera_", ::getpid(), ".json");
-    std::ofstream(path) << R"({"f_stop": 2.8})";
-    const auto file = load_camera(path.string());
+    const test::TempFolder folder;
+    const std::string path = folder.path("camera.json");
+    test::write_text(path, R"({"f_stop": 2.8})");
+    const auto file = load_camera(path);
     ASSERT_TRUE(file.ok());
     EXPECT_EQ(file->camera.f_stop, 2.8);
     std::filesystem::remove(path);
-    EXPECT_EQ(load_camera(path.string()).status().code(), StatusCode::input);
+    EXPECT_EQ(load_camera(path).status().code(), StatusCode::input);
     EXPECT_EQ(load_camera("/").status().code(), StatusCode::input);
 }
 

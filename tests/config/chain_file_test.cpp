@@ -3,14 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
-#include <filesystem>
-#include <fstream>
-
 #include "config/chain_find.h"
 #include "fake_passes.h"
 #include "passes/registry.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
@@ -308,19 +305,16 @@ TEST(WriteChain, WritesDefaultsToo) {
 }
 
 TEST(FindChain, PrefersShippedNamesAndReadsFiles) {
-    namespace fs = std::filesystem;
-    const fs::path folder = fs::temp_directory_path() / concat("postchain_find_", ::getpid());
-    fs::create_directories(folder);
-    std::ofstream(folder / "mine.yaml") << chain_of("tint");
-    const auto found = find_chain((folder / "mine.yaml").string());
+    const test::TempFolder folder;
+    test::write_text(folder.path("mine.yaml"), chain_of("tint"));
+    const auto found = find_chain(folder.path("mine.yaml"));
     ASSERT_TRUE(found.ok());
     EXPECT_EQ(found->text, chain_of("tint"));
     EXPECT_FALSE(found->shipped);
-    const auto loaded = load_chain((folder / "mine.yaml").string(), fake_passes());
+    const auto loaded = load_chain(folder.path("mine.yaml"), fake_passes());
     ASSERT_TRUE(loaded.ok());
     EXPECT_EQ(loaded->chain.links.size(), 1u);
-    EXPECT_FALSE(find_chain(folder.string()).ok());
-    fs::remove_all(folder);
+    EXPECT_FALSE(find_chain(folder.path()).ok());
 
     const auto shipped = find_chain("paper");
     ASSERT_TRUE(shipped.ok());

@@ -3,14 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <filesystem>
-#include <fstream>
 
 #include "config/embedded.h"
 #include "config/profile_match.h"
 #include "fake_passes.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
@@ -310,10 +309,10 @@ motion: [{channels: [[mv.x, mv.y]], unit: fraction, scale: [0.5, -0.5], bias: 0.
 )";
 
 TEST(OwnProfile, IsReadFromAFile) {
-    const auto path =
-        std::filesystem::temp_directory_path() / concat("profile_", ::getpid(), ".yaml");
-    std::ofstream(path) << kOwn;
-    const auto profile = find_profile(path.string());
+    const test::TempFolder folder;
+    const std::string path = folder.path("profile.yaml");
+    test::write_text(path, kOwn);
+    const auto profile = find_profile(path);
     ASSERT_TRUE(profile.ok()) << profile.status().message();
     const auto match =
         match_profile(*profile, one_part({"r", "g", "b", "a", "zbuf", "mv.x", "mv.y"}));
@@ -325,11 +324,11 @@ TEST(OwnProfile, IsReadFromAFile) {
     EXPECT_EQ(match->options.motion.bias, 0.5);
     EXPECT_EQ(match->options.motion.sentinel, 2);
     EXPECT_EQ(converted(match->options.motion, 1, 1), (std::array<double, 2>{0.25, -0.25}));
-    std::ofstream(path) << "profile: 1\nname: x\nmotion: [{channels: [[a]]}]\n";
-    EXPECT_THAT(find_profile(path.string()).status().message(),
+    test::write_text(path, "profile: 1\nname: x\nmotion: [{channels: [[a]]}]\n");
+    EXPECT_THAT(find_profile(path).status().message(),
                 HasSubstr(":3:22: error: motion[0].channels[0]: a list of 2 channel names"));
     std::filesystem::remove(path);
-    EXPECT_EQ(find_profile(path.string()).status().code(), StatusCode::usage);
+    EXPECT_EQ(find_profile(path).status().code(), StatusCode::usage);
     EXPECT_THAT(find_profile("cycels").status().message(), HasSubstr("did you mean 'cycles'?"));
 }
 

@@ -5,13 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <cstdio>
-#include <fstream>
 #include <thread>
 
 #include "fake_passes.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
@@ -248,12 +248,13 @@ TEST(Scalar, WritesWhatItReadsBack) {
 
 // Files of sizes from one block to beyond the limit, and a pipe.
 TEST(TextFile, IsReadToItsEndOrToItsLimit) {
-    const std::string path = testing::TempDir() + "postchain_text_" + std::to_string(getpid());
+    const test::TempFolder folder;
+    const std::string path = folder.path("text");
     const TextLimits limits = {20000, 8};
     for (const size_t size : {0, 1, 4095, 4096, 4097, 19999, 20000, 20001, 50000}) {
         std::string text;
         while (text.size() < size) text += char('a' + text.size() % 23);
-        std::ofstream(path, std::ios::binary) << text;
+        test::write_text(path, text);
         const auto read = read_text_file(path, StatusCode::chain, limits);
         ASSERT_TRUE(read.ok()) << size;
         EXPECT_EQ(*read, text.substr(0, 20001)) << size;
@@ -261,7 +262,7 @@ TEST(TextFile, IsReadToItsEndOrToItsLimit) {
     std::remove(path.c_str());
     ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
     const std::string text(15000, 'p');
-    std::thread writer([&] { std::ofstream(path, std::ios::binary) << text; });
+    std::thread writer([&] { test::write_text(path, text); });
     const auto read = read_text_file(path, StatusCode::chain, limits);
     writer.join();
     std::remove(path.c_str());

@@ -1,18 +1,12 @@
 // The command as a process: exit codes, and a bench that is killed.
-#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
-#include <fstream>
-#include <nlohmann/json.hpp>
-#include <sstream>
+#include <csignal>
 #include <thread>
 
+#include "tests/command/command.h"
 #include "tests/experiment/support.h"
 
 namespace postchain::experiment {
@@ -23,48 +17,24 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-std::string read(const std::string& path) {
-    std::ifstream file(path);
-    std::stringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
-
 class Command : public ::testing::Test {
   protected:
     void SetUp() override {
         test::write_sequence(folder_.path(), 1, 2);
         test::write_truth(folder_.path(), "truth", 1, 2, 0.125f);
-        std::ofstream(folder_.path("chain.yaml")) << test::kChainText;
-        std::ofstream(folder_.path("other.yaml")) << test::kOtherOrderText;
+        test::write_text(folder_.path("chain.yaml"), test::kChainText);
+        test::write_text(folder_.path("other.yaml"), test::kOtherOrderText);
     }
 
-    // `file_limit`: maximum bytes per file, to simulate a full disk; 0 = none.
-    pid_t start(const std::vector<std::string>& arguments, rlim_t file_limit = 0) {
-        const pid_t pid = fork();
-        if (pid != 0) return pid;
-        const int log = open(folder_.path("log").c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
-        dup2(log, STDOUT_FILENO);
-        dup2(log, STDERR_FILENO);
-        if (file_limit > 0) {
-            const rlimit limit{file_limit, file_limit};
-            setrlimit(RLIMIT_FSIZE, &limit);
-        }
-        std::vector<char*> argv = {const_cast<char*>(POSTCHAIN_COMMAND)};
-        for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-        argv.push_back(nullptr);
-        execv(POSTCHAIN_COMMAND, argv.data());
-        _exit(127);
+    // The exit code, or 1000 and the signal that ended it.
+    int run(const test::Arguments& arguments, const test::Launch& launch = {}) {
+        return code_of(test::run(arguments, launch));
     }
-    int wait(pid_t pid) {
-        int status = 0;
-        waitpid(pid, &status, 0);
-        return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+    int code_of(const test::Outcome& outcome) {
+        log_ = outcome.out + outcome.err;
+        return outcome.signal ? 1000 + outcome.signal : outcome.code;
     }
-    int run(const std::vector<std::string>& arguments, rlim_t file_limit = 0) {
-        return wait(start(arguments, file_limit));
-    }
-    std::string log() const { return read(folder_.path("log")); }
+    const std::string& log() const { return log_; }
 
     std::vector<std::string> bench(const std::vector<std::string>& more = {}) {
         std::vector<std::string> all = {"bench",     folder_.path("chain.yaml"),
@@ -100,7 +70,16 @@ class Command : public ::testing::Test {
             count += entry.path().filename().string()[0] != '.';
         return count;
     }
+    // Sends the signal as soon as there are `least` results.
+    int signal_after(size_t least, int signal, const test::Arguments& arguments) {
+        test::Process process(test::with_command(arguments));
+        while (results() < least && process.running())
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        process.send(signal);
+        return code_of(process.wait());
+    }
     test::TempFolder folder_;
+    std::string log_;
 };
 
 TEST_F(Command, AbWritesAllFourFiles) {
@@ -108,7 +87,7 @@ TEST_F(Command, AbWritesAllFourFiles) {
     for (const char* name : {"index.html", "report.json", "report.csv", "report.md"})
         EXPECT_TRUE(fs::exists(folder_.path(std::string("report/") + name))) << name;
     EXPECT_THAT(log(), HasSubstr("Too few frames to decide (n = 2"));
-    const auto json = nlohmann::json::parse(read(folder_.path("report/report.json")));
+    const auto json = nlohmann::json::parse(test::read_text(folder_.path("report/report.json")));
     EXPECT_EQ(json["variants"][0]["name"], "chain");
     EXPECT_EQ(json["variants"][1]["name"], "other");
     // The folder is not empty now.
@@ -137,7 +116,7 @@ TEST_F(Command, ATruthThatDoesNotFitIsAnInputError) {
 }
 
 TEST_F(Command, AFullDiskIsAnOutputErrorAndLeavesNoHalfFile) {
-    EXPECT_EQ(run(ab(), 4096), 5) << log();
+    EXPECT_EQ(run(ab(), {.file_bytes = 4096}), 5) << log();
     EXPECT_THAT(log(), HasSubstr("report"));
     EXPECT_FALSE(fs::exists(folder_.path("report/report.json")));
     for (const auto& entry : fs::recursive_directory_iterator(folder_.path("report")))
@@ -160,13 +139,9 @@ TEST_F(Command, UnderPicksAChainThatRuns) {
 // SIGKILL after the first results: the next run reuses them and finishes the rest.
 TEST_F(Command, AKilledBenchGoesOn) {
     const auto arguments = bench({"--sweep", "motion_blur.samples=5,7,9,11,13,15"});
-    const pid_t pid = start(arguments);
-    const auto begin = std::chrono::steady_clock::now();
     // Results of the input and of the ground truth come first.
-    while (results() < 4 && std::chrono::steady_clock::now() - begin < std::chrono::minutes(2))
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    kill(pid, SIGKILL);
-    EXPECT_EQ(wait(pid), 1000 + SIGKILL) << "finished before it could be killed";
+    EXPECT_EQ(signal_after(4, SIGKILL, arguments), 1000 + SIGKILL)
+        << "finished before it could be killed";
     std::map<std::string, fs::file_time_type> before;
     for (const auto& entry : fs::directory_iterator(folder_.path("report/results")))
         if (entry.path().extension() == ".json" && entry.path().filename().string()[0] != '.')
@@ -176,7 +151,7 @@ TEST_F(Command, AKilledBenchGoesOn) {
     EXPECT_EQ(run(arguments), 0) << log();
     EXPECT_EQ(results(), 6u * 3u + 4u);  // two frames and a timing each; input and ground truth
     for (const auto& [path, time] : before) EXPECT_EQ(fs::last_write_time(path), time) << path;
-    const auto json = nlohmann::json::parse(read(folder_.path("report/report.json")));
+    const auto json = nlohmann::json::parse(test::read_text(folder_.path("report/report.json")));
     EXPECT_EQ(json["variants"].size(), 6u);
     EXPECT_TRUE(json["variants"][0]["resumed"].get<bool>());
     for (const auto& variant : json["variants"]) {
@@ -187,12 +162,9 @@ TEST_F(Command, AKilledBenchGoesOn) {
 }
 
 TEST_F(Command, TerminationStopsWithItsCode) {
-    const pid_t pid = start(bench({"--sweep", "motion_blur.samples=5,7,9,11,13,15"}));
-    const auto begin = std::chrono::steady_clock::now();
-    while (results() < 1 && std::chrono::steady_clock::now() - begin < std::chrono::minutes(2))
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    kill(pid, SIGTERM);
-    EXPECT_EQ(wait(pid), 143) << log();
+    EXPECT_EQ(signal_after(1, SIGTERM, bench({"--sweep", "motion_blur.samples=5,7,9,11,13,15"})),
+              143)
+        << log();
 }
 
 }  // namespace

@@ -4,9 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "tests/experiment/support.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/experiment/choose.h"
 
 namespace postchain::experiment {
@@ -121,10 +120,7 @@ TEST(Choices, CheapestUnderALimitIsWritten) {
     auto met = choose_under(report, {{"flip", 0.6}});
     ASSERT_TRUE(met.ok());
     EXPECT_TRUE(*met);
-    std::ifstream file(folder.path("under_flip.yaml"));
-    std::string text;
-    std::getline(file, text);
-    EXPECT_EQ(text, "chain 1");
+    EXPECT_EQ(test::read_text(folder.path("under_flip.yaml")), "chain 1");
     EXPECT_THAT(report.under[0], HasSubstr("v1 with 0.5 in 2 ms"));
     met = choose_under(report, {{"flip", 0.01}});
     EXPECT_FALSE(*met);

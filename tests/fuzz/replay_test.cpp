@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <random>
 
 #include "targets.h"
+#include "tests/support/text_file.h"
 
 namespace postchain::fuzz {
 namespace {
@@ -27,11 +26,6 @@ std::vector<fs::path> files_of(const Target& target) {
     }
     std::sort(files.begin(), files.end());
     return files;
-}
-
-std::string read(const fs::path& file) {
-    std::ifstream in(file, std::ios::binary);
-    return {std::istreambuf_iterator<char>(in), {}};
 }
 
 // A simple change as libFuzzer makes: a byte or bit, an overflowing number, a piece removed,
@@ -68,7 +62,7 @@ TEST_P(Corpus, RandomChanges) {
     constexpr int kRuns = 30000;
     const Target& target = GetParam();
     std::vector<std::string> inputs;
-    for (const fs::path& file : files_of(target)) inputs.push_back(read(file));
+    for (const fs::path& file : files_of(target)) inputs.push_back(test::read_text(file));
     ASSERT_FALSE(inputs.empty());
     std::mt19937 random(20);
     int accepted = 0, changed = 0;
@@ -91,7 +85,7 @@ TEST_P(Corpus, Replay) {
     int accepted = 0;
     for (const fs::path& file : files) {
         SCOPED_TRACE(file.string());
-        const std::string bytes = read(file);
+        const std::string bytes = test::read_text(file);
         EXPECT_LT(bytes.size(), 20000u) << "the corpus is kept small";
         const bool taken = target.run(bytes);
         accepted += taken ? 1 : 0;

@@ -18,7 +18,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <fstream>
 #include <memory>
 #include <sstream>
 
@@ -278,17 +277,6 @@ MemoryFile::~MemoryFile() {
 void MemoryFile::set(std::string_view bytes) {
     EXPECT_EQ(::ftruncate(fd_, off_t(bytes.size())), 0);
     EXPECT_EQ(::pwrite(fd_, bytes.data(), bytes.size(), 0), ssize_t(bytes.size()));
-}
-
-std::string file_bytes(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    std::ostringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
-
-void set_file_bytes(const std::string& path, const std::string& bytes) {
-    std::ofstream(path, std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
 }
 
 }  // namespace postchain::test

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain::test {
 
@@ -74,8 +75,5 @@ class MemoryFile {
     int fd_ = -1;
     std::string path_;
 };
-
-std::string file_bytes(const std::string& path);
-void set_file_bytes(const std::string& path, const std::string& bytes);
 
 }  // namespace postchain::test

@@ -19,7 +19,7 @@
 namespace postchain::io {
 namespace {
 
-using test::file_bytes;
+using test::read_text;
 using test::TempFolder;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -42,19 +42,19 @@ TEST(AtomicFile, TheNameAppearsOnlyOnCommit) {
     const Result<bool> done = file->commit(OnExisting::fail);
     ASSERT_TRUE(done.ok() && *done);
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
-    EXPECT_EQ(file_bytes(folder.path("a.txt")), "hello");
+    EXPECT_EQ(read_text(folder.path("a.txt")), "hello");
 }
 
 TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
     const TempFolder folder;
     const std::string path = folder.path("a.txt");
-    test::set_file_bytes(path, "old");
+    test::write_text(path, "old");
     ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
     const bool is_root = ::geteuid() == 0;
     if (is_root) ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
     const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0;
     ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::overwrite).ok());
-    EXPECT_EQ(file_bytes(path), "new");
+    EXPECT_EQ(read_text(path), "new");
     struct stat info;
     ASSERT_EQ(::stat(path.c_str(), &info), 0);
     EXPECT_EQ(info.st_mode & 07777, 0640u);
@@ -97,7 +97,7 @@ TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
     EXPECT_EQ(times, 80);
     EXPECT_THAT(folder.names(), IsEmpty());
     // One that a killed process has left is in no one's way, and counts as a temporary.
-    test::set_file_bytes(folder.path(".a.exr.0.tmp"), "");
+    test::write_text(folder.path(".a.exr.0.tmp"), "");
     EXPECT_TRUE(ReplaceLock::take(path).ok());
     EXPECT_THAT(folder.names(), IsEmpty());
     EXPECT_TRUE(is_temporary_of(".a.exr.0.tmp", "a.exr"));
@@ -106,14 +106,14 @@ TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
 TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
     const TempFolder folder;
     const std::string image = folder.path("a.exr"), sidecar = folder.path("a.exr.json");
-    test::set_file_bytes(image, "old");
-    test::set_file_bytes(sidecar, "of old");
+    test::write_text(image, "old");
+    test::write_text(sidecar, "of old");
     {
         auto lock = ReplaceLock::take(image);
         EXPECT_TRUE(lock->set_aside(sidecar).ok());
         EXPECT_FALSE(std::filesystem::exists(sidecar));
     }
-    EXPECT_EQ(file_bytes(sidecar), "of old");
+    EXPECT_EQ(read_text(sidecar), "of old");
     {
         auto lock = ReplaceLock::take(image);
         EXPECT_TRUE(lock->set_aside(sidecar).ok());
@@ -144,31 +144,31 @@ TEST(AtomicFile, WritesAfterSeekLandWhereTheyShould) {
     EXPECT_EQ(file->position(), 3u);
     EXPECT_EQ(file->size(), 3'000'004u);
     ASSERT_TRUE(file->commit(OnExisting::fail).ok());
-    EXPECT_EQ(file_bytes(folder.path("a")), "0120" + large);
+    EXPECT_EQ(read_text(folder.path("a")), "0120" + large);
 }
 
 TEST(AtomicFile, ExistingFileUnderEachPolicy) {
     const TempFolder folder;
     const std::string path = folder.path("a.txt");
-    test::set_file_bytes(path, "old");
+    test::write_text(path, "old");
     Result<bool> done = atomic_write_text(path, "new", OnExisting::fail);
     ASSERT_FALSE(done.ok());
     EXPECT_EQ(done.status().code(), StatusCode::output);
     EXPECT_THAT(done.status().message(), HasSubstr("exists already"));
-    EXPECT_EQ(file_bytes(path), "old");
+    EXPECT_EQ(read_text(path), "old");
     done = atomic_write_text(path, "new", OnExisting::skip);
     ASSERT_TRUE(done.ok());
     EXPECT_FALSE(*done);
-    EXPECT_EQ(file_bytes(path), "old");
+    EXPECT_EQ(read_text(path), "old");
     done = atomic_write_text(path, "new", OnExisting::overwrite);
     ASSERT_TRUE(done.ok() && *done);
-    EXPECT_EQ(file_bytes(path), "new");
+    EXPECT_EQ(read_text(path), "new");
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
 }
 
 TEST(AtomicFile, SaysWhatIsWrongWithThePath) {
     const TempFolder folder;
-    test::set_file_bytes(folder.path("file"), "x");
+    test::write_text(folder.path("file"), "x");
     EXPECT_THAT(error_of(folder.path("none/a.exr")), HasSubstr("does not exist"));
     EXPECT_THAT(error_of(folder.path("none/deeper/a.exr")), HasSubstr("does not exist"));
     EXPECT_THAT(error_of(folder.path("file/a.exr")), HasSubstr("file is a file, not a folder"));
@@ -185,21 +185,21 @@ TEST(AtomicFile, SaysWhatIsWrongWithThePath) {
 TEST(AtomicFile, ReplacesATemporaryOfADeadProcess) {
     const TempFolder folder;
     const std::string left = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
-    test::set_file_bytes(left, "left behind, longer than what follows");
+    test::write_text(left, "left behind, longer than what follows");
     const Result<bool> done = atomic_write_text(folder.path("a.txt"), "new", OnExisting::fail);
     ASSERT_TRUE(done.ok()) << done.status().message();
-    EXPECT_EQ(file_bytes(folder.path("a.txt")), "new");
+    EXPECT_EQ(read_text(folder.path("a.txt")), "new");
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
 }
 
 TEST(AtomicFile, LeavesATemporaryThatIsBeingWritten) {
     const TempFolder folder;
     const std::string held = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
-    test::set_file_bytes(held, "of a process with our number in another container");
+    test::write_text(held, "of a process with our number in another container");
     const int fd = ::open(held.c_str(), O_WRONLY);
     ASSERT_EQ(::flock(fd, LOCK_EX), 0);
     EXPECT_THAT(error_of(folder.path("a.txt")), HasSubstr("another process"));
-    EXPECT_EQ(file_bytes(held), "of a process with our number in another container");
+    EXPECT_EQ(read_text(held), "of a process with our number in another container");
     ::close(fd);
 
     Result<AtomicFile> first = AtomicFile::create(folder.path("b.txt"));
@@ -211,7 +211,7 @@ TEST(AtomicFile, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
     const TempFolder folder;
     for (const char* name : {".a.txt.123.tmp", ".a.txt.4567890.tmp", ".b.txt.123.tmp",  // a's, b's
                              ".a.txt.tmp", ".a.txt.12x.tmp", "a.txt.123.tmp", ".a.txt.123.bak"})
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     const int held = ::open(folder.path(".a.txt.4567890.tmp").c_str(), O_WRONLY);
     ASSERT_EQ(::flock(held, LOCK_EX), 0);
     remove_dead_temporaries(folder.path(), [](const auto& name) { return name == "a.txt"; });

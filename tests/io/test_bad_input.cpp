@@ -12,11 +12,11 @@
 namespace postchain::io {
 namespace {
 
-using test::file_bytes;
 using test::FilePart;
-using test::set_file_bytes;
+using test::read_text;
 using test::TempFolder;
 using test::write_file;
+using test::write_text;
 using testing::AllOf;
 using testing::HasSubstr;
 
@@ -48,13 +48,13 @@ TEST(BadInput, WhatIsNoExrAtAll) {
     const TempFolder folder;
     EXPECT_THAT(open_error(folder.path("none.exr")), HasSubstr("no such file"));
     EXPECT_THAT(open_error(folder.path()), HasSubstr("is not a file"));
-    set_file_bytes(folder.path("zero.exr"), "");
+    write_text(folder.path("zero.exr"), "");
     EXPECT_THAT(open_error(folder.path("zero.exr")), HasSubstr("zero bytes"));
-    set_file_bytes(folder.path("text.exr"), "a text that was renamed");
+    write_text(folder.path("text.exr"), "a text that was renamed");
     EXPECT_THAT(open_error(folder.path("text.exr")), HasSubstr("not an EXR"));
-    set_file_bytes(folder.path("short.exr"), "v/");
+    write_text(folder.path("short.exr"), "v/");
     EXPECT_THAT(open_error(folder.path("short.exr")), HasSubstr("not an EXR"));
-    set_file_bytes(folder.path("old.exr"), std::string("\x76\x2f\x31\x01\x01\0\0\0", 8));
+    write_text(folder.path("old.exr"), std::string("\x76\x2f\x31\x01\x01\0\0\0", 8));
     EXPECT_THAT(open_error(folder.path("old.exr")), HasSubstr("version 1"));
 }
 
@@ -71,7 +71,7 @@ TEST(BadInput, TruncatedAtEveryLength) {
         const std::string path = folder.path("whole.exr");
         write_file(path, files[f]);
         ASSERT_TRUE(read_all(path).ok()) << read_all(path).message();
-        const std::string whole = file_bytes(path);
+        const std::string whole = read_text(path);
         test::MemoryFile file;
         const std::string cut = file.path();
         for (size_t length = 0; length < whole.size(); ++length) {
@@ -100,7 +100,7 @@ TEST(BadInput, FlippedBytesAreAnErrorOrPixelsButNoCrash) {
     int read = 0;
     for (const std::vector<FilePart>& parts : {std::vector{rgba_z()}, {rgba_z("a"), tiled}}) {
         write_file(path, parts);
-        const std::string whole = file_bytes(path);
+        const std::string whole = read_text(path);
         for (size_t at = 0; at < whole.size(); ++at) {
             for (const int flip : {0x01, 0x80, 0xff}) {
                 std::string bytes = whole;
@@ -120,7 +120,7 @@ TEST(BadInput, AFileWhoseWriterDidNotFinish) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
     write_file(path, {rgba_z()});
-    std::string bytes = file_bytes(path);
+    std::string bytes = read_text(path);
     // 9 lines of ZIP are one chunk; its entry in the table points behind the table itself.
     size_t entry = std::string::npos;
     for (size_t at = 8; at + 8 <= bytes.size() && entry == std::string::npos; ++at) {
@@ -130,7 +130,7 @@ TEST(BadInput, AFileWhoseWriterDidNotFinish) {
     }
     ASSERT_NE(entry, std::string::npos);
     std::memset(bytes.data() + entry, 0, 8);
-    set_file_bytes(path, bytes);
+    write_text(path, bytes);
     EXPECT_THAT(open_error(path), HasSubstr("incomplete"));
 }
 

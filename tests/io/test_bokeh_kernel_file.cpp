@@ -129,7 +129,7 @@ TEST(ApertureFile, RefusesAVolume) {
         put(value);
     for (const uint32_t value : {0x401008u, 0x200000u, 0u, 0u, 0u}) put(value);  // a volume
     bytes.append(4 * 4 * 4 * 2, char(0xff));
-    test::set_file_bytes(folder.path("a.dds"), bytes);
+    test::write_text(folder.path("a.dds"), bytes);
     EXPECT_THAT(refused(folder.path("a.dds")), HasSubstr("is a volume"));
 }
 
@@ -138,7 +138,7 @@ TEST(ApertureFile, RefusesWhatIsNoAperture) {
     const std::string path = folder.path("a.exr");
     EXPECT_THAT(refused(folder.path("none.png")), HasSubstr("no such file"));
     EXPECT_THAT(refused(folder.path()), HasSubstr("is not a file"));
-    test::set_file_bytes(folder.path("text.png"), "not a picture");
+    test::write_text(folder.path("text.png"), "not a picture");
     EXPECT_THAT(refused(folder.path("text.png")), HasSubstr("cannot be read"));
     write(path, 20, 10, 1, std::vector<float>(200, 1));
     EXPECT_THAT(refused(path), AllOf(HasSubstr("20x10"), HasSubstr("square"), HasSubstr("crop")));
@@ -162,8 +162,8 @@ TEST(ApertureFile, RefusesWhatIsNoAperture) {
     values.assign(64 * 64, 1);
     for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 251);
     write(path, 64, 64, 1, values);
-    const std::string bytes = test::file_bytes(path);
-    test::set_file_bytes(path, bytes.substr(0, bytes.size() / 2));
+    const std::string bytes = test::read_text(path);
+    test::write_text(path, bytes.substr(0, bytes.size() / 2));
     EXPECT_THAT(refused(path), HasSubstr("cannot be read"));
 }
 

@@ -11,9 +11,9 @@
 namespace postchain::io {
 namespace {
 
-using test::file_bytes;
 using test::FilePart;
 using test::MemoryFile;
+using test::read_text;
 using test::TempFolder;
 using test::write_file;
 using testing::AllOf;
@@ -50,7 +50,7 @@ TEST(CompleteFile, IsTheWholeFileAlone) {
     MemoryFile file;
     for (const auto& parts : kinds()) {
         write_file(path, parts);
-        const std::string bytes = file_bytes(path);
+        const std::string bytes = read_text(path);
         EXPECT_TRUE(check_complete(path).ok()) << check_complete(path).message();
         for (size_t length = 0; length < bytes.size(); ++length) {
             file.set(std::string_view(bytes).substr(0, length));
@@ -79,7 +79,7 @@ TEST(CompleteFile, EachChunkHasItsPlaceInTheTable) {
     FilePart lines = part();
     lines.compression = Imf::ZIPS_COMPRESSION;  // a chunk for each of nine lines
     write_file(path, {lines});
-    const std::string whole = file_bytes(path);
+    const std::string whole = read_text(path);
     const size_t table = table_of(whole, 9);
     ASSERT_GT(table, 0u);
     MemoryFile file;
@@ -109,12 +109,12 @@ TEST(CompleteFile, ATableOfALaterPartCountsToo) {
     FilePart second = part("b");
     second.compression = Imf::ZIPS_COMPRESSION;
     write_file(path, {part("a"), second});
-    std::string bytes = file_bytes(path);
+    std::string bytes = read_text(path);
     // Ten chunks in two consecutive tables: one, then nine.
     const size_t table = table_of(bytes, 10);
     ASSERT_GT(table, 0u);
     std::memset(bytes.data() + table + 8 * 5, 0, 8);
-    test::set_file_bytes(path, bytes);
+    test::write_text(path, bytes);
     EXPECT_THAT(check_complete(path).message(),
                 AllOf(HasSubstr(path), HasSubstr("1 of 9 chunks of part 1 are not written")));
 }
@@ -123,7 +123,7 @@ TEST(CompleteFile, NeedsAFile) {
     TempFolder folder;
     EXPECT_THAT(check_complete(folder.path("none.exr")).message(), HasSubstr("No such file"));
     EXPECT_THAT(check_complete(folder.path()).message(), HasSubstr("is not a file"));
-    test::set_file_bytes(folder.path("a.exr"), "");
+    test::write_text(folder.path("a.exr"), "");
     EXPECT_THAT(check_complete(folder.path("a.exr")).message(), HasSubstr("zero bytes"));
 }
 

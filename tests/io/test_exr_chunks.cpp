@@ -84,7 +84,7 @@ TEST(ExrChunks, TheInputsOwnColorGivesTheFileThatOpenExrWrites) {
             if (part.compression != Imf::NO_COMPRESSION &&
                 deflate_library() != std::string_view("zlib"))
                 continue;
-            ASSERT_TRUE(test::file_bytes(in) == test::file_bytes(out));
+            ASSERT_TRUE(test::read_text(in) == test::read_text(out));
             ++same;
         }
     }
@@ -159,7 +159,7 @@ TEST(ExrChunks, SubsampledChannels) {
         write_ok(out, frame, frame.planes.at(Role::color), {.on_existing = OnExisting::overwrite});
         // OpenImageIO converts such channels, so OpenEXR's own bytes are compared.
         if (compression == Imf::NO_COMPRESSION) {
-            ASSERT_TRUE(test::file_bytes(in) == test::file_bytes(out));
+            ASSERT_TRUE(test::read_text(in) == test::read_text(out));
         }
         Result<ExrFile> before = ExrFile::open(in), after = ExrFile::open(out);
         ASSERT_TRUE(before.ok() && after.ok());
@@ -196,7 +196,7 @@ TEST(ExrChunks, WhatDoesNotBecomeSmallerIsStored) {
     }
     ASSERT_TRUE(write_planes_exr(path, noise, {"a", "b"}).ok());
     const size_t stored = 64 * 32 * 2 * 4, all = 64 * 48 * 2 * 4,
-                 bytes = test::file_bytes(path).size();
+                 bytes = test::read_text(path).size();
     EXPECT_GT(bytes, stored + 3 * 16);
     EXPECT_LT(bytes, stored + (all - stored) / 4);
     const auto read = oiio_channels(path);
@@ -223,7 +223,7 @@ TEST(ExrChunks, HigherLevelsAreSmaller) {
         const std::string path = folder.path(std::to_string(level));
         InputFrame frame = read_ok(folder.path("in.exr"));
         write_ok(path, frame, frame.planes.at(Role::color), {.zip_level = level});
-        const size_t bytes = test::file_bytes(path).size();
+        const size_t bytes = test::read_text(path).size();
         EXPECT_LT(bytes, last) << level;
         last = bytes;
     }
@@ -288,14 +288,14 @@ class DamagedChunk : public testing::Test {
         part.data = {{0, 5}, {9, 14}};
         part.repeating = true;
         write_file(path_, {part});
-        bytes_ = test::file_bytes(path_);
+        bytes_ = test::read_text(path_);
         chunk_ = only_chunk(bytes_);
         ASSERT_TRUE(read_again(path_).ok());
     }
     std::string error(const std::function<void(std::string&)>& change) {
         std::string bytes = bytes_;
         change(bytes);
-        test::set_file_bytes(path_, bytes);
+        test::write_text(path_, bytes);
         const Status status = read_again(path_);
         EXPECT_FALSE(status.ok());
         EXPECT_EQ(status.code(), StatusCode::input);
@@ -349,7 +349,7 @@ TEST_F(DamagedChunk, UncompressedOfAnotherSize) {
     part.data = {{0, 0}, {9, 0}};
     part.compression = Imf::NO_COMPRESSION;
     write_file(path_, {part});
-    bytes_ = test::file_bytes(path_);
+    bytes_ = test::read_text(path_);
     chunk_ = only_chunk(bytes_);
     for (const int32_t wrong : {0, 19, 21, -20})
         EXPECT_THAT(error([&](std::string& b) { set_number(b, chunk_ + 4, wrong); }),
@@ -360,9 +360,9 @@ TEST_F(DamagedChunk, ThePartIsNamed) {
     FilePart first{.name = "first", .channels = {{"R"}}};
     FilePart second{.name = "second", .channels = {{"R"}}, .repeating = true};
     write_file(path_, {first, second});
-    bytes_ = test::file_bytes(path_);
+    bytes_ = test::read_text(path_);
     bytes_.back() = char(bytes_.back() ^ 1);
-    test::set_file_bytes(path_, bytes_);
+    test::write_text(path_, bytes_);
     Result<ExrFile> file = ExrFile::open(path_);
     ASSERT_TRUE(file.ok());
     EXPECT_TRUE(file->read_part(0).ok());

@@ -45,7 +45,7 @@ TEST_P(Layouts, OnlyColorAndTheNewAttributeChange) {
     expect_only_color_changed(in, out, 0, kRgba, color);
     EXPECT_THAT(attribute_changes(in, out), ElementsAre("+ postchain = 1 ab"));
     EXPECT_THAT(report.notes, IsEmpty());
-    EXPECT_EQ(report.bytes, test::file_bytes(out).size());
+    EXPECT_EQ(report.bytes, test::read_text(out).size());
     EXPECT_FALSE(report.skipped);
     // OpenImageIO reports neither line order nor type, so they are read with OpenEXR.
     const Result<ExrFile> before = ExrFile::open(in);
@@ -68,7 +68,7 @@ INSTANTIATE_TEST_SUITE_P(EveryLosslessOne, Layouts,
                                          Layout{Imf::NO_COMPRESSION, 64, Imf::RANDOM_Y}));
 
 bool has_type_attribute(const std::string& path) {
-    return test::file_bytes(path).find(std::string("type\0string\0", 12)) != std::string::npos;
+    return test::read_text(path).find(std::string("type\0string\0", 12)) != std::string::npos;
 }
 
 TEST(ExrWriter, ASinglePartGetsNoTypeItDidNotHave) {
@@ -97,7 +97,7 @@ TEST(ExrWriter, ThreadsChangeNothing) {
         write_ok(folder.path(std::to_string(threads)), frame, new_color(frame));
     }
     set_exr_threads(0);
-    EXPECT_EQ(test::file_bytes(folder.path("0")), test::file_bytes(folder.path("2")));
+    EXPECT_EQ(test::read_text(folder.path("0")), test::read_text(folder.path("2")));
 }
 
 TEST(ExrWriter, TheInputsOwnColorGivesTheInputsPixels) {
@@ -174,8 +174,8 @@ TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
         EXPECT_TRUE(oiio_channels(in, 2, level) == oiio_channels(out, 2, level)) << level;
     }
     // The compressed bytes of the lossy part are unchanged.
-    const std::string a = test::file_bytes(in);
-    const std::string b = test::file_bytes(out);
+    const std::string a = test::read_text(in);
+    const std::string b = test::read_text(out);
     int common = 0;
     for (size_t at = 0; at + 64 <= a.size(); at += 64) {
         common += b.find(a.substr(at, 64)) != std::string::npos;
@@ -277,8 +277,8 @@ TEST(ExrWriter, ADamagedPartThatWouldBeCopiedIsAnError) {
     FilePart beauty{.name = "a", .channels = {{"R"}, {"G"}, {"B"}, {"A"}}};
     FilePart other{.name = "b", .channels = {{"X", Imf::FLOAT}}};
     write_file(in, {beauty, other});
-    const std::string whole = test::file_bytes(in);
-    test::set_file_bytes(in, whole.substr(0, whole.size() - 3));
+    const std::string whole = test::read_text(in);
+    test::write_text(in, whole.substr(0, whole.size() - 3));
     InputFrame frame = read_ok(in);
     const Result<WriteReport> report =
         write_filtered(folder.path("out.exr"), frame, new_color(frame), {});

@@ -20,8 +20,8 @@
 namespace postchain::io {
 namespace {
 
-using test::file_bytes;
 using test::FilePart;
+using test::read_text;
 using test::TempFolder;
 using test::write_file;
 using testing::AllOf;
@@ -36,7 +36,7 @@ FilePart rgba_z(const std::string& name = {}) {
 std::string bytes_of_file(const std::vector<FilePart>& parts) {
     const TempFolder folder;
     write_file(folder.path("f.exr"), parts);
-    return file_bytes(folder.path("f.exr"));
+    return read_text(folder.path("f.exr"));
 }
 
 // Opens and reads everything; returns the error message. Allocates at most `most` bytes at once.

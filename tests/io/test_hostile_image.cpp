@@ -25,12 +25,12 @@ class HostileImage : public testing::Test {
         EXPECT_TRUE(out && out->open(path, spec) &&
                     out->write_image(OIIO::TypeDesc::FLOAT, values.data()) && out->close())
             << OIIO::geterror();
-        return file_bytes(path);
+        return read_text(path);
     }
     // Why the file cannot be read; empty: it can. Expects no large allocation before a failure.
     std::string fault_of(const std::string& name, const std::string& bytes) {
         const std::string path = folder_.path(name);
-        set_file_bytes(path, bytes);
+        write_text(path, bytes);
         forget_allocations();
         auto file = io::ImageFile::open(path);
         Status status = file.status();

@@ -94,7 +94,7 @@ TEST_F(OutputPath, NoFolderAndAFileInItsPlace) {
     InputFrame f = frame();
     EXPECT_THAT(write(f, folder.path("none/out.exr"), 1, OnExisting::fail).message(),
                 HasSubstr("does not exist"));
-    test::set_file_bytes(folder.path("file"), "x");
+    test::write_text(folder.path("file"), "x");
     EXPECT_THAT(write(f, folder.path("file/out.exr"), 1, OnExisting::fail).message(),
                 HasSubstr("is a file, not a folder"));
 }

@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "tests/io/exr_files.h"
@@ -12,7 +10,9 @@
 namespace postchain::io {
 namespace {
 
+using test::read_text;
 using test::TempFolder;
+using test::write_text;
 using testing::ElementsAre;
 
 std::vector<int> shown(const ImageF& color, const PreviewOptions& options = {}) {
@@ -61,19 +61,18 @@ TEST(Preview, KeepsItsProvenance) {
     const auto in = OIIO::ImageInput::open(path);
     ASSERT_NE(in, nullptr) << OIIO::geterror();
     EXPECT_EQ(in->spec().get_string_attribute("postchain"), "work 12 shown 34");
-    std::ifstream file(path, std::ios::binary);
-    const std::string whole(std::istreambuf_iterator<char>(file), {});
+    const std::string whole = read_text(path);
     for (size_t keep = 0; keep < whole.size(); ++keep) {
-        std::ofstream(path, std::ios::binary) << whole.substr(0, keep);
+        write_text(path, whole.substr(0, keep));
         EXPECT_EQ(preview_provenance(path), "") << keep;
     }
     for (size_t at = 0; at < whole.size(); ++at) {
         std::string damaged = whole;
         damaged[at] = char(damaged[at] ^ 4);
-        std::ofstream(path, std::ios::binary) << damaged;
+        write_text(path, damaged);
         EXPECT_EQ(preview_provenance(path), "") << at;
     }
-    std::ofstream(path, std::ios::binary) << whole << "more";
+    write_text(path, whole + "more");
     EXPECT_EQ(preview_provenance(path), "");
     EXPECT_EQ(preview_provenance(folder.path("none.png")), "");
     const std::string plain = folder.path("plain.png");

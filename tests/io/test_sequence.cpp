@@ -131,7 +131,7 @@ TEST(PathPattern, DiscoversFramesButNoTemporaries) {
     const TempFolder folder;
     for (const char* name : {"b.0010.exr", "b.0012.exr", "b.-003.exr", ".b.0011.exr.99.tmp",
                              "b.0013.exr.json", "c.0010.exr"}) {
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     }
     const auto found = pattern_of(folder.path("b.####.exr")).discover();
     ASSERT_EQ(found.size(), 3u);
@@ -140,7 +140,7 @@ TEST(PathPattern, DiscoversFramesButNoTemporaries) {
     EXPECT_TRUE(found.contains(12));
     EXPECT_TRUE(pattern_of(folder.path("none/b.####.exr")).discover().empty());
     // The widest pattern does not match temporaries of either kind.
-    test::set_file_bytes(folder.path(".7.55.tmp"), "x");
+    test::write_text(folder.path(".7.55.tmp"), "x");
     EXPECT_TRUE(pattern_of(folder.path("#")).discover().empty());
 }
 
@@ -187,7 +187,7 @@ FrameList list_of(const std::string& input, const char* range = nullptr) {
 TEST(FindFrames, WithoutARangeTakesWhatIsThereAndNamesTheGaps) {
     const TempFolder folder;
     for (const char* name : {"b.0010.exr", "b.0011.exr", "b.0014.exr"}) {
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     }
     const FrameList list = list_of(folder.path("b.####.exr"));
     EXPECT_THAT(list.frames, ElementsAre(10, 11, 14));
@@ -204,7 +204,7 @@ TEST(FindFrames, WithoutARangeTakesWhatIsThereAndNamesTheGaps) {
 
 TEST(FindFrames, ASingleFileIsOneFrame) {
     const TempFolder folder;
-    test::set_file_bytes(folder.path("b.0010.exr"), "x");
+    test::write_text(folder.path("b.0010.exr"), "x");
     EXPECT_THAT(list_of(folder.path("b.0010.exr")).frames, ElementsAre(10));
     EXPECT_THAT(list_of(folder.path("b.0010.exr"), "10-11").missing, ElementsAre(11));
 }
@@ -212,7 +212,7 @@ TEST(FindFrames, ASingleFileIsOneFrame) {
 TEST(FindFrames, AFrameIsMissingWhenAnyOfItsPlanesIs) {
     const TempFolder folder;
     for (const char* name : {"c.1.exr", "c.2.exr", "d.2.exr", "m.exr"}) {
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     }
     const FrameList list =
         list_of("color=" + folder.path("c.@.exr") + ",depth=" + folder.path("d.@.exr") +
@@ -256,7 +256,7 @@ TEST(Chunk, PartsAreTheWholeAndNearlyEqual) {
 TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
     const TempFolder folder;
     for (const char* name : {"b.01.exr", "b.02.exr", "b.05.exr", "b.08.exr"})
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     FrameList list = list_of(folder.path("b.##.exr"));
     list.keep({2, 2});
     EXPECT_THAT(list.frames, ElementsAre(5, 8));
@@ -285,7 +285,7 @@ TEST(ScanFolder, FilesThatDifferInTheirNumberAreOneSequence) {
           "b_v3.9.exr",                                             // another version
           "beauty.1001.left.exr", "beauty.1002.left.exr", "still.EXR", "shot_20261121120000.exr",
           ".a.0008.exr.77.tmp", ".hidden.0001.exr", "a.0008.exr.json", "notes.txt"})
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     std::filesystem::create_directory(folder.path("folder.0001.exr"));
     const auto found = scan_folder(folder.path(""));
     ASSERT_TRUE(found.ok()) << found.status().message();
@@ -310,7 +310,7 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
           "b.-0002.exr", "b.-0001.exr", "b.0000.exr",                            // sign not counted
           "c.-2.exr", "c.-1.exr", "c.1.exr", "d_-03.exr", "d_-02.exr",           // only negative
           "e-0001.exr", "e-0002.exr", "f.-0007.exr"})                            // a separator
-        test::set_file_bytes(folder.path(name), "x");
+        test::write_text(folder.path(name), "x");
     const auto found = scan_folder(folder.path(""));
     ASSERT_TRUE(found.ok()) << found.status().message();
     std::map<std::string, std::vector<int>> frames;

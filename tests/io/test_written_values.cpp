@@ -2,8 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "tests/io/exr_files.h"
@@ -13,6 +11,7 @@ namespace postchain::io {
 namespace {
 
 using test::FilePart;
+using test::read_text;
 using test::TempFolder;
 using test::write_file;
 using testing::ElementsAre;
@@ -141,11 +140,6 @@ TEST(ExrWriter, LossyCompressionOfColorAloneIsKept) {
     for (const float v : back->data) EXPECT_NEAR(v, 0.5f, 0.01f);
 }
 
-std::string bytes_of(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // Every encoding with B44 or DWA changes a value a little.
 TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
     const TempFolder folder;
@@ -174,9 +168,9 @@ TEST(ExrWriter, LossyColorThatIsAsReadIsCopied) {
                 << compression << " " << tile;
             // The chunks after header and table.
             constexpr size_t kMaxHeader = 2048;
-            const std::string stored = bytes_of(in);
+            const std::string stored = read_text(in);
             ASSERT_GT(stored.size(), 2 * kMaxHeader);
-            EXPECT_TRUE(bytes_of(out).ends_with(stored.substr(kMaxHeader)))
+            EXPECT_TRUE(read_text(out).ends_with(stored.substr(kMaxHeader)))
                 << compression << " " << tile;
             // If one value differs, the whole part is encoded.
             ImageF other = *before;

@@ -169,18 +169,8 @@ TEST(Mattes, AgreeWithTheReferenceAndLightsStillSum) {
         for (const NamedChain& one : every_mode()) {
             for (TestFrame held : {frame, neighbored}) {
                 add_matte(held, square_matte(45, 37, soft_px), one.chain.links.size());
-                const FramePlanes out = filter(one.chain, held.description, held.planes);
-                const ReferenceFrame expected = reference(one.chain, held.description, held.planes);
-                for (const Role role : {Role::color, Role::layers}) {
-                    const Difference difference =
-                        compare(out.at(role), expected.planes.at(role), 2e-3);
-                    EXPECT_LE(difference.fraction, 0.02)
-                        << one.name << ", " << name_of(role) << ": " << difference.text;
-                }
-                EXPECT_LE(
-                    relative_difference(sum_of(out.at(Role::layers), 37), out.at(Role::color)),
-                    1e-5)
-                    << one.name;
+                SCOPED_TRACE(one.name);
+                expect_reference_and_sum(one.chain, held);
             }
         }
     }

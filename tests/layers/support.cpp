@@ -2,22 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <glm/gtc/packing.hpp>
+
+#include "tests/support/wheels_crop.h"
 
 namespace postchain::test {
-namespace {
-
-template <class T>
-std::vector<T> read(std::ifstream& in, size_t count) {
-    std::vector<T> values(count);
-    in.read(reinterpret_cast<char*>(values.data()), std::streamsize(count * sizeof(T)));
-    EXPECT_TRUE(in.good());
-    return values;
-}
-
-}  // namespace
-
 TestFrame bright_frame(int width, int height) {
     TestFrame frame = layered_frame(width, height, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
     ImageF& color = frame.planes.at(Role::color);
@@ -35,23 +23,8 @@ TestFrame bright_frame(int width, int height) {
 }
 
 TestFrame traced_frame() {
-    constexpr int kSize = 160;
-    std::ifstream in(POSTCHAIN_SOURCE_DIR "/tests/data/motion_blur/wheels_crop.bin",
-                     std::ios::binary);
-    std::string line;
-    while (std::getline(in, line) && line != "end") {
-    }
-    const size_t pixels = size_t(kSize) * size_t(kSize);
     TestFrame frame;
-    ImageF color(kSize, kSize, 4, 1.0f), depth(kSize, kSize, 1), motion(kSize, kSize, 2);
-    const auto half = read<uint16_t>(in, 3 * pixels);
-    for (size_t i = 0; i < pixels; ++i)
-        for (size_t c = 0; c < 3; ++c) color.data[4 * i + c] = glm::unpackHalf1x16(half[3 * i + c]);
-    depth.data = read<float>(in, pixels);
-    motion.data = read<float>(in, 2 * pixels);
-    frame.planes[Role::color] = std::move(color);
-    frame.planes[Role::inverse_depth] = std::move(depth);
-    frame.planes[Role::motion] = std::move(motion);
+    frame.planes = read_wheels_crop().planes;
     frame.description = describe(frame.planes);
     frame.description.camera.f_stop = 1;
     frame.description.camera.focus_distance = 6;
@@ -100,6 +73,17 @@ double relative_difference(const ImageF& a, const ImageF& b) {
         if (!(difference <= largest)) largest = std::isnan(difference) ? INFINITY : difference;
     }
     return largest / scale;
+}
+
+void expect_reference_and_sum(const Chain& chain, const TestFrame& frame) {
+    const FramePlanes out = filter(chain, frame.description, frame.planes);
+    const ReferenceFrame expected = reference(chain, frame.description, frame.planes);
+    for (const Role role : {Role::color, Role::layers}) {
+        const Difference difference = compare(out.at(role), expected.planes.at(role), 2e-3);
+        EXPECT_LE(difference.fraction, 0.02) << name_of(role) << ": " << difference.text;
+    }
+    const ImageF& color = out.at(Role::color);
+    EXPECT_LE(relative_difference(sum_of(out.at(Role::layers), color.height), color), 1e-5);
 }
 
 std::vector<NamedChain> every_mode() {

@@ -30,6 +30,9 @@ ImageF sum_of(const ImageF& layers, int height);
 // Largest difference of any channel, as a part of the largest value of `b`.
 double relative_difference(const ImageF& a, const ImageF& b);
 
+// Color and layers agree with the reference, and the layers sum to color.
+void expect_reference_and_sum(const Chain& chain, const TestFrame& frame);
+
 struct NamedChain {
     std::string name;
     Chain chain;

@@ -153,18 +153,16 @@ Report make_report(const std::string& folder) {
     for (const int frame : kFrames) {
         report.frames.push_back(frame);
         report.page_frames.push_back(frame);
-        store(report, {ImageKind::truth, -1, frame, "", image_path("truth", frame)},
-              truth_image(frame));
-        store(report, {ImageKind::input, -1, frame, "", image_path("input", frame)},
+        store(report, stored_image(ImageKind::truth, -1, frame, "truth"), truth_image(frame));
+        store(report, stored_image(ImageKind::input, -1, frame, "input"),
               ImageF(kWidth, kHeight, 3, 0.5f));
         for (int v = 0; v < kGood; ++v) {
             const std::string name = std::to_string(v);
-            store(report, {ImageKind::color, v, frame, "", image_path("color" + name, frame)},
+            store(report, stored_image(ImageKind::color, v, frame, "color" + name),
                   variant_image(v, frame));
-            store(report,
-                  {ImageKind::error, v, frame, "hdr_flip", image_path("error" + name, frame)},
+            store(report, stored_image(ImageKind::error, v, frame, "error" + name, "hdr_flip"),
                   error_map(v));
-            store(report, {ImageKind::error, v, frame, "flip", image_path("flip" + name, frame)},
+            store(report, stored_image(ImageKind::error, v, frame, "flip" + name, "flip"),
                   flip_map(v));
         }
     }
@@ -185,8 +183,7 @@ Report make_blind_report(const std::string& folder) {
         }
     for (const int frame : kFrames)
         for (int v = 0; v < kGood; ++v)
-            store(report,
-                  {ImageKind::converged, v, frame, "", image_path(v < 2 ? "many" : "more", frame)},
+            store(report, stored_image(ImageKind::converged, v, frame, v < 2 ? "many" : "more"),
                   v < 2 ? truth_image(frame) : ImageF(kWidth, kHeight, 3, 0.25f));
     return report;
 }
@@ -202,7 +199,7 @@ Report make_scored_report(const std::string& folder) {
     report.winner = Winner{1, "hdr_flip", "motion_blur.samples=10 has the lowest mean HDR-FLIP"};
     report.warnings = {"1 of 4 variants is <no better> than doing nothing"};
     for (const int frame : kFrames)
-        store(report, {ImageKind::error, -1, frame, "hdr_flip", image_path("input_error", frame)},
+        store(report, stored_image(ImageKind::error, -1, frame, "input_error", "hdr_flip"),
               error_map(kGood - 1));
     return report;
 }

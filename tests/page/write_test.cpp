@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "tests/page/fixture.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/report/page/page.h"
 #include "tools/measure/report/report_json.h"
 
@@ -18,24 +18,10 @@ namespace {
 namespace fs = std::filesystem;
 
 struct WritePage : ::testing::Test {
-    fs::path folder = fs::path(POSTCHAIN_BINARY_DIR) / "page_test_out" /
-                      ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    Report report;
+    test::TempFolder folder;
+    Report report = testing::make_report(folder.path());
 
-    void SetUp() override {
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-        report = testing::make_report(folder.string());
-    }
-    void TearDown() override { fs::remove_all(folder); }
-
-    std::string path(const char* name) const { return (folder / name).string(); }
-    static std::string text_of(const fs::path& file) {
-        std::ifstream in(file, std::ios::binary);
-        std::ostringstream text;
-        text << in.rdbuf();
-        return text.str();
-    }
+    std::string path(const std::string& name) const { return folder.path(name); }
     // Text of <script ... id="ID">.
     static std::string element(const std::string& page, const std::string& id) {
         const size_t tag = page.find("id=\"" + id + "\">");
@@ -47,7 +33,7 @@ struct WritePage : ::testing::Test {
 
 TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
     ASSERT_TRUE(write_page(report, path("index.html")).ok());
-    const std::string page = text_of(path("index.html"));
+    const std::string page = test::read_text(path("index.html"));
     EXPECT_EQ(page.find("<!--DATA-->"), std::string::npos);
     // The page contains report.json, though a chain in it holds "</script>".
     EXPECT_EQ(nlohmann::json::parse(element(page, "report")),
@@ -64,7 +50,7 @@ TEST_F(WritePage, HoldsErrorMapsOfThePixels) {
     const auto maps_of = [&](const Report& written) {
         EXPECT_TRUE(write_page(written, path("index.html")).ok());
         const auto manifest =
-            nlohmann::json::parse(element(text_of(path("index.html")), "manifest"));
+            nlohmann::json::parse(element(test::read_text(path("index.html")), "manifest"));
         std::map<std::string, std::multiset<int>> maps;  // name -> variants, once a frame
         for (const auto& image : manifest["images"]) {
             EXPECT_NE(image["kind"], "converged");
@@ -83,31 +69,31 @@ TEST_F(WritePage, HoldsErrorMapsOfThePixels) {
     EXPECT_EQ(maps["flip"], results);
     for (const char* name : {"relmse", "smape", "difference"}) EXPECT_EQ(maps[name], all) << name;
 
-    maps = maps_of(testing::make_blind_report(folder.string()));
+    maps = maps_of(testing::make_blind_report(folder.path()));
     for (const char* name : {"relmse", "smape", "difference"}) EXPECT_EQ(maps[name], results);
 
     // The first of two chains is compared with itself, the input with it too.
-    Report ab = testing::make_blind_report(folder.string());
+    Report ab = testing::make_blind_report(folder.path());
     ab.reference = "a";
     EXPECT_EQ(maps_of(ab)["smape"], all);
 }
 
 TEST_F(WritePage, PutsPicturesBesideIt) {
     ASSERT_TRUE(write_page(report, path("light.html"), {path("a b#")}).ok());
-    const std::string page = text_of(path("light.html"));
+    const std::string page = test::read_text(path("light.html"));
     EXPECT_EQ(element(page, "image-0"), "");
     const auto manifest = nlohmann::json::parse(element(page, "manifest"));
     EXPECT_EQ(manifest["images"][0]["asset"], "a%20b%23/image-0.js");
     ASSERT_GT(manifest["images"].size(), report.images.size());
     for (size_t i = 0; i < manifest["images"].size(); ++i) {
-        const std::string script = text_of(folder / "a b#" / concat("image-", i, ".js"));
+        const std::string script = test::read_text(path(concat("a b#/image-", i, ".js")));
         EXPECT_EQ(script.rfind(concat("postchain_asset(\"image-", i, "\",\""), 0), 0u);
     }
 }
 
 TEST_F(WritePage, NamesThePictureThatIsGone) {
     const std::string gone = report.images[3].path;
-    fs::remove(folder / gone);
+    fs::remove(path(gone));
     const auto status = write_page(report, path("index.html"));
     EXPECT_EQ(status.code(), StatusCode::input);
     EXPECT_NE(status.message().find(gone), std::string::npos) << status.message();
@@ -123,7 +109,7 @@ TEST_F(WritePage, RefusesAPictureOfAnotherSize) {
 
 TEST_F(WritePage, SaysWhatCannotBeWritten) {
     EXPECT_EQ(write_page(report, path("no/such/index.html")).code(), StatusCode::output);
-    std::ofstream(path("file")) << "x";
+    test::write_text(path("file"), "x");
     EXPECT_EQ(write_page(report, path("index.html"), {path("file")}).code(), StatusCode::output);
     EXPECT_FALSE(fs::exists(path("index.html")));
 }

@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <limits>
 #include <set>
 #include <sstream>
 
 #include "tests/experiment/support.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
@@ -94,17 +94,15 @@ void collect_keys(const Json& json, std::set<std::string>& keys) {
 
 TEST(ReportJson, EveryKeyIsInTheDocument) {
     const Json json = Json::parse(report_as_json(filled()));
-    std::ifstream file(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/report.md");
-    std::stringstream text;
-    text << file.rdbuf();
-    ASSERT_FALSE(text.str().empty());
+    const std::string text = test::read_text(POSTCHAIN_SOURCE_DIR "/docs/report.md");
+    ASSERT_FALSE(text.empty());
     std::set<std::string> keys;
     collect_keys(json, keys);
     // Names that are data, not keys of the format.
     for (const char* data : {"flip", "smape", "relmse_epsilon", "fxaa.preset"}) keys.erase(data);
     EXPECT_GT(keys.size(), 70u);
     for (const auto& key : keys)
-        EXPECT_THAT(text.str(), HasSubstr("`" + key + "`")) << "not in docs/report.md";
+        EXPECT_THAT(text, HasSubstr("`" + key + "`")) << "not in docs/report.md";
 }
 
 TEST(ReportJson, ValuesAndNulls) {

@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstdlib>
-#include <fstream>
 #include <functional>
 #include <map>
 
@@ -141,12 +140,9 @@ class Allocations : public testing::Test {
             if (name.starts_with(".")) found.push_back(name);
         return found;
     }
-    std::string bytes(const std::string& name) const {
-        std::ifstream file(folder_.path(name), std::ios::binary);
-        return {std::istreambuf_iterator<char>(file), {}};
-    }
+    std::string bytes(const std::string& name) const { return test::read_text(folder_.path(name)); }
     std::string write_text(const std::string& name, const std::string& text) const {
-        std::ofstream(folder_.path(name), std::ios::binary) << text;
+        test::write_text(folder_.path(name), text);
         return folder_.path(name);
     }
     // Two parts, one kept as stored. `tile`: tile size of that part, 0 for scanlines.
@@ -212,9 +208,8 @@ TEST_F(Allocations, CameraFile) {
 }
 
 TEST_F(Allocations, Profile) {
-    std::ifstream file(POSTCHAIN_SOURCE_DIR "/config/profiles/cycles.yaml");
-    const std::string path =
-        write_text("mine.yaml", std::string(std::istreambuf_iterator<char>(file), {}));
+    const std::string path = write_text(
+        "mine.yaml", test::read_text(POSTCHAIN_SOURCE_DIR "/config/profiles/cycles.yaml"));
     std::string title;
     size_t roles = 0;
     fail_each(

@@ -5,13 +5,9 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 
-#include "tests/command/frames.h"
-#include "tests/support/gpu.h"
-#include "tools/sequence/run/run_sequence.h"
+#include "tests/run/fixture.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/visit_sequence.h"
 
@@ -46,27 +42,15 @@ ImageF echo_of(int n, bool before, bool after, bool vectors = true, int sides = 
     return sum;
 }
 
-class NeighborsTest : public testing::Test {
+class NeighborsTest : public SequenceTest {
   protected:
     void SetUp() override {
-        fs::create_directory(at("out"));
-        input("in.####.exr");
-        settings_.output = *io::PathPattern::parse(at("out/o.####.exr"));
-        settings_.version = "test";
+        SequenceTest::SetUp();
         settings_.on_existing = io::OnExisting::overwrite;
         settings_.on_error = ErrorPolicy::keep_going;
         chain("both", true);
     }
 
-    std::string at(const std::string& name) const { return folder_.path(name); }
-    std::string in(int frame) const { return settings_.input.color().format(frame); }
-    std::string out(int frame) const { return settings_.output.format(frame); }
-    void input(const std::string& text) {
-        auto spec = io::InputSpec::parse(at(text));
-        ASSERT_TRUE(spec.ok());
-        settings_.input = *spec;
-    }
-    void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
     void chain(const char* neighbors, bool vectors) {
         chain_ =
             test::chain_of("echo", {{"neighbors", std::string(neighbors)}, {"vectors", vectors}});
@@ -83,10 +67,6 @@ class NeighborsTest : public testing::Test {
         EXPECT_TRUE(summary.ok()) << summary.status().message();
         return summary.ok() ? *summary : RunSummary();
     }
-    json sidecar(int frame) const {
-        std::ifstream file(out(frame) + ".json");
-        return json::parse(file, nullptr, false);
-    }
     // Runs, and expects frame n to have these neighbors, or this reason.
     void expect(int n, const std::string& no_before, const std::string& no_after) {
         ASSERT_EQ(reports_.at(n).outcome, Outcome::written) << reports_.at(n).status.message();
@@ -100,9 +80,6 @@ class NeighborsTest : public testing::Test {
         EXPECT_EQ(reports_.at(n).inputs.count(Role::color_after), size_t(no_after.empty()));
     }
 
-    TempFolder folder_;
-    Chain chain_;
-    RunSettings settings_;
     std::map<int, FrameReport> reports_;
 };
 

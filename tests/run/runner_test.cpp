@@ -7,17 +7,14 @@
 #include <fstream>
 #include <locale>
 #include <new>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
-#include "chain/egl/context.h"
 #include "config/chain_file.h"
 #include "passes/motion_blur/motion_blur.h"
 #include "passes/registry.h"
-#include "tests/command/frames.h"
+#include "tests/run/fixture.h"
 #include "tools/sequence/run/fingerprint.h"
-#include "tools/sequence/run/run_sequence.h"
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/sidecar.h"
 
@@ -27,38 +24,14 @@ namespace {
 namespace fs = std::filesystem;
 using test::TempFolder;
 
-class RunnerTest : public testing::Test {
+class RunnerTest : public SequenceTest {
   protected:
-    // One context for all tests: creating it takes longer than filtering these frames.
-    static void SetUpTestSuite() {
-        auto made = egl::Context::create();
-        ASSERT_TRUE(made.ok()) << made.status().message();
-        context_ = made->release();
-        executor_ = new Executor(context_->device());
-    }
-    static void TearDownTestSuite() {
-        delete executor_;
-        delete context_;
-    }
     void SetUp() override {
-        fs::create_directory(at("out"));
-        input("in.####.exr");
-        auto output = io::PathPattern::parse(at("out/o.####.exr"));
-        ASSERT_TRUE(output.ok());
-        settings_.output = *output;
-        settings_.version = "test";
+        SequenceTest::SetUp();
         chain(test::kAllPasses);
     }
     void TearDown() override { EXPECT_TRUE(test::temporaries(at("out")).empty()); }
 
-    std::string at(const std::string& name) const { return folder_.path(name); }
-    std::string out(int frame) const { return settings_.output.format(frame); }
-    void input(const std::string& name) {
-        auto spec = io::InputSpec::parse(at(name));
-        ASSERT_TRUE(spec.ok());
-        settings_.input = *spec;
-    }
-    void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
     void chain(const char* text) {
         auto parsed = parse_chain(text, "chain.yaml", builtin_passes());
         ASSERT_TRUE(parsed.status().ok()) << parsed.status().message();
@@ -66,21 +39,9 @@ class RunnerTest : public testing::Test {
     }
     Result<RunSummary> go(const FrameObserver& observer = {},
                           const std::atomic<bool>* stop = nullptr) {
-        return run_sequence(chain_, settings_, *executor_, "renderer", observer, stop);
+        return run_sequence(chain_, settings_, test::executor(), "renderer", observer, stop);
     }
-    nlohmann::json sidecar(int frame) const {
-        std::ifstream file(out(frame) + ".json");
-        return nlohmann::json::parse(file, nullptr, false);
-    }
-
-    TempFolder folder_;
-    Chain chain_;
-    RunSettings settings_;
-    static egl::Context* context_;
-    static Executor* executor_;
 };
-egl::Context* RunnerTest::context_ = nullptr;
-Executor* RunnerTest::executor_ = nullptr;
 
 TEST_F(RunnerTest, ReportsEveryFrameInOrderAndStaysBounded) {
     std::vector<int> numbers;

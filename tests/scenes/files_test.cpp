@@ -1,14 +1,13 @@
 // Written files, and errors if they cannot be written.
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "config/camera_file.h"
 #include "support.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/scenes/crossing.h"
 #include "tools/measure/scenes/zoom.h"
 #include "tools/sequence/exr/exr_reader.h"
@@ -23,30 +22,25 @@ namespace fs = std::filesystem;
 class Files : public testing::Test {
   protected:
     void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) /
-                  concat("scenes_", getpid(), "_",
-                         testing::UnitTest::GetInstance()->current_test_info()->name());
-        fs::remove_all(folder_);
         request_.name = "crossing";
-        request_.folder = folder_.string();
+        request_.folder = folder_.path("made");
         request_.width = 48;
         request_.height = 27;
         request_.sharp_samples = 4;
     }
-    void TearDown() override { fs::remove_all(folder_); }
 
+    std::string at(const std::string& name) const { return request_.folder + "/" + name; }
     std::vector<std::string> names() const {
         std::vector<std::string> found;
-        for (const auto& entry : fs::directory_iterator(folder_))
+        for (const auto& entry : fs::directory_iterator(request_.folder))
             found.push_back(entry.path().filename().string());
         return found;
     }
     std::string bytes(const std::string& name) const {
-        std::ifstream in(folder_ / name, std::ios::binary);
-        return {std::istreambuf_iterator<char>(in), {}};
+        return postchain::test::read_text(at(name));
     }
 
-    fs::path folder_;
+    postchain::test::TempFolder folder_;
     SceneRequest request_;
 };
 
@@ -55,7 +49,7 @@ TEST_F(Files, HoldTheCyclesChannels) {
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
     EXPECT_THAT(names(),
                 testing::UnorderedElementsAre("gbuf.0003.exr", "sharp.0003.exr", "camera.json"));
-    auto file = io::ExrFile::open((folder_ / "gbuf.0003.exr").string());
+    auto file = io::ExrFile::open(at("gbuf.0003.exr"));
     ASSERT_TRUE(file.ok()) << file.status().message();
     const io::ExrPart& part = file->parts().at(0);
     EXPECT_EQ(part.channels.size(), 9u);
@@ -92,7 +86,7 @@ TEST_F(Files, OfATruthHoldColorOnly) {
     EXPECT_THAT(names(),
                 testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr", "mb.0001.exr",
                                               "dof.0001.exr", "both.0001.exr", "camera.json"));
-    auto file = io::ExrFile::open((folder_ / "both.0001.exr").string());
+    auto file = io::ExrFile::open(at("both.0001.exr"));
     ASSERT_TRUE(file.ok());
     std::vector<std::string> channels;
     for (const auto& channel : file->parts().at(0).channels) channels.push_back(channel.name);
@@ -115,7 +109,7 @@ TEST_F(Files, AreTheSameBytesHoweverTheSequenceIsSplit) {
 TEST_F(Files, CameraIsReadBackAsItIs) {
     request_.frames = {4, 5};
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
-    auto camera = load_camera((folder_ / "camera.json").string());
+    auto camera = load_camera(at("camera.json"));
     ASSERT_TRUE(camera.ok()) << camera.status().message();
     ASSERT_TRUE(camera->status().ok()) << camera->status().message();
     const Camera expected = camera_at(make_crossing(), 4);
@@ -130,7 +124,7 @@ TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
     request_.name = "zoom";
     request_.frames = {4, 5, -3};
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
-    auto camera = load_camera((folder_ / "camera.json").string());
+    auto camera = load_camera(at("camera.json"));
     ASSERT_TRUE(camera.ok());
     ASSERT_TRUE(camera->status().ok()) << camera->status().message();
     // 2.6 sin(2 pi 4 / 96) = 0.672929517 ahead; -z is ahead.
@@ -153,9 +147,9 @@ TEST_F(Files, ThePictureOfTheApertureIsBesideTheCamera) {
     request_.camera.aperture_image = *BokehKernel::make(values, "/elsewhere/a.png");
     request_.camera.aperture_rotation_deg = 20;
     ASSERT_TRUE(write_scene(renderer(), request_).ok());
-    auto camera = load_camera((folder_ / "camera.json").string());
+    auto camera = load_camera(at("camera.json"));
     ASSERT_TRUE(camera.ok() && camera->status().ok()) << camera->status().message();
-    EXPECT_EQ(camera->camera.aperture_image.file(), (folder_ / "aperture.exr").string());
+    EXPECT_EQ(camera->camera.aperture_image.file(), at("aperture.exr"));
     io::ApertureFiles pictures;
     ASSERT_TRUE(pictures.read(camera->camera).ok());
     const auto model = model_for(request_);
@@ -205,8 +199,8 @@ TEST_F(Files, ErrorsSayWhatIsWrong) {
     request_.truth_samples = 0;
     EXPECT_EQ(render_frame(renderer(), request_, 1, Picture::mb).status().code(),
               StatusCode::usage);
-    EXPECT_FALSE(fs::exists(folder_)) << "an invalid request must create nothing";
-    request_.folder = (folder_ / "parent" / "missing").string();
+    EXPECT_FALSE(fs::exists(request_.folder)) << "an invalid request must create nothing";
+    request_.folder = folder_.path("parent/missing");
     const Status missing = write_scene(renderer(), request_);
     EXPECT_EQ(missing.code(), StatusCode::output);
     EXPECT_THAT(missing.message(), testing::HasSubstr(request_.folder));
@@ -224,7 +218,7 @@ TEST_F(Files, ProgressGrowsToOneAndCanStop) {
     ASSERT_TRUE(status.ok());
     EXPECT_NEAR(last, 1, 1e-9);
 
-    fs::remove_all(folder_);
+    fs::remove_all(request_.folder);
     const Status stopped = write_scene(renderer(), request_, [](const SceneProgress& progress) {
         return progress.picture != Picture::dof;
     });

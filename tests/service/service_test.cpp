@@ -20,11 +20,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using test::ServiceTest;
 
-std::string content(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(file), {}};
-}
-
 class Jobs : public ServiceTest {
   protected:
     std::string out(int frame) const { return root(concat("out/o.000", frame, ".exr")); }
@@ -46,7 +41,7 @@ TEST_F(Jobs, AJobIsDone) {
         EXPECT_EQ(frame.output, concat("out/o.000", frame.frame, ".exr"));
         const auto whole = std::get<JobFrame>(service_->frame(id, frame.frame));
         EXPECT_EQ(whole.output, frame.output);
-        EXPECT_EQ(whole.sidecar, content(out(frame.frame) + ".json"));
+        EXPECT_EQ(whole.sidecar, test::read_text(out(frame.frame) + ".json"));
         EXPECT_EQ(json::parse(whole.sidecar)["outcome"], "written");
     }
     const auto answer = service_->events(id, 0, 100);
@@ -91,7 +86,7 @@ TEST_F(Jobs, AStrangersFileIsNeverReplacedByFail) {
     EXPECT_EQ(job.exit_code, 5);
     EXPECT_NE(job.message.find("out/o.0004.exr: exists"), std::string::npos) << job.message;
     EXPECT_EQ(job.message.find(root()), std::string::npos) << job.message;
-    EXPECT_EQ(content(out(4)), "mine");
+    EXPECT_EQ(test::read_text(out(4)), "mine");
     EXPECT_FALSE(fs::exists(out(1)));
 }
 
@@ -100,7 +95,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     open();
     const std::string id = submit(body());
     ASSERT_EQ(ended(id).done, 6);
-    const std::string good = content(out(2));
+    const std::string good = test::read_text(out(2));
     close();
     {
         // The state after a kill: 1 and 2 were in flight, 2 was written, 1 was not. Since then
@@ -124,10 +119,10 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(frames("2")[0].state, FrameState::quarantined);
     EXPECT_NE(frames("2")[0].message.find("exists"), std::string::npos) << frames("2")[0].message;
-    EXPECT_EQ(content(out(1)), "a stranger's");
+    EXPECT_EQ(test::read_text(out(1)), "a stranger's");
     EXPECT_EQ(frames("2")[1].state, FrameState::written);
     EXPECT_FALSE(std::get<JobFrame>(service_->frame("2", 2)).sidecar.empty());
-    EXPECT_EQ(content(out(2)), good);
+    EXPECT_EQ(test::read_text(out(2)), good);
     EXPECT_EQ(fs::last_write_time(out(2)), time) << "was written again";
 }
 
@@ -354,9 +349,9 @@ TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     EXPECT_EQ(other.exit_code, 1);
     EXPECT_NE(other.message.find("scene s3: "), std::string::npos) << other.message;
     EXPECT_EQ(other.message.find(root()), std::string::npos) << other.message;
-    const json report = json::parse(content(root("study/report.json")));
+    const json report = json::parse(test::read_text(root("study/report.json")));
     EXPECT_EQ(report["scenes"].size(), 8u);
-    EXPECT_EQ(content(root("study/report.json")).find(root()), std::string::npos);
+    EXPECT_EQ(test::read_text(root("study/report.json")).find(root()), std::string::npos);
     const auto inner = service_->report_file(slow, "scenes/s0/quick_vs_report/index.html");
     EXPECT_TRUE(std::holds_alternative<Picture>(inner));
 }
@@ -509,7 +504,7 @@ TEST_F(Jobs, ReportsAreReadAndNothingBesideThem) {
     EXPECT_FALSE(job.verdict.empty());
     const auto page = service_->report_file(id, "index.html");
     ASSERT_TRUE(std::holds_alternative<Picture>(page));
-    EXPECT_EQ(std::get<Picture>(page).bytes, content(root("report/index.html")));
+    EXPECT_EQ(std::get<Picture>(page).bytes, test::read_text(root("report/index.html")));
     std::ofstream(root("secret.json")) << "{}";
     for (const char* name : {"../secret.json", "/etc/passwd", "", ".", "none.json",
                              ".postchain-report", "images", "images/../../secret.json"}) {

@@ -255,8 +255,7 @@ TEST_F(StoreTest, AFileThatIsNoStoreStays) {
     const std::string text(5000, 'x');
     std::ofstream(path()) << text;
     EXPECT_NE(refusal().find("is not a store of jobs"), std::string::npos) << refusal();
-    std::ifstream file(path());
-    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), text);
+    EXPECT_EQ(test::read_text(path()), text);
 }
 
 TEST_F(StoreTest, ADatabaseOfAnotherProgramStays) {
@@ -279,8 +278,8 @@ TEST_F(StoreTest, AStoreOfALaterVersionStays) {
 
 // A job that had quarantined one of its frames: its events say so, and a retry runs it again.
 TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
-    std::ifstream dump(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql");
-    const std::string sql(std::istreambuf_iterator<char>(dump), {});
+    const std::string sql =
+        test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql");
     ASSERT_FALSE(sql.empty());
     sqlite3* old = nullptr;
     ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);

@@ -280,13 +280,8 @@ class AbRun {
 
     Status store(report::ImageKind kind, int variant, int frame, const std::string& name,
                  const ImageF& pixels, const std::string& map = {}) {
-        report::StoredImage entry;
-        entry.kind = kind;
-        entry.variant = variant;
-        entry.frame = frame;
-        entry.path = report::image_path(name, frame);
-        entry.map = map;
-        return report::store_image(report_, std::move(entry), pixels);
+        return report::store_image(report_, report::stored_image(kind, variant, frame, name, map),
+                                   pixels);
     }
 
     // Times each chain separately on the first frame while nothing else in this process runs.

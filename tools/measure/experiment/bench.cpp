@@ -124,34 +124,26 @@ class BenchRun {
         return open;
     }
 
-    report::StoredImage entry(report::ImageKind kind, int variant, int frame,
-                              const std::string& name, const std::string& map = {}) const {
-        report::StoredImage image;
-        image.kind = kind;
-        image.variant = variant;
-        image.frame = frame;
-        image.path = report::image_path(name, frame);
-        image.map = map;
-        return image;
-    }
     report::StoredImage input_error_entry(int frame, const char* map) const {
-        return entry(report::ImageKind::error, -1, frame, concat("input.", map), map);
+        return report::stored_image(report::ImageKind::error, -1, frame, concat("input.", map),
+                                    map);
     }
     report::StoredImage error_entry(size_t v, int frame, const char* map) const {
-        return entry(report::ImageKind::error, int(v), frame, concat(name_of_variant(v), ".", map),
-                     map);
+        return report::stored_image(report::ImageKind::error, int(v), frame,
+                                    concat(name_of_variant(v), ".", map), map);
     }
     // One file for all variants that converge to the same filter.
     report::StoredImage converged_entry(size_t v, int frame) const {
         const std::string text = converged_chain(variants_[v].chain, nullptr).text();
-        return entry(report::ImageKind::converged, int(v), frame,
-                     hex_of(hash_text(text)) + ".converged");
+        return report::stored_image(report::ImageKind::converged, int(v), frame,
+                                    hex_of(hash_text(text)) + ".converged");
     }
     bool take_common(int frame) {
-        return report::take_stored_image(report_,
-                                         entry(report::ImageKind::input, -1, frame, "input")) &&
-               (!basis_.truth || report::take_stored_image(
-                                     report_, entry(report::ImageKind::truth, -1, frame, "truth")));
+        return report::take_stored_image(
+                   report_, report::stored_image(report::ImageKind::input, -1, frame, "input")) &&
+               (!basis_.truth ||
+                report::take_stored_image(
+                    report_, report::stored_image(report::ImageKind::truth, -1, frame, "truth")));
     }
     bool take_input_score(int frame) {
         if (!basis_.has_truth(frame)) return true;
@@ -169,7 +161,8 @@ class BenchRun {
     }
     bool take_images(size_t v, int frame) {
         bool whole = report::take_stored_image(
-            report_, entry(report::ImageKind::color, int(v), frame, name_of_variant(v)));
+            report_,
+            report::stored_image(report::ImageKind::color, int(v), frame, name_of_variant(v)));
         for (const char* map : kStoredMaps)
             whole = whole && report::take_stored_image(report_, error_entry(v, frame, map));
         return whole &&
@@ -211,11 +204,12 @@ class BenchRun {
         for (const auto& text : notes_on_neighbors(source)) note(text);
         if (kept(number)) {
             Status status = report::store_image(
-                report_, entry(report::ImageKind::input, -1, number, "input"), frame->input().rgb);
+                report_, report::stored_image(report::ImageKind::input, -1, number, "input"),
+                frame->input().rgb);
             if (status.ok() && frame->truth())
-                status = report::store_image(report_,
-                                             entry(report::ImageKind::truth, -1, number, "truth"),
-                                             frame->truth()->rgb);
+                status = report::store_image(
+                    report_, report::stored_image(report::ImageKind::truth, -1, number, "truth"),
+                    frame->truth()->rgb);
             if (!status.ok()) return status;
         }
         if (frame->truth() && !input_results_.count(number))
@@ -276,7 +270,8 @@ class BenchRun {
     Status keep(size_t v, int number, Findings found, const std::vector<io::FileStamp>& stamps) {
         if (kept(number)) {
             Status status = report::store_image(
-                report_, entry(report::ImageKind::color, int(v), number, name_of_variant(v)),
+                report_,
+                report::stored_image(report::ImageKind::color, int(v), number, name_of_variant(v)),
                 found.color);
             for (const char* map : kStoredMaps)
                 if (status.ok())

@@ -30,10 +30,11 @@ ImageF first_three(const ImageF& image) {
 
 }  // namespace
 
-std::string image_path(const std::string& name, int frame) {
+StoredImage stored_image(ImageKind kind, int variant, int frame, const std::string& name,
+                         const std::string& map) {
     char number[32];
     std::snprintf(number, sizeof(number), ".%04d.exr", frame);
-    return concat(kImageFolder, "/", name, number);
+    return {kind, variant, frame, map, concat(kImageFolder, "/", name, number)};
 }
 
 Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {

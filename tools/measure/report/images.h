@@ -10,8 +10,9 @@ namespace postchain::report {
 
 inline constexpr const char* kImageFolder = "images";
 
-// "images/NAME.0010.exr"
-std::string image_path(const std::string& name, int frame);
+// An entry with the path images/NAME.0010.exr.
+StoredImage stored_image(ImageKind kind, int variant, int frame, const std::string& name,
+                         const std::string& map = {});
 
 // Writes RGB (of 3 or more channels) or the one channel to report.folder and names it in
 // report.images; an entry of the same path and variant is replaced. Errors (output).

@@ -30,54 +30,41 @@ PoseAt still(const Pose& pose) {
     return [pose](double) { return pose; };
 }
 
-Object rectangle(double half_width, double half_height, PoseAt pose, glm::dvec3 color) {
+namespace {
+
+Object shaped(Shape shape, glm::dvec4 size, PoseAt pose, glm::dvec3 color, double gloss) {
     Object object;
-    object.shape = Shape::rectangle;
-    object.casts = false;
-    object.size = {half_width, half_height, 0, 0};
+    object.shape = shape;
+    object.size = size;
     object.pose = std::move(pose);
     object.color = color;
+    object.gloss = gloss;
+    return object;
+}
+
+}  // namespace
+
+Object rectangle(double half_width, double half_height, PoseAt pose, glm::dvec3 color) {
+    Object object =
+        shaped(Shape::rectangle, {half_width, half_height, 0, 0}, std::move(pose), color, 0);
+    object.casts = false;
     return object;
 }
 
 Object sphere(double radius, PoseAt pose, glm::dvec3 color) {
-    Object object;
-    object.shape = Shape::sphere;
-    object.size = {radius, 0, 0, 0};
-    object.pose = std::move(pose);
-    object.color = color;
-    object.gloss = 1;
-    return object;
+    return shaped(Shape::sphere, {radius, 0, 0, 0}, std::move(pose), color, 1);
 }
 
 Object box(glm::dvec3 half_size, PoseAt pose, glm::dvec3 color) {
-    Object object;
-    object.shape = Shape::box;
-    object.size = {half_size, 0};
-    object.pose = std::move(pose);
-    object.color = color;
-    object.gloss = 0.3;
-    return object;
+    return shaped(Shape::box, {half_size, 0}, std::move(pose), color, 0.3);
 }
 
 Object rod(double half_length, double radius, PoseAt pose, glm::dvec3 color) {
-    Object object;
-    object.shape = Shape::rod;
-    object.size = {half_length, radius, 0, 0};
-    object.pose = std::move(pose);
-    object.color = color;
-    object.gloss = 0.5;
-    return object;
+    return shaped(Shape::rod, {half_length, radius, 0, 0}, std::move(pose), color, 0.5);
 }
 
 Object torus(double ring, double tube, PoseAt pose, glm::dvec3 color) {
-    Object object;
-    object.shape = Shape::torus;
-    object.size = {ring, tube, 0, 0};
-    object.pose = std::move(pose);
-    object.color = color;
-    object.gloss = 0.7;
-    return object;
+    return shaped(Shape::torus, {ring, tube, 0, 0}, std::move(pose), color, 0.7);
 }
 
 Object lamp(double radius, PoseAt pose, double radiance) {

@@ -15,7 +15,7 @@ const ParameterTable& study_parameters() {
             .text("chunk", &StudySettings::chunk,
                   {.unit = "I/N",
                    .help = "only the I-th of N parts of the work, for a farm: 3/8",
-                   .unset_means = "all of it",
+                   .unset_means = "all of the work",
                    .group = kSplitGroup})
             .table();
     return table;

@@ -185,8 +185,8 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .required = true})
         .text("frames", &JobSettings::frames,
               {.unit = "RANGE",
-               .help = "frames to process: 1-10,20-40x2 (default: all on disk)",
-               .unset_means = "all on disk",
+               .help = "frames to process: 1-10,20-40x2 (default: all frames on disk)",
+               .unset_means = "all frames on disk",
                .group = kInputGroup})
         .text("cuts", &JobSettings::cuts,
               {.unit = "RANGE",
@@ -196,7 +196,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .text("camera", &JobSettings::camera,
               {.unit = "FILE",
                .help = "camera file (JSON)",
-               .unset_means = "what the frames' metadata says",
+               .unset_means = "the frames' metadata",
                .group = kInputGroup})
         .text(
             "profile", &JobSettings::profile,
@@ -209,12 +209,12 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .text("layer", &JobSettings::layer,
               {.unit = "NAME",
                .help = "layer to use if there are several",
-               .unset_means = "the only one",
+               .unset_means = "the only layer",
                .group = kInputGroup})
         .text("view", &JobSettings::view,
               {.unit = "NAME",
                .help = "view to use from a multi-view file; run: all filters every view",
-               .unset_means = "the only one",
+               .unset_means = "the only view",
                .group = kInputGroup})
         .choice(
             "nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
@@ -234,7 +234,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .text("max_memory", &JobSettings::max_memory,
               {.unit = "SIZE",
                .help = "memory limit for frames, e.g. 8G or 500M",
-               .unset_means = "three quarters of the machine's",
+               .unset_means = "three quarters of the machine's memory",
                .group = kInputGroup})
         .text("input_transfer", &JobSettings::input_transfer,
               {.unit = "NAME",

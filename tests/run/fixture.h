@@ -1,0 +1,43 @@
+// A sequence in a folder of its own: in.####.exr is filtered into out/o.####.exr.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/command/frames.h"
+#include "tests/support/gpu.h"
+#include "tools/sequence/run/run_sequence.h"
+
+namespace postchain::sequence {
+
+class SequenceTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        std::filesystem::create_directory(at("out"));
+        input("in.####.exr");
+        settings_.output = *io::PathPattern::parse(at("out/o.####.exr"));
+        settings_.version = "test";
+    }
+
+    std::string at(const std::string& name) const { return folder_.path(name); }
+    std::string in(int frame) const { return settings_.input.color().format(frame); }
+    std::string out(int frame) const { return settings_.output.format(frame); }
+    void input(const std::string& name) {
+        auto spec = io::InputSpec::parse(at(name));
+        ASSERT_TRUE(spec.ok());
+        settings_.input = *spec;
+    }
+    void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
+    nlohmann::json sidecar(int frame) const {
+        return nlohmann::json::parse(test::read_text(out(frame) + ".json"), nullptr, false);
+    }
+
+    test::TempFolder folder_;
+    Chain chain_;
+    RunSettings settings_;
+};
+
+}  // namespace postchain::sequence

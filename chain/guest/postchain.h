@@ -18,9 +18,10 @@
  * and pc_time have no struct_size and never change. Errors    A result < 0 is a failure. Its text
  * is in pc_last_error() and goes to the log. No call throws, aborts or exits. A failed pc_run() has
  * dispatched nothing and has not written the output; its result is the host's own color. A frame
- * Once a kind of frame has run, pc_run() creates no GL object, does not compile, allocate or read
- * back, and never waits, as long as the values that its plan depends on stay the same: chain,
- * sizes, formats, conventions, lens, bounds. If they change, pc_run() plans again on the CPU, which
+ * Once a kind of frame has run, pc_run() creates no GL object but a fence every fourth frame, does
+ * not compile, allocate or read back, and waits only if the device is eight frames behind, as long
+ * as the values that its plan depends on stay the same: chain, sizes, formats, conventions, lens,
+ * bounds. If they change, pc_run() plans again on the CPU, which
  * allocates, and fills the uniforms in place. It creates textures only for new sizes. Only
  * pc_prepare() compiles programs. GL state  pc_run() changes program, uniform buffer 0, storage
  * buffers, images, textures (GL_TEXTURE_2D) and sampler objects of the first units (at most 16 of
@@ -68,8 +69,11 @@ enum { PC_LOG_ERROR = 0, PC_LOG_WARNING = 1, PC_LOG_INFO = 2 };
 
 typedef uint32_t pc_state;
 enum {
-    PC_STATE_RESTORE = 0, /* read before and restored after */
-    PC_STATE_RESET = 1,   /* GL's initial values; texture units that were used have no texture */
+    PC_STATE_RESTORE = 0, /* read before and restored after: about 70 glGet a frame, each of which
+                             waits for the driver's thread if it has one */
+    PC_STATE_RESET = 1,   /* GL's initial values; texture units that were used have no texture.
+                             Recommended: reads nothing. A host that caches its state invalidates
+                             what pc_run() changes (GL state, above) */
     PC_STATE_LEAVE = 2    /* as the last step left it */
 };
 

@@ -5,35 +5,25 @@
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
+#include "passes/inverse_warp/surface_steps.h"
 #include "passes/inverse_warp/uniforms.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
-using shared::InverseWarpUniforms;
-
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
-class Planner {
+class Planner : private SurfacePlanner {
   public:
     Planner(PassPlanner& planner, const Settings& settings)
-        : planner_(planner),
-          settings_(settings),
-          frame_(planner.context().frame),
-          motion_(holds_motion(settings, planner.context())),
-          layered_(planner.has(Role::layers)),
-          blocks_(groups_for(frame_.width, frame_.height)),
-          pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
+        : SurfacePlanner(planner, settings), layered_(planner.has(Role::layers)) {}
 
     void plan() {
         Gathered from;
-        from.surfaces = add_surfaces({});
+        from.surfaces = add_surfaces();
         for (const Neighbor neighbor : searched_neighbors(settings_, planner_.context().available))
-            from.neighbors.push_back({neighbor, add_surfaces(neighbor)});
+            from.neighbors.push_back({neighbor, add_surfaces_of(neighbor, from.surfaces)});
         from.starts = add_starts(add_block_surfaces(from.surfaces));
         from.background = add_background(from.surfaces);
         if (layered_) from.occupied = add_occupied(from.neighbors);
@@ -85,12 +75,8 @@ class Planner {
         TextureId noise = -1, lens_samples = -1;
     };
 
-    TextureId picture(const std::string& name, Format format) {
-        return planner_.texture(name, format, frame_.width, frame_.height);
-    }
     TextureId layer_images(const std::string& name) {
-        return planner_.layers(name, planner_.context().layers_format(), frame_.width,
-                               frame_.height);
+        return planner_.layers(name, planner_.context().layers_format());
     }
     // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
@@ -104,72 +90,9 @@ class Planner {
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 8);
     }
 
-    // A step over all pixels.
-    Step make_step(const std::string& name) const {
-        Step step;
-        step.name = name;
-        step.program.file = "inverse_warp/" + name + ".comp";
-        step.take_uniforms<InverseWarpUniforms>();
-        step.groups = groups_for(frame_.width, frame_.height);
-        return step;
-    }
-    // For every step that reads surfaces.
-    Step make_surface_step(const std::string& name) const {
-        Step step = make_step(name);
-        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
-                                {"LENS", flag(settings_.lens.has_value())},
-                                {"MOTION", flag(motion_)}};
-        if (settings_.lens)
-            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
-        return step;
-    }
-    // A step with a thread per block.
-    Step make_block_step(const std::string& name) const {
-        Step step = make_surface_step(name);
-        step.groups = groups_for(blocks_[0], blocks_[1]);
-        return step;
-    }
-
-    // Surfaces of this frame or of a neighbor.
-    TextureId add_surfaces(std::optional<Neighbor> neighbor) {
-        const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
-        const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
-        const Format format = motion_ ? Format::rgba32ui : Format::r32ui;
-        const TextureId of_planes = picture("surfaces_of_planes" + suffix, format);
-        const bool back = motion_ && planner_.has(role(Role::motion_back));
-        Step step = make_surface_step("surfaces");
-        step.name += suffix;
-        step.program.defines["BACK"] = flag(back);
-        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
-        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
-                         {0, of_planes, Access::write}};
-        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
-        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
-        step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
-        planner_.step(std::move(step));
-
-        const TextureId shown = picture("shown" + suffix, Format::r32ui);
-        add_shown_step(
-            "bright_edges", suffix,
-            {{0, planner_.input(role(Role::color))}, {1, of_planes}, {0, shown, Access::write}});
-        const TextureId surfaces = picture("surfaces" + suffix, format);
-        add_shown_step("shown_surfaces", suffix,
-                       {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
-        return surfaces;
-    }
-
-    void add_shown_step(const std::string& name, const std::string& suffix,
-                        std::vector<Binding> bindings) {
-        Step step = make_surface_step(name);
-        step.name += suffix;
-        step.bindings = std::move(bindings);
-        step.taps = 10 * pixels_;
-        planner_.step(std::move(step));
-    }
-
     TextureId add_block_surfaces(TextureId surfaces) {
         const TextureId block_surfaces =
-            planner_.texture("block_surfaces", Format::rgba32ui, 3 * blocks_[0], blocks_[1]);
+            planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(3, 1));
         Step step = make_block_step("block_surfaces");
         step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
         step.taps = 3 * pixels_;
@@ -181,21 +104,19 @@ class Planner {
         const bool by_blocks = planner_.context().uses(settings_.still_rule);
         Starts starts;
         starts.surfaces = planner_.texture("starts", Format::rgba32ui,
-                                           (settings_.search.starts + 1) * blocks_[0], blocks_[1]);
+                                           kBlocks.times(settings_.search.starts + 1, 1));
         Step step = make_block_step("starts");
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
-        for (size_t axis : {0, 1})
-            step.groups[axis] =
-                (blocks_[axis] + INVERSE_WARP_STARTS_BLOCKS - 1) / INVERSE_WARP_STARTS_BLOCKS;
+        step.spread = kBlocks.in_squares(INVERSE_WARP_STARTS_BLOCKS);
         const int ring = ring_of(
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
         step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *
                     uint64_t(2 * ring + 1) * uint64_t(settings_.search.starts);
         if (by_blocks) {
             const auto add_list = [&](int unit, const char* name) {
-                return add_work_list(planner_, step, unit, name, frame_.width, frame_.height);
+                return add_work_list(planner_, step, unit, name);
             };
             starts.moving_blocks = add_list(0, "moving_blocks");
             starts.still_blocks = add_list(1, "still_blocks");
@@ -206,11 +127,11 @@ class Planner {
 
     Background add_background(TextureId surfaces) {
         // Cells of 2, 4, 8 and 16 px beside each other.
-        const int width = (8 + 4 + 2 + 1) * blocks_[0], height = 8 * blocks_[1];
+        const Area cells = kBlocks.times(8 + 4 + 2 + 1, 8);
         Background background;
         background.color =
-            planner_.texture("background_color", planner_.context().color_format(), width, height);
-        const TextureId depth = planner_.texture("background_depth", Format::rg32f, width, height);
+            planner_.texture("background_color", planner_.context().color_format(), cells);
+        const TextureId depth = planner_.texture("background_depth", Format::rg32f, cells);
         Step step = make_block_step("background");
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
@@ -218,8 +139,8 @@ class Planner {
                          {1, depth, Access::write}};
         step.taps = 2 * pixels_;
         if (layered_) {
-            background.layers = planner_.layers("background_layers",
-                                                planner_.context().layers_format(), width, height);
+            background.layers =
+                planner_.layers("background_layers", planner_.context().layers_format(), cells);
             add_layers(step,
                        {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}});
             step.groups[2] = 1 + frame_.layers;
@@ -242,7 +163,7 @@ class Planner {
     TextureId add_occupied(const std::vector<Searched>& neighbors) {
         const int frames = 1 + int(neighbors.size());
         const TextureId occupied =
-            planner_.array("occupied", Format::r32ui, blocks_[0], blocks_[1], frames * words());
+            planner_.array("occupied", Format::r32ui, kBlocks, frames * words());
         Step step;
         step.name = "occupied";
         step.program = {"inverse_warp/occupied.comp", {{"BEFORE", "0"}, {"AFTER", "0"}}};
@@ -253,18 +174,18 @@ class Planner {
             step.bindings.push_back(
                 {before ? 1 : 2, planner_.input(role_of(other.neighbor, Role::layers))});
         }
-        step.groups = {blocks_[0], blocks_[1], frames * words()};
+        step.take_uniforms<shared::FrameUniforms>();
+        step.groups[2] = frames * words();
         step.taps = pixels_ * uint64_t(frames) * uint64_t(frame_.layers);
         planner_.step(std::move(step));
         return occupied;
     }
 
     void add_behind(Background& background, TextureId depth) {
-        const PlanTexture size = planner_.describe(depth);
-        background.cells =
-            planner_.texture("background", Format::rgba32ui, size.width, size.height);
+        const Area cells = planner_.describe(depth).area;
+        background.cells = planner_.texture("background", Format::rgba32ui, cells);
         Step step = make_surface_step("behind");
-        step.groups = groups_for(size.width, size.height);
+        step.spread = groups_for(cells);
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
         step.taps = 16 * pixels_;
         planner_.step(std::move(step));
@@ -294,8 +215,7 @@ class Planner {
         if (!layered_) return soft;
         soft.gathered.layers = layer_images("layers_gathered");
         soft.blurred.layers = layer_images("layers_soft");
-        soft.reached =
-            planner_.array("reached", Format::r32ui, frame_.width, frame_.height, words());
+        soft.reached = planner_.array("reached", Format::r32ui, {}, words());
         return soft;
     }
 
@@ -402,13 +322,7 @@ class Planner {
         planner_.step(std::move(step));
     }
 
-    PassPlanner& planner_;
-    const Settings& settings_;
-    const FrameDescription& frame_;
-    const bool motion_;   // surfaces hold it
     const bool layered_;  // the frame has extra layers
-    const std::array<int, 3> blocks_;
-    const uint64_t pixels_;
 };
 
 }  // namespace

@@ -7,9 +7,9 @@
 //   nan       textures that programs write are NaN when a frame begins
 //   align     uniform blocks begin at multiples of 256 bytes
 //   limits    GL 4.5's smallest limits: 8 image units, 8 storage blocks, 16 textures in a program
-//   late      the device finishes later than it is asked to: a fence passes at the 8th question, or
-//   when it
-//             is waited for. The renderer is none of those that compute on the CPU
+//   late      the device finishes later than it is asked to: a fence passes at the 8th question,
+//   when
+//             it is waited for, or with a later one. The renderer is none that computes on the CPU
 //   contract  products that feed sums are fused with them, as far as `precise` allows, in half of
 //             all programs: POSTCHAIN_GPU_LIKE_SEED chooses which
 //
@@ -19,6 +19,7 @@
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdarg>
 #include <cstdio>
@@ -342,25 +343,32 @@ void APIENTRY get_texture(GLuint texture, GLint level, GLint x, GLint y, GLint z
 }
 
 constexpr int kQuestions = 8;
-std::map<GLsync, int> questions;  // of fences that have not passed
+struct LateFence {
+    uint64_t number;
+    int asked = 0;
+};
+std::map<GLsync, LateFence> late_fences;
+uint64_t made_fences = 0, passed_fences = 0;  // a device passes them in order
 
 GLsync APIENTRY fence_sync(GLenum condition, GLbitfield flags) {
     const GLsync fence = REAL(glFenceSync)(condition, flags);
-    if (behaves("late")) questions[fence] = 0;
+    if (behaves("late")) late_fences[fence] = {++made_fences};
     return fence;
 }
 
 GLenum APIENTRY client_wait(GLsync fence, GLbitfield flags, GLuint64 timeout) {
-    const auto asked = questions.find(fence);
-    if (asked != questions.end() && timeout == 0 && ++asked->second < kQuestions)
-        return GL_TIMEOUT_EXPIRED;
     if (timeout > 0) trace("wait");
-    questions.erase(fence);
+    if (const auto late = late_fences.find(fence); late != late_fences.end()) {
+        LateFence& own = late->second;
+        if (timeout == 0 && own.number > passed_fences && ++own.asked < kQuestions)
+            return GL_TIMEOUT_EXPIRED;
+        passed_fences = std::max(passed_fences, own.number);
+    }
     return REAL(glClientWaitSync)(fence, flags, GL_TIMEOUT_IGNORED);
 }
 
 void APIENTRY delete_sync(GLsync fence) {
-    questions.erase(fence);
+    late_fences.erase(fence);
     REAL(glDeleteSync)(fence);
 }
 

@@ -23,14 +23,11 @@ constexpr double kShrink = 0.25, kGrow = 2;
 
 }  // namespace
 
-BandQueue::BandQueue(bool software, std::function<bool()> stop)
+BandQueue::BandQueue(bool software, std::function<bool()> stop, Meanwhile meanwhile)
     : software_(software),
       least_(software_ ? std::max(1u, std::thread::hardware_concurrency()) : 1),
-      stop_(std::move(stop)) {}
-
-BandQueue::~BandQueue() {
-    for (const Queued& queued : queued_) glDeleteSync(GLsync(queued.fence));
-}
+      stop_(std::move(stop)),
+      meanwhile_(std::move(meanwhile)) {}
 
 void BandQueue::begin_dispatch(double taps_of_group) {
     ++dispatch_;
@@ -42,7 +39,7 @@ void BandQueue::band_begins() {
 }
 
 Status BandQueue::band_ends(unsigned groups) {
-    queued_.push_back({glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0), begun_, groups, dispatch_});
+    queued_.push_back({Fence::here(), begun_, groups, dispatch_});
     glFlush();
     while (queued_.size() > (software_ ? 0u : 1u)) wait_for_first();
     if (stop_ && stop_()) return Status(StatusCode::canceled, "stopped while it was filtered");
@@ -50,11 +47,9 @@ Status BandQueue::band_ends(unsigned groups) {
 }
 
 void BandQueue::wait_for_first() {
-    const Queued first = queued_.front();
+    Queued first = std::move(queued_.front());
     queued_.pop_front();
-    // A lost context ends the wait with an error, which the caller's next check finds.
-    glClientWaitSync(GLsync(first.fence), GL_SYNC_FLUSH_COMMANDS_BIT, GL_TIMEOUT_IGNORED);
-    glDeleteSync(GLsync(first.fence));
+    first.fence.wait(meanwhile_);
     const auto begun = std::max(first.begun, last_);
     last_ = Clock::now();
     const double ms = std::chrono::duration<double, std::milli>(last_ - begun).count();

@@ -1,5 +1,5 @@
 // Sizes the bands of a run by the time that they take, limits how many of them the device has
-// before it, and asks between them whether to stop.
+// before it, does other work while it waits for one, and asks between them whether to stop.
 #pragma once
 
 #include <chrono>
@@ -7,15 +7,15 @@
 #include <deque>
 #include <functional>
 
+#include "chain/gl/fence.h"
 #include "chain/status.h"
 
 namespace postchain::gl {
 
 class BandQueue {
   public:
-    // `software`: the renderer is. `stop` may be empty: never.
-    BandQueue(bool software, std::function<bool()> stop);
-    ~BandQueue();
+    // `software`: the renderer is. `stop` may be empty: never; so may `meanwhile`.
+    BandQueue(bool software, std::function<bool()> stop, Meanwhile meanwhile = {});
     BandQueue(const BandQueue&) = delete;
     BandQueue& operator=(const BandQueue&) = delete;
 
@@ -34,7 +34,7 @@ class BandQueue {
   private:
     using Clock = std::chrono::steady_clock;
     struct Queued {
-        void* fence = nullptr;  // GLsync
+        Fence fence;
         Clock::time_point begun;
         unsigned groups = 0;
         uint64_t dispatch = 0;
@@ -45,6 +45,7 @@ class BandQueue {
     const bool software_;
     const double least_;  // groups that the device works on at once
     std::function<bool()> stop_;
+    Meanwhile meanwhile_;
     std::deque<Queued> queued_;
     Clock::time_point begun_, last_;
     double groups_ = 1;

@@ -1,6 +1,6 @@
 #include "chain/gl/executor.h"
 
-#include <epoxy/gl.h>
+#include <algorithm>
 
 #include "chain/gl/debug.h"
 
@@ -29,7 +29,8 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
     : software_(device.software),
       options_(options),
       programs_(device.log, gl::shader_folder_of_environment()),
-      clock_(device) {}
+      clock_(device),
+      transfers_(device.software) {}
 
 // Textures that this step is the last to write.
 Status Executor::show(const Plan& plan, int step, const StageObserver& observer) {
@@ -42,8 +43,8 @@ Status Executor::show(const Plan& plan, int step, const StageObserver& observer)
                     again || (other.access == Access::write && other.texture == binding.texture);
         if (again) continue;
         const auto& texture = plan.textures[size_t(binding.texture)];
-        auto pixels = gl::download(running_->name_of(binding.texture), texture.format,
-                                   texture.width, texture.height, texture.layers);
+        auto pixels = transfers_.download(running_->name_of(binding.texture), texture.format,
+                                          texture.width, texture.height, texture.layers);
         if (!pixels.ok()) return pixels.status().at(texture.name);
         if (Status s = observer(plan.steps[size_t(step)], texture, *pixels); !s.ok()) return s;
     }
@@ -130,21 +131,22 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
         Status status;
         if (!plane) {
             status = Status(StatusCode::internal, texture.name + " was not handed in");
-        } else if (auto made =
-                       pool_.acquire(texture.format, texture.width, texture.height, texture.layers);
-                   !made.ok()) {
-            status = made.status();
+        } else if (auto filled = fill_texture(texture, *plane); !filled.ok()) {
+            status = filled.status();
         } else {
-            uploaded.push_back(*made);
-            names[texture.role] = (*made)->name;
-            status = gl::upload(**made, *plane);
+            uploaded.push_back(*filled);
+            names[texture.role] = (*filled)->name;
         }
         if (!status.ok()) {
             release();
             return status.at(texture.name);
         }
     }
-    gl::BandQueue queue(software_, [&] { return stop_ && *stop_; });
+    // A software renderer has nothing to wait for.
+    const gl::Meanwhile meanwhile =
+        expect_ && !software_ ? gl::Meanwhile([this] { return upload_ahead(); }) : gl::Meanwhile();
+    gl::BandQueue queue(
+        software_, [&] { return stop_ && *stop_; }, meanwhile);
     Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
     std::vector<FramePlanes> results(outputs.size());
@@ -155,8 +157,8 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
                 results[i][role] = inputs.at(texture.role);
                 continue;
             }
-            auto pixels = gl::download(running_->name_of(id), texture.format, texture.width,
-                                       texture.height, texture.layers);
+            auto pixels = transfers_.download(running_->name_of(id), texture.format, texture.width,
+                                              texture.height, texture.layers, meanwhile);
             status = pixels.status();
             if (!status.ok()) break;
             results[i][role] = std::move(*pixels);
@@ -171,6 +173,62 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
     release();
     if (!status.ok()) return status;
     return results;
+}
+
+// The plane's texture, which the run before may have begun to fill.
+Result<gl::Texture*> Executor::fill_texture(const PlanTexture& texture, const ImageF& pixels) {
+    for (auto ahead = ahead_.begin(); ahead != ahead_.end(); ++ahead) {
+        gl::Texture* const known = ahead->texture;
+        if (ahead->pixels.get() != &pixels || known->format != texture.format ||
+            known->width != texture.width || known->height != texture.height ||
+            known->layers != texture.layers)
+            continue;
+        pool_.touch(known);
+        const Status status = transfers_.finish(ahead->upload);
+        if (!status.ok()) pool_.release(known);
+        ahead_.erase(ahead);
+        if (!status.ok()) return status;
+        return known;
+    }
+    auto made = pool_.acquire(texture.format, texture.width, texture.height, texture.layers);
+    if (!made.ok()) return made.status();
+    if (Status status = transfers_.upload(**made, pixels); !status.ok()) {
+        pool_.release(*made);
+        return status;
+    }
+    return *made;
+}
+
+// A piece of the next run's planes; false: nothing can be done at present.
+bool Executor::upload_ahead() {
+    if (!ahead_begun_)
+        if (const NextRun next = expect_(); next.plan) begin_uploads(next);
+    return std::any_of(ahead_.begin(), ahead_.end(),
+                       [&](Ahead& ahead) { return transfers_.advance(ahead.upload); });
+}
+
+void Executor::begin_uploads(const NextRun& next) {
+    forget_expected();
+    ahead_begun_ = true;
+    for (const PlanTexture& texture : next.plan->textures) {
+        const auto plane = next.planes->find(texture.role);
+        if (!texture.imported || !next.plan->reads.has(texture.role) || plane == next.planes->end())
+            continue;
+        auto made =
+            pool_.acquire(texture.format, texture.width, texture.height, texture.layers, true);
+        if (!made.ok()) return;  // the run itself will tell
+        ahead_.push_back({plane->second, *made, {*made, plane->second.get()}});
+    }
+}
+
+void Executor::expect(std::function<NextRun()> next) {
+    expect_ = std::move(next);
+    ahead_begun_ = false;
+}
+
+void Executor::forget_expected() {
+    for (const Ahead& ahead : ahead_) pool_.release(ahead.texture);
+    ahead_.clear();
 }
 
 std::vector<PassTime> Executor::pass_times() {

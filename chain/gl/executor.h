@@ -9,6 +9,7 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,6 +22,7 @@
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
+#include "chain/gl/transfers.h"
 #include "chain/merge.h"
 #include "chain/plan.h"
 #include "chain/status.h"
@@ -50,6 +52,12 @@ struct ExecutorOptions {
     bool labels = false;       // names of steps and textures for GL debuggers (KHR_debug)
 };
 
+// What filter() runs next.
+struct NextRun {
+    const Plan* plan = nullptr;
+    const SharedPlanes* planes = nullptr;  // filter() gets the same ones
+};
+
 class Executor {
   public:
     // `device`: describes the context that is current now and at every call.
@@ -76,6 +84,12 @@ class Executor {
         return std::exchange(stop_, stop);
     }
 
+    // filter() calls `next` while it waits for a GPU, until that knows the run after it, and
+    // uploads planes of that run meanwhile. Empty: no run is known (ExpectScope).
+    void expect(std::function<NextRun()> next);
+    // Lets go of planes of an expected run that does not come.
+    void forget_expected();
+
     // The number of blocks in each list of the plan after the last filter(); run() reads nothing
     // back.
     std::vector<WorkDone> work_done() const { return work_done_; }
@@ -99,6 +113,15 @@ class Executor {
     Status execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
                    const StageObserver& observer, gl::BandQueue* queue);
     Status show(const Plan& plan, int step, const StageObserver& observer);
+    // A plane whose texture is filled before the run that reads it.
+    struct Ahead {
+        std::shared_ptr<const ImageF> pixels;
+        gl::Texture* texture;
+        gl::Upload upload;
+    };
+    Result<gl::Texture*> fill_texture(const PlanTexture& texture, const ImageF& pixels);
+    bool upload_ahead();
+    void begin_uploads(const NextRun& next);
 
     const bool software_;
     ExecutorOptions options_;
@@ -106,6 +129,10 @@ class Executor {
     gl::ProgramCache programs_;
     gl::Clock clock_;
     gl::RunObjects objects_;
+    gl::Transfers transfers_;
+    std::vector<Ahead> ahead_;
+    bool ahead_begun_ = false;  // of the run after this one
+    std::function<NextRun()> expect_;
     std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
     const std::atomic<bool>* stop_ = nullptr;
     bool timing_ = false, time_steps_ = false;
@@ -126,6 +153,20 @@ class StopScope {
   private:
     Executor& executor_;
     const std::atomic<bool>* former_;
+};
+
+// While it exists, filter() of the executor uploads planes of the run after it.
+class ExpectScope {
+  public:
+    ExpectScope(Executor& executor, std::function<NextRun()> next) : executor_(executor) {
+        executor_.expect(std::move(next));
+    }
+    ~ExpectScope() { executor_.expect({}); }
+    ExpectScope(const ExpectScope&) = delete;
+    ExpectScope& operator=(const ExpectScope&) = delete;
+
+  private:
+    Executor& executor_;
 };
 
 }  // namespace postchain

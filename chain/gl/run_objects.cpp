@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <cstring>
+
 #include "chain/gl/debug.h"
 
 namespace postchain::gl {
@@ -35,32 +37,43 @@ RunObjects::~RunObjects() {
 
 void RunObjects::abandon() {
     buffer_ = 0;
+    mapped_ = nullptr;
     sampler_ = 0;
+    for (Fence& fence : fences_) fence.abandon();
 }
 
 Status RunObjects::reserve(size_t bytes) {
     bytes = (bytes + alignment() - 1) / alignment() * alignment();
     if (bytes <= frame_bytes_) return Status();
+    constexpr GLbitfield kAccess = GL_MAP_WRITE_BIT | GL_MAP_PERSISTENT_BIT;
+    const auto all = GLsizeiptr(kParts * kFramesOfPart * bytes);
     unsigned made = 0;
     glCreateBuffers(1, &made);
-    glNamedBufferStorage(made, GLsizeiptr(kFrames * bytes), nullptr, GL_DYNAMIC_STORAGE_BIT);
-    GLint stored = GL_FALSE;
-    glGetNamedBufferParameteriv(made, GL_BUFFER_IMMUTABLE_STORAGE, &stored);
-    if (!stored) {
+    glNamedBufferStorage(made, all, nullptr, kAccess);
+    void* mapped = glMapNamedBufferRange(made, 0, all, kAccess | GL_MAP_FLUSH_EXPLICIT_BIT);
+    if (!mapped) {
         glDeleteBuffers(1, &made);
         return Status(StatusCode::memory, check_error("allocating uniform blocks").message());
     }
     if (buffer_) glDeleteBuffers(1, &buffer_);
     buffer_ = made;
+    mapped_ = static_cast<std::byte*>(mapped);
     frame_bytes_ = bytes;
+    for (Fence& fence : fences_) fence = Fence();
     return Status();
 }
 
 size_t RunObjects::upload(std::span<const std::byte> bytes) {
-    frame_ = (frame_ + 1) % kFrames;
+    const size_t part = frame_ / kFramesOfPart;
+    frame_ = (frame_ + 1) % (kParts * kFramesOfPart);
+    if (const size_t next = frame_ / kFramesOfPart; next != part) {
+        fences_[part] = Fence::here();
+        fences_[next].wait();
+    }
     const size_t offset = frame_ * frame_bytes_;
-    if (!bytes.empty())
-        glNamedBufferSubData(buffer_, GLintptr(offset), GLsizeiptr(bytes.size()), bytes.data());
+    if (bytes.empty()) return offset;
+    std::memcpy(mapped_ + offset, bytes.data(), bytes.size());
+    glFlushMappedNamedBufferRange(buffer_, GLintptr(offset), GLsizeiptr(bytes.size()));
     return offset;
 }
 

@@ -1,11 +1,13 @@
 // The GL objects that every plan of a context runs with: a sampler, and one buffer for the
-// uniform blocks of a frame. Frames follow each other in it, so that one that is filled does not
-// wait for the one that is drawn.
+// uniform blocks of a frame. It stays mapped, and frames follow each other in it, so that one that
+// is filled does not wait for the one that is drawn.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <span>
 
+#include "chain/gl/fence.h"
 #include "chain/status.h"
 
 namespace postchain::gl {
@@ -32,10 +34,13 @@ class RunObjects {
     void abandon();
 
   private:
-    static constexpr size_t kFrames = 3;
+    // A part is used again when the device has passed its fence: one for several frames.
+    static constexpr size_t kParts = 3, kFramesOfPart = 4;
     unsigned buffer_ = 0;
+    std::byte* mapped_ = nullptr;
     size_t frame_bytes_ = 0;
     size_t frame_ = 0;
+    std::array<Fence, kParts> fences_;
     size_t alignment_;
     unsigned sampler_;
 };

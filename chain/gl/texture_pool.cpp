@@ -3,8 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <bit>
-#include <cstdint>
 
 #include "chain/gl/debug.h"
 
@@ -89,14 +87,19 @@ unsigned internal_format(Format format) {
     return gl_format(format).internal;
 }
 
+unsigned external_format(Format format) {
+    return gl_format(format).external;
+}
+
 TexturePool::~TexturePool() {
     for (const auto& texture : textures_) destroy(*texture);
 }
 
-Result<Texture*> TexturePool::acquire(Format format, int width, int height, int layers) {
+Result<Texture*> TexturePool::acquire(Format format, int width, int height, int layers,
+                                      bool apart) {
     for (const auto& texture : textures_) {
-        if (texture->in_use || texture->format != format || texture->width != width ||
-            texture->height != height || texture->layers != layers)
+        if (texture->in_use || (apart && texture->plans > 0) || texture->format != format ||
+            texture->width != width || texture->height != height || texture->layers != layers)
             continue;
         texture->in_use = true;
         texture->last_used = frame_;
@@ -162,44 +165,6 @@ unsigned count_work(unsigned list) {
     GLuint count = 0;
     glGetNamedBufferSubData(list, 3 * sizeof(GLuint), sizeof(count), &count);
     return count;
-}
-
-Status upload(const Texture& texture, const ImageF& pixels) {
-    const int planes = std::max(texture.layers, 1);
-    if (pixels.width != texture.width || pixels.height != planes * texture.height ||
-        pixels.channels != channels_of(texture.format))
-        return Status(StatusCode::internal, "upload of an image that does not fit its texture");
-    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
-    const GLenum external = gl_format(texture.format).external;
-    if (texture.layers > 0)
-        glTextureSubImage3D(texture.name, 0, 0, 0, 0, texture.width, texture.height, texture.layers,
-                            external, GL_FLOAT, pixels.data.data());
-    else
-        glTextureSubImage2D(texture.name, 0, 0, 0, texture.width, texture.height, external,
-                            GL_FLOAT, pixels.data.data());
-    return check_error("uploading a plane");
-}
-
-Result<ImageF> download(unsigned texture, Format format, int width, int height, int layers) {
-    const int planes = std::max(layers, 1);
-    ImageF pixels(width, height * planes, channels_of(format));
-    // glGetTextureImage takes an int of bytes; larger planes are read in bands.
-    const int rows = std::max(1, int(size_t(1) << 30) / std::max(1, width * pixels.channels * 4));
-    const bool bits = format == Format::rgba32ui || format == Format::r32ui;
-    glPixelStorei(GL_PACK_ALIGNMENT, 4);
-    for (int layer = 0; layer < planes; ++layer)
-        for (int y = 0; y < height; y += rows) {
-            const int band = std::min(rows, height - y);
-            const size_t row = size_t(width) * size_t(pixels.channels);
-            float* target = pixels.data.data() + (size_t(layer) * size_t(height) + size_t(y)) * row;
-            glGetTextureSubImage(texture, 0, 0, y, layer, width, band, 1,
-                                 gl_format(format).external, bits ? GL_UNSIGNED_INT : GL_FLOAT,
-                                 GLsizei(size_t(band) * row * sizeof(float)), target);
-        }
-    if (bits)
-        for (float& value : pixels.data) value = float(std::bit_cast<uint32_t>(value));
-    if (Status status = check_error("reading a plane back"); !status.ok()) return status;
-    return pixels;
 }
 
 }  // namespace postchain::gl

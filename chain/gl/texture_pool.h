@@ -6,7 +6,6 @@
 #include <memory>
 #include <vector>
 
-#include "chain/image.h"
 #include "chain/plan.h"
 #include "chain/status.h"
 
@@ -14,6 +13,8 @@ namespace postchain::gl {
 
 // GL's name of a format, for texture storage and image bindings.
 unsigned internal_format(Format format);
+// GL's name of the channels of its pixels.
+unsigned external_format(Format format);
 
 struct Texture {
     unsigned name = 0;  // GL texture, immutable storage, one level; for a work list a GL buffer
@@ -34,8 +35,10 @@ class TexturePool {
     TexturePool& operator=(const TexturePool&) = delete;
     // A texture of undefined content, or a work list. StatusCode::memory if GL has no memory left
     // or the budget is spent, StatusCode::gl if the size limit is exceeded. GL's error flag is read
-    // only if GL refuses, so that no error stays in it.
-    Result<Texture*> acquire(Format format, int width, int height, int layers = 0);
+    // only if GL refuses, so that no error stays in it. `apart`: not one that a compiled plan,
+    // which may run now, writes.
+    Result<Texture*> acquire(Format format, int width, int height, int layers = 0,
+                             bool apart = false);
     void release(Texture* texture);
     void begin_frame();
     // It is used in this frame, without being acquired again.
@@ -65,10 +68,5 @@ class TexturePool {
 void empty_list(unsigned list);
 // How many blocks a work list holds. Waits for the device.
 unsigned count_work(unsigned list);
-
-// Float pixels to a texture and back; channels must match the texture's format. The layers of an
-// array lie one below another in the image.
-Status upload(const Texture& texture, const ImageF& pixels);
-Result<ImageF> download(unsigned texture, Format format, int width, int height, int layers = 0);
 
 }  // namespace postchain::gl

@@ -22,11 +22,12 @@
  * foreign or destroyed is PC_ERROR_ARGUMENT. A failed pc_run() has dispatched nothing and has not
  * written the output; its result is the host's own color. */
 
-/* A frame: once a kind of frame has run, pc_run() creates no GL object, does not compile, allocate,
- * plan or read back, and never waits. Sizes up to the largest, lens, shutter, bounds, matrices and
- * gain are values. It plans on the CPU, which allocates, if a parameter of the chain, a format or a
- * convention is new, or a pass that was skipped begins to work. It creates textures only for a
- * larger frame or another chain. Only pc_prepare() compiles programs. */
+/* A frame: once a kind of frame has run, pc_run() creates no GL object but a fence every fourth
+ * frame, does not compile, allocate, plan or read back, and waits only if the device is eight
+ * frames behind. Sizes up to the largest, lens, shutter, bounds, matrices and gain are values. It
+ * plans on the CPU, which allocates, if a parameter of the chain, a format or a convention is new,
+ * or a pass that was skipped begins to work. It creates textures only for a larger frame or another
+ * chain. Only pc_prepare() compiles programs. */
 
 /* GL state: pc_run() changes program, uniform buffer 0, storage buffers, images, textures
  * (GL_TEXTURE_2D) and sampler objects of the first units (at most 16 of each), and the indirect
@@ -71,8 +72,11 @@ enum { PC_LOG_ERROR = 0, PC_LOG_WARNING = 1, PC_LOG_INFO = 2 };
 
 typedef uint32_t pc_state;
 enum {
-    PC_STATE_RESTORE = 0, /* read before and restored after */
-    PC_STATE_RESET = 1,   /* GL's initial values; texture units that were used have no texture */
+    PC_STATE_RESTORE = 0, /* read before and restored after: about 70 glGet a frame, each of which
+                             waits for the driver's thread if it has one */
+    PC_STATE_RESET = 1,   /* GL's initial values; texture units that were used have no texture.
+                             Recommended: reads nothing. A host that caches its state invalidates
+                             what pc_run() changes (GL state, above) */
     PC_STATE_LEAVE = 2    /* as the last step left it */
 };
 

@@ -9,6 +9,7 @@
 //
 // uniforms.makes says which of them. One program for all sets of planes: frames of a host may need
 // any of them, and none is compiled between two frames. Units that a set does not use are unbound.
+#include "common/precise.glsl"
 #include "guest/place.glsl"
 
 layout(binding = 0) uniform sampler2D host_color;
@@ -34,11 +35,13 @@ float inverse_depth_at(ivec2 p) {
 vec2 sky_motion(ivec2 p) {
     const vec2 here = vec2(p) + 0.5;
     const vec2 size = vec2(uniforms.size);
-    const vec3 at = vec3(2.0 * here.x / size.x - 1.0, 1.0 - 2.0 * here.y / size.y, 1.0);
-    const float w = dot(uniforms.sky_w.xyz, at);
+    precise const vec3 at = vec3(2.0 * here.x / size.x - 1.0, 1.0 - 2.0 * here.y / size.y, 1.0);
+    const float w = precise_dot(uniforms.sky_w.xyz, at);
     if (!(w > 0.0)) return vec2(0.0);
-    const vec2 there = vec2(dot(uniforms.sky_x.xyz, at), -dot(uniforms.sky_y.xyz, at)) / w;
-    return uniforms.sky_sign * (0.5 * size * (there + 1.0) - here);
+    const vec2 there =
+        vec2(precise_dot(uniforms.sky_x.xyz, at), -precise_dot(uniforms.sky_y.xyz, at)) / w;
+    precise const vec2 motion_px = uniforms.sky_sign * (0.5 * size * (there + 1.0) - here);
+    return motion_px;
 }
 
 bool makes(int what) {
@@ -47,7 +50,7 @@ bool makes(int what) {
 
 vec2 motion_of(ivec2 p) {
     const vec2 stored = texelFetch(host_motion, stored_at(p, uniforms.motion_at), 0).xy;
-    vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
+    precise vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
     if (makes(GUEST_MAKES_SKY) && v == vec2(0.0) && inverse_depth_at(p) <= kFar) {
         v = sky_motion(p);
     } else {

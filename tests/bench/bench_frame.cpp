@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "chain/convert.h"
+#include "chain/gl/transfers.h"
 #include "chain/work_list.h"
 
 namespace postchain::bench {
@@ -100,7 +101,7 @@ unsigned DevicePlanes::texture(Role role, Format format) {
     if (name == 0) {
         const ImageF& plane = planes_.at(role);
         gl::Texture* made = require(pool_.acquire(format, plane.width, plane.height));
-        require(gl::upload(*made, plane));
+        require(gl::Transfers().upload(*made, plane));
         name = made->name;
     }
     return name;

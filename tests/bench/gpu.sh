@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # On a machine with a GPU: builds the core without fetching anything, runs the tests that compare
-# pixels with their references on that device, then gpu_bench at each size. A failure stops nothing:
-# the last page says what failed and gives the figures, and is written to a file (docs/gpu.md). Needs
-# CMake, Ninja, a C++20 compiler and the packages epoxy, GLM, GoogleTest and google-benchmark.
+# pixels with their references on that device and the selftest of each pass, then gpu_bench at each
+# size. A failure stops nothing: the last page says what failed and gives the figures, and is written
+# to a file (docs/gpu.md). Needs CMake, Ninja, a C++20 compiler and the packages epoxy, GLM,
+# GoogleTest and google-benchmark.
 # Usage: tests/bench/gpu.sh [--sizes "1280x720 1920x1080 3840x2160"] [--only PART_OF_NAME]
 #                           [--iterations 21] [--tests REGEX] [--jobs N] [--page gpu_page.txt]
 set -euo pipefail
@@ -37,7 +38,7 @@ done
 echo "== build"
 cmake --preset core -DBUILD_TESTING=ON
 failures=()
-for target in gpu_bench guest_bench executor_tests conformance_tests elision_tests guest_tests; do
+for target in gpu_bench guest_bench pass_selftest executor_tests conformance_tests elision_tests guest_tests; do
     cmake --build --preset core -j "$jobs" --target "$target" || failures+=("$target: not built")
 done
 
@@ -59,6 +60,7 @@ names=$(ctest --test-dir build-core -N -R "$tests" | sed -n 's/^ *Test *#[0-9]*:
 for name in $names; do
     log "$name" ctest --test-dir build-core --output-on-failure -R "^$name\$"
 done
+log selftest "$programs/pass_selftest"
 for size in $sizes; do
     log "$size" "$programs/gpu_bench" --size="$size" --iterations="$iterations" --only="$only" \
         --steps
@@ -76,6 +78,9 @@ log "a guest's frame on the CPU" "$programs/guest_bench"
         printf '%-36s %s\n' "$name" "$(grep -E 'tests? passed,' "$logs/$name" || echo "did not end")"
         grep -hE '^\[  FAILED  \] .*\(' "$logs/$name" || true
     done
+    echo
+    echo "== selftest of each pass (reading and writing files is left out)"
+    cat "$logs/selftest"
     for size in $sizes; do
         echo
         echo "== $size"

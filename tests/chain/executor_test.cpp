@@ -12,6 +12,7 @@
 #include <fstream>
 
 #include "chain/bands.h"
+#include "chain/gl/transfers.h"
 #include "chain/work_list.h"
 #include "shaders/embedded.h"
 #include "tests/support/gpu.h"
@@ -255,7 +256,7 @@ TEST_F(Execute, RunTakesThePlanesOfAPreviousFrame) {
     const auto out =
         executor.run(*plan, {{Role::color, color.name()}, {Role::color_before, before.name()}});
     ASSERT_TRUE(out.ok()) << out.status().message();
-    const auto pixels = gl::download(out->at(Role::color), Format::rgba32f, 20, 10);
+    const auto pixels = gl::Transfers().download(out->at(Role::color), Format::rgba32f, 20, 10);
     ASSERT_TRUE(pixels.ok());
     EXPECT_EQ(pixels->at(19, 9, 0), 1.5f);
     EXPECT_EQ(pixels->at(19, 9, 1), 0.625f);

@@ -4,6 +4,7 @@
 #include "chain/bands.h"
 #include "chain/gl/program.h"
 #include "chain/gl/texture_pool.h"
+#include "chain/gl/transfers.h"
 #include "config/chain_find.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
@@ -52,7 +53,8 @@ Images run(const Plan& plan, const TestFrame& frame) {
     for (const PlanTexture& texture : plan.textures) {
         if (!texture.imported || !plan.reads.has(texture.role)) continue;
         auto made = pool.acquire(texture.format, texture.width, texture.height, texture.layers);
-        EXPECT_TRUE(made.ok() && gl::upload(**made, frame.planes.at(texture.role)).ok());
+        EXPECT_TRUE(made.ok() &&
+                    gl::Transfers().upload(**made, frame.planes.at(texture.role)).ok());
         inputs[texture.role] = (*made)->name;
     }
     Images images;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "chain/gl/texture_pool.h"
+#include "chain/gl/transfers.h"
 #include "tests/conformance/conformance.h"
 
 namespace postchain {
@@ -363,7 +364,7 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
             if (!texture.imported || texture.first_step < 0) continue;
             const auto made = pool.acquire(texture.format, texture.width, texture.height);
             ASSERT_TRUE(made.ok());
-            ASSERT_TRUE(gl::upload(**made, frame.planes.at(texture.role)).ok());
+            ASSERT_TRUE(gl::Transfers().upload(**made, frame.planes.at(texture.role)).ok());
             inputs[texture.role] = (*made)->name;
         }
         // Units and buffers that the plan says it uses.
@@ -412,7 +413,7 @@ TEST_P(OnDevice, SecondRunOnTheDeviceAllocatesAndCompilesNothing) {
     for (const auto& [role, plane] : frame.planes) {
         const auto made = pool.acquire(plane_format(plane.channels, Precision::fp32), 40, 24);
         ASSERT_TRUE(made.ok());
-        ASSERT_TRUE(gl::upload(**made, plane).ok());
+        ASSERT_TRUE(gl::Transfers().upload(**made, plane).ok());
         inputs[role] = (*made)->name;
     }
     Executor& executor = test::executor();

@@ -7,14 +7,21 @@
 //   nan       textures that programs write are NaN when a frame begins
 //   align     uniform blocks begin at multiples of 256 bytes
 //   limits    GL 4.5's smallest limits: 8 image units, 8 storage blocks, 16 textures in a program
+//   late      the device finishes later than it is asked to: a fence passes at the 8th question,
+//   when
+//             it is waited for, or with a later one. The renderer is none that computes on the CPU
 //   contract  products that feed sums are fused with them, as far as `precise` allows, in half of
 //             all programs: POSTCHAIN_GPU_LIKE_SEED chooses which
 //
 // libepoxy calls GL through a variable for each function. The ones below are replaced. What a
-// device would refuse ends the program.
+// device would refuse ends the program. POSTCHAIN_GPU_LIKE_TRACE names a file that gets a line for
+// each upload, dispatch, reading and wait: microseconds, and what.
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
+#include <chrono>
+#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -46,6 +53,23 @@ void refuse(bool refused, const char* why, long value) {
     if (!refused) return;
     std::fprintf(stderr, "gpu_like: %s: %ld\n", why, value);
     std::abort();
+}
+
+__attribute__((format(printf, 1, 2))) void trace(const char* what, ...) {
+    static FILE* const file = [] {
+        const char* name = std::getenv("POSTCHAIN_GPU_LIKE_TRACE");
+        return name ? std::fopen(name, "w") : nullptr;
+    }();
+    if (!file) return;
+    static const auto start = std::chrono::steady_clock::now();
+    const std::chrono::duration<double, std::micro> now = std::chrono::steady_clock::now() - start;
+    std::fprintf(file, "%.0f ", now.count());
+    va_list values;
+    va_start(values, what);
+    std::vfprintf(file, what, values);
+    va_end(values);
+    std::fputc('\n', file);
+    std::fflush(file);
 }
 
 // The driver's function of the name.
@@ -180,6 +204,7 @@ bool is_image(GLint type) {
 }
 
 void APIENTRY link_program(GLuint program) {
+    trace("link %u", program);
     if (behaves("contract")) take_spirv(program);
     REAL(glLinkProgram)(program);
     if (!behaves("limits")) return;
@@ -201,6 +226,7 @@ void APIENTRY link_program(GLuint program) {
 
 void APIENTRY get_program(GLuint program, GLenum name, GLint* value) {
     const bool link = name == GL_LINK_STATUS || name == GL_INFO_LOG_LENGTH;
+    if (link) trace("status %u", program);
     REAL(glGetProgramiv)(link ? program : named_program(program), name, value);
 }
 
@@ -271,6 +297,7 @@ void APIENTRY texture_storage_3d(GLuint texture, GLsizei levels, GLenum format, 
 
 void APIENTRY texture_sub_image_2d(GLuint texture, GLint level, GLint x, GLint y, GLsizei width,
                                    GLsizei height, GLenum format, GLenum type, const void* pixels) {
+    trace("upload %u, %d rows", texture, height);
     storages[texture].written = false;
     REAL(glTextureSubImage2D)(texture, level, x, y, width, height, format, type, pixels);
 }
@@ -278,6 +305,7 @@ void APIENTRY texture_sub_image_2d(GLuint texture, GLint level, GLint x, GLint y
 void APIENTRY texture_sub_image_3d(GLuint texture, GLint level, GLint x, GLint y, GLint z,
                                    GLsizei width, GLsizei height, GLsizei depth, GLenum format,
                                    GLenum type, const void* pixels) {
+    trace("upload %u, %d rows", texture, height);
     storages[texture].written = false;
     REAL(glTextureSubImage3D)
     (texture, level, x, y, z, width, height, depth, format, type, pixels);
@@ -297,13 +325,56 @@ void APIENTRY bind_image_texture(GLuint unit, GLuint texture, GLint level, GLboo
 }
 
 // The uniform blocks of a frame: it begins.
-void APIENTRY named_buffer_sub_data(GLuint buffer, GLintptr offset, GLsizeiptr size,
-                                    const void* data) {
+void APIENTRY flush_mapped(GLuint buffer, GLintptr offset, GLsizeiptr size) {
+    trace("frame");
     if (behaves("nan"))
         for (const auto& [texture, storage] : storages)
             if (storage.written && storage.format != GL_NONE)
                 fill_with_nan(texture, storage.format);
-    REAL(glNamedBufferSubData)(buffer, offset, size, data);
+    REAL(glFlushMappedNamedBufferRange)(buffer, offset, size);
+}
+
+void APIENTRY get_texture(GLuint texture, GLint level, GLint x, GLint y, GLint z, GLsizei width,
+                          GLsizei height, GLsizei depth, GLenum format, GLenum type, GLsizei bytes,
+                          void* pixels) {
+    trace("read %u, %d rows", texture, height);
+    REAL(glGetTextureSubImage)
+    (texture, level, x, y, z, width, height, depth, format, type, bytes, pixels);
+}
+
+constexpr int kQuestions = 8;
+struct LateFence {
+    uint64_t number;
+    int asked = 0;
+};
+std::map<GLsync, LateFence> late_fences;
+uint64_t made_fences = 0, passed_fences = 0;  // a device passes them in order
+
+GLsync APIENTRY fence_sync(GLenum condition, GLbitfield flags) {
+    const GLsync fence = REAL(glFenceSync)(condition, flags);
+    if (behaves("late")) late_fences[fence] = {++made_fences};
+    return fence;
+}
+
+GLenum APIENTRY client_wait(GLsync fence, GLbitfield flags, GLuint64 timeout) {
+    if (timeout > 0) trace("wait");
+    if (const auto late = late_fences.find(fence); late != late_fences.end()) {
+        LateFence& own = late->second;
+        if (timeout == 0 && own.number > passed_fences && ++own.asked < kQuestions)
+            return GL_TIMEOUT_EXPIRED;
+        passed_fences = std::max(passed_fences, own.number);
+    }
+    return REAL(glClientWaitSync)(fence, flags, GL_TIMEOUT_IGNORED);
+}
+
+void APIENTRY delete_sync(GLsync fence) {
+    late_fences.erase(fence);
+    REAL(glDeleteSync)(fence);
+}
+
+const GLubyte* APIENTRY get_string(GLenum name) {
+    if (behaves("late") && name == GL_RENDERER) return reinterpret_cast<const GLubyte*>("gpu_like");
+    return REAL(glGetString)(name);
 }
 
 void APIENTRY bind_buffer_base(GLenum target, GLuint index, GLuint buffer) {
@@ -350,11 +421,13 @@ void tell_half_images() {
 }
 
 void APIENTRY dispatch(GLuint x, GLuint y, GLuint z) {
+    trace("dispatch");
     tell_half_images();
     REAL(glDispatchCompute)(x, y, z);
 }
 
 void APIENTRY dispatch_indirect(GLintptr offset) {
+    trace("dispatch");
     tell_half_images();
     REAL(glDispatchComputeIndirect)(offset);
 }
@@ -374,7 +447,12 @@ __attribute__((constructor)) void replace() {
     epoxy_glTextureSubImage3D = texture_sub_image_3d;
     epoxy_glDeleteTextures = delete_textures;
     epoxy_glBindImageTexture = bind_image_texture;
-    epoxy_glNamedBufferSubData = named_buffer_sub_data;
+    epoxy_glFlushMappedNamedBufferRange = flush_mapped;
+    epoxy_glGetTextureSubImage = get_texture;
+    epoxy_glFenceSync = fence_sync;
+    epoxy_glClientWaitSync = client_wait;
+    epoxy_glDeleteSync = delete_sync;
+    epoxy_glGetString = get_string;
     epoxy_glBindBufferBase = bind_buffer_base;
     epoxy_glBindBufferRange = bind_buffer_range;
     epoxy_glGetIntegerv = get_integer;

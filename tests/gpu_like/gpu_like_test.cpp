@@ -2,20 +2,45 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <set>
+#include <sstream>
 
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
+#include "chain/gl/transfers.h"
 #include "tests/support/gpu.h"
+#include "tests/support/temp_folder.h"
 
 namespace postchain::test {
 namespace {
 
 class GpuLike : public ::testing::Test {
   protected:
+    static void SetUpTestSuite() {
+        folder_ = new TempFolder;
+        setenv("POSTCHAIN_GPU_LIKE_TRACE", folder_->path("trace").c_str(), 1);
+    }
+    static void TearDownTestSuite() { delete folder_; }
+    // The calls since the last time, in order: "upload", "dispatch" and so on.
+    static std::vector<std::string> traced() {
+        static std::streamoff known = 0;
+        std::ifstream in(folder_->path("trace"));
+        in.seekg(known);
+        std::vector<std::string> calls;
+        for (std::string line; std::getline(in, line);) {
+            known += std::streamoff(line.size()) + 1;
+            std::istringstream words(line);
+            std::string time, call;
+            words >> time >> call;
+            calls.push_back(call);
+        }
+        return calls;
+    }
     void SetUp() override {
         // llvmpipe has threads, which a fork loses.
         GTEST_FLAG_SET(death_test_style, "threadsafe");
@@ -63,6 +88,8 @@ class GpuLike : public ::testing::Test {
         glDeleteShader(shader);
         return pixel;
     }
+
+    static inline TempFolder* folder_ = nullptr;
 };
 
 TEST_F(GpuLike, RoundsTheWeightsOfAFilterAndItsResult) {
@@ -135,13 +162,13 @@ TEST_F(GpuLike, FillsTexturesWithNanWhenAFrameBegins) {
                given = pool.acquire(Format::r32f, 1, 1, 0);
     ASSERT_TRUE(taken.ok() && given.ok());
     const auto read = [](const gl::Texture& texture) {
-        const auto pixels =
-            gl::download(texture.name, texture.format, texture.width, texture.height, 0);
+        const auto pixels = gl::Transfers().download(texture.name, texture.format, texture.width,
+                                                     texture.height, 0);
         return pixels.ok() ? pixels->data.back() : 0.0f;
     };
     EXPECT_TRUE(std::isnan(read(**taken)));
-    ASSERT_TRUE(gl::upload(**taken, ImageF(3, 2, 2, 7.0f)).ok());
-    ASSERT_TRUE(gl::upload(**given, ImageF(1, 1, 1, 7.0f)).ok());
+    ASSERT_TRUE(gl::Transfers().upload(**taken, ImageF(3, 2, 2, 7.0f)).ok());
+    ASSERT_TRUE(gl::Transfers().upload(**given, ImageF(1, 1, 1, 7.0f)).ok());
     glBindImageTexture(0, (*taken)->name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG16F);
     EXPECT_EQ(read(**taken), 7);
     gl::RunObjects objects;
@@ -150,6 +177,96 @@ TEST_F(GpuLike, FillsTexturesWithNanWhenAFrameBegins) {
     objects.upload(block);
     EXPECT_TRUE(std::isnan(read(**taken)));
     EXPECT_EQ(read(**given), 7);
+}
+
+// A frame of 9 MB, whose values are its number.
+FramePlanes planes_of(float value) {
+    FramePlanes planes;
+    planes[Role::color] = ImageF(512, 640, 4, value);
+    planes[Role::color].at(200, 300, 1) = 7;
+    planes[Role::motion] = ImageF(512, 640, 2, 9 * value);
+    planes[Role::inverse_depth] = ImageF(512, 640, 1, value);
+    return planes;
+}
+
+TEST_F(GpuLike, UploadsTheNextFrameWhileOneIsFiltered) {
+    const Chain chain = chain_of("motion_blur", {{"mode", std::string("single")}});
+    FrameDescription frame;
+    frame.width = frame.display_width = 512;
+    frame.height = frame.display_height = 640;
+    frame.planes = {Role::color, Role::motion, Role::inverse_depth};
+    const auto plan = make_plan(chain, frame);
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    const auto shared = [](FramePlanes planes) {
+        SharedPlanes all;
+        for (auto& [role, plane] : planes)
+            all[role] = std::make_shared<const ImageF>(std::move(plane));
+        return all;
+    };
+    const SharedPlanes first = shared(planes_of(0.5f)), second = shared(planes_of(0.25f));
+    const auto expected = executor().filter(*plan, second);
+    ASSERT_TRUE(expected.ok()) << expected.status().message();
+
+    const auto calls_in = [&](const SharedPlanes& planes) {
+        traced();
+        const auto out = executor().filter(*plan, planes);
+        EXPECT_TRUE(out.ok());
+        if (out.ok() && &planes == &second) {
+            EXPECT_EQ(out->at(Role::color), expected->at(Role::color));
+        }
+        return traced();
+    };
+    const auto position = [](const std::vector<std::string>& calls, const char* call) {
+        return std::find(calls.begin(), calls.end(), call);
+    };
+    const auto uploads = [](auto begin, auto end) { return std::count(begin, end, "upload"); };
+    const auto alone = calls_in(first);
+    const auto all = uploads(alone.begin(), alone.end());
+    EXPECT_GE(all, 8);  // pieces of 1 MB
+    EXPECT_EQ(uploads(position(alone, "frame"), alone.end()), 0);
+
+    int asked = 0;
+    std::vector<std::string> overlapped;
+    {
+        // The next frame is known a little later.
+        const ExpectScope expects(executor(), [&]() -> NextRun {
+            return ++asked < 3 ? NextRun{} : NextRun{&*plan, &second};
+        });
+        overlapped = calls_in(first);
+    }
+    EXPECT_EQ(asked, 3);
+    const auto begins = position(overlapped, "frame"), reads = position(overlapped, "read");
+    const auto last_dispatch =
+        std::find(std::make_reverse_iterator(reads), std::make_reverse_iterator(begins), "dispatch")
+            .base();
+    EXPECT_GT(uploads(begins, last_dispatch), 0) << "between two dispatches of the first frame";
+    const auto ahead = uploads(begins, overlapped.cend());
+    const auto rest = calls_in(second);
+    EXPECT_EQ(ahead + uploads(rest.begin(), rest.end()), all) << "each piece once";
+
+    // Four pieces are asked for before one is waited for.
+    const auto first_read = position(rest, "read");
+    EXPECT_EQ(std::vector<std::string>(first_read, first_read + 4),
+              std::vector<std::string>(4, "read"));
+}
+
+TEST_F(GpuLike, LinksEveryProgramBeforeItAsksForOne) {
+    Executor fresh(gl::describe_current());
+    const Chain chain = chain_of("motion_blur", {{"mode", std::string("guertin")}});
+    FrameDescription frame;
+    frame.width = frame.display_width = frame.height = frame.display_height = 64;
+    frame.planes = {Role::color, Role::motion, Role::inverse_depth};
+    const auto plan = make_plan(chain, frame);
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    FramePlanes planes = {{Role::color, ImageF(64, 64, 4, 0.5f)},
+                          {Role::motion, ImageF(64, 64, 2, 9.0f)},
+                          {Role::inverse_depth, ImageF(64, 64, 1, 1.0f)}};
+    traced();
+    ASSERT_TRUE(fresh.filter(*plan, planes).ok());
+    const auto calls = traced();
+    const auto asked = std::find(calls.begin(), calls.end(), "status");
+    EXPECT_GE(std::count(calls.begin(), asked, "link"), 3);
+    EXPECT_EQ(std::count(asked, calls.end(), "link"), 0);
 }
 
 TEST_F(GpuLike, AlignsUniformBlocks) {

@@ -279,5 +279,49 @@ TEST_F(RunnerTest, RefusalsBeforeAnythingIsDone) {
     refused(StatusCode::usage);
 }
 
+// Waits in each frame until the next one is known.
+class PatientJob final : public FrameJob {
+  public:
+    explicit PatientJob(int last) : last_(last) {}
+    std::vector<int> known;
+
+    io::Keep keep() const override { return io::Keep::nothing; }
+    RoleSet planes(const FrameHeader&) const override { return {}; }
+    Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
+    Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
+    Status process(FrameInFlight& frame, const Upcoming& upcoming) override {
+        if (frame.report.frame == last_) {
+            EXPECT_EQ(upcoming(), nullptr);
+            return Status();
+        }
+        const auto last = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+        const FrameInFlight* next = nullptr;
+        while (!(next = upcoming()) && std::chrono::steady_clock::now() < last)
+            std::this_thread::yield();
+        if (!next) return Status(StatusCode::internal, "the next frame is not known");
+        EXPECT_EQ(upcoming(), next);
+        EXPECT_TRUE(next->source);
+        known.push_back(next->report.frame);
+        return Status();
+    }
+    Status write(FrameInFlight&) override { return Status(); }
+
+  private:
+    int last_;
+};
+
+TEST_F(RunnerTest, AFrameThatIsProcessedKnowsTheNextOne) {
+    test::write_sequence(at(""), {1, 2, 3, 4, 5});
+    std::vector<int> gaps;
+    auto tasks = plan_tasks(settings_, false, gaps);
+    ASSERT_TRUE(tasks.ok()) << tasks.status().message();
+    ListFeed feed(std::move(*tasks), settings_);
+    PatientJob job(5);
+    const auto summary = walk_sequence(job, settings_, feed, {}, nullptr);
+    ASSERT_TRUE(summary.ok()) << summary.status().message();
+    EXPECT_EQ(summary->written, 5u);
+    EXPECT_EQ(job.known, (std::vector<int>{2, 3, 4, 5}));
+}
+
 }  // namespace
 }  // namespace postchain::sequence

@@ -14,7 +14,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/stress/matrix.h"
+#include "tools/measure/stress/self_test.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
@@ -29,14 +29,7 @@ using io::Json;
 
 constexpr const char* kFilesTest = "write and read";
 
-struct TestRow {
-    std::string name;  // pass, chain, or "write and read"
-    size_t frames = 0;
-    double reference = 0;  // largest mean error against the double-precision reference
-    double bound = 0;      // limit of `reference`
-    std::vector<std::string> faults;
-    double seconds = 0;
-};
+using stress::TestRow;
 
 double now_s() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
@@ -57,44 +50,6 @@ Result<std::vector<stress::Subject>> subjects() {
         all.push_back({name, std::move(file->chain)});
     }
     return all;
-}
-
-std::string fault_text(const stress::CellResult& cell, const stress::Measured& measured) {
-    return concat(measured.check, " ", stress::number_text(measured.value), ", limit ",
-                  stress::number_text(measured.bound), " (", cell.row, ": ", cell.cell, ")",
-                  measured.note.empty() ? "" : ", " + measured.note);
-}
-
-TestRow test_subject(Executor& executor, stress::Subject subject, const StopOnSignal& stop) {
-    TestRow row;
-    row.name = subject.name;
-    const double start = now_s();
-    std::vector<stress::Subject> one;
-    one.push_back(std::move(subject));
-    stress::MatrixOptions options;
-    options.reduced = true;
-    options.only = "/fp32";
-    const auto matrix = stress::run_matrix(
-        executor, one, options, [&](const std::string& name, size_t done, size_t of) {
-            log::progress(concat(row.name, ", ", done, " of ", of, ", ", name));
-            return !stop.asked();
-        });
-    row.seconds = now_s() - start;
-    if (!matrix.ok()) {
-        row.faults.push_back(matrix.status().message());
-        return row;
-    }
-    row.frames = matrix->cells.size();
-    for (const auto& cell : matrix->cells)
-        for (const auto& measured : cell.measured) {
-            if (measured.check == "reference" && measured.value >= row.reference) {
-                row.reference = measured.value;
-                row.bound = measured.bound;
-            }
-            if (measured.verdict == stress::Verdict::failed)
-                row.faults.push_back(fault_text(cell, measured));
-        }
-    return row;
 }
 
 // Floats of every magnitude, the same on each machine.
@@ -154,20 +109,6 @@ TestRow test_files() {
     return row;
 }
 
-void print_row(const TestRow& row) {
-    char text[160];
-    const bool compared = row.bound > 0;
-    std::snprintf(text, sizeof(text), "%-15s %-6s %7zu  %-10s %-10s %7.1f s\n", row.name.c_str(),
-                  row.faults.empty() ? "ok" : "FAILED", row.frames,
-                  compared ? stress::number_text(row.reference).c_str() : "-",
-                  compared ? stress::number_text(row.bound).c_str() : "-", row.seconds);
-    std::fputs(text, stdout);
-    constexpr size_t kShown = 3;
-    for (size_t i = 0; i < std::min(kShown, row.faults.size()); ++i)
-        std::printf("    %s\n", row.faults[i].c_str());
-    if (row.faults.size() > kShown) std::printf("    and %zu more\n", row.faults.size() - kShown);
-}
-
 Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
     Json tests = Json::array();
     for (const TestRow& row : rows) {
@@ -214,22 +155,26 @@ int selftest_subcommand(const Options& options, const std::string& only) {
     if (!options.json) {
         std::printf("postchain %s on %s%s\n", kVersion, sequence::renderer_text(device).c_str(),
                     device.software ? " (software)" : "");
-        std::printf("%-15s %-6s %7s  %-10s %-10s %9s\n", "test", "", "frames", "reference", "limit",
-                    "time");
+        stress::print_heads();
     }
     std::vector<TestRow> rows;
     bool failed = false;
     const auto add = [&](TestRow row) {
         log::progress("");
         failed |= !row.faults.empty();
-        if (!options.json) print_row(row);
+        if (!options.json) stress::print_row(row);
         std::fflush(stdout);
         rows.push_back(std::move(row));
     };
     for (auto& subject : *all) {
         // A new executor, so that tests do not share device state.
         Executor executor(device);
-        TestRow row = test_subject(executor, std::move(subject), stop);
+        const std::string name = subject.name;
+        TestRow row = stress::test_subject(
+            executor, std::move(subject), [&](const std::string& cell, size_t done, size_t of) {
+                log::progress(concat(name, ", ", done, " of ", of, ", ", cell));
+                return !stop.asked();
+            });
         if (stop.asked()) return stop.interrupted("run the same command again");
         add(std::move(row));
     }

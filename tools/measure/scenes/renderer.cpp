@@ -56,6 +56,12 @@ bool has_disc(const SceneModel& model) {
            model.cats_eye == 0;
 }
 
+int groups(int side) {
+    return (side + SCENE_TILE - 1) / SCENE_TILE;
+}
+
+}  // namespace
+
 ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
     int shapes = 0, casters = 0, patterns = 0;
     for (const Object& object : model.objects) {
@@ -71,12 +77,6 @@ ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
              {"APERTURE_IMAGE", lens && model.aperture_image ? "1" : "0"},
              {"VECTORS", vectors ? "1" : "0"}}};
 }
-
-int groups(int side) {
-    return (side + SCENE_TILE - 1) / SCENE_TILE;
-}
-
-}  // namespace
 
 struct SceneRenderer::Impl {
     std::unique_ptr<egl::Context> context;

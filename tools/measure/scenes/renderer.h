@@ -13,6 +13,7 @@
 
 #include "chain/egl/context.h"
 #include "chain/image.h"
+#include "chain/plan.h"
 #include "chain/status.h"
 #include "tools/measure/scenes/model.h"
 
@@ -55,6 +56,9 @@ class SceneRenderer {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+// Renders the model; `vectors`, `lens`: of the settings.
+ProgramKey program_for(const SceneModel& model, bool vectors, bool lens);
 
 // Radius of the lens in scene units: f / (2 N), with the focal length in meters.
 double lens_radius(double focal_length_mm, double f_stop);

@@ -41,6 +41,11 @@ class Channel {
         const std::lock_guard lock(mutex_);
         return closed_ && items_.empty();
     }
+    // The value that is taken next; null if none is there. Stays valid until this thread takes it.
+    const T* front() {
+        const std::lock_guard lock(mutex_);
+        return items_.empty() ? nullptr : &items_.front();
+    }
     // A value if one is available; does not wait.
     std::optional<T> try_pop() {
         std::unique_lock lock(mutex_);

@@ -2,6 +2,7 @@
 // run/visit_sequence.h hands frames to a caller.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include "chain/image.h"
@@ -29,6 +30,8 @@ struct FrameInFlight {
     std::vector<FilteredView> other_views;  // of source->other_views
 };
 
+using Upcoming = std::function<const FrameInFlight*()>;
+
 // The stages of one frame run in order, each on its thread; stages of different frames overlap. An
 // error in a stage fails that frame.
 class FrameJob {
@@ -45,8 +48,9 @@ class FrameJob {
                                FrameReport& report) = 0;
     // Reader thread, after the frame is read.
     virtual Status prepare(const SourceFrame& source, FrameReport& report) = 0;
-    // The thread of walk_sequence().
-    virtual Status process(FrameInFlight& frame) = 0;
+    // The thread of walk_sequence(). `upcoming` returns the frame after it, or null as long as that
+    // is being read.
+    virtual Status process(FrameInFlight& frame, const Upcoming& upcoming) = 0;
     // Writer thread.
     virtual Status write(FrameInFlight& frame) = 0;
 };

@@ -96,6 +96,8 @@ class FilterJob final : public FrameJob {
           executor_(executor),
           renderer_(renderer) {}
 
+    ~FilterJob() override { executor_.forget_expected(); }
+
     io::Keep keep() const override { return io::Keep::all; }
 
     RoleSet planes(const FrameHeader& header) const override {
@@ -132,8 +134,13 @@ class FilterJob final : public FrameJob {
         return Status();
     }
 
-    Status process(FrameInFlight& frame) override {
+    Status process(FrameInFlight& frame, const Upcoming& upcoming) override {
         FrameReport& report = frame.report;
+        const ExpectScope expects(executor_, [&]() -> NextRun {
+            const FrameInFlight* next = upcoming();
+            if (!next || !next->source->other_views.empty()) return {};
+            return {&*next->report.plan, &next->source->planes};
+        });
         executor_.set_timing(true);
         StageObserver dump;
         if (!settings_.dump_folder.empty())

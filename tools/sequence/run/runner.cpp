@@ -236,7 +236,10 @@ class Walk {
     // ------------------------------------------------------------------- caller's thread
     Status process(FrameInFlight& frame) {
         const auto start = Clock::now();
-        const Status status = job_.process(frame);
+        const Status status = job_.process(frame, [this] {
+            const Numbered* next = to_process_.front();
+            return next && next->frame.source ? &next->frame : nullptr;
+        });
         frame.report.filter_ms = milliseconds_since(start);
         return status;
     }

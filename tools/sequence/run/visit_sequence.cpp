@@ -13,7 +13,9 @@ class VisitJob final : public FrameJob {
     RoleSet planes(const FrameHeader&) const override { return wanted_; }
     Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
     Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
-    Status process(FrameInFlight& frame) override { return visitor_(*frame.source, frame.report); }
+    Status process(FrameInFlight& frame, const Upcoming&) override {
+        return visitor_(*frame.source, frame.report);
+    }
     Status write(FrameInFlight&) override { return Status(); }
 
   private:

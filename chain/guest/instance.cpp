@@ -203,7 +203,7 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
 }
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
-    const gl::Room room = room_for(frame), tight = {frame.width, frame.height};
+    const Room room = room_for(frame), tight = {frame.width, frame.height};
     PlanKey key = key_of(frame, room, handle.id(), handle.revision());
     Failure failure = find_or_make(handle, frame, key, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
@@ -251,8 +251,8 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     return make(std::move(purpose), *host, entry);
 }
 
-gl::Room Instance::room_for(const HostFrame& frame) {
-    const auto add = [&](gl::Room& room) {
+Room Instance::room_for(const HostFrame& frame) {
+    const auto add = [&](Room& room) {
         room = {std::max(room.width, frame.width), std::max(room.height, frame.height)};
     };
     // A texture that the host gets has the size of its frame, unless it stated another.
@@ -281,13 +281,13 @@ Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
     return {};
 }
 
-// Plans for frames up to another size that did not run for a while, and the one that ran longest
-// ago.
-void Instance::forget_entries(const PlanKey& key) {
+// Plans that did not run for a while and hold textures that no other plan uses, and the one that
+// ran longest ago.
+void Instance::forget_entries() {
     auto& entries = objects_->entries;
     const uint64_t kept = kept_frames();
     std::erase_if(entries, [&](const auto& entry) {
-        return entry->purpose.key.room != key.room && entry->last_run + kept < frames_;
+        return entry->last_run + kept < frames_ && entry->compiled.holds_unused(kept);
     });
     while (entries.size() > kMaxEntries)
         entries.erase(std::min_element(
@@ -341,6 +341,25 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
     return status;
 }
 
+Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out) {
+    HostFrame frame;
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    auto host = make_host_plan(chain.chain(), frame);
+    if (!host.ok()) return host.status();
+    Room room = {frame.width, frame.height};
+    if (frame.output.name != 0 || states_room())
+        room = {std::max(room.width, room_.width), std::max(room.height, room_.height)};
+    const StoragePlan storage = share_storage(host->plan, room);
+    out.textures = uint32_t(storage.all.size());
+    out.texture_bytes = storage.bytes();
+    out.programs = out.programs_to_compile = 0;
+    for (const ProgramKey& key : host_programs(chain.chain(), frame)) {
+        ++out.programs;
+        if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
+    }
+    return {};
+}
+
 Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
     HostFrame frame;
     if (Failure failure = check(given, frame); !failure.ok()) return failure;
@@ -374,7 +393,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
         result.width = entry->purpose.key.room.width;
         result.height = entry->purpose.key.room.height;
     }
-    forget_entries(entry->purpose.key);
+    forget_entries();
     if (!validates) return {};
     return gl::check_error("pc_run()");
 }

@@ -252,6 +252,16 @@ PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
  * given. Its rows are ordered as in color. A chain in which no pass has work is not an error. */
 PC_API pc_result pc_run(pc_instance*, pc_chain*, const pc_frame*, pc_texture* result);
 
+typedef struct pc_frame_needs {
+    uint32_t struct_size;
+    uint32_t textures;                      /* of the library */
+    uint64_t texture_bytes;                 /* of all of them; compare with texture_budget */
+    uint32_t programs, programs_to_compile; /* of the frame's kind; those not compiled yet */
+} pc_frame_needs;
+/* What this frame, or one of max_width x max_height, needs on the device. Calls no GL, and may be
+ * asked before pc_prepare(). */
+PC_API pc_result pc_query_frame(pc_instance*, pc_chain*, const pc_frame*, pc_frame_needs*);
+
 /* --------------------------------------------------------------------------------- what it did */
 typedef struct pc_time {
     char name[48]; /* "motion_blur", at level 2 "motion_blur.gather"; "import" and "export" convert

@@ -97,12 +97,14 @@ void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int mat
     const TextureId held = planner.layers("held" + suffix, planner.context().layers_format());
     Step step;
     step.name = "hold_out" + suffix;
-    step.program = {"common/hold_out.comp",
-                    {{"MATTE", std::to_string(matte)}, {"OWN_LAYERS", std::to_string(layers)}}};
+    step.program = {"common/hold_out.comp", {{"MATTE", std::to_string(matte)}}};
     step.bindings = {{0, planner.input(role(Role::color))},
                      {1, planner.input(role(Role::mattes))},
                      {0, held, Access::write}};
-    if (layers > 0) step.bindings.push_back({2, planner.input(role(Role::layers))});
+    if (layers > 0) {
+        step.program.defines["LAYERS"] = "1";
+        step.bindings.push_back({2, planner.input(role(Role::layers))});
+    }
     step.take_uniforms<shared::FrameUniforms>();
     step.taps = uint64_t(frame.width) * uint64_t(frame.height) * uint64_t(layers + 2);
     planner.step(std::move(step));
@@ -132,14 +134,13 @@ void lay_over(PassPlanner& planner, int matte, const Filtered& filtered) {
     const TextureId result = planner.texture("matted", context.color_format());
     Step step;
     step.name = "lay_over";
-    step.program = {
-        "common/lay_over.comp",
-        {{"MATTE", std::to_string(matte)}, {"OWN_LAYERS", std::to_string(context.frame.layers)}}};
+    step.program = {"common/lay_over.comp", {{"MATTE", std::to_string(matte)}}};
     step.bindings = {{0, filtered.color},          {1, planner.input(Role::mattes)},
                      {2, filtered.filtered_color}, {3, filtered.held},
                      {4, filtered.filtered_held},  {0, result, Access::write}};
     if (filtered.layers >= 0) {
         const TextureId layers = planner.layers("matted_layers", context.layers_format());
+        step.program.defines["LAYERS"] = "1";
         step.bindings.push_back({5, filtered.layers});
         step.bindings.push_back({1, layers, Access::write});
         planner.output(Role::layers, layers);

@@ -155,6 +155,7 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
     const auto text = [](const std::string& type, size_t bytes) {
         return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
     };
+    for (const Step& step : plan_.steps) programs.begin(step.program);
     for (const Step& step : plan_.steps) {
         auto program = programs.get(step.program);
         if (!program.ok()) return program.status();

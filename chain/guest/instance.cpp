@@ -149,6 +149,8 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
         prepared_ = key;
         prepared_values_ = values;
     }
+    for (const ProgramKey& program_key : prepared_programs_)
+        if (wait) objects_->programs.begin(program_key);
     int compiled = 0;
     for (const ProgramKey& program_key : prepared_programs_) {
         if (objects_->programs.has(program_key)) continue;

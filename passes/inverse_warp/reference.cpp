@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "chain/work_list.h"
@@ -15,6 +16,7 @@
 #include "passes/inverse_warp/reference_accumulate.h"
 #include "passes/inverse_warp/reference_background.h"
 #include "passes/inverse_warp/reference_denoise.h"
+#include "passes/inverse_warp/reference_light.h"
 #include "passes/inverse_warp/reference_search.h"
 
 namespace postchain::inverse_warp {
@@ -56,18 +58,27 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     Frames frames;
     frames.half_open = half_open_of(settings);
     frames.own_steps = settings.shutter ? 2 : 1;
-    frames.here = {0, wide_color(frame),
-                   surfaces_of({plane(Role::color), plane(Role::inverse_depth),
-                                plane(Role::motion, motion), plane(Role::motion_back, motion)},
-                               settings)};
+    const ImageD& color = frame.planes.at(Role::color);
+    frames.here = {
+        0, wide_color(frame),
+        shown_surfaces(color,
+                       surfaces_of_planes({plane(Role::inverse_depth), plane(Role::motion, motion),
+                                           plane(Role::motion_back, motion)},
+                                          settings),
+                       settings)};
     for (const Neighbor neighbor : neighbors) {
         const auto of = [&](Role role) { return plane(role_of(neighbor, role)); };
+        const double offset = neighbor == Neighbor::before ? -1.0 : 1.0;
+        const ImageD& other = *of(Role::color);
+        const std::vector<Surface> of_planes = surfaces_of_planes(
+            {of(Role::inverse_depth), of(Role::motion), of(Role::motion_back), true}, settings);
+        std::vector<Surface> shown = shown_surfaces(other, of_planes, settings);
+        hide_other_light({color, frames.here.surfaces}, {other, of_planes}, offset, settings,
+                         shown);
         frames.neighbors.push_back(
-            {neighbor == Neighbor::before ? -1.0 : 1.0,
+            {offset,
              wide_color(frame, role_of(neighbor, Role::color), role_of(neighbor, Role::layers)),
-             surfaces_of({of(Role::color), of(Role::inverse_depth), of(Role::motion),
-                          of(Role::motion_back), true},
-                         settings)});
+             std::move(shown)});
     }
     return frames;
 }

@@ -114,6 +114,16 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
     }
 }
 
+// Is this surface, which the sample sees, beyond the border of a neighbor?
+bool is_beyond(const Frames& frames, const Frame& neighbor, Surface s, Vec p, const Sample& now) {
+    Sample then = now;
+    then.u -= neighbor.offset / frames.half_open;
+    s.b = {};
+    const Vec at = rounded(p - s.displacement(then, frames.half_open));
+    const Vec inside = neighbor.inside(at);
+    return at.x != inside.x || at.y != inside.y;
+}
+
 }  // namespace
 
 Vec Frame::inside(Vec at) const {
@@ -144,7 +154,7 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
 
 // In each neighbor, the nearer in time first: from the farthest surface visited, if this frame
 // shows nothing, and from the start surfaces that this frame may hide. If the farthest surface
-// visited is behind the first, no farther one counts.
+// visited is behind the first, no farther one counts, nor in a neighbor whose border it is beyond.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here) {
     const std::vector<Surface>& starts = pixel.block->starts;
@@ -155,8 +165,12 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     const double farthest = shows_behind ? here.far.inverse_depth : 0;
     Found nearest = here.nearest;
     const auto search_neighbors = [&](const Surface& begin) {
-        for (const Frame* neighbor : neighbors)
-            search_neighbor(frames, *neighbor, begin, pixel.p, now, farthest, nearest);
+        for (const Frame* neighbor : neighbors) {
+            const bool beyond = here.nearest.inverse_depth < 0 &&
+                                is_beyond(frames, *neighbor, here.far, pixel.p, now);
+            search_neighbor(frames, *neighbor, begin, pixel.p, now,
+                            beyond ? here.far.inverse_depth : farthest, nearest);
+        }
     };
     if (here.nearest.inverse_depth < 0) search_neighbors(here.far);
     for (size_t i = 0; i < starts.size(); ++i)

@@ -195,7 +195,10 @@ class BrightEdges {
         if (other.inverse_depth < own.inverse_depth && longest(own, settings_) <= 3)
             return std::nullopt;
         const double around = light_around(x, y);
-        if (light(x, y) <= 4 * around || most <= 20 * around) return std::nullopt;
+        if (light(x, y) <= 4 * around || most <= 10 * around) return std::nullopt;
+        // A pixel that shows less than a tenth of what is behind it goes on hiding that.
+        if (own.inverse_depth > other.inverse_depth && light(x, y) - around < 0.1 * (most - around))
+            return std::nullopt;
         return brightest;
     }
 
@@ -241,8 +244,13 @@ bool one_depth(double q, double r) {
     return q <= kOneDepth * r && r <= kOneDepth * q;
 }
 
-std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings) {
-    return BrightEdges(*planes.color, PlaneSurfaces(planes, settings).all(), settings).shown();
+std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& settings) {
+    return PlaneSurfaces(planes, settings).all();
+}
+
+std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
+                                    const Settings& settings) {
+    return BrightEdges(color, std::move(of_planes), settings).shown();
 }
 
 double displaced(const Surface& s, const Settings& settings) {

@@ -58,7 +58,6 @@ bool one_depth(double q, double r);
 
 // Planes of this frame or of a neighbor; null: not available.
 struct Planes {
-    const ImageD* color = nullptr;
     const ImageD* inverse_depth = nullptr;
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
@@ -69,9 +68,11 @@ struct Planes {
 inline constexpr double kNotThere = -2;
 
 // Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth
-// without its last 8 bits, w in 7 bits. Bright pixels at edges get the surface whose light they
-// show.
-std::vector<Surface> surfaces_of(const Planes& planes, const Settings& settings);
+// without its last 8 bits, w in 7 bits.
+std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& settings);
+// Bright pixels at edges get the surface whose light they show.
+std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,
+                                    const Settings& settings);
 
 // Size of a surface's displacements and difference between those of two, px^2; the longest, px.
 double displaced(const Surface& s, const Settings& settings);

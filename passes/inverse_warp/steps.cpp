@@ -5,38 +5,25 @@
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
+#include "passes/inverse_warp/surface_steps.h"
 #include "passes/inverse_warp/uniforms.h"
 #include "shaders/shared/frame_uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
-using shared::InverseWarpUniforms;
-
-constexpr Area kBlocks = groups_for(Area());  // of the frame
-
-std::string flag(bool on) {
-    return on ? "1" : "0";
-}
-
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
-class Planner {
+class Planner : private SurfacePlanner {
   public:
     Planner(PassPlanner& planner, const Settings& settings)
-        : planner_(planner),
-          settings_(settings),
-          frame_(planner.context().frame),
-          motion_(holds_motion(settings, planner.context())),
-          layered_(planner.has(Role::layers)),
-          blocks_(groups_for(frame_.width, frame_.height)),
-          pixels_(frame_.pixels()) {}
+        : SurfacePlanner(planner, settings), layered_(planner.has(Role::layers)) {}
 
     void plan() {
         Gathered from;
-        from.surfaces = add_surfaces({});
+        from.surfaces = add_surfaces();
         for (const Neighbor neighbor : searched_neighbors(settings_, planner_.context().available))
-            from.neighbors.push_back({neighbor, add_surfaces(neighbor)});
+            from.neighbors.push_back({neighbor, add_surfaces_of(neighbor, from.surfaces)});
         from.starts = add_starts(add_block_surfaces(from.surfaces));
         from.background = add_background(from.surfaces);
         if (layered_) from.occupied = add_occupied(from.neighbors);
@@ -88,9 +75,6 @@ class Planner {
         TextureId noise = -1, lens_samples = -1;
     };
 
-    TextureId picture(const std::string& name, Format format) {
-        return planner_.texture(name, format);
-    }
     TextureId layer_images(const std::string& name) {
         return planner_.layers(name, planner_.context().layers_format());
     }
@@ -104,68 +88,6 @@ class Planner {
     uint64_t most_taps_px(size_t neighbors) const {
         const uint64_t begins = uint64_t(settings_.search.starts) + 1;
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 8);
-    }
-
-    // A step over all pixels.
-    Step make_step(const std::string& name) const {
-        Step step;
-        step.name = name;
-        step.program.file = "inverse_warp/" + name + ".comp";
-        step.take_uniforms<InverseWarpUniforms>();
-        return step;
-    }
-    // For every step that reads surfaces.
-    Step make_surface_step(const std::string& name) const {
-        Step step = make_step(name);
-        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
-                                {"LENS", flag(settings_.lens.has_value())},
-                                {"MOTION", flag(motion_)}};
-        if (settings_.lens)
-            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
-        return step;
-    }
-    // A step with a thread per block.
-    Step make_block_step(const std::string& name) const {
-        Step step = make_surface_step(name);
-        step.spread = groups_for(kBlocks);
-        return step;
-    }
-
-    // Surfaces of this frame or of a neighbor.
-    TextureId add_surfaces(std::optional<Neighbor> neighbor) {
-        const auto role = [&](Role of) { return neighbor ? role_of(*neighbor, of) : of; };
-        const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
-        const Format format = motion_ ? Format::rgba32ui : Format::r32ui;
-        const TextureId of_planes = picture("surfaces_of_planes" + suffix, format);
-        const bool back = motion_ && planner_.has(role(Role::motion_back));
-        Step step = make_surface_step("surfaces");
-        step.name += suffix;
-        step.program.defines["BACK"] = flag(back);
-        step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
-        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
-                         {0, of_planes, Access::write}};
-        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
-        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
-        step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
-        planner_.step(std::move(step));
-
-        const TextureId shown = picture("shown" + suffix, Format::r32ui);
-        add_shown_step(
-            "bright_edges", suffix,
-            {{0, planner_.input(role(Role::color))}, {1, of_planes}, {0, shown, Access::write}});
-        const TextureId surfaces = picture("surfaces" + suffix, format);
-        add_shown_step("shown_surfaces", suffix,
-                       {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}});
-        return surfaces;
-    }
-
-    void add_shown_step(const std::string& name, const std::string& suffix,
-                        std::vector<Binding> bindings) {
-        Step step = make_surface_step(name);
-        step.name += suffix;
-        step.bindings = std::move(bindings);
-        step.taps = 10 * pixels_;
-        planner_.step(std::move(step));
     }
 
     TextureId add_block_surfaces(TextureId surfaces) {
@@ -400,13 +322,7 @@ class Planner {
         planner_.step(std::move(step));
     }
 
-    PassPlanner& planner_;
-    const Settings& settings_;
-    const FrameDescription& frame_;
-    const bool motion_;   // surfaces hold it
     const bool layered_;  // the frame has extra layers
-    const std::array<int, 3> blocks_;
-    const uint64_t pixels_;
 };
 
 }  // namespace

@@ -4,15 +4,16 @@
 //   color, mattes [, layers] -> held: color without the object; what part of the pixel is not the
 //                               object, in x; the frame's own layers without it
 //
-// MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
+// MATTE: index of the pass's matte    LAYERS: defined if the frame has layers, however many
 #include "common/finite.glsl"
 #include "common/matte.glsl"
+#include "common/precise.glsl"
 #include "common/work_group.glsl"
 #include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2DArray mattes;
-#if OWN_LAYERS
+#ifdef LAYERS
 layout(binding = 2) uniform sampler2DArray layers;
 #endif
 layout(binding = 0) writeonly uniform image2DArray held;
@@ -78,17 +79,17 @@ void main() {
     if (soft) {
         GROUND(ground, FETCH_COLOR)
         own = own_share(c, ground, kept);
-        c = mix(ground, c, own);
+        c = precise_mix(ground, c, own);
     }
     imageStore(held, ivec3(p, 0), without(c, kept));
     imageStore(held, ivec3(p, 1), vec4(kept, 0.0, 0.0, 0.0));
-#if OWN_LAYERS
-    for (int l = 0; l < OWN_LAYERS; ++l) {
+#ifdef LAYERS
+    for (int l = 0; l < textureSize(layers, 0).z; ++l) {
 #define FETCH_LAYER(at) texelFetch(layers, ivec3(at, l), 0)
         vec4 layer = FETCH_LAYER(p);
         if (soft) {
             GROUND(ground, FETCH_LAYER)
-            layer = mix(ground, layer, own);
+            layer = precise_mix(ground, layer, own);
         }
         imageStore(held, ivec3(p, l + 2), without(layer, kept));
     }

@@ -4,7 +4,7 @@
 //
 //   color, mattes, filtered, held, filtered_held [, layers] -> color [, layers]
 //
-// MATTE: index of the pass's matte    OWN_LAYERS: how many layers the frame has
+// MATTE: index of the pass's matte    LAYERS: defined if the frame has layers, however many
 #include "common/finite.glsl"
 #include "common/matte.glsl"
 #include "common/work_group.glsl"
@@ -16,7 +16,7 @@ layout(binding = 2) uniform sampler2D filtered;
 layout(binding = 3) uniform sampler2DArray held;
 layout(binding = 4) uniform sampler2DArray filtered_held;
 layout(binding = 0) writeonly uniform image2D result;
-#if OWN_LAYERS
+#ifdef LAYERS
 layout(binding = 5) uniform sampler2DArray layers;
 layout(binding = 1) writeonly uniform image2DArray layers_result;
 #endif
@@ -48,8 +48,8 @@ void main() {
                               texelFetch(held, ivec3(p, 0), 0),
                               texelFetch(filtered_held, ivec3(p, 0), 0), m, kept, coverage);
     imageStore(result, p, out_color);
-#if OWN_LAYERS
-    for (int i = 0; i < OWN_LAYERS; ++i) {
+#ifdef LAYERS
+    for (int i = 0; i < textureSize(layers, 0).z; ++i) {
         vec4 layer = texelFetch(filtered_held, ivec3(p, i + 2), 0);
         if (!plain)
             layer = laid_over(texelFetch(layers, ivec3(p, i), 0),

@@ -17,8 +17,9 @@ layout(binding = 0) writeonly uniform uimage2D shown;
 
 // A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
 // own surface around it, the other surface is kOtherBrighter times as bright as the pixel, and
-// kLampBrighter times as bright as the surface around.
-const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 20.0;
+// kLampBrighter times as bright as the surface around. A pixel with less than kCovered of a surface
+// behind it goes on hiding that surface.
+const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 10.0, kCovered = 0.1;
 // And if the two are displaced differently by more than kApartPx. A surface that is displaced by at
 // most kStaysPx keeps the light of a surface behind it, which is seen through the edge.
 const float kApartPx = 1.0, kStaysPx = 3.0;
@@ -82,7 +83,10 @@ uint shown_at(ivec2 p) {
     if (apart(other, own) <= kApartPx * kApartPx) return 0u;
     if (other.inverse_depth < own.inverse_depth && longest_of(own) <= kStaysPx) return 0u;
     const float around = light_around(p, own);
-    return light > kBrighter * around && other_light > kLampBrighter * around ? brightest : 0u;
+    if (light <= kBrighter * around || other_light <= kLampBrighter * around) return 0u;
+    const bool hides = own.inverse_depth > other.inverse_depth;
+    precise const float covered = (light - around) / (other_light - around);
+    return hides && covered < kCovered ? 0u : brightest;
 }
 
 void main() {

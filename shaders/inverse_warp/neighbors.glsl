@@ -1,6 +1,8 @@
 // The search for occluded surfaces in the frames before and after.
 //
 // BEFORE, AFTER: that frame is searched
+#include "inverse_warp/frames.glsl"
+
 #if BEFORE
 layout(binding = 7) uniform sampler2D color_before;
 layout(binding = 8) uniform usampler2D surfaces_before;
@@ -38,14 +40,6 @@ vec4 color_in(int frame, vec2 at, Plane plane) {
     return color_at(WIDE(color, layers), plane, at);
 }
 
-// The sample's time as seen from another frame.
-Sample seen_from(int frame, Sample at) {
-    precise const float u = at.u - float(frame) * (1.0 / uniforms.half_shutter);
-    at.u = u;
-    at.bend = bend_at(at.u);
-    return at;
-}
-
 // Displacement of a neighbor's surface. Surfaces move from frame to frame, even if the shutter is
 // closed.
 vec2 displacement_from_neighbor(Surface s, Sample at) {
@@ -57,9 +51,7 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 // May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one
 // there.
 bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
-    Sample here;
-    here.u = 0.0;
-    precise const vec2 at = floor(x + moved(s, seen_from(frame, here)) + 0.5);
+    const vec2 at = place_here(s, x, frame);
     const ivec2 pixel = ivec2(inside_of(at));
     return at != vec2(pixel) || surface_in(0, pixel).inverse_depth * ratio >= s.inverse_depth;
 }
@@ -87,10 +79,19 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
     }
 }
 
+// Is this surface, which the sample sees, beyond the border of a neighbor? What that shows may be
+// behind it.
+bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
+    s.b = vec2(0.0);
+    precise const vec2 at = floor(p - displacement_from_neighbor(s, seen_from(frame, now)) + 0.5);
+    return at != inside_of(at);
+}
+
 // The nearest surface that the sample sees in any frame: from the farthest surface visited, if this
 // frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..).
 // The neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
-// farther one counts: it would be behind both.
+// farther one counts: it would be behind both. Nor does one from a neighbor for whose border the
+// farthest is too far out.
 Found resolve_occluded(Pixel pixel, Sample now, Search here) {
     Found nearest = here.nearest;
     const bool shows_behind = here.far.inverse_depth * now.depth_ratio < here.first_depth;
@@ -105,8 +106,11 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here) {
         Surface begin = here.far;
         for (int i = 0; i < STARTS; ++i)
             if (i == start) begin = pixel.starts[i];
-        if (begin.inverse_depth > nearest.inverse_depth * now.depth_ratio)
-            search_neighbor(frame, begin, pixel.p, now, farthest, nearest);
+        if (begin.inverse_depth <= nearest.inverse_depth * now.depth_ratio) continue;
+        const bool beyond = here.nearest.inverse_depth < 0.0 &&
+                            is_beyond(frame, here.far, pixel.p, now);
+        search_neighbor(frame, begin, pixel.p, now, beyond ? here.far.inverse_depth : farthest,
+                        nearest);
     }
     return nearest;
 }

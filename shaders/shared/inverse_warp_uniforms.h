@@ -44,6 +44,9 @@ UNIFORMS_END
 // Edge of a work group of starts.comp, in blocks: few, because each fetches up to 1e5 surfaces.
 #define INVERSE_WARP_STARTS_BLOCKS 8
 
+// Edge of the cells in which the light of two frames is compared.
+#define INVERSE_WARP_LIGHT_CELL_PX 8
+
 // Minimum of a pixel's time samples, however short its path.
 #define INVERSE_WARP_MIN_TIMES 5
 

@@ -2,6 +2,8 @@
 // results, and comparison with the reference.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "tests/depth_of_field/support.h"
 
 namespace postchain::test {
@@ -70,12 +72,12 @@ TEST(BrightEdges, ALampBehindIsSeenThroughTheEdge) {
 }
 
 // Ordinary contrast is not a lamp: the edge belongs to its depth. From 4 times the surrounding
-// surface on, with a lamp 20 times as bright as that, the pixel belongs to the lamp.
+// surface on, with a lamp 10 times as bright as that, the pixel belongs to the lamp.
 TEST(BrightEdges, OnlyLampsCount) {
     EXPECT_NEAR(glow({0.25f, 0, 30, 0.41f}), 0, 0.005);
     EXPECT_GT(glow({0.25f, 0, 30, 0.39f}), 0.1);
-    EXPECT_NEAR(glow({0.25f, 0, 2.1f, 1}), 0, 0.01);
-    EXPECT_GT(glow({0.25f, 0, 1.9f, 1}), 0.3);
+    EXPECT_NEAR(glow({0.25f, 0, 1.1f, 0.5f}), 0, 0.01);
+    EXPECT_GT(glow({0.25f, 0, 0.9f, 0.5f}), 0.15);
     // Its own light, as bright as the lamp.
     EXPECT_GT(glow({0.25f, 0, 30, 28}), 9);
 }
@@ -120,6 +122,25 @@ TEST(BrightEdges, TheLightOfAPixelThatShowsALampIsTheLamps) {
     };
     // With the sky's surface the difference is 90; the near surface has a pixel less.
     EXPECT_NEAR(light_beyond(4), light_beyond(kOther), 2);
+}
+
+// A bar of three columns before a lamp, out of focus by 8 px, hides 2 * 3/(8 pi) of the lens at its
+// middle. Its outer columns show less or more than a tenth of the lamp.
+TEST(BrightEdges, APixelHidesTheLampOfWhichItShowsLessThanATenth) {
+    const auto at_column = [](float mixed, int column) {
+        ImageF color = constant_image(kWidth, kHeight, {30, 30, 30, 1});
+        ImageF depth(kWidth, kHeight, 1, 0.25f);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = kEdge - 1; x <= kEdge + 1; ++x) {
+                depth.at(x, y) = 0.5f;
+                for (int c = 0; c < 3; ++c) color.at(x, y, c) = x == kEdge ? kOther : mixed;
+            }
+        return blurred(std::move(color), std::move(depth)).at(column, kHeight / 2);
+    };
+    const double light = 30 * (1 - 2 * 3 / (8 * std::numbers::pi));
+    for (const int column : {kEdge - 1, kEdge, kEdge + 1})
+        EXPECT_NEAR(at_column(2.5f, column), light, 1.5) << column;
+    EXPECT_NEAR(at_column(4, kEdge - 1), 4, 1);
 }
 
 TEST(BrightEdges, AgreesWithItsReference) {

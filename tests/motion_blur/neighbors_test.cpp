@@ -16,7 +16,9 @@ struct Scene {
     bool strip = false;         // adds a static strip between them
     bool door = false;    // adds a door that exists while the shutter is open, and a post before it
     bool fence = false;   // replaces the bar by a fence that enters from the right
+    bool plate = false;   // replaces the bar by a plate that enters from the right
     bool screen = false;  // adds a screen between them that exists while the shutter is open
+    bool shadow = false;  // the bar's shadow follows it
     int begin = 40, end = 120;  // columns of the error: beside and behind the bar
 };
 const Scene kTwoLayers;
@@ -24,7 +26,10 @@ const Scene kThreeLayers = {.pattern_speed = -80, .strip = true};
 const Scene kWave = {.wave = 14};
 const Scene kDoor = {.pattern_speed = -80, .door = true};
 const Scene kScreen = {.pattern_speed = 0, .screen = true};
+const Scene kShadow = {.pattern_speed = 0, .shadow = true, .begin = 66};
 const Scene kFence = {.pattern_speed = 0, .fence = true, .begin = 150, .end = kWidth};
+
+const Scene kPlate = {.pattern_speed = 0, .plate = true, .begin = 140, .end = kWidth};
 
 double pattern(double x, double y) {
     return 0.5 + 0.25 * std::sin(0.35 * x) + 0.25 * std::sin(0.2 * x + 0.9 * y);
@@ -37,8 +42,9 @@ struct Pixel {
 // Surface at x at time t in frames.
 Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.fence && std::fmod(x + kSpeed * (t + 5), 20) < 8) return {2, 2, -kSpeed};
+    if (scene.plate && x >= 130 - kSpeed * t) return {2, 2, -kSpeed};
     const double bar = 70 + kSpeed * t;
-    if (!scene.fence && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
+    if (!scene.fence && !scene.plate && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
     if (scene.screen && std::abs(t) < 0.5 && x >= 44 && x < 116)
         return {1.5 + 0.05 * std::sin(0.7 * x), 1.5, 0};
     if (scene.door && x >= 46 + 20 * t && x < 69 + 20 * t) return {1.5, 1.7, 20};
@@ -51,7 +57,9 @@ Pixel at(const Scene& scene, double t, double x, double y) {
         speed = scene.pattern_speed + scene.wave * std::sin(0.06 * from + 0.15 * y);
         from = x - speed * t;
     } while (std::abs(from - before) > 1e-6);
-    return {pattern(from, y), 1, speed};
+    if (!scene.shadow) return {pattern(from, y), 1, speed};
+    const bool shadowed = x >= bar - 58 && x < bar - 18;
+    return {(0.3 + 0.6 * pattern(from, y)) * (shadowed ? 0.3 : 1), 1, speed};
 }
 
 BlurFrame frame_at(const Scene& scene, double t) {
@@ -143,11 +151,29 @@ TEST(Neighbors, DoNotReplaceWhatContinuesBehind) {
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kScreen), 1.001 * alone);
 }
 
+// In the frame after, the shadow lies on what the bar hides in this one, which shows its light on
+// both sides. The frame before shows that light too.
+TEST(Neighbors, DoNotBringTheirShadow) {
+    const double alone = error_with({}, kShadow);
+    EXPECT_LT(alone, 0.035);
+    EXPECT_LT(error_with({Neighbor::after}, kShadow), 1.001 * alone);
+    EXPECT_LT(error_with({Neighbor::before}, kShadow), 0.9 * alone);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kShadow), 0.9 * alone);
+}
+
 // A post of the fence is outside the image, whose edge shows the background.
 TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
     const double alone = error_with({}, kFence);
     EXPECT_LT(error_with({Neighbor::after}, kFence), 0.5 * alone);
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kFence), 0.5 * alone);
+}
+
+// All of the plate that the shutter sees at the image's edge is outside it, and the frame before
+// shows what it covers.
+TEST(Neighbors, KnowNothingOfWhatIsOutsideThem) {
+    EXPECT_LT(error_with({}, kPlate), 0.02);
+    EXPECT_LT(error_with({Neighbor::before}, kPlate), 0.02);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kPlate), 0.02);
 }
 
 // For a shutter that hardly opens, paths do not reach neighboring frames.
@@ -182,9 +208,10 @@ TEST(Neighbors, AgreeWithTheReference) {
     }
 }
 
-// Where the pattern stretches, and where a door that other frames lack occludes it.
+// Where the pattern stretches, where a door that other frames lack occludes it, and beside a
+// shadow.
 TEST(Neighbors, AgreeWithTheReferenceInScenes) {
-    for (const Scene& scene : {kWave, kDoor}) {
+    for (const Scene& scene : {kWave, kDoor, kShadow}) {
         const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, scene);
         const auto gpu = stages_of(warp(), both);
         const auto expected = reference_stages_of(warp(), both);

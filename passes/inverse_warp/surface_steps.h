@@ -1,0 +1,55 @@
+// The steps of the inverse warp that make the surfaces of this frame and of its neighbors.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/work_list.h"
+#include "passes/inverse_warp/inverse_warp.h"
+
+namespace postchain::inverse_warp {
+
+inline constexpr Area kBlocks = groups_for(Area());  // of the frame
+
+// Value of a macro.
+std::string flag(bool on);
+
+class SurfacePlanner {
+  protected:
+    SurfacePlanner(PassPlanner& planner, const Settings& settings);
+
+    TextureId add_surfaces();
+    // Surfaces of a neighbor. Those that this frame hides are left out if the light has changed
+    // around them.
+    TextureId add_surfaces_of(Neighbor neighbor, TextureId surfaces_here);
+
+    // A texture of the frame's size.
+    TextureId picture(const std::string& name, Format format);
+    // A step over all pixels.
+    Step make_step(const std::string& name) const;
+    // For every step that reads surfaces.
+    Step make_surface_step(const std::string& name) const;
+    // A step with a thread per block.
+    Step make_block_step(const std::string& name) const;
+
+    PassPlanner& planner_;
+    const Settings& settings_;
+    const FrameDescription& frame_;
+    const bool motion_;  // surfaces hold it
+    const std::array<int, 3> blocks_;
+    const uint64_t pixels_;
+
+  private:
+    Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
+    // A step over all pixels of this frame or of a neighbor.
+    Step make_surface_step_of(std::optional<Neighbor> neighbor, const std::string& name) const;
+    TextureId add_surfaces_of_planes(std::optional<Neighbor> neighbor);
+    TextureId add_light(Neighbor neighbor, TextureId of_planes, TextureId surfaces_here);
+    // `light`: with a neighbor, what its light is compared by.
+    TextureId add_shown_surfaces(std::optional<Neighbor> neighbor, TextureId of_planes,
+                                 std::vector<Binding> light);
+};
+
+}  // namespace postchain::inverse_warp

@@ -1,0 +1,70 @@
+#version 450 core
+// The light of a neighboring frame beside this one's: a shadow may have moved between them. For each
+// cell, the farthest surface that both frames show away from edges.
+//
+//   color and surfaces_of_planes of the neighbor, color, surfaces
+//       -> light   x: inverse depth, below 0 if there is none; mean brightness, y: in this frame,
+//                  z: in the neighbor; w: mean square in this frame
+//
+// FRAME: light.glsl
+#include "common/finite.glsl"
+#include "common/work_group.glsl"
+
+#include "inverse_warp/around.glsl"
+#include "inverse_warp/surface.glsl"
+
+#include "inverse_warp/light.glsl"
+
+layout(binding = 0) uniform sampler2D color_of_neighbor;
+layout(binding = 1) uniform usampler2D surfaces_of_neighbor;
+layout(binding = 2) uniform sampler2D color;
+layout(binding = 3) uniform usampler2D surfaces;
+layout(binding = 0) writeonly uniform image2D light;
+
+const int kStepPx = 2;         // every second pixel of every second row
+const float kMinPixels = 4.0;  // of a cell
+
+// Mean of red, green and blue, each as c/(1 + c).
+float brightness(vec4 texel) {
+    const vec3 c = max(finite_color(texel).rgb, vec3(0.0));
+    precise const vec3 part = c / (1.0 + c);
+    precise const float mean = (part.r + part.g + part.b) / 3.0;
+    return mean;
+}
+
+// Sums over the pixels of a cell that show one surface.
+struct Light {
+    float inverse_depth;  // of the last of them
+    float count;
+    float here, there, square;
+};
+
+void add(precise inout Light sums, float inverse_depth, float here, float there) {
+    if (inverse_depth > kOneDepth * sums.inverse_depth) return;
+    if (kOneDepth * inverse_depth < sums.inverse_depth)
+        sums = Light(inverse_depth, 0.0, 0.0, 0.0, 0.0);
+    sums.inverse_depth = inverse_depth;
+    sums.count += 1.0;
+    sums.here += here;
+    sums.there += there;
+    sums.square += here * here;
+}
+
+void main() {
+    const ivec2 cell = invocation_at(), first = kLightCellPx * cell;
+    if (any(greaterThanEqual(first, uniforms.size))) return;
+    const ivec2 end = min(first + kLightCellPx, uniforms.size);
+    precise Light sums = Light(3.0e38, 0.0, 0.0, 0.0, 0.0);
+    for (int y = first.y; y < end.y; y += kStepPx) {
+        for (int x = first.x; x < end.x; x += kStepPx) {
+            const ivec2 there = ivec2(x, y);
+            const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, there, 0));
+            ivec2 here;
+            if (s.edge || s.inverse_depth < 0.0 || !shown_here(surfaces, s, there, here)) continue;
+            add(sums, s.inverse_depth, brightness(texelFetch(color, here, 0)),
+                brightness(texelFetch(color_of_neighbor, there, 0)));
+        }
+    }
+    precise const vec3 means = vec3(sums.here, sums.there, sums.square) / max(sums.count, 1.0);
+    imageStore(light, cell, vec4(sums.count < kMinPixels ? -1.0 : sums.inverse_depth, means));
+}

@@ -278,6 +278,15 @@ Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* qu
     return status;
 }
 
+void CompiledPlan::warm_up(RunObjects& objects, int step) {
+    const size_t offset = objects.upload(bytes_);
+    for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
+    glMemoryBarrier(kLastListBarriers);
+    bind(plan_.steps[size_t(step)], commands_[size_t(step)], objects, offset);
+    glDispatchCompute(1, 1, GLuint(plan_.steps[size_t(step)].groups[2]));
+    glMemoryBarrier(kLastBarriers | kLastListBarriers);
+}
+
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
     if (commands_.empty()) return Status();
     if (find_shared_imports()) find_barriers();

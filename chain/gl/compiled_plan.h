@@ -87,6 +87,10 @@ class CompiledPlan {
     // one texture, as a host's output over its color.
     void import(TextureId texture, unsigned name, unsigned image_format = 0);
 
+    // Dispatches one work group of a step, so that a driver which compiles at a program's first
+    // dispatch has done so. The step's results are undefined.
+    void warm_up(RunObjects& objects, int step);
+    unsigned program_of(int step) const { return commands_[size_t(step)].program; }
     // Dispatches every step; afterwards their results can be used by any GL command. If
     // `after_step` or the queue fails, nothing further runs.
     Status run(RunObjects& objects, const RunOptions& options = {});

@@ -68,6 +68,7 @@ Failure Instance::open() {
     tells_loss_ = strategy == GL_LOSE_CONTEXT_ON_RESET;
     objects_ = std::make_unique<Objects>(device_);
     objects_->pool.set_budget(info_.texture_budget);
+    if (info_.load_program || info_.store_program) objects_->programs.use_binaries(binaries());
     const auto limit = uint32_t(device_.limits.texture_px);
     if ((info_.max_width == 0) != (info_.max_height == 0) || info_.max_width > limit ||
         info_.max_height > limit)
@@ -76,6 +77,25 @@ Failure Instance::open() {
                        "; give both or neither, up to ", limit)};
     room_ = {int(info_.max_width), int(info_.max_height)};
     return {};
+}
+
+gl::BinaryStore Instance::binaries() const {
+    gl::BinaryStore store;
+    store.device = concat(device_.vendor, "\n", device_.renderer, "\n", device_.version);
+    if (info_.load_program)
+        store.load = [this](const std::string& key) {
+            std::vector<std::byte> bytes(info_.load_program(info_.user, key.c_str(), nullptr, 0));
+            const size_t size = bytes.empty() ? 0
+                                              : info_.load_program(info_.user, key.c_str(),
+                                                                   bytes.data(), bytes.size());
+            if (size != bytes.size()) bytes.clear();  // another process wrote it meanwhile
+            return bytes;
+        };
+    if (info_.store_program)
+        store.store = [this](const std::string& key, std::span<const std::byte> bytes) {
+            info_.store_program(info_.user, key.c_str(), bytes.data(), bytes.size());
+        };
+    return store;
 }
 
 Instance::~Instance() {
@@ -168,8 +188,36 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     cut.flags ^= PC_CAMERA_CUT;
     HostFrame other;
     Entry* entry = nullptr;
-    if (check_frame(&cut, other).ok()) (void)find_or_make(chain, other, entry);
-    return find_or_make(chain, frame, entry);
+    if (check_frame(&cut, other).ok() && find_or_make(chain, other, entry).ok() &&
+        !warm_up(*entry, other, wait))
+        return {PC_PENDING, ""};
+    if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
+    return warm_up(*entry, frame, wait) ? Failure() : Failure(PC_PENDING, "");
+}
+
+// The output is a texture of one texel: stores beside it are ignored.
+bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
+    std::vector<int> cold;
+    for (int i = 0; i < int(entry.compiled.plan().steps.size()); ++i)
+        if (!objects_->warm.contains(entry.compiled.program_of(i))) cold.push_back(i);
+    if (cold.empty()) return true;
+    if (!wait) cold.resize(1);
+    HostFrame aside = frame;
+    if (entry.host.writes_output) {
+        glCreateTextures(GL_TEXTURE_2D, 1, &aside.output.name);
+        glTextureStorage2D(aside.output.name, 1, frame.output.format->name, 1, 1);
+    }
+    import(entry, aside);
+    const gl::UsedUnits used = entry.compiled.used();
+    if (info_.state == PC_STATE_RESTORE) state_.save(used);
+    for (const int step : cold) {
+        entry.compiled.warm_up(objects_->run, step);
+        objects_->warm.insert(entry.compiled.program_of(step));
+    }
+    if (info_.state == PC_STATE_RESTORE) state_.restore();
+    if (info_.state == PC_STATE_RESET) GlState::reset(used);
+    if (entry.host.writes_output) glDeleteTextures(1, &aside.output.name);
+    return wait;
 }
 
 Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey& key,
@@ -419,6 +467,7 @@ void Instance::count(pc_counters& out) const {
     out.textures_alive = objects_->pool.alive();
     out.texture_bytes = objects_->pool.bytes();
     out.texture_bytes_peak = objects_->pool.bytes_peak();
+    out.programs_loaded = objects_->programs.loaded();
 }
 
 std::string Instance::explain() const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -90,6 +91,7 @@ class Instance {
         gl::RunObjects run;
         gl::Clock clock;
         std::vector<std::unique_ptr<Entry>> entries;
+        std::set<unsigned> warm;  // programs that were dispatched
     };
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
@@ -108,6 +110,10 @@ class Instance {
     // The size of frame for which the textures of this one's plans are made.
     Room room_for(const HostFrame& frame);
     void forget_entries();
+    // Dispatches the plan's programs that never were, or, without waiting, one of them. True if
+    // none is left.
+    bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
+    gl::BinaryStore binaries() const;
     static void import(Entry& entry, const HostFrame& frame);
     Failure dispatch(Entry& entry, const HostFrame& frame);
 

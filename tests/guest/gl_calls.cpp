@@ -118,6 +118,8 @@ struct Counted<kVariable> {
     F(glPixelStorei)                \
     F(glPopDebugGroup)              \
     F(glPushDebugGroup)             \
+    F(glProgramBinary)              \
+    F(glGetProgramBinary)           \
     F(glQueryCounter)               \
     F(glSamplerParameteri)          \
     F(glShaderSource)               \

@@ -120,11 +120,11 @@ struct FrameDescription {
     double pixel_aspect = 1;  // width over height of a pixel on the display
     // Where the user gives values of the camera, for messages.
     const char* camera_place = "by --camera, or in the file's metadata";
-    int frame_number = 0;     // seeds come from it
-    RoleSet planes;           // which planes the frame brings, its neighbors' among them
-    RoleSet not_converted;    // others that its files have and no pass needs
-    int layers = 0;           // extra color layers: their number in the plane Role::layers
-    int fill_layer = -1;      // which of them is the fill mask (chain/layers.h); -1: none
+    int frame_number = 0;   // seeds come from it
+    RoleSet planes;         // which planes the frame brings, its neighbors' among them
+    RoleSet not_converted;  // others that its files have and no pass needs
+    int layers = 0;         // extra color layers: their number in the plane Role::layers
+    int fill_layer = -1;    // which of them is the fill mask (chain/layers.h); -1: none
     // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
     // -1, or beyond the end: no matte.
     std::vector<int> mattes;

@@ -3,8 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <array>
-#include <numeric>
 #include <optional>
 
 #include "chain/gl/debug.h"
@@ -90,63 +88,43 @@ CompiledPlan::~CompiledPlan() {
     for (Texture* texture : textures_) --texture->plans;
 }
 
-// Textures are acquired at their first step and released after their last, as if the steps ran, so
-// that textures with disjoint lifetimes share storage. They are released only where a step waits in
-// any case: sharing must not make another step wait.
 Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room) {
     const size_t count = plan_.textures.size();
-    std::vector<int> own(count);
-    std::iota(own.begin(), own.end(), 0);
-    const std::vector<uint32_t> waits = waits_of(plan_, own);
+    const StoragePlan shared = share_storage(plan_, room);
     names_.assign(count, 0);
     image_formats_.assign(count, 0);
-    std::vector<Texture*> taken(count, nullptr);
     Status status;
-    int released = 0;  // textures whose last step is before this one
-    for (int i = 0; i < int(plan_.steps.size()) && status.ok(); ++i) {
-        for (size_t t = 0; t < count && waits[size_t(i)]; ++t) {
-            const PlanTexture& texture = plan_.textures[t];
-            if (taken[t] && texture.last_step >= released && texture.last_step < i &&
-                texture.format != Format::work_list)  // small; filter() counts it
-                pool_->release(taken[t]);
-        }
-        if (waits[size_t(i)]) released = i;
-        for (size_t t = 0; t < count && status.ok(); ++t) {
-            const PlanTexture& texture = plan_.textures[t];
-            if (texture.imported || texture.first_step != i) continue;
-            std::array<int, 2> size = {texture.width, texture.height};
-            if (room) {
-                const int tile_px =
-                    texture.pass < 0 ? 1 : plan_.passes[size_t(texture.pass)].tiles.least_px;
-                size = size_of(texture, {room->width, room->height, tile_px});
-            }
-            auto acquired = pool_->acquire(texture.format, size[0], size[1], texture.layers);
-            if (!acquired.ok()) {
-                status = acquired.status().at(texture.name);
-                break;
-            }
-            taken[t] = *acquired;
-            names_[t] = taken[t]->name;
-            image_formats_[t] = internal_format(texture.format);
-            if (texture.format == Format::work_list) lists_.push_back(TextureId(t));
-            if (labels)
-                label(texture.format == Format::work_list ? GL_BUFFER : GL_TEXTURE, names_[t],
-                      texture.name);
-        }
+    for (const Storage& storage : shared.all) {
+        auto acquired =
+            pool_->acquire(storage.format, storage.width, storage.height, storage.layers);
+        status = acquired.status();
+        if (!status.ok()) break;
+        textures_.push_back(*acquired);
+    }
+    for (Texture* texture : textures_) {
+        pool_->release(texture);
+        ++texture->plans;
     }
     storage_.resize(count);
     for (size_t t = 0; t < count; ++t) {
-        storage_[t] = int(count + t);  // the host's: its own, as far as is known
-        if (!taken[t]) continue;
-        pool_->release(taken[t]);
-        const auto known = std::find(textures_.begin(), textures_.end(), taken[t]);
-        storage_[t] = int(known - textures_.begin());
-        if (known != textures_.end()) continue;
-        ++taken[t]->plans;
-        textures_.push_back(taken[t]);
+        const int place = shared.of[t];
+        storage_[t] = place < 0 ? int(count + t) : place;  // the host's: its own, so far as known
+        if (place < 0) continue;
+        const PlanTexture& texture = plan_.textures[t];
+        if (size_t(place) >= textures_.size()) return status.at(texture.name);
+        names_[t] = textures_[size_t(place)]->name;
+        image_formats_[t] = internal_format(texture.format);
+        const bool list = texture.format == Format::work_list;
+        if (list) lists_.push_back(TextureId(t));
+        if (labels) label(list ? GL_BUFFER : GL_TEXTURE, names_[t], texture.name);
     }
-    if (status.ok()) find_barriers();
-    return status;
+    find_barriers();
+    return Status();
+}
+
+bool CompiledPlan::holds_unused(uint64_t frames) const {
+    return std::any_of(textures_.begin(), textures_.end(),
+                       [&](const Texture* texture) { return pool_->unused(*texture, frames); });
 }
 
 // Imported textures of one name are one storage. True if that is not as it was.
@@ -298,6 +276,15 @@ Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* qu
     }
     if (band.first != Band{}.first) glUniform2ui(kFirstGroup, 0, 0);
     return status;
+}
+
+void CompiledPlan::warm_up(RunObjects& objects, int step) {
+    const size_t offset = objects.upload(bytes_);
+    for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
+    glMemoryBarrier(kLastListBarriers);
+    bind(plan_.steps[size_t(step)], commands_[size_t(step)], objects, offset);
+    glDispatchCompute(1, 1, GLuint(plan_.steps[size_t(step)].groups[2]));
+    glMemoryBarrier(kLastBarriers | kLastListBarriers);
 }
 
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {

@@ -21,6 +21,7 @@
 #include "chain/gl/texture_pool.h"
 #include "chain/plan.h"
 #include "chain/status.h"
+#include "chain/storage.h"
 
 namespace postchain::gl {
 
@@ -34,12 +35,6 @@ struct UsedUnits {
 // True if both plans differ only in values and in what fit() sets. Names of passes and elisions do
 // not count.
 bool same_shape(const Plan& a, const Plan& b);
-
-// The largest frame of a compiled plan.
-struct Room {
-    int width = 0, height = 0;
-    bool operator==(const Room&) const = default;
-};
 
 // Options of a run.
 struct RunOptions {
@@ -73,6 +68,8 @@ class CompiledPlan {
     const Plan& plan() const { return plan_; }
     UsedUnits used() const { return used_; }
     uint32_t barriers() const { return barriers_; }
+    // True if one of its textures was not used for more frames than this, by any plan.
+    bool holds_unused(uint64_t frames) const;
     // GL's name of a texture or work list; 0 if no step uses it, or it was not imported yet.
     unsigned name_of(TextureId texture) const { return names_[size_t(texture)]; }
 
@@ -90,6 +87,10 @@ class CompiledPlan {
     // one texture, as a host's output over its color.
     void import(TextureId texture, unsigned name, unsigned image_format = 0);
 
+    // Dispatches one work group of a step, so that a driver which compiles at a program's first
+    // dispatch has done so. The step's results are undefined.
+    void warm_up(RunObjects& objects, int step);
+    unsigned program_of(int step) const { return commands_[size_t(step)].program; }
     // Dispatches every step; afterwards their results can be used by any GL command. If
     // `after_step` or the queue fails, nothing further runs.
     Status run(RunObjects& objects, const RunOptions& options = {});

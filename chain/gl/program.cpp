@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -104,6 +105,26 @@ Program describe(GLuint name) {
     return program;
 }
 
+// Before the driver's bytes.
+struct BinaryHeader {
+    uint64_t hash = 0;  // of those bytes
+    uint32_t format = 0;
+    uint32_t pad = 0;
+};
+
+uint64_t hash_of(std::span<const std::byte> bytes) {
+    return hash_text({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+// A format that the driver does not know would be a GL error.
+bool is_binary_format(uint32_t format) {
+    GLint count = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &count);
+    std::vector<GLint> formats(size_t(std::max(count, 1)));
+    glGetIntegerv(GL_PROGRAM_BINARY_FORMATS, formats.data());
+    return std::find(formats.begin(), formats.end(), GLint(format)) != formats.end();
+}
+
 }  // namespace
 
 Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
@@ -172,11 +193,64 @@ Result<unsigned> ProgramCache::finish(const ProgramKey& key, const Begun& begun)
                   "shader " + key.text() + " does not compile:" + named(log, begun.files));
 }
 
+void ProgramCache::use_binaries(BinaryStore store) {
+    GLint formats = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+    if (formats > 0) binaries_ = std::move(store);
+}
+
+std::string ProgramCache::binary_key(const ProgramKey& key, uint64_t source_hash) const {
+    return hex_of(hash_text(concat(key.text(), "\n", binaries_.device), source_hash));
+}
+
+bool ProgramCache::load(const ProgramKey& key, const std::string& source) {
+    if (!binaries_.load || !folder_.empty()) return false;
+    const uint64_t hash = hash_text(source);
+    const std::vector<std::byte> bytes = binaries_.load(binary_key(key, hash));
+    BinaryHeader header;
+    if (bytes.size() <= sizeof(header)) return false;
+    std::memcpy(&header, bytes.data(), sizeof(header));
+    const auto binary = std::span(bytes).subspan(sizeof(header));
+    if (header.hash != hash_of(binary) || !is_binary_format(header.format)) return false;
+    const GLuint program = glCreateProgram();
+    glProgramBinary(program, header.format, binary.data(), GLsizei(binary.size()));
+    GLint linked = 0;
+    glGetProgramiv(program, GL_LINK_STATUS, &linked);
+    if (!linked) {
+        glDeleteProgram(program);
+        return false;
+    }
+    label_program(program, key.text());
+    entries_[key.text()] = {describe(program), hash};
+    ++compiled_;
+    ++loaded_;
+    return true;
+}
+
+void ProgramCache::store(const ProgramKey& key, uint64_t source_hash, unsigned program) const {
+    if (!binaries_.store || !folder_.empty()) return;
+    GLint size = 0;
+    glGetProgramiv(program, GL_PROGRAM_BINARY_LENGTH, &size);
+    if (size <= 0) return;
+    BinaryHeader header;
+    std::vector<std::byte> bytes(sizeof(header) + size_t(size));
+    GLenum format = 0;
+    GLsizei written = 0;
+    glGetProgramBinary(program, size, &written, &format, bytes.data() + sizeof(header));
+    if (written <= 0) return;
+    bytes.resize(sizeof(header) + size_t(written));
+    header.format = format;
+    header.hash = hash_of(std::span(bytes).subspan(sizeof(header)));
+    std::memcpy(bytes.data(), &header, sizeof(header));
+    binaries_.store(binary_key(key, source_hash), bytes);
+}
+
 void ProgramCache::begin(const ProgramKey& key) {
     const std::string text = key.text();
     if (!folder_.empty() || entries_.contains(text) || begun_.contains(text)) return;
     std::vector<std::string> files;
-    if (auto source = resolve_includes(key.file, folder_, &files); source.ok())
+    const auto source = resolve_includes(key.file, folder_, &files);
+    if (source.ok() && !load(key, *source))
         begun_.emplace(text, compile(key, *source, std::move(files)));
 }
 
@@ -196,6 +270,8 @@ Result<Program> ProgramCache::get(const ProgramKey& key) {
         if (source.ok() && known != entries_.end() &&
             known->second.source_hash == hash_text(*source))
             return known->second.program;
+        if (source.ok() && known == entries_.end() && load(key, *source))
+            return entries_.at(text).program;
         if (source.ok()) begun = compile(key, *source, std::move(files));
     }
     if (begun) {
@@ -203,6 +279,7 @@ Result<Program> ProgramCache::get(const ProgramKey& key) {
         if (program.ok()) {
             if (known != entries_.end()) glDeleteProgram(known->second.program.name);
             ++compiled_;
+            store(key, begun->source_hash, *program);
             return (entries_[text] = {describe(*program), begun->source_hash}).program;
         }
         status = program.status();

@@ -2,7 +2,10 @@
 // (development).
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <map>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,6 +41,14 @@ struct Program {
 // The value of POSTCHAIN_SHADER_DIR; empty: embedded sources.
 std::string shader_folder_of_environment();
 
+// Binaries of programs that outlive the process. Keys are hexadecimal.
+struct BinaryStore {
+    // The bytes of a key; empty: there are none.
+    std::function<std::vector<std::byte>(const std::string& key)> load;
+    std::function<void(const std::string& key, std::span<const std::byte> bytes)> store;
+    std::string device;  // vendor, renderer and version: other devices have other keys
+};
+
 class ProgramCache {
   public:
     // `folder`: of the sources; empty: the embedded files.
@@ -46,6 +57,8 @@ class ProgramCache {
     ~ProgramCache();
     ProgramCache(const ProgramCache&) = delete;
     ProgramCache& operator=(const ProgramCache&) = delete;
+    // From now on programs are taken from the store and given to it.
+    void use_binaries(BinaryStore store);
     // Begins to compile it. Programs that are all begun before the first of them is got compile at
     // once, if the driver can.
     void begin(const ProgramKey& key);
@@ -56,6 +69,7 @@ class ProgramCache {
     // True if it is compiled. Only for embedded sources: files in a folder may have changed.
     bool has(const ProgramKey& key) const { return entries_.count(key.text()) > 0; }
     size_t compiled() const { return compiled_; }
+    size_t loaded() const { return loaded_; }  // from the store
     // Its programs went with their context.
     void abandon() {
         entries_.clear();
@@ -72,6 +86,10 @@ class ProgramCache {
     static Begun compile(const ProgramKey& key, const std::string& source,
                          std::vector<std::string> files);
     static Result<unsigned> finish(const ProgramKey& key, const Begun& begun);
+    // Takes it from the store; false if it is not there, or of another driver.
+    bool load(const ProgramKey& key, const std::string& source);
+    void store(const ProgramKey& key, uint64_t source_hash, unsigned program) const;
+    std::string binary_key(const ProgramKey& key, uint64_t source_hash) const;
     struct Entry {
         Program program;
         uint64_t source_hash = 0;
@@ -81,6 +99,8 @@ class ProgramCache {
     std::map<std::string, Entry> entries_;
     std::map<std::string, Begun> begun_;
     size_t compiled_ = 0;
+    size_t loaded_ = 0;
+    BinaryStore binaries_;
 };
 
 }  // namespace postchain::gl

@@ -148,8 +148,7 @@ void TexturePool::begin_frame() {
 
 void TexturePool::trim(uint64_t frames) {
     std::erase_if(textures_, [&](const auto& texture) {
-        if (texture->in_use || texture->plans > 0 || texture->last_used + frames >= frame_)
-            return false;
+        if (texture->plans > 0 || !unused(*texture, frames)) return false;
         bytes_ -= bytes_of(*texture);
         destroy(*texture);
         return true;

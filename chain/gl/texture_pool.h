@@ -43,6 +43,9 @@ class TexturePool {
     void begin_frame();
     // It is used in this frame, without being acquired again.
     void touch(Texture* texture) { texture->last_used = frame_; }
+    bool unused(const Texture& texture, uint64_t frames) const {
+        return !texture.in_use && texture.last_used + frames < frame_;
+    }
     // Deletes the textures that are free, that no compiled plan writes, and that were not used in
     // the last `frames` frames.
     void trim(uint64_t frames);

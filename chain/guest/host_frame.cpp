@@ -245,7 +245,7 @@ FrameDescription describe(const HostFrame& frame) {
     return description;
 }
 
-PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uint64_t revision) {
+PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_t revision) {
     const pc_frame& given = *frame.given;
     PlanKey key;
     key.chain = chain;

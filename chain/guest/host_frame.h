@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "chain/frame.h"
-#include "chain/gl/compiled_plan.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/host_format.h"
+#include "chain/storage.h"
 #include "shaders/shared/guest_uniforms.h"
 
 namespace postchain::guest {
@@ -58,14 +58,14 @@ FrameDescription describe(const HostFrame& frame);
 // Plans of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
 struct PlanKey {
     uint64_t chain = 0, revision = 0;
-    gl::Room room;  // its textures are as large as frames of this size need
+    Room room;  // its textures are as large as frames of this size need
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
     std::array<bool, 9> cases = {};
     std::array<char, 64> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
-PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uint64_t revision);
+PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_t revision);
 
 // What selects programs, beside the planes that a frame may lack: pc_prepare() compiles those of
 // all frames of one kind. docs/integration.md lists the members.

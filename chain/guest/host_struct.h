@@ -26,6 +26,9 @@ inline constexpr size_t kMinSize<pc_parameter> = offsetof(pc_parameter, pass_nam
 template <>
 inline constexpr size_t kMinSize<pc_counters> = offsetof(pc_counters, frames);
 
+template <>
+inline constexpr size_t kMinSize<pc_frame_needs> = offsetof(pc_frame_needs, texture_bytes);
+
 template <class Struct>
 Failure check_size(const Struct* given, const char* name) {
     static_assert(kMinSize<Struct> > 0);

@@ -68,6 +68,7 @@ Failure Instance::open() {
     tells_loss_ = strategy == GL_LOSE_CONTEXT_ON_RESET;
     objects_ = std::make_unique<Objects>(device_);
     objects_->pool.set_budget(info_.texture_budget);
+    if (info_.load_program || info_.store_program) objects_->programs.use_binaries(binaries());
     const auto limit = uint32_t(device_.limits.texture_px);
     if ((info_.max_width == 0) != (info_.max_height == 0) || info_.max_width > limit ||
         info_.max_height > limit)
@@ -76,6 +77,25 @@ Failure Instance::open() {
                        "; give both or neither, up to ", limit)};
     room_ = {int(info_.max_width), int(info_.max_height)};
     return {};
+}
+
+gl::BinaryStore Instance::binaries() const {
+    gl::BinaryStore store;
+    store.device = concat(device_.vendor, "\n", device_.renderer, "\n", device_.version);
+    if (info_.load_program)
+        store.load = [this](const std::string& key) {
+            std::vector<std::byte> bytes(info_.load_program(info_.user, key.c_str(), nullptr, 0));
+            const size_t size = bytes.empty() ? 0
+                                              : info_.load_program(info_.user, key.c_str(),
+                                                                   bytes.data(), bytes.size());
+            if (size != bytes.size()) bytes.clear();  // another process wrote it meanwhile
+            return bytes;
+        };
+    if (info_.store_program)
+        store.store = [this](const std::string& key, std::span<const std::byte> bytes) {
+            info_.store_program(info_.user, key.c_str(), bytes.data(), bytes.size());
+        };
+    return store;
 }
 
 Instance::~Instance() {
@@ -168,8 +188,36 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     cut.flags ^= PC_CAMERA_CUT;
     HostFrame other;
     Entry* entry = nullptr;
-    if (check_frame(&cut, other).ok()) (void)find_or_make(chain, other, entry);
-    return find_or_make(chain, frame, entry);
+    if (check_frame(&cut, other).ok() && find_or_make(chain, other, entry).ok() &&
+        !warm_up(*entry, other, wait))
+        return {PC_PENDING, ""};
+    if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
+    return warm_up(*entry, frame, wait) ? Failure() : Failure(PC_PENDING, "");
+}
+
+// The output is a texture of one texel: stores beside it are ignored.
+bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
+    std::vector<int> cold;
+    for (int i = 0; i < int(entry.compiled.plan().steps.size()); ++i)
+        if (!objects_->warm.contains(entry.compiled.program_of(i))) cold.push_back(i);
+    if (cold.empty()) return true;
+    if (!wait) cold.resize(1);
+    HostFrame aside = frame;
+    if (entry.host.writes_output) {
+        glCreateTextures(GL_TEXTURE_2D, 1, &aside.output.name);
+        glTextureStorage2D(aside.output.name, 1, frame.output.format->name, 1, 1);
+    }
+    import(entry, aside);
+    const gl::UsedUnits used = entry.compiled.used();
+    if (info_.state == PC_STATE_RESTORE) state_.save(used);
+    for (const int step : cold) {
+        entry.compiled.warm_up(objects_->run, step);
+        objects_->warm.insert(entry.compiled.program_of(step));
+    }
+    if (info_.state == PC_STATE_RESTORE) state_.restore();
+    if (info_.state == PC_STATE_RESET) GlState::reset(used);
+    if (entry.host.writes_output) glDeleteTextures(1, &aside.output.name);
+    return wait;
 }
 
 Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey& key,
@@ -205,7 +253,7 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
 }
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
-    const gl::Room room = room_for(frame), tight = {frame.width, frame.height};
+    const Room room = room_for(frame), tight = {frame.width, frame.height};
     PlanKey key = key_of(frame, room, handle.id(), handle.revision());
     Failure failure = find_or_make(handle, frame, key, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
@@ -253,8 +301,8 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     return make(std::move(purpose), *host, entry);
 }
 
-gl::Room Instance::room_for(const HostFrame& frame) {
-    const auto add = [&](gl::Room& room) {
+Room Instance::room_for(const HostFrame& frame) {
+    const auto add = [&](Room& room) {
         room = {std::max(room.width, frame.width), std::max(room.height, frame.height)};
     };
     // A texture that the host gets has the size of its frame, unless it stated another.
@@ -283,13 +331,13 @@ Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
     return {};
 }
 
-// Plans for frames up to another size that did not run for a while, and the one that ran longest
-// ago.
-void Instance::forget_entries(const PlanKey& key) {
+// Plans that did not run for a while and hold textures that no other plan uses, and the one that
+// ran longest ago.
+void Instance::forget_entries() {
     auto& entries = objects_->entries;
     const uint64_t kept = kept_frames();
     std::erase_if(entries, [&](const auto& entry) {
-        return entry->purpose.key.room != key.room && entry->last_run + kept < frames_;
+        return entry->last_run + kept < frames_ && entry->compiled.holds_unused(kept);
     });
     while (entries.size() > kMaxEntries)
         entries.erase(std::min_element(
@@ -343,6 +391,25 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
     return status;
 }
 
+Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out) {
+    HostFrame frame;
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    auto host = make_host_plan(chain.chain(), frame);
+    if (!host.ok()) return host.status();
+    Room room = {frame.width, frame.height};
+    if (frame.output.name != 0 || states_room())
+        room = {std::max(room.width, room_.width), std::max(room.height, room_.height)};
+    const StoragePlan storage = share_storage(host->plan, room);
+    out.textures = uint32_t(storage.all.size());
+    out.texture_bytes = storage.bytes();
+    out.programs = out.programs_to_compile = 0;
+    for (const ProgramKey& key : host_programs(chain.chain(), frame)) {
+        ++out.programs;
+        if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
+    }
+    return {};
+}
+
 Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
     HostFrame frame;
     if (Failure failure = check(given, frame); !failure.ok()) return failure;
@@ -376,7 +443,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
         result.width = entry->purpose.key.room.width;
         result.height = entry->purpose.key.room.height;
     }
-    forget_entries(entry->purpose.key);
+    forget_entries();
     if (!validates) return {};
     return gl::check_error("pc_run()");
 }
@@ -400,6 +467,7 @@ void Instance::count(pc_counters& out) const {
     out.textures_alive = objects_->pool.alive();
     out.texture_bytes = objects_->pool.bytes();
     out.texture_bytes_peak = objects_->pool.bytes_peak();
+    out.programs_loaded = objects_->programs.loaded();
 }
 
 std::string Instance::explain() const {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,8 @@ class Instance {
     // Null if no frame is finished.
     const gl::Times* newest_times() { return objects_->clock.newest(); }
     void capabilities(pc_capabilities& out) const;
+    // Calls no GL.
+    Failure needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out);
     void count(pc_counters& out) const;
     // Plans the last frame again; "" before the first frame.
     std::string explain() const;
@@ -88,6 +91,7 @@ class Instance {
         gl::RunObjects run;
         gl::Clock clock;
         std::vector<std::unique_ptr<Entry>> entries;
+        std::set<unsigned> warm;  // programs that were dispatched
     };
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
@@ -104,8 +108,12 @@ class Instance {
     bool states_room() const { return info_.max_width > 0; }
     Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
     // The size of frame for which the textures of this one's plans are made.
-    gl::Room room_for(const HostFrame& frame);
-    void forget_entries(const PlanKey& key);
+    Room room_for(const HostFrame& frame);
+    void forget_entries();
+    // Dispatches the plan's programs that never were, or, without waiting, one of them. True if
+    // none is left.
+    bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
+    gl::BinaryStore binaries() const;
     static void import(Entry& entry, const HostFrame& frame);
     Failure dispatch(Entry& entry, const HostFrame& frame);
 
@@ -124,9 +132,9 @@ class Instance {
     ResolvedChain resolved_;  // the frame that find() looks for
     LastFrame last_;
     GlState state_;
-    gl::Room room_;              // the largest frame stated or seen
+    Room room_;                  // the largest frame stated or seen
     uint64_t small_frames_ = 0;  // the newest frames of at most half its sides
-    gl::Room small_;             // the largest of them
+    Room small_;                 // the largest of them
     int timing_ = 0;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
     mutable std::string logged_;

@@ -245,6 +245,21 @@ pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* fra
     });
 }
 
+pc_result pc_query_frame(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
+                         pc_frame_needs* needs) {
+    return call(instance, [&]() -> Failure {
+        const Use use(chain, "chain");
+        if (!use.failure().ok()) return use.failure();
+        pc_frame copy;
+        const pc_frame* whole = nullptr;
+        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
+            return failure;
+        return change_struct(needs, "pc_frame_needs", [&](pc_frame_needs& out) {
+            return instance->is->needs_of(chain->is, whole, out);
+        });
+    });
+}
+
 pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                  pc_texture* result) {
     pc_texture picture = {};

@@ -106,6 +106,12 @@ typedef struct pc_create_info {
      * alone. A larger one is filtered too, with new textures. 0 = the largest frame seen, if the
      * host gives `output`; textures shrink after keep_frames frames of half its sides at most. */
     uint32_t max_width, max_height;
+    /* A cache of program binaries; each may be NULL. Called within [GL] calls. Instances and
+     * processes may share it: keys tell devices, drivers and versions of a program apart, and bytes
+     * that are damaged are not used. load_program() returns the size of the entry, 0 = none, and
+     * copies it if `room` suffices. */
+    size_t (*load_program)(void* user, const char* key, void* bytes, size_t room);
+    void (*store_program)(void* user, const char* key, const void* bytes, size_t size);
 } pc_create_info;
 /* [GL] On failure *instance is NULL, and the text is in pc_create_error(). */
 PC_API pc_result pc_create(const pc_create_info* info, pc_instance** instance);
@@ -248,13 +254,25 @@ PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 /* [GL] Compiles the programs of every frame of this kind, and makes this frame's textures. A kind
  * is: the chain with its values; PC_HALF_PLANES; PC_NO_ELISION; whether exposure is given;
  * debug_view; depth and motion if they are given (a later frame may lack them). No other member of
- * pc_frame selects a program. wait = 0: compiles one program at most, and returns PC_PENDING until
- * none is left. */
+ * pc_frame selects a program. Dispatches one work group of each program of this frame
+ * and of a cut, because a driver may compile at the first dispatch; nothing of the host is written.
+ * wait = 0: compiles or dispatches one program at most, and returns PC_PENDING until none is left.
+ */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is
  * valid until the next pc_run(), or color itself if there was nothing to do and no output was
  * given. Its rows are ordered as in color. A chain in which no pass has work is not an error. */
 PC_API pc_result pc_run(pc_instance*, pc_chain*, const pc_frame*, pc_texture* result);
+
+typedef struct pc_frame_needs {
+    uint32_t struct_size;
+    uint32_t textures;                      /* of the library */
+    uint64_t texture_bytes;                 /* of all of them; compare with texture_budget */
+    uint32_t programs, programs_to_compile; /* of the frame's kind; those not compiled yet */
+} pc_frame_needs;
+/* What this frame, or one of max_width x max_height, needs on the device. Calls no GL, and may be
+ * asked before pc_prepare(). */
+PC_API pc_result pc_query_frame(pc_instance*, pc_chain*, const pc_frame*, pc_frame_needs*);
 
 /* --------------------------------------------------------------------------------- what it did */
 typedef struct pc_time {
@@ -272,6 +290,7 @@ typedef struct pc_counters { /* since pc_create(); textures_alive and texture_by
     uint64_t frames, dispatches, barriers;
     uint64_t programs, plans_made, texture_allocations;
     uint64_t textures_alive, texture_bytes, texture_bytes_peak;
+    uint64_t programs_loaded; /* of `programs`, those that load_program() gave */
 } pc_counters;
 PC_API pc_result pc_count(const pc_instance*, pc_counters*);
 /* The last frame's plan as JSON: steps, textures, skipped work with its reasons. *size: in, room in

@@ -99,6 +99,7 @@ struct Counted<kVariable> {
     F(glGetIntegerv)                 \
     F(glGetNamedBufferParameteriv)   \
     F(glGetNamedBufferSubData)       \
+    F(glGetProgramBinary)            \
     F(glGetProgramInfoLog)           \
     F(glGetProgramiv)                \
     F(glGetQueryObjectiv)            \
@@ -118,6 +119,7 @@ struct Counted<kVariable> {
     F(glObjectLabel)                 \
     F(glPixelStorei)                 \
     F(glPopDebugGroup)               \
+    F(glProgramBinary)               \
     F(glPushDebugGroup)              \
     F(glQueryCounter)                \
     F(glSamplerParameteri)           \

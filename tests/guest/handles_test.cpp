@@ -32,6 +32,11 @@ std::vector<Call> instance_calls(const pc_frame& frame) {
                                pc_chain* chain) { return pc_prepare(instance, chain, &frame, 1); }},
             {"pc_run", [&](pc_instance* instance,
                            pc_chain* chain) { return pc_run(instance, chain, &frame, nullptr); }},
+            {"pc_query_frame",
+             [&](pc_instance* instance, pc_chain* chain) {
+                 auto needs = pc::make<pc_frame_needs>();
+                 return pc_query_frame(instance, chain, &frame, &needs);
+             }},
             {"pc_set_timing",
              [](pc_instance* instance, pc_chain*) { return pc_set_timing(instance, 0); }},
             {"pc_timings",
@@ -85,6 +90,11 @@ std::vector<Call> chain_calls() {
              }}};
 }
 
+bool takes_chain(const Call& call) {
+    const std::string name = call.name;
+    return name == "pc_prepare" || name == "pc_run" || name == "pc_query_frame";
+}
+
 void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {
     EXPECT_EQ(call.make(instance, chain), PC_ERROR_ARGUMENT) << call.name;
     EXPECT_THAT(pc_error(), HasSubstr(text)) << call.name;
@@ -116,7 +126,7 @@ TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
         refused(call, foreign, good.get(), none);
         refused(call, destroyed, good.get(), none);
         refused(call, reinterpret_cast<pc_instance*>(good.get()), good.get(), none);
-        if (call.name != std::string("pc_prepare") && call.name != std::string("pc_run")) continue;
+        if (!takes_chain(call)) continue;
         refused(call, guest.get(), nullptr, "chain is NULL");
         refused(call, guest.get(), foreign_chain, none);
         refused(call, guest.get(), destroyed_chain, none);

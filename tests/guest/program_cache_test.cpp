@@ -1,0 +1,147 @@
+// Program binaries by the host's callbacks, and programs that pc_prepare() dispatches once.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <map>
+
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+
+namespace postchain::test {
+namespace {
+
+constexpr int kWidth = 40, kHeight = 24;
+
+using Bytes = std::vector<unsigned char>;
+using Store = std::map<std::string, Bytes>;
+
+pc::Instance instance_with(Store* store) {
+    make_host_context();
+    auto info = pc::create_info();
+    info.user = store;
+    info.load_program = [](void* user, const char* key, void* bytes, size_t room) -> size_t {
+        const auto& all = *static_cast<Store*>(user);
+        const auto found = all.find(key);
+        if (found == all.end()) return 0;
+        if (room >= found->second.size())
+            std::memcpy(bytes, found->second.data(), found->second.size());
+        return found->second.size();
+    };
+    info.store_program = [](void* user, const char* key, const void* bytes, size_t size) {
+        const auto* first = static_cast<const unsigned char*>(bytes);
+        (*static_cast<Store*>(user))[key] = Bytes(first, first + size);
+    };
+    pc::Instance made = pc::create(info);
+    EXPECT_TRUE(made) << pc_error();
+    return made;
+}
+
+pc_counters count(const pc::Instance& guest) {
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_count(guest.get(), &counters), PC_OK);
+    return counters;
+}
+
+uint64_t compiles(const std::map<std::string, uint64_t>& calls) {
+    const auto found = calls.find("glCompileShader");
+    return found == calls.end() ? 0 : found->second;
+}
+
+TEST(ProgramCache, ASecondInstanceCompilesNothing) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto made = chain("motion_blur,fxaa");
+    Store store;
+    const auto first = instance_with(&store);
+    const ImageF expected = read(prepare_and_run(first, made, host.frame), kWidth, kHeight);
+    EXPECT_EQ(count(first).programs_loaded, 0u);
+    EXPECT_EQ(store.size(), count(first).programs);
+    EXPECT_GT(store.size(), 5u);
+
+    const auto second = instance_with(&store);
+    GlCalls::start();
+    const ImageF found = read(prepare_and_run(second, made, host.frame), kWidth, kHeight);
+    EXPECT_EQ(compiles(GlCalls::stop()), 0u);
+    EXPECT_TRUE(equal_bits(found, expected));
+    EXPECT_EQ(count(second).programs, count(first).programs);
+    EXPECT_EQ(count(second).programs_loaded, count(second).programs);
+    // A cache that is full of other programs.
+    const auto other = chain("depth_of_field");
+    prepare_and_run(second, other, host.frame);
+    EXPECT_GT(store.size(), count(first).programs);
+}
+
+// Damaged, shortened and foreign bytes are not used, and leave no GL error.
+TEST(ProgramCache, DamagedBytesAreCompiledAgain) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto made = chain("motion_blur,fxaa");
+    Store good;
+    const ImageF expected =
+        read(prepare_and_run(instance_with(&good), made, host.frame), kWidth, kHeight);
+    void (*const damages[])(Bytes&) = {
+        [](Bytes& bytes) { bytes.back() ^= 1; },
+        [](Bytes& bytes) { bytes.resize(bytes.size() / 2); }, [](Bytes& bytes) { bytes.resize(3); },
+        [](Bytes& bytes) { bytes[8] ^= 0xff; },  // the driver's format
+        [](Bytes& bytes) { std::fill(bytes.begin(), bytes.end(), 0); }};
+    for (const auto damage : damages) {
+        Store store = good;
+        for (auto& [key, bytes] : store) damage(bytes);
+        const auto guest = instance_with(&store);
+        const ImageF found = read(prepare_and_run(guest, made, host.frame), kWidth, kHeight);
+        EXPECT_TRUE(equal_bits(found, expected));
+        EXPECT_EQ(count(guest).programs_loaded, 0u);
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+        EXPECT_EQ(store, good) << "stored again";
+    }
+}
+
+// pc_prepare() dispatches each program once; it writes no texture of the host and keeps GL's state.
+TEST(ProgramCache, PrepareDispatchesEachProgram) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const HostTexture output(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 5));
+    const auto made = paper_chain();
+    pc_frame frame = host.frame;
+    frame.output = output;
+    const ImageF color = read(frame.color, kWidth, kHeight);
+    for (const bool in_slices : {false, true}) {
+        const auto guest = instance();
+        GLint program = 0, image = 0;
+        GlCalls::start();
+        pc_result result = PC_PENDING;
+        for (int calls = 0; result == PC_PENDING && calls < 200; ++calls) {
+            if (in_slices) GlCalls::start();
+            result = pc_prepare(guest.get(), made.get(), &frame, !in_slices);
+            if (in_slices) {
+                const auto slice = GlCalls::stop();
+                const auto found = slice.find("glDispatchCompute");
+                EXPECT_LE(found == slice.end() ? 0 : found->second, 1u);
+            }
+        }
+        ASSERT_EQ(result, PC_OK) << pc_error();
+        const auto calls = GlCalls::stop();
+        if (!in_slices) {
+            EXPECT_GT(calls.at("glDispatchCompute"), 10u);
+        }
+        glGetIntegerv(GL_CURRENT_PROGRAM, &program);
+        glGetIntegeri_v(GL_IMAGE_BINDING_NAME, 0, &image);
+        EXPECT_EQ(program, 0);
+        EXPECT_EQ(image, 0);
+        EXPECT_EQ(read(output, kWidth, kHeight), ImageF(kWidth, kHeight, 4, 5));
+        EXPECT_TRUE(equal_bits(read(frame.color, kWidth, kHeight), color));
+        // Nothing is left to do for the same frame.
+        GlCalls::start();
+        EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 0), PC_OK);
+        EXPECT_EQ(GlCalls::stop().count("glDispatchCompute"), 0u);
+        const auto fresh = instance();
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
+        const ImageF found = read(output, kWidth, kHeight);
+        prepare_and_run(fresh, made, frame);
+        EXPECT_TRUE(equal_bits(read(output, kWidth, kHeight), found));
+        const float gray[4] = {5, 5, 5, 5};
+        glClearTexImage(output.texture().name, 0, GL_RGBA, GL_FLOAT, gray);
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

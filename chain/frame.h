@@ -112,11 +112,14 @@ const char* name_of(Precision precision);
 struct FrameDescription {
     int width = 0;  // of the planes (the data window), pixels
     int height = 0;
+    uint64_t pixels() const { return uint64_t(width) * uint64_t(height); }
     int display_width = 0;  // of the display window: W in every formula of the lens
     int display_height = 0;
     int origin_x = 0;  // of the planes' first pixel in the display window
     int origin_y = 0;
     double pixel_aspect = 1;  // width over height of a pixel on the display
+    // Where the user gives values of the camera, for messages.
+    const char* camera_place = "by --camera, or in the file's metadata";
     int frame_number = 0;     // seeds come from it
     RoleSet planes;           // which planes the frame brings, its neighbors' among them
     RoleSet not_converted;    // others that its files have and no pass needs

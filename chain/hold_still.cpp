@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "chain/work_list.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain {
 namespace {
@@ -19,7 +19,7 @@ void hold_frame_still(PassPlanner& planner, int matte) {
     const bool back = planner.has(Role::motion_back), depth = planner.has(Role::inverse_depth);
     const auto flag = [](bool on) { return on ? "1" : "0"; };
     const Format format = plane_format(channels_of(Role::motion), Precision::fp32);
-    const TextureId motion = planner.texture("still_motion", format, frame.width, frame.height);
+    const TextureId motion = planner.texture("still_motion", format);
     Step step;
     step.name = "hold_still";
     step.program = {
@@ -30,13 +30,12 @@ void hold_frame_still(PassPlanner& planner, int matte) {
                      {0, motion, Access::write}};
     if (depth) step.bindings.push_back({2, planner.input(Role::inverse_depth)});
     if (back) {
-        const TextureId still_back =
-            planner.texture("still_motion_back", format, frame.width, frame.height);
+        const TextureId still_back = planner.texture("still_motion_back", format);
         step.bindings.push_back({3, planner.input(Role::motion_back)});
         step.bindings.push_back({1, still_back, Access::write});
         planner.output(Role::motion_back, still_back);
     }
-    step.groups = groups_for(frame.width, frame.height);
+    step.take_uniforms<shared::FrameUniforms>();
     step.taps = uint64_t(frame.width) * uint64_t(frame.height) * (back ? 3 : 2);
     planner.step(std::move(step));
     planner.output(Role::motion, motion);
@@ -47,15 +46,14 @@ void hide_in(PassPlanner& planner, Neighbor neighbor, int matte) {
     const Role role = role_of(neighbor, Role::inverse_depth);
     const std::string suffix = concat("_", name_of(neighbor));
     const TextureId beside =
-        planner.texture("beside_object" + suffix, plane_format(channels_of(role), Precision::fp32),
-                        frame.width, frame.height);
+        planner.texture("beside_object" + suffix, plane_format(channels_of(role), Precision::fp32));
     Step step;
     step.name = "hide_object" + suffix;
     step.program = {"common/hide_object.comp", {{"MATTE", std::to_string(matte)}}};
     step.bindings = {{0, planner.input(role)},
                      {1, planner.input(role_of(neighbor, Role::mattes))},
                      {0, beside, Access::write}};
-    step.groups = groups_for(frame.width, frame.height);
+    step.take_uniforms<shared::FrameUniforms>();
     step.taps = uint64_t(frame.width) * uint64_t(frame.height) * 2;
     planner.step(std::move(step));
     planner.output(role, beside);

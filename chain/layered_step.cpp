@@ -11,6 +11,8 @@ void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding
         planner.step(std::move(step));
         return;
     }
+    const FrameDescription& frame = planner.context().frame;
+    const auto groups = step.spread.of({frame.width, frame.height});
     for (int first = 0; first < layers; first += kLayersPerStep) {
         Step one = step;
         one.layers = std::min(layers, kLayersPerStep);
@@ -18,7 +20,7 @@ void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding
         one.taps += taps * uint64_t(one.layers);
         if (one.group_taps > 0)
             one.group_taps +=
-                taps * uint64_t(one.layers) / (uint64_t(one.groups[0]) * uint64_t(one.groups[1]));
+                taps * uint64_t(one.layers) / (uint64_t(groups[0]) * uint64_t(groups[1]));
         one.program.defines["LAYERS"] = std::to_string(one.layers);
         if (first > 0) {
             one.name += concat("_layers_", first);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "chain/convert.h"
-#include "chain/work_list.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain {
 namespace {
@@ -94,8 +94,7 @@ void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int mat
     const auto role = [&](Role own) { return neighbor ? role_of(*neighbor, own) : own; };
     const FrameDescription& frame = planner.context().frame;
     const std::string suffix = neighbor ? concat("_", name_of(*neighbor)) : std::string();
-    const TextureId held = planner.layers("held" + suffix, planner.context().layers_format(),
-                                          frame.width, frame.height);
+    const TextureId held = planner.layers("held" + suffix, planner.context().layers_format());
     Step step;
     step.name = "hold_out" + suffix;
     step.program = {"common/hold_out.comp", {{"MATTE", std::to_string(matte)}}};
@@ -106,7 +105,7 @@ void hold_out_of(PassPlanner& planner, std::optional<Neighbor> neighbor, int mat
         step.program.defines["LAYERS"] = "1";
         step.bindings.push_back({2, planner.input(role(Role::layers))});
     }
-    step.groups = groups_for(frame.width, frame.height);
+    step.take_uniforms<shared::FrameUniforms>();
     step.taps = uint64_t(frame.width) * uint64_t(frame.height) * uint64_t(layers + 2);
     planner.step(std::move(step));
     planner.output(role(Role::layers), held);
@@ -132,7 +131,7 @@ struct Filtered {
 void lay_over(PassPlanner& planner, int matte, const Filtered& filtered) {
     const PlanContext& context = planner.context();
     const int width = context.frame.width, height = context.frame.height;
-    const TextureId result = planner.texture("matted", context.color_format(), width, height);
+    const TextureId result = planner.texture("matted", context.color_format());
     Step step;
     step.name = "lay_over";
     step.program = {"common/lay_over.comp", {{"MATTE", std::to_string(matte)}}};
@@ -140,14 +139,13 @@ void lay_over(PassPlanner& planner, int matte, const Filtered& filtered) {
                      {2, filtered.filtered_color}, {3, filtered.held},
                      {4, filtered.filtered_held},  {0, result, Access::write}};
     if (filtered.layers >= 0) {
-        const TextureId layers =
-            planner.layers("matted_layers", context.layers_format(), width, height);
+        const TextureId layers = planner.layers("matted_layers", context.layers_format());
         step.program.defines["LAYERS"] = "1";
         step.bindings.push_back({5, filtered.layers});
         step.bindings.push_back({1, layers, Access::write});
         planner.output(Role::layers, layers);
     }
-    step.groups = groups_for(width, height);
+    step.take_uniforms<shared::FrameUniforms>();
     step.taps = uint64_t(width) * uint64_t(height) * uint64_t(3 * context.frame.layers + 7);
     planner.step(std::move(step));
     planner.output(Role::color, result);

@@ -88,6 +88,7 @@ class Merger {
 
     TextureId add(PlanTexture texture) {
         if (!texture.imported) texture.name = "b." + texture.name;
+        if (texture.pass >= 0) texture.pass += int(merged_.plan.passes.size() - b_.passes.size());
         texture.first_step = texture.last_step = -1;
         merged_.plan.textures.push_back(std::move(texture));
         return TextureId(merged_.plan.textures.size()) - 1;

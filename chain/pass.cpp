@@ -9,25 +9,31 @@ TextureId PassPlanner::input(Role role) const {
     return found == target_.current.end() ? -1 : found->second;
 }
 
-TextureId PassPlanner::texture(const std::string& name, Format format, int width, int height) {
+TextureId PassPlanner::texture(const std::string& name, Format format, const Area& area) {
     PlanTexture texture;
     texture.name = concat(target_.pass, ".", target_.plan.passes.back().type, ".", name);
     texture.format = format;
-    texture.width = width;
-    texture.height = height;
+    texture.pass = target_.pass;
+    texture.area = area;
+    const auto size = size_of(texture, frame_size());
+    texture.width = size[0];
+    texture.height = size[1];
     target_.plan.textures.push_back(std::move(texture));
     return TextureId(target_.plan.textures.size()) - 1;
 }
 
-TextureId PassPlanner::layers(const std::string& name, Format format, int width, int height) {
-    return array(name, format, width, height, context_.frame.layers);
+TextureId PassPlanner::layers(const std::string& name, Format format, const Area& area) {
+    return array(name, format, area, context_.frame.layers);
 }
 
-TextureId PassPlanner::array(const std::string& name, Format format, int width, int height,
-                             int planes) {
-    const TextureId id = texture(name, format, width, height);
+TextureId PassPlanner::array(const std::string& name, Format format, const Area& area, int planes) {
+    const TextureId id = texture(name, format, area);
     target_.plan.textures.back().layers = planes;
     return id;
+}
+
+FrameSize PassPlanner::frame_size() const {
+    return {context_.frame.width, context_.frame.height, target_.plan.passes.back().tiles.px};
 }
 
 const PlanTexture& PassPlanner::describe(TextureId texture) const {
@@ -40,6 +46,13 @@ void PassPlanner::use_frame_number() {
 
 void PassPlanner::step(Step step) {
     step.pass = target_.pass;
+    const auto groups = step.spread.of(frame_size());
+    step.groups[0] = groups[0];
+    step.groups[1] = groups[1];
+    // Of a frame of any size: the taps of the step are those of this one.
+    const auto of_plane = uint64_t(groups[0]) * uint64_t(groups[1]) * uint64_t(step.groups[2]);
+    if (step.group_taps == 0 && step.taps > 0)
+        step.group_taps = (step.taps + of_plane - 1) / of_plane;
     target_.plan.steps.push_back(std::move(step));
 }
 

@@ -88,17 +88,18 @@ class PassPlanner {
     // The plane as it is before this pass; -1 if there is none, never for a role that has() it.
     TextureId input(Role role) const;
     // A new texture, "<index>.<pass>.<name>"; lives from its first to its last use.
-    TextureId texture(const std::string& name, Format format, int width, int height);
+    TextureId texture(const std::string& name, Format format, const Area& area = {});
     // An array of such textures, one for each extra layer (context().frame.layers); only if
     // has(Role::layers).
-    TextureId layers(const std::string& name, Format format, int width, int height);
+    TextureId layers(const std::string& name, Format format, const Area& area = {});
     // An array of so many.
-    TextureId array(const std::string& name, Format format, int width, int height, int planes);
+    TextureId array(const std::string& name, Format format, const Area& area, int planes);
     const PlanTexture& describe(TextureId texture) const;
     // A pass whose uniforms depend on the frame's number says so: its plan is one of this frame
     // alone (Plan::uses_frame_number). Nothing else of a plan depends on the number.
     void use_frame_number();
-    // Steps run in the order they are added.
+    // Steps run in the order they are added. A step has work groups for every block of the frame's
+    // pixels, unless its `spread` says otherwise.
     void step(Step step);
     // From here on `role` is this texture; -1: there is no such plane.
     void output(Role role, TextureId texture);
@@ -111,6 +112,8 @@ class PassPlanner {
     void fail(Status status);
 
   private:
+    FrameSize frame_size() const;
+
     Target& target_;
     const PlanContext& context_;
 };
@@ -173,6 +176,8 @@ class PassOnFrame {
     // The values it works with, for the record: lens and shutter as they are resolved, the longest
     // streak, the largest circle of confusion.
     virtual std::vector<UsedValue> used_values() const { return {}; }
+    // Tiles, if it has textures of Area::tiles().
+    virtual TileEdge tile_edge() const { return {}; }
     // The limits that this frame's bounds exceed.
     virtual std::vector<Cut> cuts() const { return {}; }
     // Why the pass returns its color bit for bit; otherwise empty. context.wanted is an upper bound
@@ -182,8 +187,9 @@ class PassOnFrame {
     // Describes all of the work, also for a frame on which identity() holds.
     virtual void plan(PassPlanner& planner) const = 0;
     // The numbers by which plan() chooses programs, textures, bindings or groups, if the frame's
-    // camera or bounds decide them. Frames with equal numbers and otherwise equal contexts have
-    // plans that differ only in uniforms. Allocates nothing.
+    // size, camera or bounds decide them in another way than an Area does. Frames with equal
+    // numbers and otherwise equal contexts have plans that differ only in uniforms and in what
+    // fit() sets. Allocates nothing.
     virtual ShapeNumbers shape(const PlanContext&) const { return {}; }
     // Fills the uniform blocks of plan()'s steps, for a new plan and for one of an earlier frame of
     // the same shape(). Allocates nothing.

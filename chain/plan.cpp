@@ -132,6 +132,30 @@ std::string item_text(const Elision& elision, const Plan& plan) {
     return item_text(elision, plan.types());
 }
 
+std::array<int, 2> size_of(const PlanTexture& texture, const FrameSize& frame) {
+    const auto [width, height] = texture.area.of(frame);
+    if (texture.format == Format::work_list) return {width * height, 1};
+    return {width, height};
+}
+
+void fit(Plan& plan, int width, int height) {
+    plan.width = width;
+    plan.height = height;
+    const auto frame_of = [&](int pass) {
+        return FrameSize{width, height, pass < 0 ? 1 : plan.passes[size_t(pass)].tiles.px};
+    };
+    for (PlanTexture& texture : plan.textures) {
+        const auto size = size_of(texture, frame_of(texture.pass));
+        texture.width = size[0];
+        texture.height = size[1];
+    }
+    for (Step& step : plan.steps) {
+        const auto groups = step.spread.of(frame_of(step.pass));
+        step.groups[0] = groups[0];
+        step.groups[1] = groups[1];
+    }
+}
+
 void find_lifetimes(Plan& plan, const std::vector<TextureId>& outputs) {
     for (auto& texture : plan.textures) texture.first_step = texture.last_step = -1;
     for (int i = 0; i < int(plan.steps.size()); ++i) {

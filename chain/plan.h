@@ -15,11 +15,15 @@
 #include <type_traits>
 #include <vector>
 
+#include "chain/area.h"
 #include "chain/elision.h"
 #include "chain/frame.h"
 #include "chain/role.h"
+#include "shaders/shared/work_group.h"
 
 namespace postchain {
+
+using shared::kBlockPx;
 
 // A work list is a buffer of the blocks of pixels that one step has to do, filled on the device by
 // an earlier step (shaders/common/work_list.glsl). Its width is its capacity in blocks, its height
@@ -53,13 +57,15 @@ using TextureId = int;  // index into Plan::textures
 struct PlanTexture {
     std::string name;  // "input.color", "0.motion_blur.tile_max"
     Format format = Format::rgba32f;
-    int width = 0;
+    int width = 0;  // on this frame (fit()); of a work list, the blocks that it can hold
     int height = 0;
     bool imported = false;    // handed in by the caller, never in the pool
     Role role = Role::color;  // role of an imported texture
     int first_step = -1;      // first and last step that touch it; -1 = none
     int last_step = -1;       // for an output: one past the plan's last step
     int layers = 0;           // in an array of planes (chain/layers.h); 0: not an array
+    int pass = -1;            // its pass, an index into Plan::passes; -1: an input
+    Area area = {};           // its size on frames of every size; of a work list, its blocks
 
     uint64_t bytes() const {
         return uint64_t(width) * uint64_t(height) * uint64_t(bytes_per_pixel(format)) *
@@ -98,9 +104,10 @@ struct Step {
     std::string name;  // "gather"
     ProgramKey program;
     std::vector<Binding> bindings;
-    std::vector<std::byte> uniforms;        // std140 uniform block at binding 0; may be empty
-    std::string uniforms_type;              // its name in the shader: "MotionBlurUniforms"
-    std::array<int, 3> groups = {1, 1, 1};  // work groups; with work_list, the most there can be
+    std::vector<std::byte> uniforms;            // std140 uniform block at binding 0; may be empty
+    std::string uniforms_type;                  // its name in the shader: "MotionBlurUniforms"
+    Area spread = Area().in_squares(kBlockPx);  // work groups along x and y on frames of every size
+    std::array<int, 3> groups = {1, 1, 1};  // on this frame; with work_list, the most there can be
     TextureId work_list = -1;  // launches one work group per block of this list instead
     uint64_t taps = 0;         // texture fetches per dispatch, for cost reports (0 = not counted)
     uint64_t group_taps =
@@ -133,10 +140,18 @@ struct Step {
     }
 };
 
+// The edge of the tiles in which a pass counts a part of its textures (Area::tiles()).
+struct TileEdge {
+    int px = 1;
+    int least_px = 1;  // on frames of every size
+    bool operator==(const TileEdge&) const = default;
+};
+
 struct PlanPass {
     std::string type;  // "motion_blur"
     std::string text;  // its parameters, canonical
     bool elided = false;
+    TileEdge tiles = {};
     bool operator==(const PlanPass&) const = default;
 };
 
@@ -178,6 +193,12 @@ std::optional<Elision> found_in(const Elision& elision, const Plan& plan,
 
 // item_text() of one of the plan's entries.
 std::string item_text(const Elision& elision, const Plan& plan);
+
+// Makes the plan one for a frame of this size: sets its size, and those of textures and work
+// groups. Allocates nothing.
+void fit(Plan& plan, int width, int height);
+// The width and height of a texture on such a frame; a work list has the height 1.
+std::array<int, 2> size_of(const PlanTexture& texture, const FrameSize& frame);
 
 // Sets first and last step of every texture. `outputs`: textures read after the last step; their
 // last step is one past it.

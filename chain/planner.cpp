@@ -160,7 +160,7 @@ Status add_pass(const PassOnFrame& pass, const PlanContext& context, Plan& plan,
     plan_pass(pass, planner);
     if (!target.status.ok()) return target.status;
     UniformWriter uniforms(plan, target.pass);
-    pass.write_uniforms(context, uniforms);
+    write_uniforms(pass, context, uniforms);
     return check_uniforms(plan);
 }
 
@@ -254,7 +254,8 @@ Result<Plan> make_plan(const ResolvedChain& resolved) {
         const auto& [pass, identity, could_use] = resolved.links()[i];
         const PlanContext context = resolved.context(i);
         const RoleUse use = link.pass->roles();
-        plan.passes.push_back({link.type->name, link.values_text(), identity.has_value()});
+        plan.passes.push_back(
+            {link.type->name, link.values_text(), identity.has_value(), pass->tile_edge()});
         if (!identity) {
             if (Status s = add_pass(*pass, context, plan, current, reasons); !s.ok())
                 return s.at(concat("passes[", i, "].", link.type->name));
@@ -329,7 +330,7 @@ std::vector<ProgramKey> programs_of(const Chain& chain, const FrameDescription& 
                         frame, options.precision, available, always | wanted, false, rules};
                     std::map<Role, TextureId> current;
                     Plan plan = empty_plan(frame, frame.planes | available, current);
-                    plan.passes.push_back({link.type->name, "", false});
+                    plan.passes.push_back({link.type->name, "", false, {}});
                     for (const ResolvedPass& pass : shapes)
                         add(plan_alone(plan, current, *pass, context));
                 }

@@ -5,6 +5,7 @@
 #include "chain/hold_still.h"
 #include "chain/matte.h"
 #include "chain/planner.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain {
 namespace {
@@ -173,13 +174,23 @@ void ResolvedChain::find_available() {
     }
 }
 
-void write_uniforms(const ResolvedChain& resolved, Plan& plan) {
+void write_uniforms(const PassOnFrame& pass, const PlanContext& context, UniformWriter& uniforms) {
+    shared::FrameUniforms size{};
+    size.size = {context.frame.width, context.frame.height};
+    uniforms.set(size);
+    pass.write_uniforms(context, uniforms);
+}
+
+void write_values(const ResolvedChain& resolved, Plan& plan) {
     plan.frame_number = resolved.frame().frame_number;
     for (size_t i = 0; i < resolved.links().size(); ++i) {
+        plan.passes[i].tiles = resolved.links()[i].pass->tile_edge();
         if (resolved.shape().passes[i].elided) continue;
         UniformWriter uniforms(plan, int(i));
-        resolved.links()[i].pass->write_uniforms(resolved.context(i), uniforms);
+        write_uniforms(*resolved.links()[i].pass, resolved.context(i), uniforms);
     }
+    if (plan.width != resolved.frame().width || plan.height != resolved.frame().height)
+        fit(plan, resolved.frame().width, resolved.frame().height);
 }
 
 }  // namespace postchain

@@ -12,9 +12,9 @@ namespace postchain {
 struct PlanOptions;
 
 // The decisions about a frame from which programs, textures, bindings and groups of its plan
-// follow, so far as they depend on its camera, bounds and number. Frames that differ only in these
-// three and have equal PlanShapes have plans of one shape: such plans differ in bytes of uniform
-// blocks, in counts of taps and in the numbers of elisions.
+// follow, so far as they depend on its size, camera, bounds and number. Frames that differ only in
+// these four and have equal PlanShapes have plans of one shape: such plans differ in what fit()
+// sets, in bytes of uniform blocks, in counts of taps and in the numbers of elisions.
 struct PlanShape {
     struct OfPass {
         RoleSet available, wanted;  // PlanContext
@@ -101,8 +101,10 @@ void each_readable(const Chain& chain, const FrameDescription& frame, const Plan
     }
 }
 
-// Writes the bytes of this frame's uniform blocks over those of `plan`, which was made for a frame
-// of the same shape; steps that were added to it since are left alone. Allocates nothing.
-void write_uniforms(const ResolvedChain& resolved, Plan& plan);
+// Makes `plan`, of a frame of the same shape, one of this frame: its size, and the bytes of its
+// uniform blocks. Blocks of steps that were added to it since are left alone. Allocates nothing.
+void write_values(const ResolvedChain& resolved, Plan& plan);
+// The blocks of one pass: its own, and those that hold the frame's size.
+void write_uniforms(const PassOnFrame& pass, const PlanContext& context, UniformWriter& uniforms);
 
 }  // namespace postchain

@@ -7,10 +7,8 @@ std::array<int, 3> groups_for(int width, int height) {
 }
 
 TextureId add_work_list(PassPlanner& planner, Step& step, int unit, const std::string& name,
-                        int width, int height) {
-    const auto blocks = groups_for(width, height);
-    const TextureId list =
-        planner.texture(name, Format::work_list, blocks[0] * blocks[1], blocks[2]);
+                        const Area& pixels) {
+    const TextureId list = planner.texture(name, Format::work_list, groups_for(pixels));
     step.bindings.push_back({unit, list, Access::list});
     return list;
 }

@@ -3,7 +3,7 @@
 // for each list:
 //
 //   Step sort = ...;
-//   const TextureId still = add_work_list(planner, sort, 1, "still_blocks", width, height);
+//   const TextureId still = add_work_list(planner, sort, 1, "still_blocks");
 //   planner.step(std::move(sort));
 //   Step keep = ...;
 //   launch_by(keep, still);
@@ -11,20 +11,21 @@
 #pragma once
 
 #include "chain/pass.h"
-#include "shared/work_group.h"
 
 namespace postchain {
-
-using shared::kBlockPx;
 
 // Work groups of kBlockPx x kBlockPx x 1 that cover width x height pixels; also the largest number
 // of blocks in a work list of such a plane.
 std::array<int, 3> groups_for(int width, int height);
+// Likewise on frames of every size.
+constexpr Area groups_for(const Area& pixels) {
+    return pixels.in_squares(kBlockPx);
+}
 
-// A list with room for every block of a plane of width x height pixels; `step` fills it, as the
-// buffer of this unit.
+// A list with room for every block of a plane of this size; `step` fills it, as the buffer of this
+// unit.
 TextureId add_work_list(PassPlanner& planner, Step& step, int unit, const std::string& name,
-                        int width, int height);
+                        const Area& pixels = {});
 
 // The step does only the blocks of this list, or the whole plane if the list is -1: macro LIST,
 // storage buffer 0, and the launch. Its shader takes its pixel from next_pixel().

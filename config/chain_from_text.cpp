@@ -19,7 +19,7 @@ Failure make_chain(std::string_view text, const std::string& name, pc_chain** ch
         return {PC_ERROR_CHAIN, concat(name,
                                        ": camera.aperture_image: this library does not read files; "
                                        "set the image with pc_chain_set_aperture()")};
-    *chain = new pc_chain{postchain::guest::ChainHandle(std::move(file.chain))};
+    *chain = postchain::guest::new_chain(std::move(file.chain));
     std::string warnings = postchain::text_of(file.diagnostics);
     if (!warnings.empty()) warnings.pop_back();  // the last end of line
     return {PC_OK, std::move(warnings)};

@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
-# Writes the documents that the command makes from its tables: docs/parameters.md,
-# config/chain.schema.json and the table in docs/camera_metadata.md.
+# Writes the documents that the command makes from its tables: docs/parameters.md and the table in
+# docs/camera_metadata.md.
 # Usage: tools/update_docs.sh [COMMAND]   (default: build/tools/apps/postchain/postchain)
 set -euo pipefail
 command=$(realpath "${1:-$(dirname "$0")/../build/tools/apps/postchain/postchain}")
 cd "$(dirname "$0")/.."
 
-"$command" schema > config/chain.schema.json
 {
     cat <<'END'
 # Parameters

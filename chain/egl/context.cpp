@@ -102,6 +102,8 @@ Result<std::unique_ptr<Context>> Context::open(void* device, const ContextOption
     made->context_ = *context;
     if (Status status = made->make_current(); !status.ok()) return status;
     made->device_ = gl::describe_current(options.log);
+    if (epoxy_has_gl_extension("GL_KHR_parallel_shader_compile"))
+        glMaxShaderCompilerThreadsKHR(~0u);  // as many as the driver likes
     if (options.debug && options.log) {
         glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
         glDebugMessageCallback(on_message, made.get());

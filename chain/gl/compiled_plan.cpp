@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <optional>
 
@@ -46,6 +47,12 @@ Status check_units(const UsedUnits& used) {
     return Status();
 }
 
+bool same_on_all_sizes(const PlanTexture& a, PlanTexture b) {
+    b.width = a.width;
+    b.height = a.height;
+    return a == b;
+}
+
 std::string name_of_step(const Plan& plan, const Step& step) {
     return plan.passes[size_t(step.pass)].type + "." + step.name;
 }
@@ -53,24 +60,28 @@ std::string name_of_step(const Plan& plan, const Step& step) {
 }  // namespace
 
 bool same_shape(const Plan& a, const Plan& b) {
-    if (a.textures != b.textures || a.steps.size() != b.steps.size() || a.outputs != b.outputs)
+    if (a.steps.size() != b.steps.size() || a.outputs != b.outputs ||
+        !std::equal(a.textures.begin(), a.textures.end(), b.textures.begin(), b.textures.end(),
+                    same_on_all_sizes))
         return false;
     for (size_t i = 0; i < a.steps.size(); ++i) {
         const Step &x = a.steps[i], &y = b.steps[i];
         if (x.pass != y.pass || x.name != y.name || !(x.program == y.program) ||
             x.bindings != y.bindings || x.uniforms.size() != y.uniforms.size() ||
-            x.uniforms_type != y.uniforms_type || x.groups != y.groups ||
-            x.work_list != y.work_list || x.first_layer != y.first_layer)
+            x.uniforms_type != y.uniforms_type || x.spread != y.spread ||
+            x.groups[2] != y.groups[2] || x.work_list != y.work_list ||
+            x.first_layer != y.first_layer)
             return false;
     }
     return true;
 }
 
 Result<CompiledPlan> CompiledPlan::make(Plan plan, TexturePool& pool, ProgramCache& programs,
-                                        RunObjects& objects, bool labels) {
+                                        RunObjects& objects, bool labels,
+                                        const std::optional<Room>& room) {
     CompiledPlan compiled(std::move(plan), pool);
     if (Status s = compiled.take_programs(programs, objects.alignment()); !s.ok()) return s;
-    if (Status s = compiled.take_textures(labels); !s.ok()) return s;
+    if (Status s = compiled.take_textures(labels, room); !s.ok()) return s;
     if (Status s = objects.reserve(compiled.bytes_.size()); !s.ok()) return s;
     return compiled;
 }
@@ -82,7 +93,7 @@ CompiledPlan::~CompiledPlan() {
 // Textures are acquired at their first step and released after their last, as if the steps ran, so
 // that textures with disjoint lifetimes share storage. They are released only where a step waits in
 // any case: sharing must not make another step wait.
-Status CompiledPlan::take_textures(bool labels) {
+Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room) {
     const size_t count = plan_.textures.size();
     std::vector<int> own(count);
     std::iota(own.begin(), own.end(), 0);
@@ -103,8 +114,13 @@ Status CompiledPlan::take_textures(bool labels) {
         for (size_t t = 0; t < count && status.ok(); ++t) {
             const PlanTexture& texture = plan_.textures[t];
             if (texture.imported || texture.first_step != i) continue;
-            auto acquired =
-                pool_->acquire(texture.format, texture.width, texture.height, texture.layers);
+            std::array<int, 2> size = {texture.width, texture.height};
+            if (room) {
+                const int tile_px =
+                    texture.pass < 0 ? 1 : plan_.passes[size_t(texture.pass)].tiles.least_px;
+                size = size_of(texture, {room->width, room->height, tile_px});
+            }
+            auto acquired = pool_->acquire(texture.format, size[0], size[1], texture.layers);
             if (!acquired.ok()) {
                 status = acquired.status().at(texture.name);
                 break;
@@ -161,6 +177,7 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
     const auto text = [](const std::string& type, size_t bytes) {
         return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
     };
+    for (const Step& step : plan_.steps) programs.begin(step.program);
     for (const Step& step : plan_.steps) {
         auto program = programs.get(step.program);
         if (!program.ok()) return program.status();

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -30,8 +31,15 @@ struct UsedUnits {
     int lists = 0;  // storage buffers; > 0: the indirect buffer too
 };
 
-// True if both plans differ only in values. Names of passes and elisions do not count.
+// True if both plans differ only in values and in what fit() sets. Names of passes and elisions do
+// not count.
 bool same_shape(const Plan& a, const Plan& b);
+
+// The largest frame of a compiled plan.
+struct Room {
+    int width = 0, height = 0;
+    bool operator==(const Room&) const = default;
+};
 
 // Options of a run.
 struct RunOptions {
@@ -51,11 +59,13 @@ class CompiledPlan {
     static constexpr int kMaxUnits = 16;
 
     // Takes the plan's textures from the pool, which keeps them: plans that do not run at the same
-    // time share them. Compiles the programs that are not yet compiled. Errors: those of pool and
-    // compiler, and StatusCode::internal if a step's block is not its program's. The pool must
-    // outlive it.
+    // time share them. Compiles the programs that are not yet compiled. With `room`, textures are
+    // as large as frames up to that size need (chain/plan.h, fit()); otherwise as in `plan`.
+    // Errors: those of pool and compiler, and StatusCode::internal if a step's block is not its
+    // program's. The pool must outlive it.
     static Result<CompiledPlan> make(Plan plan, TexturePool& pool, ProgramCache& programs,
-                                     RunObjects& objects, bool labels);
+                                     RunObjects& objects, bool labels,
+                                     const std::optional<Room>& room = {});
     CompiledPlan(CompiledPlan&&) = default;
     CompiledPlan& operator=(CompiledPlan&&) = delete;
     ~CompiledPlan();
@@ -93,7 +103,7 @@ class CompiledPlan {
         bool in_bands = false;  // the program can run in them
     };
     CompiledPlan(Plan plan, TexturePool& pool) : plan_(std::move(plan)), pool_(&pool) {}
-    Status take_textures(bool labels);
+    Status take_textures(bool labels, const std::optional<Room>& room);
     void take_uniforms();
     Status take_programs(ProgramCache& programs, size_t alignment);
     bool find_shared_imports();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <sstream>
 
 #include "chain/gl/debug.h"
@@ -85,36 +86,6 @@ std::string with_defines(const std::string& source, const ProgramKey& key) {
     return out + "#line 2 0\n" + source.substr(end + 1);
 }
 
-Result<GLuint> compile(const ProgramKey& key, const std::string& source,
-                       const std::vector<std::string>& files) {
-    const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
-    const GLuint program = glCreateProgram();
-    const char* text = source.c_str();
-    glShaderSource(shader, 1, &text, nullptr);
-    glCompileShader(shader);
-    GLint good = 0;
-    glGetShaderiv(shader, GL_COMPILE_STATUS, &good);
-    std::string log(16384, '\0');
-    GLsizei length = 0;
-    if (!good) {
-        glGetShaderInfoLog(shader, GLsizei(log.size()), &length, log.data());
-    } else {
-        glAttachShader(program, shader);
-        glLinkProgram(program);
-        glGetProgramiv(program, GL_LINK_STATUS, &good);
-        if (!good) glGetProgramInfoLog(program, GLsizei(log.size()), &length, log.data());
-    }
-    glDeleteShader(shader);
-    if (good) {
-        label_program(program, key.text());
-        return program;
-    }
-    glDeleteProgram(program);
-    log.resize(size_t(length));
-    return Status(StatusCode::gl,
-                  "shader " + key.text() + " does not compile:" + named(log, files));
-}
-
 Program describe(GLuint name) {
     Program program{.name = name, .uniforms_type = {}};
     program.in_bands = glGetUniformLocation(name, "first_group") == kFirstGroup;
@@ -157,6 +128,56 @@ std::string shader_folder_of_environment() {
 
 ProgramCache::~ProgramCache() {
     for (const auto& [text, entry] : entries_) glDeleteProgram(entry.program.name);
+    for (const auto& [text, begun] : begun_) {
+        glDeleteShader(begun.shader);
+        glDeleteProgram(begun.program);
+    }
+}
+
+// Asks for no status, which would wait.
+ProgramCache::Begun ProgramCache::compile(const ProgramKey& key, const std::string& source,
+                                          std::vector<std::string> files) {
+    const std::string whole = with_defines(source, key);
+    const char* text = whole.c_str();
+    const Begun begun{glCreateShader(GL_COMPUTE_SHADER), glCreateProgram(), std::move(files),
+                      hash_text(source)};
+    glShaderSource(begun.shader, 1, &text, nullptr);
+    glCompileShader(begun.shader);
+    glAttachShader(begun.program, begun.shader);
+    glLinkProgram(begun.program);
+    return begun;
+}
+
+Result<unsigned> ProgramCache::finish(const ProgramKey& key, const Begun& begun) {
+    GLint linked = 0;
+    glGetProgramiv(begun.program, GL_LINK_STATUS, &linked);
+    std::string log(16384, '\0');
+    GLsizei length = 0;
+    if (!linked) {
+        GLint good = 0;
+        glGetShaderiv(begun.shader, GL_COMPILE_STATUS, &good);
+        if (good)
+            glGetProgramInfoLog(begun.program, GLsizei(log.size()), &length, log.data());
+        else
+            glGetShaderInfoLog(begun.shader, GLsizei(log.size()), &length, log.data());
+    }
+    glDeleteShader(begun.shader);
+    if (linked) {
+        label_program(begun.program, key.text());
+        return begun.program;
+    }
+    glDeleteProgram(begun.program);
+    log.resize(size_t(length));
+    return Status(StatusCode::gl,
+                  "shader " + key.text() + " does not compile:" + named(log, begun.files));
+}
+
+void ProgramCache::begin(const ProgramKey& key) {
+    const std::string text = key.text();
+    if (!folder_.empty() || entries_.contains(text) || begun_.contains(text)) return;
+    std::vector<std::string> files;
+    if (auto source = resolve_includes(key.file, folder_, &files); source.ok())
+        begun_.emplace(text, compile(key, *source, std::move(files)));
 }
 
 Result<Program> ProgramCache::get(const ProgramKey& key) {
@@ -164,24 +185,31 @@ Result<Program> ProgramCache::get(const ProgramKey& key) {
     const auto known = entries_.find(text);
     if (known != entries_.end() && folder_.empty()) return known->second.program;
 
-    std::vector<std::string> files;
-    auto source = resolve_includes(key.file, folder_, &files);
-    Result<GLuint> program = source.ok() ? Result<GLuint>(GLuint(0)) : source.status();
-    uint64_t hash = 0;
-    if (source.ok()) {
-        hash = hash_text(*source);
-        if (known != entries_.end() && known->second.source_hash == hash)
+    std::optional<Begun> begun;
+    Status status;
+    if (auto node = begun_.extract(text)) {
+        begun = std::move(node.mapped());
+    } else {
+        std::vector<std::string> files;
+        const auto source = resolve_includes(key.file, folder_, &files);
+        status = source.status();
+        if (source.ok() && known != entries_.end() &&
+            known->second.source_hash == hash_text(*source))
             return known->second.program;
-        program = compile(key, with_defines(*source, key), files);
+        if (source.ok()) begun = compile(key, *source, std::move(files));
     }
-    if (program.ok()) {
-        if (known != entries_.end()) glDeleteProgram(known->second.program.name);
-        ++compiled_;
-        return (entries_[text] = {describe(*program), hash}).program;
+    if (begun) {
+        const auto program = finish(key, *begun);
+        if (program.ok()) {
+            if (known != entries_.end()) glDeleteProgram(known->second.program.name);
+            ++compiled_;
+            return (entries_[text] = {describe(*program), begun->source_hash}).program;
+        }
+        status = program.status();
     }
-    if (known == entries_.end()) return program.status();
-    if (log_) log_(program.status().message() + "\n(the last good version stays in use)");
-    known->second.source_hash = hash;  // said once
+    if (known == entries_.end()) return status;
+    if (log_) log_(status.message() + "\n(the last good version stays in use)");
+    known->second.source_hash = begun ? begun->source_hash : 0;  // said once
     return known->second.program;
 }
 

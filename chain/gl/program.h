@@ -46,6 +46,9 @@ class ProgramCache {
     ~ProgramCache();
     ProgramCache(const ProgramCache&) = delete;
     ProgramCache& operator=(const ProgramCache&) = delete;
+    // Begins to compile it. Programs that are all begun before the first of them is got compile at
+    // once, if the driver can.
+    void begin(const ProgramKey& key);
     // The program, compiled on first use. StatusCode::gl with the compiler's log, its file numbers
     // replaced by names. In development mode a changed file is compiled again; if that fails the
     // last good program stays and `log` gets one message.
@@ -54,9 +57,21 @@ class ProgramCache {
     bool has(const ProgramKey& key) const { return entries_.count(key.text()) > 0; }
     size_t compiled() const { return compiled_; }
     // Its programs went with their context.
-    void abandon() { entries_.clear(); }
+    void abandon() {
+        entries_.clear();
+        begun_.clear();
+    }
 
   private:
+    // What the compiler may still be at.
+    struct Begun {
+        unsigned shader = 0, program = 0;  // GL's
+        std::vector<std::string> files;    // of the source, by number
+        uint64_t source_hash = 0;
+    };
+    static Begun compile(const ProgramKey& key, const std::string& source,
+                         std::vector<std::string> files);
+    static Result<unsigned> finish(const ProgramKey& key, const Begun& begun);
     struct Entry {
         Program program;
         uint64_t source_hash = 0;
@@ -64,6 +79,7 @@ class ProgramCache {
     LogCallback log_;
     std::string folder_;
     std::map<std::string, Entry> entries_;
+    std::map<std::string, Begun> begun_;
     size_t compiled_ = 0;
 };
 

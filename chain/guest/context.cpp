@@ -32,6 +32,22 @@ ContextId ContextId::current() {
     return {};
 }
 
+Failure check_epoxy() {
+    // The libraries that it tries, in its order.
+    for (const char* library : {"libGLX.so.1", "libGL.so.1"}) {
+        void* handle = dlopen(library, RTLD_LAZY);
+        if (!handle) continue;
+        const bool complete = dlsym(handle, "glXGetCurrentContext") != nullptr;
+        dlclose(handle);
+        if (complete) return {};
+        return {PC_ERROR_CONTEXT,
+                concat(library,
+                       " has no glXGetCurrentContext, which libepoxy needs under EGL too; "
+                       "a tracer of EGL alone replaces it: use apitrace trace --api=gl")};
+    }
+    return {PC_ERROR_CONTEXT, "libGL.so.1 is missing, which libepoxy needs; install libgl1"};
+}
+
 Failure check_version() {
     if (epoxy_is_desktop_gl() && epoxy_gl_version() >= 45) return {};
     const auto* words = reinterpret_cast<const char*>(glGetString(GL_VERSION));

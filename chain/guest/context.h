@@ -22,6 +22,10 @@ class ContextId {
     void* context_ = nullptr;
 };
 
+// libepoxy ends the process if the GLX library that it finds has no glXGetCurrentContext(), as
+// under `apitrace trace --api=egl`: then PC_ERROR_CONTEXT. Calls no GL.
+Failure check_epoxy();
+
 // PC_ERROR_CONTEXT if the current context is not desktop OpenGL 4.5 or later; the text names it.
 Failure check_version();
 

@@ -1,5 +1,7 @@
 #include "chain/guest/conventions.h"
 
+#include "chain/status.h"
+
 namespace postchain::guest {
 namespace {
 
@@ -58,6 +60,13 @@ bool use_conventions(std::string_view engine, pc_frame& frame) {
         return true;
     }
     return false;
+}
+
+std::string engines_text() {
+    std::string text;
+    for (const Convention& convention : kConventions)
+        text += concat(text.empty() ? "" : ", ", convention.engine);
+    return text;
 }
 
 }  // namespace postchain::guest

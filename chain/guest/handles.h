@@ -19,8 +19,33 @@ struct pc_chain {
 
 namespace postchain::guest {
 
-// The text of pc_create_error(), for this thread.
+// The text of pc_error(): of this thread's last call.
 std::string& create_error();
+
+// Handles that hosts have. A call on a handle refuses one that is null, foreign or destroyed, and
+// one that another thread's call uses.
+class Use {
+  public:
+    // `kind`: "instance" or "chain".
+    Use(const void* handle, const char* kind);
+    ~Use();
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+    const Failure& failure() const { return failure_; }
+
+    static void begin_life(const void* handle, const char* kind);
+    // False if it is none, or in use.
+    static bool end_life(const void* handle, const char* kind);
+    static bool is_alive(const void* handle, const char* kind);
+
+  private:
+    const void* handle_;
+    const char* kind_;
+    Failure failure_;
+};
+
+// A handle of this chain.
+pc_chain* new_chain(Chain chain);
 
 // The result of work(). An exception becomes a Failure, so that none leaves the library.
 template <class Work>

@@ -29,7 +29,7 @@ Failure check_texture(const char* member, const pc_texture& given, int width, in
         return {PC_ERROR_INPUT,
                 concat(member, ": a frame of ", width, "x", height, " at ", given.x, ", ", given.y,
                        " is not inside its ", given.width, "x", given.height, " texels")};
-    texture.whole = given.x == 0 && given.y == 0 && given.width == width && given.height == height;
+    texture.at_origin = given.x == 0 && given.y == 0;
     return {};
 }
 
@@ -64,6 +64,12 @@ Failure check_numbers(const pc_frame& given) {
         if (!std::isfinite(given.view_projection[i]) ||
             !std::isfinite(given.other_view_projection[i]))
             return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
+    constexpr uint32_t kFrameFlags = 2 * PC_GIVEN_SHUTTER - 1;
+    if ((given.flags & ~kFrameFlags) != 0)
+        return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
+                                         " has a bit that this library does not know")};
+    if (given.reserved != 0 || given.reserved_2 != 0)
+        return {PC_ERROR_VERSION, "pc_frame.reserved or reserved_2 is not 0"};
     if (given.pre_exposure < 0)
         return {PC_ERROR_CHAIN, concat("pre_exposure is ", given.pre_exposure)};
     if (given.pixel_aspect < 0)
@@ -111,7 +117,7 @@ bool HostFrame::shows_fill() const {
 }
 
 bool HostFrame::motion_in_place() const {
-    return motion.whole && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
+    return motion.at_origin && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
            scale_of(given->motion_scale[1]) == 1 && given->motion_bias[0] == 0 &&
            given->motion_bias[1] == 0 && !flag(PC_MOTION_JITTERED);
 }
@@ -171,6 +177,35 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
     return {};
 }
 
+Failure check_deeper(const HostFrame& frame) {
+    const pc_frame& given = *frame.given;
+    const struct {
+        const char* name;
+        const float (&columns)[16];
+    } matrices[] = {{"view_projection", given.view_projection},
+                    {"other_view_projection", given.other_view_projection}};
+    for (const auto& [name, columns] : matrices) {
+        if (!any(columns)) continue;
+        const glm::dmat3 rows = directions(columns);
+        double scale = 1;
+        for (int i = 0; i < 3; ++i) scale *= glm::length(rows[i]);
+        if (!(std::abs(glm::determinant(rows)) > 1e-9 * scale))
+            return {PC_ERROR_INPUT,
+                    concat(name, ": is singular; give world to clip space, columns first")};
+    }
+    const struct {
+        const char* name;
+        uint32_t texture;
+    } planes[] = {{"depth", given.depth.name},
+                  {"motion", given.motion.name},
+                  {"exposure", given.exposure.name}};
+    for (const auto& [name, texture] : planes)
+        if (given.output.name != 0 && given.output.name == texture)
+            return {PC_ERROR_INPUT, concat("output: is the texture of ", name,
+                                           ", which it would overwrite; only color may be both")};
+    return {};
+}
+
 FrameDescription describe(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     FrameDescription description;
@@ -199,6 +234,8 @@ FrameDescription describe(const HostFrame& frame) {
     set(camera.meters_per_unit, given.meters_per_unit);
     set(camera.shutter_frames, given.shutter_frames);
     if (given.shutter_frames < 0) camera.shutter_frames = 0;
+    if (frame.flag(PC_GIVEN_SHUTTER)) camera.shutter_frames = std::max(given.shutter_frames, 0.0f);
+    description.camera_place = "in pc_frame";
     FrameBounds& bounds = description.bounds;
     bounds.camera_cut = frame.flag(PC_CAMERA_CUT);
     bounds.color_is_half = frame.color.format->half && !frame.has_gain();
@@ -208,26 +245,66 @@ FrameDescription describe(const HostFrame& frame) {
     return description;
 }
 
-PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
+PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uint64_t revision) {
     const pc_frame& given = *frame.given;
     PlanKey key;
     key.chain = chain;
     key.revision = revision;
-    key.width = frame.width;
-    key.height = frame.height;
+    key.room = room;
     key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
     key.cases = {frame.color_in_place(), frame.depth_in_place(),     frame.motion_in_place(),
-                 frame.output.whole,     frame.output_is_an_input(), frame.sky,
+                 frame.output.at_origin, frame.output_is_an_input(), frame.sky,
                  frame.has_gain(),       frame.exposure.name != 0,   frame.output_is_color()};
     if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;
 }
 
+FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
+    FrameKind kind{chain,
+                   revision,
+                   frame.given->flags & (PC_HALF_PLANES | PC_NO_ELISION),
+                   frame.depth.name != 0,
+                   frame.motion.name != 0,
+                   frame.exposure.name != 0,
+                   {}};
+    if (frame.given->debug_view)
+        std::strncpy(kind.debug_view.data(), frame.given->debug_view, kLongestView);
+    return kind;
+}
+
+std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared) {
+    const FrameKind* nearest = nullptr;
+    for (const FrameKind& other : prepared)
+        if (other.chain == kind.chain) nearest = &other;
+    if (!nearest) return "pc_prepare() was not called for this chain";
+    const auto given = [](const char* member, bool now) {
+        return concat(member, now ? ": given, and not" : ": not given, but", " to pc_prepare()");
+    };
+    const auto flag = [&](const char* name, uint32_t bit) {
+        return concat("flags: ", name,
+                      (kind.flags & bit) != 0 ? ", and not" : " is missing, but set",
+                      " in pc_prepare()");
+    };
+    const char* remedy = "; call pc_prepare() with a frame like this one";
+    const uint32_t flags = kind.flags ^ nearest->flags;
+    if (kind.debug_view != nearest->debug_view)
+        return concat("debug_view: pc_prepare() was not called with \"", kind.debug_view.data(),
+                      "\"", remedy);
+    if ((flags & PC_HALF_PLANES) != 0) return flag("PC_HALF_PLANES", PC_HALF_PLANES) + remedy;
+    if (flags != 0) return flag("PC_NO_ELISION", PC_NO_ELISION) + remedy;
+    if (kind.exposure != nearest->exposure) return given("exposure", kind.exposure) + remedy;
+    if (kind.depth && !nearest->depth) return given("depth", true) + remedy;
+    if (kind.motion && !nearest->motion) return given("motion", true) + remedy;
+    return concat("the chain's values were changed since pc_prepare()", remedy);
+}
+
 FrameValues values_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    return {given.near_clip,
+    return {float(frame.width),
+            float(frame.height),
+            given.near_clip,
             given.far_clip,
             given.focal_length_mm,
             given.sensor_width_mm,
@@ -239,7 +316,8 @@ FrameValues values_of(const HostFrame& frame) {
             given.nearest,
             given.farthest,
             given.pixel_aspect,
-            frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f};
+            frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f,
+            frame.flag(PC_GIVEN_SHUTTER) ? 1.0f : 0.0f};
 }
 
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {

@@ -3,8 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "chain/frame.h"
+#include "chain/gl/compiled_plan.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/host_format.h"
 #include "shaders/shared/guest_uniforms.h"
@@ -15,7 +18,7 @@ namespace postchain::guest {
 struct HostTexture {
     uint32_t name = 0;
     const HostFormat* format = nullptr;
-    bool whole = false;  // the frame's rectangle is the whole texture
+    bool at_origin = false;  // the frame's rectangle begins at its first texel
     bool operator==(const HostTexture&) const = default;
 };
 
@@ -30,9 +33,9 @@ struct HostFrame {
     bool top_left() const { return flag(PC_TOP_LEFT); }
     // Whether passes see color multiplied by a factor.
     bool has_gain() const;
-    bool color_in_place() const { return color.whole && top_left() && !has_gain(); }
+    bool color_in_place() const { return color.at_origin && top_left() && !has_gain(); }
     bool depth_in_place() const {
-        return depth.whole && top_left() && given->depth_encoding == PC_DEPTH_INVERSE;
+        return depth.at_origin && top_left() && given->depth_encoding == PC_DEPTH_INVERSE;
     }
     bool motion_in_place() const;
     bool output_is_an_input() const;
@@ -44,24 +47,41 @@ struct HostFrame {
 // encoding needs, or a value that is not finite. Calls no GL, allocates nothing.
 Failure check_frame(const pc_frame* given, HostFrame& frame);
 
+// For PC_VALIDATE: matrices that cannot be inverted, an output over another plane than color.
+// Precondition: check_frame().
+Failure check_deeper(const HostFrame& frame);
+
 // The description for the planner. Precondition: check_frame().
 FrameDescription describe(const HostFrame& frame);
 
-// Everything that a plan and its conversion depend on, except the frame's values and number. Plans
-// of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
+// Everything that a plan and its conversion depend on, except the frame's size, values and number.
+// Plans of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
 struct PlanKey {
     uint64_t chain = 0, revision = 0;
-    int width = 0, height = 0;
+    gl::Room room;  // its textures are as large as frames of this size need
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
     std::array<bool, 9> cases = {};
     std::array<char, 64> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
-PlanKey key_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
+PlanKey key_of(const HostFrame& frame, const gl::Room& room, uint64_t chain, uint64_t revision);
 
-// The frame's camera and bounds; the last is 1 at a cut.
-using FrameValues = std::array<float, 13>;
+// What selects programs, beside the planes that a frame may lack: pc_prepare() compiles those of
+// all frames of one kind. docs/integration.md lists the members.
+struct FrameKind {
+    uint64_t chain = 0, revision = 0;
+    uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION
+    bool depth = false, motion = false, exposure = false;
+    std::array<char, 64> debug_view = {};
+    bool operator==(const FrameKind&) const = default;
+};
+FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
+// The member by which a frame is of none of these kinds, and the remedy.
+std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared);
+
+// The frame's size, camera, bounds, and 1 for each flag that changes them.
+using FrameValues = std::array<float, 16>;
 FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps that convert from and to the host's textures.

@@ -15,21 +15,8 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
-// The planes that the step `import` makes of a host's textures.
-struct Imported {
-    bool color = false, depth = false, motion = false;
-    bool sky = false;  // computes the motion of the sky
-
-    bool any() const { return color || depth || motion; }
-};
-
-ProgramKey import_program(const Imported& made, bool exposure) {
-    return {"guest/import.comp",
-            {{"COLOR", flag(made.color)},
-             {"DEPTH", flag(made.depth)},
-             {"MOTION", flag(made.motion)},
-             {"SKY", flag(made.motion && made.sky)},
-             {"EXPOSURE", flag(made.color && exposure)}}};
+ProgramKey import_program(bool exposure) {
+    return {"guest/import.comp", {{"EXPOSURE", flag(exposure)}}};
 }
 
 ProgramKey export_program(bool exposure) {
@@ -57,6 +44,7 @@ class Builder {
         plan().outputs.clear();
         if (host_.result >= 0) plan().outputs[Role::color] = host_.result;
         find_lifetimes(plan(), outputs);
+        fit(plan(), frame_.width, frame_.height);
         return std::move(host_);
     }
 
@@ -67,15 +55,13 @@ class Builder {
         PlanTexture texture;
         texture.name = name;
         texture.format = format;
-        texture.width = frame_.width;
-        texture.height = frame_.height;
         texture.imported = imported;
         plan().textures.push_back(texture);
         return TextureId(plan().textures.size()) - 1;
     }
 
     int add_pass(const char* name) {
-        plan().passes.push_back({name, "", false});
+        plan().passes.push_back({name, "", false, {}});
         return int(plan().passes.size()) - 1;
     }
 
@@ -86,7 +72,6 @@ class Builder {
         step.name = name;
         step.program = std::move(program);
         step.set_uniforms(shared::GuestUniforms{});
-        step.groups = groups_for(frame_.width, frame_.height);
         return step;
     }
 
@@ -95,7 +80,7 @@ class Builder {
         if (frame_.exposure.name == 0) return;
         if (host_.exposure < 0) {
             host_.exposure = add_texture("host.exposure", Format::r32f, true);
-            plan().textures.back().width = plan().textures.back().height = 1;
+            plan().textures.back().area = Area::fixed(1, 1);
         }
         step.bindings.push_back({kExposureUnit, host_.exposure});
     }
@@ -139,7 +124,7 @@ class Builder {
             host_.result = color;
             return;
         }
-        if (works && as_is && frame_.output.whole && !frame_.output_is_an_input() &&
+        if (works && as_is && frame_.output.at_origin && !frame_.output_is_an_input() &&
             !is_read(color)) {
             plan().textures[size_t(color)].imported =
                 true;  // the last pass writes to the host's texture
@@ -161,21 +146,35 @@ class Builder {
     void add_fill_view() {
         const TextureId start = input(Role::layers), mask = plan().outputs.at(Role::layers);
         plan().textures[size_t(start)].imported = false;
-        Step begin;
-        begin.pass = add_pass("fill");
-        begin.name = "fill_start";
-        begin.program = {"guest/fill_start.comp", {}};
-        begin.groups = groups_for(frame_.width, frame_.height);
-        launch_by(begin, -1);
+        Step begin = make_step(add_pass("fill"), "fill_start", {"guest/fill_start.comp", {}});
         begin.bindings = {{0, start, Access::write}};
+        host_.fill_step = 0;
         plan().steps.insert(plan().steps.begin(), std::move(begin));
         host_.result = add_target();
-        Step view = make_step(add_pass("export"), "debug_view",
-                              {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}}});
+        Step view =
+            make_step(add_pass("export"), "debug_view",
+                      {"guest/debug_view.comp", {{"VIEW", "5"}, {"EXPOSURE", "0"}, {"HOST", "0"}}});
         launch_by(view, -1);
         view.bindings = {{0, mask}, {0, host_.result, Access::write}};
+        host_.shown = mask;
         host_.export_step = int(plan().steps.size());
         plan().steps.push_back(std::move(view));
+    }
+
+    // The host's texture of the name "host.color", "host.depth" or "host.motion", if it is given.
+    TextureId add_host_view(std::string_view name) {
+        const struct {
+            const char* name;
+            const HostTexture& texture;
+            Format format;
+            TextureId HostPlan::*id;
+        } views[] = {{"host.color", frame_.color, Format::rgba32f, &HostPlan::color},
+                     {"host.depth", frame_.depth, Format::r32f, &HostPlan::depth},
+                     {"host.motion", frame_.motion, Format::rg32f, &HostPlan::motion}};
+        for (const auto& view : views)
+            if (name == view.name && view.texture.name != 0)
+                return host_.*view.id = add_texture(view.name, view.format, true);
+        return -1;
     }
 
     // "0.motion_blur.tile_max" or "0.motion_blur.tile_max:vector".
@@ -183,7 +182,8 @@ class Builder {
         const size_t colon = view.find(':');
         const std::string_view name = view.substr(0, colon);
         const std::string_view as = colon == view.npos ? "" : view.substr(colon + 1);
-        TextureId shown = -1;
+        TextureId shown = add_host_view(name);
+        const bool of_host = shown >= 0;
         for (size_t i = 0; i < plan().textures.size(); ++i)
             if (plan().textures[i].name == name) shown = TextureId(i);
         if (shown < 0)
@@ -203,7 +203,7 @@ class Builder {
                                                     "after a colon stands color, number or "
                                                     "vector, and packed bits are no picture"));
         // Steps after the last one that writes the texture are not needed.
-        int last = -1;
+        int last = -1;  // of the host's own: there is none
         for (int i = 0; i < int(plan().steps.size()); ++i)
             for (const auto& binding : plan().steps[size_t(i)].bindings)
                 if (binding.texture == shown && plan().steps[size_t(i)].writes(binding)) last = i;
@@ -212,10 +212,12 @@ class Builder {
         host_.result = add_target();
         const auto add = [&](const char* step_name, const std::string& how, TextureId source) {
             Step step = make_step(pass, step_name,
-                                  {"guest/debug_view.comp", {{"VIEW", how}, {"EXPOSURE", "0"}}});
+                                  {"guest/debug_view.comp",
+                                   {{"VIEW", how}, {"EXPOSURE", "0"}, {"HOST", flag(of_host)}}});
             launch_by(step, how == "4" ? shown : -1);
             step.bindings.push_back({0, source});
             step.bindings.push_back({0, host_.result, Access::write});
+            host_.shown = source;
             plan().steps.push_back(std::move(step));
             return int(plan().steps.size()) - 1;
         };
@@ -229,7 +231,7 @@ class Builder {
     void add_import() {
         struct Plane {
             Role role;
-            bool Imported::*made;
+            int makes;
             const char* host;
             bool in_place;
             Format format;
@@ -237,16 +239,14 @@ class Builder {
         };
         const bool half = frame_.color.format->half && !frame_.has_gain();
         const Plane planes[] = {
-            {Role::color, &Imported::color, "host.color", frame_.color_in_place(),
+            {Role::color, GUEST_MAKES_COLOR, "host.color", frame_.color_in_place(),
              half ? Format::rgba16f : Format::rgba32f, &HostPlan::color},
-            {Role::inverse_depth, &Imported::depth, "host.depth", frame_.depth_in_place(),
+            {Role::inverse_depth, GUEST_MAKES_DEPTH, "host.depth", frame_.depth_in_place(),
              Format::r32f, &HostPlan::depth},
-            {Role::motion, &Imported::motion, "host.motion", frame_.motion_in_place(),
+            {Role::motion, GUEST_MAKES_MOTION, "host.motion", frame_.motion_in_place(),
              Format::rg32f, &HostPlan::motion}};
         Step step = make_step(0, "import", {});
         const uint64_t pixels = uint64_t(frame_.width) * uint64_t(frame_.height);
-        Imported made;
-        made.sky = frame_.sky;
         for (int unit = 0; unit < 3; ++unit) {
             const Plane& plane = planes[unit];
             const TextureId canonical = input(plane.role);
@@ -256,7 +256,7 @@ class Builder {
                 host_.*plane.id = canonical;
                 continue;
             }
-            made.*plane.made = true;
+            host_.makes |= plane.makes;
             plan().textures[size_t(canonical)].imported = false;
             plan().textures[size_t(canonical)].format = plane.format;
             const TextureId host = add_texture(plane.host, plane.format, true);
@@ -265,17 +265,20 @@ class Builder {
             step.bindings.push_back({unit, canonical, Access::write});
             step.taps += pixels;
         }
-        if (!made.any()) return;
-        step.program = import_program(made, has_exposure());
-        if (made.motion && made.sky && !made.depth) {
-            if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
-            step.bindings.push_back({1, host_.depth});
+        if (host_.makes == 0) return;
+        step.program = import_program(has_exposure());
+        if (frame_.sky && (host_.makes & GUEST_MAKES_MOTION) != 0) {
+            host_.makes |= GUEST_MAKES_SKY;
+            if ((host_.makes & GUEST_MAKES_DEPTH) == 0) {
+                if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
+                step.bindings.push_back({1, host_.depth});
+            }
         }
-        if (made.color) bind_exposure(step);
+        if ((host_.makes & GUEST_MAKES_COLOR) != 0) bind_exposure(step);
         step.pass = add_pass("import");
         plan().steps.insert(plan().steps.begin(), std::move(step));
         host_.import_step = 0;
-        for (int* later : {&host_.export_step, &host_.debug_step})
+        for (int* later : {&host_.export_step, &host_.debug_step, &host_.fill_step})
             if (*later >= 0) ++*later;
     }
 
@@ -308,20 +311,18 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
 }
 
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame) {
-    const FrameDescription description = describe(frame);
-    std::vector<ProgramKey> programs = programs_of(chain, description, options_of(frame));
-    const RoleSet read = (chain.required() | chain.optional()) & description.planes;
     const bool exposure = frame.exposure.name != 0;
-    // Gain, scale of motion and matrices may come and go; a plane that the frame has may be unread.
-    programs.push_back(export_program(exposure));
-    const bool color_in_place = frame.top_left() && frame.color.whole && !exposure;
-    const bool depth = read.has(Role::inverse_depth) && !frame.depth_in_place();
-    const bool motion = read.has(Role::motion);
-    for (int i = 0; i < 16; ++i) {
-        const Imported made = {(i & 1) != 0, (i & 2) != 0, (i & 4) != 0, (i & 8) != 0};
-        const bool can_be = (made.color || color_in_place) && (!made.depth || depth) &&
-                            (!made.motion || motion) && (!made.sky || made.motion);
-        if (can_be && made.any()) programs.push_back(import_program(made, exposure));
+    std::vector<ProgramKey> programs = {import_program(exposure), export_program(exposure)};
+    // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
+    FrameDescription description = describe(frame);
+    const RoleSet given = description.planes;
+    for (int lacks = 0; lacks < 4; ++lacks) {
+        description.planes = given;
+        if (lacks & 1) description.planes.remove(Role::inverse_depth);
+        if (lacks & 2) description.planes.remove(Role::motion);
+        for (ProgramKey& key : programs_of(chain, description, options_of(frame)))
+            if (std::find(programs.begin(), programs.end(), key) == programs.end())
+                programs.push_back(std::move(key));
     }
     return programs;
 }

@@ -19,7 +19,10 @@ struct HostPlan {
     TextureId result = -1;
     bool writes_output = false;
     int import_step = -1, export_step = -1;  // steps with a GuestUniforms
+    int fill_step = -1;                      // makes the fill mask
+    int makes = 0;                           // GuestUniforms::makes of the import
     int debug_step = -1;                     // draws a work list
+    TextureId shown = -1;                    // the texture that a debug view draws
 };
 
 // The plan options that the host's flags select.
@@ -30,8 +33,9 @@ PlanOptions options_of(const HostFrame& frame);
 Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame);
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
 
-// Every program of the host plans of frames like this: with the same textures, formats and rows,
-// whatever their camera, values, matrices and number are. Debug views are left out.
+// Every program of the host plans of frames of one kind: of this chain, with these flags of planes
+// and elision, with an exposure or without, and with depth and motion of this frame or without.
+// Debug views are left out.
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame);
 
 }  // namespace postchain::guest

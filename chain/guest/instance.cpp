@@ -43,6 +43,7 @@ Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& 
 
 Failure Instance::open() {
     const bool own = (info_.flags & PC_OWN_CONTEXT) != 0;
+    if (Failure failure = check_epoxy(); !failure.ok()) return failure;
     context_ = ContextId::current();
     if (own && context_)
         return {
@@ -67,13 +68,31 @@ Failure Instance::open() {
     tells_loss_ = strategy == GL_LOSE_CONTEXT_ON_RESET;
     objects_ = std::make_unique<Objects>(device_);
     objects_->pool.set_budget(info_.texture_budget);
+    const auto limit = uint32_t(device_.limits.texture_px);
+    if ((info_.max_width == 0) != (info_.max_height == 0) || info_.max_width > limit ||
+        info_.max_height > limit)
+        return {PC_ERROR_ARGUMENT,
+                concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
+                       "; give both or neither, up to ", limit)};
+    room_ = {int(info_.max_width), int(info_.max_height)};
     return {};
 }
 
 Instance::~Instance() {
     if (!objects_) return;
     if (lost_ || !context_.is_current()) abandon();
-    if (objects_) objects_->entries.clear();  // before the pool that their textures are of
+    if (!objects_) return;
+    objects_->entries.clear();  // before the pool that their textures are of
+    // A program that the last step left in use would be one that is deleted and current.
+    const auto deleted = [] {
+        GLint program = 0, status = GL_FALSE;
+        glGetIntegerv(GL_CURRENT_PROGRAM, &program);
+        if (program) glGetProgramiv(GLuint(program), GL_DELETE_STATUS, &status);
+        return status == GL_TRUE;
+    };
+    const bool before = deleted();
+    objects_.reset();
+    if (!before && deleted()) glUseProgram(0);
 }
 
 void Instance::abandon() {
@@ -104,12 +123,20 @@ void Instance::log(int level, const std::string& message) const {
     info_.log(info_.user, level, message.c_str());
 }
 
+Failure Instance::check(const pc_frame* given, HostFrame& frame) {
+    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    const int limit = device_.limits.texture_px;
+    if (frame.width > limit || frame.height > limit)
+        return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
+                                       "; this device's limit is ", limit, " a side")};
+    return check_context();
+}
+
 Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool wait) {
     HostFrame frame;
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (Failure failure = check_context(); !failure.ok()) return failure;
+    if (Failure failure = check(given, frame); !failure.ok()) return failure;
     // Without waiting the host calls again and again with one frame: that is planned once.
-    const PlanKey key = key_of(frame, chain.id(), chain.revision());
+    const PlanKey key = key_of(frame, {}, chain.id(), chain.revision());
     const FrameValues values = values_of(frame);
     if (prepared_ != key || prepared_values_ != values) {
         prepared_.reset();
@@ -122,6 +149,8 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
         prepared_ = key;
         prepared_values_ = values;
     }
+    for (const ProgramKey& program_key : prepared_programs_)
+        if (wait) objects_->programs.begin(program_key);
     int compiled = 0;
     for (const ProgramKey& program_key : prepared_programs_) {
         if (objects_->programs.has(program_key)) continue;
@@ -130,6 +159,10 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
             return program.status();
         ++compiled;
     }
+    const FrameKind kind = kind_of(frame, chain.id(), chain.revision());
+    std::erase(prepared_kinds_, kind);
+    prepared_kinds_.push_back(kind);
+    if (prepared_kinds_.size() > kMaxKinds) prepared_kinds_.erase(prepared_kinds_.begin());
     objects_->pool.begin_frame();
     pc_frame cut = *given;
     cut.flags ^= PC_CAMERA_CUT;
@@ -162,7 +195,7 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
                 return s;
         resolved = true;
         if (purpose.shape != resolved_.shape()) continue;
-        known->compiled.rewrite_values([&](Plan& plan) { write_uniforms(resolved_, plan); });
+        known->compiled.rewrite_values([&](Plan& plan) { write_values(resolved_, plan); });
         purpose.values = values;
         purpose.frame_number = number;
         entry = known.get();
@@ -172,8 +205,26 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
 }
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
+    const gl::Room room = room_for(frame), tight = {frame.width, frame.height};
+    PlanKey key = key_of(frame, room, handle.id(), handle.revision());
+    Failure failure = find_or_make(handle, frame, key, entry);
+    if (failure.result != PC_ERROR_MEMORY) return failure;
+    // Once more, without what other sizes hold, and in the frame's own size.
+    objects_->entries.clear();
+    objects_->pool.begin_frame();
+    objects_->pool.trim(0);
+    key.room = room_ = tight;
+    failure = find_or_make(handle, frame, key, entry);
+    if (!failure.ok()) {
+        objects_->pool.trim(0);
+        room_ = {};
+    }
+    return failure;
+}
+
+Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame,
+                               const PlanKey& key, Entry*& entry) {
     const Chain& chain = handle.chain();
-    const PlanKey key = key_of(frame, handle.id(), handle.revision());
     if (Failure failure = find(chain, frame, key, entry); entry || !failure.ok()) return failure;
     Purpose purpose{key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
     purpose.rules = purpose.options.rules(chain);
@@ -185,7 +236,9 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     if (!host.ok()) return host.status();
     ++plans_;
     for (const auto& known : objects_->entries) {
-        if (!gl::same_shape(known->compiled.plan(), host->plan)) continue;
+        if (known->purpose.key.room != key.room ||
+            !gl::same_shape(known->compiled.plan(), host->plan))
+            continue;
         known->compiled.take_values(std::move(host->plan));
         known->purpose = std::move(purpose);
         known->host = std::move(*host);
@@ -194,22 +247,33 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     }
     for (const Step& step : host->plan.steps)
         if (!objects_->programs.has(step.program))
-            return {PC_ERROR_PREPARE, concat("pc_prepare() has seen no frame like this: ",
-                                             step.program.text(), " is not compiled")};
-    Failure failure = make(purpose, *host, entry);
-    if (failure.result != PC_ERROR_MEMORY) return failure;
-    // Once more, without what other sizes hold.
-    objects_->entries.clear();
-    objects_->pool.begin_frame();
-    objects_->pool.trim(0);
-    failure = make(std::move(purpose), *host, entry);
-    if (!failure.ok()) objects_->pool.trim(0);
-    return failure;
+            return {
+                PC_ERROR_PREPARE,
+                difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_)};
+    return make(std::move(purpose), *host, entry);
+}
+
+gl::Room Instance::room_for(const HostFrame& frame) {
+    const auto add = [&](gl::Room& room) {
+        room = {std::max(room.width, frame.width), std::max(room.height, frame.height)};
+    };
+    // A texture that the host gets has the size of its frame, unless it stated another.
+    if (frame.output.name == 0 && !states_room()) return {frame.width, frame.height};
+    if (2 * frame.width > room_.width || 2 * frame.height > room_.height || states_room()) {
+        small_frames_ = 0;
+        small_ = {};
+    } else {
+        add(small_);
+        if (++small_frames_ > kept_frames()) room_ = small_;
+    }
+    add(room_);
+    return room_;
 }
 
 Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
-    auto compiled = gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs,
-                                           objects_->run, (info_.flags & PC_LABELS) != 0);
+    auto compiled =
+        gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs, objects_->run,
+                               (info_.flags & PC_LABELS) != 0, purpose.key.room);
     if (!compiled.ok()) return compiled.status();
     HostPlan about = host;
     about.plan = {};
@@ -219,14 +283,13 @@ Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
     return {};
 }
 
-// Plans of other sizes that did not run for a while, and the one that ran longest ago.
+// Plans for frames up to another size that did not run for a while, and the one that ran longest
+// ago.
 void Instance::forget_entries(const PlanKey& key) {
     auto& entries = objects_->entries;
-    const uint64_t kept = info_.keep_frames ? info_.keep_frames : 8;
+    const uint64_t kept = kept_frames();
     std::erase_if(entries, [&](const auto& entry) {
-        const PlanKey& its = entry->purpose.key;
-        const bool other = its.width != key.width || its.height != key.height;
-        return other && entry->last_run + kept < frames_;
+        return entry->purpose.key.room != key.room && entry->last_run + kept < frames_;
     });
     while (entries.size() > kMaxEntries)
         entries.erase(std::min_element(
@@ -245,8 +308,19 @@ void Instance::import(Entry& entry, const HostFrame& frame) {
     if (host.writes_output)
         compiled.import(host.result, frame.output.name, frame.output.format->name);
     if (host.import_step < 0 && host.export_step < 0) return;
-    const shared::GuestUniforms uniforms = uniforms_of(frame);
-    for (const int step : {host.import_step, host.export_step, host.debug_step})
+    shared::GuestUniforms uniforms = uniforms_of(frame);
+    uniforms.makes = host.makes;
+    if (host.shown >= 0) {
+        const PlanTexture& shown = compiled.plan().textures[size_t(host.shown)];
+        uniforms.shown_size = {shown.width, shown.height};
+        const std::pair<TextureId, const pc_texture&> views[] = {
+            {host.color, frame.given->color},
+            {host.depth, frame.given->depth},
+            {host.motion, frame.given->motion}};
+        for (const auto& [id, texture] : views)
+            if (host.shown == id) uniforms.shown_at = {texture.x, texture.y};
+    }
+    for (const int step : {host.import_step, host.export_step, host.debug_step, host.fill_step})
         if (step >= 0) compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
 }
 
@@ -271,12 +345,12 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
 
 Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
     HostFrame frame;
-    if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    if (Failure failure = check_context(); !failure.ok()) return failure;
+    if (Failure failure = check(given, frame); !failure.ok()) return failure;
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
     if (validates) {
         if (Status left = gl::check_error("the host left an error"); !left.ok())
             log(PC_LOG_WARNING, left.message());
+        if (Failure failure = check_deeper(frame); !failure.ok()) return failure;
         if (Failure failure = validate(frame); !failure.ok()) return failure;
     }
     ++frames_;
@@ -299,8 +373,8 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
         result = {};
         result.name = entry->compiled.name_of(id);
         result.internal_format = gl::internal_format(plan.textures[size_t(id)].format);
-        result.width = frame.width;
-        result.height = frame.height;
+        result.width = entry->purpose.key.room.width;
+        result.height = entry->purpose.key.room.height;
     }
     forget_entries(entry->purpose.key);
     if (!validates) return {};

@@ -76,6 +76,7 @@ class Instance {
         pc_frame frame = {};
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
+    static constexpr size_t kMaxKinds = 64;  // for messages
     // Maximum number of plans kept, for example for a cut, a debug view, or the other eye.
     static constexpr size_t kMaxEntries = 8;
 
@@ -91,11 +92,19 @@ class Instance {
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
+    // check_frame(), the device's limits, check_context().
+    Failure check(const pc_frame* given, HostFrame& frame);
     // The plan of this key and shape, with the frame's values; null if there is none.
     Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE if a program is not compiled.
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
+    Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, const PlanKey& key,
+                         Entry*& entry);
+    uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
+    bool states_room() const { return info_.max_width > 0; }
     Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
+    // The size of frame for which the textures of this one's plans are made.
+    gl::Room room_for(const HostFrame& frame);
     void forget_entries(const PlanKey& key);
     static void import(Entry& entry, const HostFrame& frame);
     Failure dispatch(Entry& entry, const HostFrame& frame);
@@ -110,10 +119,14 @@ class Instance {
     std::unique_ptr<Objects> objects_;
     std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
     std::vector<ProgramKey> prepared_programs_;
+    std::vector<FrameKind> prepared_kinds_;  // the newest last
     FrameValues prepared_values_ = {};
     ResolvedChain resolved_;  // the frame that find() looks for
     LastFrame last_;
     GlState state_;
+    gl::Room room_;              // the largest frame stated or seen
+    uint64_t small_frames_ = 0;  // the newest frames of at most half its sides
+    gl::Room small_;             // the largest of them
     int timing_ = 0;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
     mutable std::string logged_;

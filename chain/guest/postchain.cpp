@@ -17,28 +17,51 @@ using postchain::guest::ChainHandle;
 using postchain::guest::change_struct;
 using postchain::guest::create;
 using postchain::guest::create_error;
+using postchain::guest::engines_text;
 using postchain::guest::Failure;
 using postchain::guest::guarded;
 using postchain::guest::Instance;
+using postchain::guest::new_chain;
 using postchain::guest::read_struct;
+using postchain::guest::Use;
 
 namespace {
 
-template <class Work>
-pc_result call(pc_instance* instance, const Work& work) {
-    if (!instance) return PC_ERROR_ARGUMENT;
-    Failure failure = guarded(work);
-    instance->is->error.swap(failure.text);
-    if (failure.result < 0) instance->is->log(PC_LOG_ERROR, instance->is->error);
+// The text of pc_error(). Without memory for it there is none.
+void keep(const std::string& text) noexcept {
+    try {
+        create_error() = text;
+    } catch (...) {
+        create_error().clear();
+    }
+}
+
+// A call that does not change the handle.
+template <class Handle, class Work>
+pc_result look(const Handle* handle, const char* name, const Work& work) {
+    const Use use(handle, name);
+    const Failure failure = use.failure().ok() ? guarded(work) : use.failure();
+    keep(failure.text);
     return failure.result;
 }
 
 template <class Work>
+pc_result call(pc_instance* instance, const Work& work) {
+    return look(instance, "instance", [&] {
+        Failure failure = guarded(work);
+        instance->is->error = failure.text;
+        if (failure.result < 0) instance->is->log(PC_LOG_ERROR, failure.text);
+        return failure;
+    });
+}
+
+template <class Work>
 pc_result call(pc_chain* chain, const Work& work) {
-    if (!chain) return PC_ERROR_ARGUMENT;
-    Failure failure = guarded(work);
-    chain->is.error.swap(failure.text);
-    return failure.result;
+    return look(chain, "chain", [&] {
+        Failure failure = guarded(work);
+        chain->is.error = failure.text;
+        return failure;
+    });
 }
 
 }  // namespace
@@ -91,11 +114,20 @@ pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
                            ": this library has ", PC_API_VERSION >> 16)};
         if (info->state > PC_STATE_LEAVE)
             return {PC_ERROR_ARGUMENT, concat("state: ", info->state, " is not a PC_STATE value")};
+        if (info->flags > (2 * PC_OWN_CONTEXT - 1))
+            return {PC_ERROR_VERSION, concat("pc_create_info.flags: ", info->flags,
+                                             " has a bit that this library does not know")};
+        if (info->reserved != 0) return {PC_ERROR_VERSION, "pc_create_info.reserved is not 0"};
         auto made = std::make_unique<pc_instance>();
         if (Failure failure = Instance::create(*info, made->is); !failure.ok()) return failure;
+        Use::begin_life(made.get(), "instance");
         *instance = made.release();
         return {};
     });
+}
+
+const char* pc_error(void) {
+    return create_error().c_str();
 }
 
 const char* pc_create_error(void) {
@@ -103,27 +135,26 @@ const char* pc_create_error(void) {
 }
 
 void pc_destroy(pc_instance* instance) {
-    delete instance;
+    if (Use::end_life(instance, "instance")) delete instance;
 }
 
 void pc_abandon(pc_instance* instance) {
-    if (instance) instance->is->abandon();
+    if (!Use::end_life(instance, "instance")) return;
+    instance->is->abandon();
     delete instance;
 }
 
 const char* pc_last_error(const pc_instance* instance) {
-    return instance ? instance->is->error.c_str() : "instance is NULL";
+    return Use::is_alive(instance, "instance") ? instance->is->error.c_str() : "no such instance";
 }
 
 pc_result pc_query(const pc_instance* instance, pc_capabilities* out) {
-    if (!instance) return PC_ERROR_ARGUMENT;
-    return guarded([&] {
-               return change_struct(out, "pc_capabilities", [&](pc_capabilities& whole) {
-                   instance->is->capabilities(whole);
-                   return Failure();
-               });
-           })
-        .result;
+    return look(instance, "instance", [&] {
+        return change_struct(out, "pc_capabilities", [&](pc_capabilities& whole) {
+            instance->is->capabilities(whole);
+            return Failure();
+        });
+    });
 }
 
 pc_result pc_chain_create(const char* names, pc_chain** chain) {
@@ -132,22 +163,26 @@ pc_result pc_chain_create(const char* names, pc_chain** chain) {
         *chain = nullptr;
         auto made = ChainHandle::parse(names ? names : "");
         if (!made.ok()) return made.status();
-        *chain = new pc_chain{ChainHandle(std::move(*made))};
+        *chain = new_chain(std::move(*made));
         return {};
     });
 }
 
 void pc_chain_destroy(pc_chain* chain) {
-    delete chain;
+    if (Use::end_life(chain, "chain")) delete chain;
 }
 
 const char* pc_chain_error(const pc_chain* chain) {
-    return chain ? chain->is.error.c_str() : "chain is NULL";
+    return Use::is_alive(chain, "chain") ? chain->is.error.c_str() : "no such chain";
 }
 
 pc_result pc_pass(uint32_t index, const char** name, const char** help) {
     const auto& types = postchain::guest::passes().types();
-    if (index >= types.size()) return PC_ERROR_ARGUMENT;
+    if (index >= types.size()) {
+        keep(concat("index ", index, ": there are ", types.size(), " passes"));
+        return PC_ERROR_ARGUMENT;
+    }
+    keep("");
     if (name) *name = types[index].name.c_str();
     if (help) *help = types[index].help.c_str();
     return PC_OK;
@@ -188,19 +223,20 @@ pc_result pc_chain_unset(pc_chain* chain, uint32_t pass, const char* key) {
 }
 
 pc_result pc_use_conventions(const char* engine, pc_frame* frame) {
-    if (!engine) return PC_ERROR_ARGUMENT;
-    return guarded([&] {
-               return change_struct(frame, "pc_frame", [&](pc_frame& whole) -> Failure {
-                   if (postchain::guest::use_conventions(engine, whole)) return {};
-                   return {PC_ERROR_ARGUMENT, ""};
-               });
-           })
-        .result;
+    return create([&]() -> Failure {
+        if (!engine) return {PC_ERROR_ARGUMENT, "engine is NULL"};
+        return change_struct(frame, "pc_frame", [&](pc_frame& whole) -> Failure {
+            if (postchain::guest::use_conventions(engine, whole)) return {};
+            return {PC_ERROR_ARGUMENT,
+                    concat("engine: unknown \"", engine, "\"; known are ", engines_text())};
+        });
+    });
 }
 
 pc_result pc_prepare(pc_instance* instance, pc_chain* chain, const pc_frame* frame, int wait) {
     return call(instance, [&]() -> Failure {
-        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        const Use use(chain, "chain");
+        if (!use.failure().ok()) return use.failure();
         pc_frame copy;
         const pc_frame* whole = nullptr;
         if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
@@ -218,7 +254,8 @@ pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
         if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
             return failure;
         picture = whole->color;
-        if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
+        const Use use(chain, "chain");
+        if (!use.failure().ok()) return use.failure();
         return instance->is->run(chain->is, whole, picture);
     });
     if (result) *result = picture;
@@ -255,27 +292,26 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
 }
 
 pc_result pc_count(const pc_instance* instance, pc_counters* counters) {
-    if (!instance) return PC_ERROR_ARGUMENT;
-    return guarded([&] {
-               return change_struct(counters, "pc_counters", [&](pc_counters& whole) {
-                   instance->is->count(whole);
-                   return Failure();
-               });
-           })
-        .result;
+    return look(instance, "instance", [&] {
+        return change_struct(counters, "pc_counters", [&](pc_counters& whole) {
+            instance->is->count(whole);
+            return Failure();
+        });
+    });
 }
 
 pc_result pc_explain(const pc_instance* instance, char* text, size_t* size) {
-    if (!instance || !size) return PC_ERROR_ARGUMENT;
-    const Failure failure = guarded([&]() -> Failure {
+    return look(instance, "instance", [&]() -> Failure {
+        if (!size) return {PC_ERROR_ARGUMENT, "size is NULL"};
         const std::string json = instance->is->explain();
         const size_t room = *size;
         *size = json.size() + 1;
-        if (!text || room < *size) return {PC_ERROR_ARGUMENT, ""};
+        if (!text || room < *size)
+            return {PC_ERROR_ARGUMENT,
+                    concat("size: room for ", room, " bytes; the text has ", *size)};
         std::memcpy(text, json.c_str(), *size);
         return {};
     });
-    return failure.result;
 }
 
 pc_result pc_check_motion(pc_instance* instance, const pc_frame* frame,

@@ -1,36 +1,39 @@
-/* clang-format off: it would join the paragraphs below. */
-/* The chain as a guest in a host's own OpenGL 4.5 context. C11 and C++20.
- *
- *   pc_create()  pc_chain_create()  pc_prepare()      once
- *   pc_run()                                          every frame
- *
- * Introduction and the conventions of common engines: docs/integration.md. Guarantees for later
- * versions: docs/compatibility.md.
- *
- * Threads   An instance belongs to the GL context that was current when it was created. Calls
- *           marked [GL] need that context current on the calling thread. With another context, or
- *           none, they return PC_ERROR_CONTEXT and call no GL. The host must not make two calls on
- *           one object at the same time.
- * Structs   The host zeroes a struct and sets struct_size = sizeof. 0 is every member's default. A
- *           host may be compiled with an older or a newer header than the library: members that a
- *           smaller struct lacks are 0, and a larger struct is accepted if the members that the
- *           library does not know are 0. Otherwise the call returns PC_ERROR_VERSION. pc_texture
- * and pc_time have no struct_size and never change. Errors    A result < 0 is a failure. Its text
- * is in pc_last_error() and goes to the log. No call throws, aborts or exits. A failed pc_run() has
- * dispatched nothing and has not written the output; its result is the host's own color. A frame
- * Once a kind of frame has run, pc_run() creates no GL object, does not compile, allocate or read
- * back, and never waits, as long as the values that its plan depends on stay the same: chain,
- * sizes, formats, conventions, lens, bounds. If they change, pc_run() plans again on the CPU, which
- * allocates, and fills the uniforms in place. It creates textures only for new sizes. Only
- * pc_prepare() compiles programs. GL state  pc_run() changes program, uniform buffer 0, storage
- * buffers, images, textures (GL_TEXTURE_2D) and sampler objects of the first units (at most 16 of
- * each), and the indirect buffer. It leaves them as pc_state says. No call changes other state,
- * such as framebuffer, vertex array or pixel store. GL error  The error flag belongs to the host.
- * The library reads it with PC_VALIDATE, and after GL refused an allocation, so that this error
- * does not stay set. Loading   libepoxy resolves GL from EGL or GLX, whichever made the current
- * context.
- */
-/* clang-format on */
+/* The chain as a guest in a host's own OpenGL 4.5 context. C11 and C++20. */
+/*                                                                         */
+/*   pc_create()  pc_chain_create()  pc_prepare()      once                */
+/*   pc_run()                                          every frame         */
+/*                                                                         */
+/* Introduction and the conventions of common engines: docs/integration.md. Guarantees for later
+ * versions: docs/compatibility.md. */
+
+/* Threads: an instance belongs to the GL context that was current when it was created. Calls marked
+ * [GL] need that context current on the calling thread. With another context, or none, they return
+ * PC_ERROR_CONTEXT and call no GL. Two threads cannot be in calls on one object: the second one
+ * gets PC_ERROR_ARGUMENT. */
+
+/* Structs: the host zeroes a struct and sets struct_size = sizeof. 0 is every member's default. A
+ * host may be compiled with an older or a newer header than the library: members that a smaller
+ * struct lacks are 0, and a larger struct is accepted if the members that the library does not know
+ * are 0. Otherwise, and if a flag or a reserved member is set that it does not know, the call
+ * returns PC_ERROR_VERSION. pc_texture and pc_time have no struct_size and never change. */
+
+/* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
+ * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,
+ * foreign or destroyed is PC_ERROR_ARGUMENT. A failed pc_run() has dispatched nothing and has not
+ * written the output; its result is the host's own color. */
+
+/* A frame: once a kind of frame has run, pc_run() creates no GL object, does not compile, allocate,
+ * plan or read back, and never waits. Sizes up to the largest, lens, shutter, bounds, matrices and
+ * gain are values. It plans on the CPU, which allocates, if a parameter of the chain, a format or a
+ * convention is new, or a pass that was skipped begins to work. It creates textures only for a
+ * larger frame or another chain. Only pc_prepare() compiles programs. */
+
+/* GL state: pc_run() changes program, uniform buffer 0, storage buffers, images, textures
+ * (GL_TEXTURE_2D) and sampler objects of the first units (at most 16 of each), and the indirect
+ * buffer. It leaves them as pc_state says. No call changes other state, such as framebuffer, vertex
+ * array or pixel store. The error flag belongs to the host. The library reads it with PC_VALIDATE,
+ * and after GL refused an allocation, so that this error does not stay set. libepoxy resolves GL
+ * from EGL or GLX, whichever made the current context. */
 #ifndef POSTCHAIN_POSTCHAIN_H
 #define POSTCHAIN_POSTCHAIN_H
 #include <stddef.h>
@@ -41,7 +44,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#define PC_API_VERSION 0x00010000u /* major << 16 | minor; another major is PC_ERROR_VERSION */
+#define PC_API_VERSION 0x00010001u /* major << 16 | minor; another major is PC_ERROR_VERSION */
 
 PC_API const char* pc_version(void); /* of the library: "MAJOR.MINOR.PATCH" */
 
@@ -58,7 +61,7 @@ enum {
     PC_ERROR_CONTEXT = -4,  /* no context, another one, one below 4.5, or a lost one */
     PC_ERROR_MEMORY = -5,   /* texture_budget is exceeded, or GL is out of memory */
     PC_ERROR_VERSION = -6,  /* api_version or struct_size */
-    PC_ERROR_PREPARE = -7,  /* pc_prepare() was not called for a frame like this */
+    PC_ERROR_PREPARE = -7,  /* pc_prepare() was not called for a frame of this kind */
     PC_ERROR_GL = -8,       /* a program does not compile; with PC_VALIDATE any GL error */
     PC_ERROR_INTERNAL = -9  /* a defect of this library */
 };
@@ -74,6 +77,7 @@ enum {
 };
 
 /* ------------------------------------------------------------------------------------ instance */
+typedef uint32_t pc_create_flags;
 enum {
     PC_VALIDATE = 1,   /* for development: every pc_run() checks names, targets, sizes and formats
                           of the host's textures, and GL's error flag */
@@ -84,7 +88,7 @@ enum {
 typedef struct pc_create_info {
     uint32_t struct_size;
     uint32_t api_version; /* PC_API_VERSION */
-    uint32_t flags;       /* PC_VALIDATE ... */
+    pc_create_flags flags;
     pc_state state;
     void* user; /* first argument of the callbacks */
     /* May be NULL. The library resolves GL itself. pc_create() only checks that this function
@@ -94,15 +98,21 @@ typedef struct pc_create_info {
     uint64_t texture_budget; /* bytes; 0 = no limit; beyond it PC_ERROR_MEMORY */
     uint32_t keep_frames;    /* a texture is freed after this many pc_run() without use; 0 = 8 */
     uint32_t reserved;
+    /* The largest frame: textures are made for it, and a frame of any size up to it costs values
+     * alone. A larger one is filtered too, with new textures. 0 = the largest frame seen, if the
+     * host gives `output`; textures shrink after keep_frames frames of half its sides at most. */
+    uint32_t max_width, max_height;
 } pc_create_info;
 /* [GL] On failure *instance is NULL, and the text is in pc_create_error(). */
 PC_API pc_result pc_create(const pc_create_info* info, pc_instance** instance);
-/* The error of this thread's last pc_create(), pc_chain_create() or pc_chain_from_text(); "" =
- * none. After PC_OK: warnings, such as a former name in the text. */
-PC_API const char* pc_create_error(void);
-PC_API void pc_destroy(pc_instance*); /* [GL] with another context current, as pc_abandon() */
-PC_API void pc_abandon(pc_instance*); /* for a lost context: frees memory, calls no GL */
-PC_API const char* pc_last_error(const pc_instance*); /* "" = none; valid until the next call */
+/* The text of this thread's last call that returned a pc_result; "" = none. After PC_OK: warnings,
+ * such as a former name in a chain's text. Valid until this thread's next call. */
+PC_API const char* pc_error(void);
+PC_API const char* pc_create_error(void); /* pc_error() by its former name */
+PC_API void pc_destroy(pc_instance*);     /* [GL] with another context current, as pc_abandon() */
+PC_API void pc_abandon(pc_instance*);     /* for a lost context: frees memory, calls no GL */
+/* The text of the instance's last call that may change it; "" = none; valid until the next one. */
+PC_API const char* pc_last_error(const pc_instance*);
 typedef struct pc_capabilities {
     uint32_t struct_size, api_version;
     uint32_t software; /* a software renderer, whose GL timers are wrong (pc_timings()) */
@@ -139,9 +149,10 @@ typedef struct pc_parameter { /* strings stay valid until the chain is changed o
     uint32_t is_set;                            /* 0: an optional value that is not set */
     double min, max, soft_min, soft_max, value; /* value: of boolean, integer, number */
     const char* text;                           /* the value as a chain file has it */
-    /* PC_COST_*: the cost of another value is a uniform, programs (pc_prepare() again), or textures
-     * too. It is found by planning a frame with values from the middle of the usual range. At the
-     * ends of the range, which may switch a pass off, the cost can be higher. */
+    /* PC_COST_*: another value makes pc_run() plan again on the CPU and costs uniforms, or programs
+     * (pc_prepare() again), or textures too. It is found by planning a frame with values from the
+     * middle of the usual range. At the ends of the range, which may switch a pass off, the cost
+     * can be higher. */
     uint32_t cost, reserved;
 } pc_parameter;
 /* Rows of all passes, then of the camera; PC_ERROR_ARGUMENT = index is past the last. */
@@ -172,6 +183,7 @@ enum {
     PC_DEPTH_REVERSE = 4,          /* 1 at near, 0 at far */
     PC_DEPTH_REVERSE_INFINITE = 5
 };
+typedef uint32_t pc_frame_flags;
 enum {
     PC_CAMERA_CUT = 1,      /* the motion vectors cross a camera cut and are ignored */
     PC_TOP_LEFT = 2,        /* row 0 of the textures is the top; otherwise the bottom, as in GL */
@@ -180,10 +192,12 @@ enum {
     PC_MOTION_JITTERED = 8, /* vectors contain the difference of jitter_px and other_jitter_px,
                                which is then subtracted */
     PC_HALF_PLANES = 16,    /* intermediate planes are stored as halves */
-    PC_NO_ELISION = 32      /* no pass skips work; the result is the same */
+    PC_NO_ELISION = 32,     /* no pass skips work; the result is the same */
+    PC_GIVEN_SHUTTER = 64   /* shutter_frames counts as it is: 0 is a closed shutter */
 };
 typedef struct pc_frame {
-    uint32_t struct_size, flags;
+    uint32_t struct_size;
+    pc_frame_flags flags;
     uint64_t frame_number; /* seed of random numbers; identifies the frame in pc_timings() */
     int32_t width, height; /* of the frame's rectangle; 0 = from color's x, y to its end */
     pc_texture color;      /* scene-linear, premultiplied; float, unorm or sRGB */
@@ -204,7 +218,8 @@ typedef struct pc_frame {
     float jitter_px[2], other_jitter_px[2];
     float pre_exposure; /* color is scene-linear times this, and so is the result; 0 = 1 */
     float focal_length_mm, sensor_width_mm, f_stop, focus_distance; /* 0 = unknown */
-    float meters_per_unit, shutter_frames; /* 0 = 1; 0 = 0.5; a value < 0 is a closed shutter */
+    float meters_per_unit, shutter_frames; /* 0 = 1; 0 = 0.5 without PC_GIVEN_SHUTTER;
+                                              < 0 is a closed shutter */
     float max_speed_px, nearest, farthest; /* bounds of the whole frame, with distances in scene
                                               units; 0 = unknown; must hold */
     /* World to clip space of this frame, and of the frame that the vectors point to or come from:
@@ -214,7 +229,8 @@ typedef struct pc_frame {
     uint32_t barriers; /* GL_*_BARRIER_BIT for uses of the result other than texture fetches */
     uint32_t reserved;
     const char* debug_view; /* name of a texture or work list of the plan (pc_explain()), such as
-                               "0.motion_blur.tile_max", or "fill"; drawn instead of the result */
+                               "0.motion_blur.moving_blocks", or "fill", or a texture of the host,
+                               such as "host.motion"; drawn instead of the result */
     float pixel_aspect;     /* width over height of a pixel on the display; 0 = 1 */
     uint32_t reserved_2;
 } pc_frame;
@@ -225,9 +241,11 @@ typedef struct pc_frame {
  * pc_check_motion(). */
 PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 
-/* [GL] Compiles the programs of every frame of this kind (textures, formats, conventions, size),
- * whatever its lens, shutter, bounds, cut, matrices and gain; makes this frame's textures. wait =
- * 0: compiles one program at most, and returns PC_PENDING until none is left. */
+/* [GL] Compiles the programs of every frame of this kind, and makes this frame's textures. A kind
+ * is: the chain with its values; PC_HALF_PLANES; PC_NO_ELISION; whether exposure is given;
+ * debug_view; depth and motion if they are given (a later frame may lack them). No other member of
+ * pc_frame selects a program. wait = 0: compiles one program at most, and returns PC_PENDING until
+ * none is left. */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is
  * valid until the next pc_run(), or color itself if there was nothing to do and no output was

@@ -18,11 +18,11 @@ constexpr double kMaxGain = 1e30;
 constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it
 
 // `keys`: "f_stop, focus_distance".
-Status not_known(const std::string& keys, bool several) {
+Status not_known(const std::string& keys, bool several, const FrameDescription& frame) {
     const char* it = several ? "them" : "it";
     return Status(StatusCode::chain,
                   concat(keys, ": not known, and this circle of confusion needs ", it, "; set ", it,
-                         " here, in the chain's camera, by --camera, or in the file's metadata"));
+                         " here, in the chain's camera, ", frame.camera_place));
 }
 
 // The display's width in shorter sides of a pixel.
@@ -32,9 +32,9 @@ double lens_width(const FrameDescription& frame) {
 
 // One value of the lens: the pass's own or the camera's, > 0, or the reason why not.
 Result<double> lens_value(const char* key, const char* unit, const std::optional<double>& own,
-                          const std::optional<double>& camera) {
+                          const std::optional<double>& camera, const FrameDescription& frame) {
     const auto& value = own ? own : camera;
-    if (!value) return not_known(key, false);
+    if (!value) return not_known(key, false, frame);
     if (!(*value > 0))
         return Status(StatusCode::chain,
                       concat(key, ": ", *value, unit, " from ", own ? "this pass" : "the camera",
@@ -46,7 +46,7 @@ Result<double> lens_value(const char* key, const char* unit, const std::optional
 Result<double> focus_distance(const char* key, const std::optional<double>& own,
                               const Parameters& p, const FrameDescription& frame) {
     if (own || !p.focus_at)
-        return lens_value(key, " scene units", own, frame.camera.focus_distance);
+        return lens_value(key, " scene units", own, frame.camera.focus_distance, frame);
     const auto& depths = frame.bounds.inverse_depth_at;
     const auto found = depths.find(*p.focus_at);
     if (found == depths.end())
@@ -68,7 +68,8 @@ Status check_ascending(const char* low_key, double low, const char* high_key, do
 }
 
 // An error that names all values of the thin lens that are not known.
-Status all_known(const Parameters& p, const Camera& camera) {
+Status all_known(const Parameters& p, const FrameDescription& frame) {
+    const Camera& camera = frame.camera;
     std::string keys;
     int count = 0;
     const auto need = [&](const char* key, bool known) {
@@ -79,21 +80,21 @@ Status all_known(const Parameters& p, const Camera& camera) {
     need("f_stop", p.f_stop || camera.f_stop);
     need("focus_distance", p.focus_distance || p.focus_at || camera.focus_distance);
     need("sensor_width_mm", p.sensor_width_mm || camera.sensor_width_mm);
-    return count ? not_known(keys, count > 1) : Status();
+    return count ? not_known(keys, count > 1, frame) : Status();
 }
 
 Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
     const Camera& camera = frame.camera;
-    if (Status status = all_known(p, camera); !status.ok()) return status;
+    if (Status status = all_known(p, frame); !status.ok()) return status;
     const auto focal =
-        lens_value("focal_length_mm", " mm", p.focal_length_mm, camera.focal_length_mm);
+        lens_value("focal_length_mm", " mm", p.focal_length_mm, camera.focal_length_mm, frame);
     if (!focal.ok()) return focal.status();
-    const auto f_stop = lens_value("f_stop", "", p.f_stop, camera.f_stop);
+    const auto f_stop = lens_value("f_stop", "", p.f_stop, camera.f_stop, frame);
     if (!f_stop.ok()) return f_stop.status();
     const auto focus = focus_distance("focus_distance", p.focus_distance, p, frame);
     if (!focus.ok()) return focus.status();
     const auto sensor =
-        lens_value("sensor_width_mm", " mm", p.sensor_width_mm, camera.sensor_width_mm);
+        lens_value("sensor_width_mm", " mm", p.sensor_width_mm, camera.sensor_width_mm, frame);
     if (!sensor.ok()) return sensor.status();
     const double meters_per_unit = camera.meters_per_unit.value_or(kDefaultMetersPerUnit);
     if (!(meters_per_unit > 0))

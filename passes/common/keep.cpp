@@ -2,6 +2,7 @@
 
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain {
 
@@ -15,8 +16,7 @@ void add_keep(PassPlanner& planner, TextureId list, const Kept& kept) {
     if (kept.given_hint >= 0) step.bindings.push_back({1, kept.given_hint});
     if (kept.hint >= 0) step.bindings.push_back({1, kept.hint, Access::write});
     if (kept.soft >= 0) step.bindings.push_back({2, kept.soft, Access::write});
-    const PlanTexture& size = planner.describe(kept.color);
-    step.groups = groups_for(size.width, size.height);
+    step.take_uniforms<shared::FrameUniforms>();
     launch_by(step, list);
     std::vector<Binding> arrays;
     if (kept.layers >= 0)

@@ -62,7 +62,7 @@ Points lens_samples(const Aperture& aperture, int count, int more) {
 
 TextureId add_table(PassPlanner& planner, const Points& points) {
     const TextureId table =
-        planner.texture("lens_samples", Format::rg32f, points.count, points.sets);
+        planner.texture("lens_samples", Format::rg32f, Area::fixed(points.count, points.sets));
     shared::LensSamplesUniforms uniforms{};
     uniforms.points = points.count;
     uniforms.sets = points.sets;
@@ -75,7 +75,7 @@ TextureId add_table(PassPlanner& planner, const Points& points) {
     step.program = {"common/lens_samples.comp", {}};
     step.set_uniforms(uniforms);
     step.bindings = {{0, table, Access::write}};
-    step.groups = groups_for(points.count, points.sets);
+    step.spread = groups_for(Area::fixed(points.count, points.sets));
     planner.step(std::move(step));
     return table;
 }

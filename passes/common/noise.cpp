@@ -203,14 +203,14 @@ ImageD table(const Parameters& parameters, int frame_number) {
 
 TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
     if (parameters.noise == Kind::none) return -1;
-    const TextureId noise = planner.texture("noise", Format::rg32f, kSize, kSize);
+    const TextureId noise = planner.texture("noise", Format::rg32f, Area::fixed(kSize, kSize));
     if (parameters.animate_noise) planner.use_frame_number();
     Step step;
     step.name = "noise";
     step.program = {"common/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};
     step.take_uniforms<shared::NoiseUniforms>();
     step.bindings = {{0, noise, Access::write}};
-    step.groups = groups_for(kSize, kSize);
+    step.spread = groups_for(Area::fixed(kSize, kSize));
     planner.step(std::move(step));
     return noise;
 }

@@ -13,10 +13,9 @@
 namespace postchain::depth_of_field {
 namespace {
 
-// One texel for each block of a plane of width x height pixels.
-TextureId add_mask(PassPlanner& planner, const char* name, int width, int height) {
-    const auto blocks = groups_for(width, height);
-    return planner.texture(name, Format::r8, blocks[0], blocks[1]);
+// One texel for each block of a plane.
+TextureId add_mask(PassPlanner& planner, const char* name, const Area& pixels) {
+    return planner.texture(name, Format::r8, groups_for(pixels));
 }
 
 // A search of a mask for the blocks that need a block of the downsampled image.
@@ -25,17 +24,20 @@ struct Search {
     const char* list;
     int factor;
     glm::ivec2 reach;
+    std::array<int, 3> readers;  // blocks of the reader's plane
 };
 
 // The frame's bilinear taps reach one more pixel of the downsampled image, less than a block. The
 // Gaussian's taps come in fours; the last of them have weight 0, but are read.
 std::array<Search, 3> searches_of(const GilhamSizes& sizes) {
+    const auto of_frame = groups_for(sizes.width, sizes.height);
+    const auto of_small = groups_for(sizes.low_width, sizes.low_height);
     const auto reach = [&](size_t axis) {
         return (4 * ((sizes.taps[axis] + 3) / 4) + kBlockPx - 1) / kBlockPx;
     };
-    return {{{"needed_y", "blur_y_blocks", sizes.factor, {1, 1}},
-             {"needed_x", "blur_x_blocks", 1, {0, reach(1)}},
-             {"needed_small", "small_blocks", 1, {reach(0), 0}}}};
+    return {{{"needed_y", "blur_y_blocks", sizes.factor, {1, 1}, of_frame},
+             {"needed_x", "blur_x_blocks", 1, {0, reach(1)}, of_small},
+             {"needed_small", "small_blocks", 1, {reach(0), 0}, of_small}}};
 }
 
 shared::DepthOfFieldNeededUniforms uniforms_of(const Search& search, const GilhamSizes& sizes) {
@@ -43,21 +45,22 @@ shared::DepthOfFieldNeededUniforms uniforms_of(const Search& search, const Gilha
     shared::DepthOfFieldNeededUniforms uniforms{};
     uniforms.blocks = {grid[0], grid[1]};
     uniforms.reach = search.reach;
+    uniforms.reader_blocks = {search.readers[0], search.readers[1]};
     uniforms.factor = search.factor;
     return uniforms;
 }
 
 }  // namespace
 
-FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int height) {
+FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort) {
     FocusBlocks blocks;
     sort.program.defines.emplace("SORT", "1");
     if (planner.context().precision == Precision::fp16)
         sort.program.defines.emplace("HALF_RADIUS", "1");
-    blocks.sharp = add_work_list(planner, sort, 0, "sharp_blocks", width, height);
-    blocks.blurred = add_work_list(planner, sort, 1, "blurred_blocks", width, height);
-    blocks.mixed = add_work_list(planner, sort, 2, "mixed_blocks", width, height);
-    blocks.blurs = add_mask(planner, "blurs", width, height);
+    blocks.sharp = add_work_list(planner, sort, 0, "sharp_blocks");
+    blocks.blurred = add_work_list(planner, sort, 1, "blurred_blocks");
+    blocks.mixed = add_work_list(planner, sort, 2, "mixed_blocks");
+    blocks.blurs = add_mask(planner, "blurs", {});
     sort.bindings.push_back({2, blocks.blurs, Access::write});
     return blocks;
 }
@@ -66,17 +69,15 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSi
                        bool guided) {
     TextureId read = blocks.blurs;
     const auto needed = [&](const Search& search) {
-        const auto grid = groups_for(sizes.low_width, sizes.low_height);
         Step step;
         step.name = search.step;
         step.program = {"depth_of_field/needed_blocks.comp", {}};
-        const TextureId list =
-            add_work_list(planner, step, 0, search.list, sizes.low_width, sizes.low_height);
-        const TextureId mask = add_mask(planner, search.step, sizes.low_width, sizes.low_height);
+        const TextureId list = add_work_list(planner, step, 0, search.list, sizes.low());
+        const TextureId mask = add_mask(planner, search.step, sizes.low());
         step.bindings.push_back({0, read});
         step.bindings.push_back({0, mask, Access::write});
         step.take_uniforms<shared::DepthOfFieldNeededUniforms>();
-        step.groups = groups_for(grid[0], grid[1]);
+        step.spread = groups_for(groups_for(sizes.low()));
         const glm::ivec2 texels = search.factor + 2 * search.reach;
         step.group_taps = uint64_t(kBlockPx * kBlockPx) * uint64_t(texels.x) * uint64_t(texels.y);
         planner.step(std::move(step));

@@ -16,7 +16,7 @@ struct FocusBlocks {
 };
 
 // Makes `sort`, a step of coc.comp over width x height pixels, fill the frame's lists and mask.
-FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort, int width, int height);
+FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort);
 
 // Adds the steps that fill the lists of the downsampled image. `guided`: the Gaussian reads a guide
 // plane (leak: depth or coc).

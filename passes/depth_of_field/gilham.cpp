@@ -65,6 +65,8 @@ GilhamSizes sizes_of(const Widths& widths, const FrameDescription& frame) {
     const auto [factor, sigma] = widths;
     GilhamSizes sizes;
     sizes.factor = factor;
+    sizes.width = frame.width;
+    sizes.height = frame.height;
     sizes.low_width = (frame.width + sizes.factor - 1) / sizes.factor;
     sizes.low_height = (frame.height + sizes.factor - 1) / sizes.factor;
     for (size_t i = 0; i < 2; ++i) {
@@ -111,9 +113,7 @@ class Planner {
           parameters_(parameters),
           lens_(coc.lens),
           sizes_(sizes),
-          width_(planner.context().frame.width),
-          height_(planner.context().frame.height),
-          pixels_(uint64_t(width_) * uint64_t(height_)),
+          pixels_(planner.context().frame.pixels()),
           low_pixels_(uint64_t(sizes.low_width) * uint64_t(sizes.low_height)),
           layered_(planner.has(Role::layers)),
           sharp_{planner.input(Role::color), layered_ ? planner.input(Role::layers) : -1} {}
@@ -127,12 +127,10 @@ class Planner {
         const Pictures small = add_downsample(result, blocks.small);
         const Pictures blur_x = add_blur(0, small, radius.guide, blocks.blur_x);
         const Pictures blurred = add_blur(1, blur_x, radius.guide, blocks.blur_y);
-        result.color.color =
-            planner_.texture("color", planner_.context().color_format(), width_, height_);
+        result.color.color = planner_.texture("color", planner_.context().color_format());
         if (planner_.has(Role::hint) && planner_.wanted(Role::hint)) {
             result.given_hint = planner_.input(Role::hint);
-            result.hint = planner_.texture("hint", planner_.describe(result.given_hint).format,
-                                           width_, height_);
+            result.hint = planner_.texture("hint", planner_.describe(result.given_hint).format);
         }
         const bool hint = result.hint >= 0;
         if (by_blocks) {
@@ -172,8 +170,7 @@ class Planner {
 
     Radius add_coc(FocusBlocks* blocks) {
         Radius radius;
-        radius.full =
-            planner_.texture("coc", plane_format(1, planner_.context().precision), width_, height_);
+        radius.full = planner_.texture("coc", plane_format(1, planner_.context().precision));
         Step step;
         step.name = "coc";
         step.program = {"depth_of_field/coc.comp", {{lens_ ? "COC_LENS" : "COC_PLANES", "1"}}};
@@ -183,14 +180,13 @@ class Planner {
             const bool by_depth = parameters_.leak == Leak::depth;
             // Always 32 bits: a ratio of two depths 2 % apart decides.
             radius.guide = planner_.texture(by_depth ? "small_depth" : "small_radius", Format::r32f,
-                                            sizes_.low_width, sizes_.low_height);
+                                            sizes_.low());
             step.program.defines.emplace(by_depth ? "GUIDE_DEPTH" : "GUIDE_RADIUS", "1");
             step.program.defines.emplace("FACTOR", std::to_string(sizes_.factor));
             step.bindings.push_back({1, radius.guide, Access::write});
         }
-        if (blocks) *blocks = sort_focus_blocks(planner_, step, width_, height_);
+        if (blocks) *blocks = sort_focus_blocks(planner_, step);
         step.take_uniforms<DepthOfFieldUniforms>();
-        step.groups = groups_for(width_, height_);
         step.taps = pixels_ * (radius.guide < 0 ? 1 : 2);
         planner_.step(std::move(step));
         return radius;
@@ -199,7 +195,7 @@ class Planner {
     // Makes the result's layers too: they come before the blur's textures in the plan.
     Pictures add_downsample(Made& result, TextureId list) {
         Pictures small;
-        small.color = planner_.texture("small", low_format(), sizes_.low_width, sizes_.low_height);
+        small.color = planner_.texture("small", low_format(), sizes_.low());
         Step step;
         step.name = "downsample";
         step.program = {"depth_of_field/gilham_downsample.comp",
@@ -210,15 +206,13 @@ class Planner {
         step.bindings = {{0, sharp_.color, Access::sample_nearest},
                          {0, small.color, Access::write}};
         step.take_uniforms<DepthOfFieldUniforms>();
-        step.groups = groups_for(sizes_.low_width, sizes_.low_height);
+        step.spread = groups_for(sizes_.low());
         step.taps = pixels_;
         launch_by(step, list);
         std::vector<Binding> arrays;
         if (layered_) {
-            small.layers =
-                planner_.layers("small_layers", low_format(), sizes_.low_width, sizes_.low_height);
-            result.color.layers =
-                planner_.layers("layers", planner_.context().layers_format(), width_, height_);
+            small.layers = planner_.layers("small_layers", low_format(), sizes_.low());
+            result.color.layers = planner_.layers("layers", planner_.context().layers_format());
             arrays = {{1, sharp_.layers}, {1, small.layers, Access::write}};
         }
         add_layered_step(planner_, std::move(step), arrays, pixels_);
@@ -230,7 +224,7 @@ class Planner {
         const char* name = axis == 0 ? "blur_x" : "blur_y";
         const char* direction = axis == 0 ? "ivec2(1,0)" : "ivec2(0,1)";
         Pictures blurred;
-        blurred.color = planner_.texture(name, low_format(), sizes_.low_width, sizes_.low_height);
+        blurred.color = planner_.texture(name, low_format(), sizes_.low());
         Step step;
         step.name = name;
         step.program = {"depth_of_field/gilham_blur.comp", {{"STEP", direction}}};
@@ -242,14 +236,14 @@ class Planner {
             step.bindings.push_back({1, guide, Access::sample_nearest});
         }
         step.take_uniforms<DepthOfFieldBlurUniforms>();
-        step.groups = groups_for(sizes_.low_width, sizes_.low_height);
+        step.spread = groups_for(sizes_.low());
         const uint64_t taps = low_pixels_ * uint64_t(2 * sizes_.taps[axis] + 1);
         step.taps = taps * (parameters_.leak == Leak::none ? 1 : 2);
         launch_by(step, list);
         std::vector<Binding> arrays;
         if (layered_) {
-            blurred.layers = planner_.layers(std::string(name) + "_layers", low_format(),
-                                             sizes_.low_width, sizes_.low_height);
+            blurred.layers =
+                planner_.layers(std::string(name) + "_layers", low_format(), sizes_.low());
             arrays = {{2, source.layers}, {1, blurred.layers, Access::write}};
         }
         add_layered_step(planner_, std::move(step), arrays, taps);
@@ -272,7 +266,6 @@ class Planner {
             step.bindings.push_back({1, result.hint, Access::write});
         }
         step.take_uniforms<DepthOfFieldUniforms>();
-        step.groups = groups_for(width_, height_);
         // The lengths of the lists are not known here: all blocks count as mixed.
         const bool counts = !composite.kind;
         const auto taps = uint64_t(2 + (sizes_.factor == 1 ? 1 : 4) + (from.hint >= 0 ? 1 : 0));
@@ -293,7 +286,6 @@ class Planner {
     const Parameters& parameters_;
     const bool lens_;  // the kind of the circle of confusion
     const GilhamSizes& sizes_;
-    const int width_, height_;
     const uint64_t pixels_, low_pixels_;
     const bool layered_;
     const Pictures sharp_;

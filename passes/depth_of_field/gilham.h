@@ -11,14 +11,17 @@ namespace postchain::depth_of_field {
 
 // Sizes and widths shared by plan and reference.
 struct GilhamSizes {
-    int factor = 1;     // of the downsampling
-    int low_width = 0;  // ceil(width / factor)
+    int factor = 1;             // of the downsampling
+    int width = 0, height = 0;  // of the frame
+    int low_width = 0;          // ceil(width / factor)
     int low_height = 0;
     // Along x and y: standard deviation of the Gaussian, pixels of the downsampled image; taps on
     // one side, ceil(3 low_sigma).
     std::array<double, 2> low_sigma = {};
     std::array<int, 2> taps = {};
     double full_blur_px = 1;  // max(2 blur_sigma_px, 1)
+
+    Area low() const { return Area().in_squares(factor); }  // the downsampled image
 };
 
 // Errors: StatusCode::chain if the kernel has more taps than the shader's table holds.

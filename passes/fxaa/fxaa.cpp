@@ -203,7 +203,7 @@ class FxaaPass final : public PlainPass {
         const bool hinted = uses_hint(context);
         const int reach_px = luma_reach_px();
         const TextureId color = planner.input(Role::color);
-        const TextureId result = planner.texture("fxaa", context.color_format(), width, height);
+        const TextureId result = planner.texture("fxaa", context.color_format());
 
         const int square = shared::kFxaaSquarePx;
         Step step;
@@ -218,17 +218,17 @@ class FxaaPass final : public PlainPass {
         step.bindings = {{0, color, Access::sample_nearest}, {0, result, Access::write}};
         if (hinted) step.bindings.push_back({1, planner.input(Role::hint), Access::sample_nearest});
         step.take_uniforms<shared::FxaaUniforms>();
-        step.groups = {(width + square - 1) / square, (height + square - 1) / square, 1};
+        step.spread = Area().in_squares(square);
         // The color of every pixel for its luma, with the pixels around the squares, and once more
         // for itself; the hint. Edges read more.
         const int region = square + 2 * reach_px;
-        step.taps = uint64_t(step.groups[0]) * uint64_t(step.groups[1]) * uint64_t(region) *
-                        uint64_t(region) +
-                    uint64_t(width) * uint64_t(height) * (hinted ? 2 : 1);
+        const auto groups = step.spread.of({width, height});
+        step.taps =
+            uint64_t(groups[0]) * uint64_t(groups[1]) * uint64_t(region) * uint64_t(region) +
+            uint64_t(width) * uint64_t(height) * (hinted ? 2 : 1);
         std::vector<Binding> arrays;
         if (planner.has(Role::layers)) {
-            const TextureId layers =
-                planner.layers("layers", context.layers_format(), width, height);
+            const TextureId layers = planner.layers("layers", context.layers_format());
             arrays = {{2, planner.input(Role::layers)}, {1, layers, Access::write}};
             planner.output(Role::layers, layers);
         }

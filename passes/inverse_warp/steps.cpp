@@ -7,6 +7,7 @@
 #include "passes/common/lens_samples.h"
 #include "passes/inverse_warp/surface_steps.h"
 #include "passes/inverse_warp/uniforms.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
@@ -75,8 +76,7 @@ class Planner : private SurfacePlanner {
     };
 
     TextureId layer_images(const std::string& name) {
-        return planner_.layers(name, planner_.context().layers_format(), frame_.width,
-                               frame_.height);
+        return planner_.layers(name, planner_.context().layers_format());
     }
     // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
@@ -92,7 +92,7 @@ class Planner : private SurfacePlanner {
 
     TextureId add_block_surfaces(TextureId surfaces) {
         const TextureId block_surfaces =
-            planner_.texture("block_surfaces", Format::rgba32ui, 3 * blocks_[0], blocks_[1]);
+            planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(3, 1));
         Step step = make_block_step("block_surfaces");
         step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
         step.taps = 3 * pixels_;
@@ -104,21 +104,19 @@ class Planner : private SurfacePlanner {
         const bool by_blocks = planner_.context().uses(settings_.still_rule);
         Starts starts;
         starts.surfaces = planner_.texture("starts", Format::rgba32ui,
-                                           (settings_.search.starts + 1) * blocks_[0], blocks_[1]);
+                                           kBlocks.times(settings_.search.starts + 1, 1));
         Step step = make_block_step("starts");
         step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
         step.program.defines["LISTS"] = flag(by_blocks);
         step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
-        for (size_t axis : {0, 1})
-            step.groups[axis] =
-                (blocks_[axis] + INVERSE_WARP_STARTS_BLOCKS - 1) / INVERSE_WARP_STARTS_BLOCKS;
+        step.spread = kBlocks.in_squares(INVERSE_WARP_STARTS_BLOCKS);
         const int ring = ring_of(
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
         step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *
                     uint64_t(2 * ring + 1) * uint64_t(settings_.search.starts);
         if (by_blocks) {
             const auto add_list = [&](int unit, const char* name) {
-                return add_work_list(planner_, step, unit, name, frame_.width, frame_.height);
+                return add_work_list(planner_, step, unit, name);
             };
             starts.moving_blocks = add_list(0, "moving_blocks");
             starts.still_blocks = add_list(1, "still_blocks");
@@ -129,11 +127,11 @@ class Planner : private SurfacePlanner {
 
     Background add_background(TextureId surfaces) {
         // Cells of 2, 4, 8 and 16 px beside each other.
-        const int width = (8 + 4 + 2 + 1) * blocks_[0], height = 8 * blocks_[1];
+        const Area cells = kBlocks.times(8 + 4 + 2 + 1, 8);
         Background background;
         background.color =
-            planner_.texture("background_color", planner_.context().color_format(), width, height);
-        const TextureId depth = planner_.texture("background_depth", Format::rg32f, width, height);
+            planner_.texture("background_color", planner_.context().color_format(), cells);
+        const TextureId depth = planner_.texture("background_depth", Format::rg32f, cells);
         Step step = make_block_step("background");
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
@@ -141,8 +139,8 @@ class Planner : private SurfacePlanner {
                          {1, depth, Access::write}};
         step.taps = 2 * pixels_;
         if (layered_) {
-            background.layers = planner_.layers("background_layers",
-                                                planner_.context().layers_format(), width, height);
+            background.layers =
+                planner_.layers("background_layers", planner_.context().layers_format(), cells);
             add_layers(step,
                        {{2, planner_.input(Role::layers)}, {2, background.layers, Access::write}});
             step.groups[2] = 1 + frame_.layers;
@@ -165,7 +163,7 @@ class Planner : private SurfacePlanner {
     TextureId add_occupied(const std::vector<Searched>& neighbors) {
         const int frames = 1 + int(neighbors.size());
         const TextureId occupied =
-            planner_.array("occupied", Format::r32ui, blocks_[0], blocks_[1], frames * words());
+            planner_.array("occupied", Format::r32ui, kBlocks, frames * words());
         Step step;
         step.name = "occupied";
         step.program = {"inverse_warp/occupied.comp", {{"BEFORE", "0"}, {"AFTER", "0"}}};
@@ -176,18 +174,18 @@ class Planner : private SurfacePlanner {
             step.bindings.push_back(
                 {before ? 1 : 2, planner_.input(role_of(other.neighbor, Role::layers))});
         }
-        step.groups = {blocks_[0], blocks_[1], frames * words()};
+        step.take_uniforms<shared::FrameUniforms>();
+        step.groups[2] = frames * words();
         step.taps = pixels_ * uint64_t(frames) * uint64_t(frame_.layers);
         planner_.step(std::move(step));
         return occupied;
     }
 
     void add_behind(Background& background, TextureId depth) {
-        const PlanTexture size = planner_.describe(depth);
-        background.cells =
-            planner_.texture("background", Format::rgba32ui, size.width, size.height);
+        const Area cells = planner_.describe(depth).area;
+        background.cells = planner_.texture("background", Format::rgba32ui, cells);
         Step step = make_surface_step("behind");
-        step.groups = groups_for(size.width, size.height);
+        step.spread = groups_for(cells);
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
         step.taps = 16 * pixels_;
         planner_.step(std::move(step));
@@ -217,8 +215,7 @@ class Planner : private SurfacePlanner {
         if (!layered_) return soft;
         soft.gathered.layers = layer_images("layers_gathered");
         soft.blurred.layers = layer_images("layers_soft");
-        soft.reached =
-            planner_.array("reached", Format::r32ui, frame_.width, frame_.height, words());
+        soft.reached = planner_.array("reached", Format::r32ui, {}, words());
         return soft;
     }
 

@@ -31,10 +31,10 @@ SurfacePlanner::SurfacePlanner(PassPlanner& planner, const Settings& settings)
       frame_(planner.context().frame),
       motion_(holds_motion(settings, planner.context())),
       blocks_(groups_for(frame_.width, frame_.height)),
-      pixels_(uint64_t(frame_.width) * uint64_t(frame_.height)) {}
+      pixels_(frame_.pixels()) {}
 
 TextureId SurfacePlanner::picture(const std::string& name, Format format) {
-    return planner_.texture(name, format, frame_.width, frame_.height);
+    return planner_.texture(name, format);
 }
 
 Step SurfacePlanner::make_step(const std::string& name) const {
@@ -42,7 +42,6 @@ Step SurfacePlanner::make_step(const std::string& name) const {
     step.name = name;
     step.program.file = "inverse_warp/" + name + ".comp";
     step.take_uniforms<shared::InverseWarpUniforms>();
-    step.groups = groups_for(frame_.width, frame_.height);
     return step;
 }
 
@@ -58,7 +57,7 @@ Step SurfacePlanner::make_surface_step(const std::string& name) const {
 
 Step SurfacePlanner::make_block_step(const std::string& name) const {
     Step step = make_surface_step(name);
-    step.groups = groups_for(blocks_[0], blocks_[1]);
+    step.spread = groups_for(kBlocks);
     return step;
 }
 
@@ -98,15 +97,12 @@ TextureId SurfacePlanner::add_surfaces_of_planes(std::optional<Neighbor> neighbo
 
 TextureId SurfacePlanner::add_light(Neighbor neighbor, TextureId of_planes,
                                     TextureId surfaces_here) {
-    const auto cells = [](int px) {
-        return (px + INVERSE_WARP_LIGHT_CELL_PX - 1) / INVERSE_WARP_LIGHT_CELL_PX;
-    };
-    const int columns = cells(frame_.width), rows = cells(frame_.height);
+    constexpr Area kCells = Area().in_squares(INVERSE_WARP_LIGHT_CELL_PX);
     const TextureId light =
-        planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, columns, rows);
+        planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
     Step step = make_surface_step_of(neighbor, "light");
     step.program.defines["FRAME"] = frame_of(neighbor);
-    step.groups = groups_for(columns, rows);
+    step.spread = groups_for(kCells);
     step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
                      {1, of_planes},
                      {2, planner_.input(Role::color)},

@@ -6,9 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "chain/work_list.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::inverse_warp {
+
+inline constexpr Area kBlocks = groups_for(Area());  // of the frame
 
 // Value of a macro.
 std::string flag(bool on);

@@ -84,9 +84,7 @@ class Planner {
         : planner_(planner),
           parameters_(parameters),
           classes_(classes),
-          width_(planner.context().frame.width),
-          height_(planner.context().frame.height),
-          pixels_(uint64_t(width_) * uint64_t(height_)),
+          pixels_(planner.context().frame.pixels()),
           tiles_(tiles_of(parameters, planner.context().frame)) {}
 
     void plan() {
@@ -105,8 +103,7 @@ class Planner {
         planes.noise = noise::add_table(planner_, parameters_.noise);
         planes.color = picture("color", planner_.context().color_format());
         if (planner_.has(Role::layers))
-            planes.layers =
-                planner_.layers("layers", planner_.context().layers_format(), width_, height_);
+            planes.layers = planner_.layers("layers", planner_.context().layers_format());
         planes.hint = add_hint();
         if (classes_.any())
             add_classed_gathers(planes, ranges);
@@ -156,11 +153,9 @@ class Planner {
         }
     }
 
-    TextureId picture(const char* name, Format format) {
-        return planner_.texture(name, format, width_, height_);
-    }
+    TextureId picture(const char* name, Format format) { return planner_.texture(name, format); }
     TextureId tile_texture(const char* name, Format format) {
-        return planner_.texture(name, format, tiles_.x, tiles_.y);
+        return planner_.texture(name, format, Area::tiles());
     }
     static Step make_step(const std::string& name, std::map<std::string, std::string> defines) {
         Step step;
@@ -179,7 +174,7 @@ class Planner {
                                             {"RANGE", flag(classes_.uniform)},
                                             {"DEPTH", flag(classes_.by_depth())}});
         tiles.bindings = {{0, planner_.input(Role::motion)}, {0, planes.tile_max, Access::write}};
-        tiles.groups = {tiles_.x, tiles_.y, 1};
+        tiles.spread = Area::tiles();
         tiles.taps = pixels_ * (classes_.by_depth() ? 2 : 1);
         if (stored()) tiles.bindings.push_back({1, planes.half_velocity, Access::write});
         if (classes_.uniform) {
@@ -195,7 +190,7 @@ class Planner {
 
         Step neighbors = make_step("neighbor_max", {{"SINGLE", flag(single())}});
         neighbors.bindings = {{0, planes.tile_max}, {0, planes.neighbor_max, Access::write}};
-        neighbors.groups = groups_for(tiles_.x, tiles_.y);
+        neighbors.spread = groups_for(Area::tiles());
         neighbors.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
         planner_.step(std::move(neighbors));
         return ranges;
@@ -208,7 +203,7 @@ class Planner {
         const TextureId variance = tile_texture("tile_variance", Format::r32f);
         Step step = make_step("tile_variance", {});
         step.bindings = {{0, tile_max}, {0, variance, Access::write}};
-        step.groups = groups_for(tiles_.x, tiles_.y);
+        step.spread = groups_for(Area::tiles());
         step.taps = 9 * uint64_t(tiles_.x) * uint64_t(tiles_.y);
         planner_.step(std::move(step));
         return variance;
@@ -227,7 +222,6 @@ class Planner {
 
     // Blocks are sorted into lists, and each list has a launch of its own.
     void add_classed_gathers(const Planes& planes, const TileRanges& ranges) {
-        const auto blocks = groups_for(width_, height_);
         Step classify = make_step("classify", {{"STORAGE", storage_define()},
                                                {"STILL", flag(classes_.still)},
                                                {"SKY", flag(classes_.sky)},
@@ -237,9 +231,9 @@ class Planner {
         classify.bindings = {{0, planes.neighbor_max}};
         if (ranges.depth >= 0) classify.bindings.push_back({1, ranges.depth});
         if (ranges.motion >= 0) classify.bindings.push_back({2, ranges.motion});
-        classify.groups = groups_for(blocks[0], blocks[1]);
+        classify.spread = groups_for(groups_for(Area()));
         const auto add_list = [&](const char* name, int unit) {
-            return add_work_list(planner_, classify, unit, name, width_, height_);
+            return add_work_list(planner_, classify, unit, name);
         };
         const TextureId full_blocks = add_list("full_blocks", 0);
         const TextureId still_blocks = classes_.still ? add_list("still_blocks", 1) : -1;
@@ -296,7 +290,6 @@ class Planner {
         if (jitters()) step.bindings.push_back({5, planes.noise});
         if (planes.hint >= 0) step.bindings.push_back({1, planes.hint, Access::write});
         launch_by(step, gather.list);
-        step.groups = groups_for(width_, height_);
         // Color, velocity, depth of each sample and of the pixel, and the tile. The lengths of the
         // lists are not known here: all blocks count for the last one, which costs most.
         const uint64_t taps = uint64_t(parameters_.samples + 1);
@@ -312,7 +305,6 @@ class Planner {
     PassPlanner& planner_;
     const Parameters& parameters_;
     const Classes classes_;
-    const int width_, height_;
     const uint64_t pixels_;
     const Tiles tiles_;
 };
@@ -331,6 +323,10 @@ Reach Guertin::reach() const {
     const double edge = tile_px(parameters_, frame_);
     const bool further = jitters_tiles(parameters_) || splits_by_variance(parameters_);
     return {(further ? 2.5 : 2) * edge, 1.006 * edge + 0.5};
+}
+
+TileEdge Guertin::tile_edge() const {
+    return {tile_px(parameters_, frame_), parameters_.max_blur_px.value_or(kLeastTilePx)};
 }
 
 ShapeNumbers Guertin::shape(const PlanContext& context) const {

@@ -20,6 +20,7 @@ class Guertin : public PassOnFrame {
         : parameters_(parameters), frame_(frame), depths_(depths) {}
 
     Reach reach() const override;
+    TileEdge tile_edge() const override;
     ShapeNumbers shape(const PlanContext& context) const override;
     void plan(PassPlanner& planner) const override;
     void write_uniforms(const PlanContext& context, UniformWriter& uniforms) const override;

@@ -7,7 +7,9 @@
 // MATTE: index of the pass's matte    LAYERS: defined if the frame has layers, however many
 #include "common/finite.glsl"
 #include "common/matte.glsl"
+#include "common/precise.glsl"
 #include "common/work_group.glsl"
+#include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2DArray mattes;
@@ -33,14 +35,14 @@ float beside(float m) {
     return (fourth * fourth) * (fourth * fourth);
 }
 
-void find_weights(ivec2 p, ivec2 size, float m) {
+void find_weights(ivec2 p, float m) {
     precise float total = 0.0;
     for (int j = -kAround; j <= kAround; ++j)
         for (int i = -kAround; i <= kAround; ++i) {
             const ivec2 at = p + ivec2(i, j);
             const int index = (j + kAround) * kWindow + i + kAround;
             weights[index] = 0.0;
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.size))) continue;
             const float near = exp(-float(i * i + j * j) / (2.0 * kSpread * kSpread));
             weights[index] = i == 0 && j == 0 ? kOwn * beside(m) / m : near * beside(matte_at(at));
             total += weights[index];
@@ -66,19 +68,18 @@ vec4 own_share(vec4 c, vec4 ground, float kept) {
 
 void main() {
     const ivec2 p = invocation_at();
-    const ivec2 size = textureSize(color, 0);
-    if (any(greaterThanEqual(p, size))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
     const float m = matte_at(p);
     precise const float kept = 1.0 - m;
     const bool soft = m > 0.0 && m < 1.0;
-    if (soft) find_weights(p, size, m);
+    if (soft) find_weights(p, m);
 #define FETCH_COLOR(at) finite_color(texelFetch(color, at, 0))
     vec4 c = FETCH_COLOR(p);
     vec4 own = vec4(0.0);
     if (soft) {
         GROUND(ground, FETCH_COLOR)
         own = own_share(c, ground, kept);
-        c = mix(ground, c, own);
+        c = precise_mix(ground, c, own);
     }
     imageStore(held, ivec3(p, 0), without(c, kept));
     imageStore(held, ivec3(p, 1), vec4(kept, 0.0, 0.0, 0.0));
@@ -88,7 +89,7 @@ void main() {
         vec4 layer = FETCH_LAYER(p);
         if (soft) {
             GROUND(ground, FETCH_LAYER)
-            layer = mix(ground, layer, own);
+            layer = precise_mix(ground, layer, own);
         }
         imageStore(held, ivec3(p, l + 2), without(layer, kept));
     }

@@ -6,6 +6,7 @@
 // MATTE: index of the pass's matte    BACK: motion_back is there    DEPTH: inverse_depth is
 #include "common/matte.glsl"
 #include "common/work_group.glsl"
+#include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2D motion;
 layout(binding = 1) uniform sampler2DArray mattes;
@@ -31,7 +32,7 @@ float depth_at(ivec2 p) {
     return max(texelFetch(inverse_depth, p, 0).x, 0.0);
 }
 
-void divide(ivec2 p, ivec2 size, inout ivec2 from, inout float kept) {
+void divide(ivec2 p, inout ivec2 from, inout float kept) {
     bool object = false, object_here = false, ground = false, ground_here = false;
     const float q = depth_at(p);
     ivec2 nearest = p;
@@ -39,7 +40,7 @@ void divide(ivec2 p, ivec2 size, inout ivec2 from, inout float kept) {
     for (int j = -kAround; j <= kAround; ++j)
         for (int i = -kAround; i <= kAround; ++i) {
             const ivec2 at = p + ivec2(i, j);
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, size))) continue;
+            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.size))) continue;
             const float m = matte_at(at);
             if (m > 0.0 && m < 1.0) continue;
             const float r = depth_at(at);
@@ -72,13 +73,12 @@ vec4 part_of(sampler2D vectors, ivec2 from, float kept) {
 
 void main() {
     const ivec2 p = invocation_at();
-    const ivec2 size = textureSize(motion, 0);
-    if (any(greaterThanEqual(p, size))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
     const float m = matte_at(p);
     float kept = 1.0 - m;
     ivec2 from = p;
 #if DEPTH
-    if (m > 0.0 && m < 1.0) divide(p, size, from, kept);
+    if (m > 0.0 && m < 1.0) divide(p, from, kept);
 #endif
     imageStore(still_motion, p, part_of(motion, from, kept));
 #if BACK

@@ -8,6 +8,7 @@
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
+#include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D kept;
@@ -27,7 +28,7 @@ layout(binding = 3) writeonly uniform image2DArray layers_kept;
 
 void main() {
     ivec2 p;
-    if (!next_pixel(textureSize(color, 0), p)) return;
+    if (!next_pixel(uniforms.size, p)) return;
     STORE(kept, p, finite_color(texelFetch(color, p, 0)));
 #if HINT == 2
     STORE(hint, p, texelFetch(given_hint, p, 0));

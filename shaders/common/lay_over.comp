@@ -8,6 +8,7 @@
 #include "common/finite.glsl"
 #include "common/matte.glsl"
 #include "common/work_group.glsl"
+#include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2DArray mattes;
@@ -35,7 +36,7 @@ vec4 laid_over(vec4 c, vec4 c_held, vec4 c_filtered, float m, float kept, float 
 
 void main() {
     const ivec2 p = invocation_at();
-    if (any(greaterThanEqual(p, textureSize(color, 0)))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
     const float m = matte_at(p);
     precise const float kept = 1.0 - m;
     const float coverage = texelFetch(filtered_held, ivec3(p, 1), 0).x;

@@ -17,7 +17,7 @@ void main() {
     if (any(greaterThanEqual(at, uniforms.blocks))) return;
     const ivec2 low = uniforms.factor * at - uniforms.reach;
     const ivec2 high = uniforms.factor * (at + 1) - 1 + uniforms.reach;
-    const ivec2 last = textureSize(readers, 0) - 1;
+    const ivec2 last = uniforms.reader_blocks - 1;
     bool read = false;
     for (int y = max(low.y, 0); y <= min(high.y, last.y); ++y)
         for (int x = max(low.x, 0); x <= min(high.x, last.x); ++x)

@@ -5,6 +5,7 @@
 // continuous in the lumas.
 //
 // Needs uniforms, luma_at(), four_lumas(), color_at(), brightness_weight().
+#include "common/precise.glsl"
 
 // Standard deviations, pixels. If the tensor has no direction both are kRound.
 const float kAcross = 0.46;
@@ -66,10 +67,10 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const float trace = squares.x + squares.y;
     const vec2 twice =
         trace > 0.0 ? vec2(squares.x - squares.y, 2.0 * product) / trace : vec2(0.0);
-    const float coherence = min(length(twice), 1.0);
+    const float coherence = min(precise_length(twice), 1.0);
     const vec2 axis = coherence > 0.0 ? twice / coherence : vec2(0.0);
-    const float across = mix(kRound, kAcross, coherence);
-    const float along = mix(kRound, kAlong, coherence);
+    const float across = precise_mix(kRound, kAcross, coherence);
+    const float along = precise_mix(kRound, kAlong, coherence);
     const float k_across = 0.5 / (across * across);
     const float k_along = 0.5 / (along * along);
 

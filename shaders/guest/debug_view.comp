@@ -7,6 +7,8 @@
 //   VIEW 3  color in dark gray, as background for the blocks of a work list
 //   VIEW 4  a block of a work list, bright
 //   VIEW 5  the fill mask: red what is estimated, green what a neighbor shows
+//
+//   HOST 1  the texture is the host's, rows as it stores them
 #include "guest/place.glsl"
 
 #if VIEW == 5
@@ -48,7 +50,10 @@ vec4 view_of(vec4 value) {
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
-    const ivec2 size = textureSize(shown, 0).xy;
-    const ivec2 at = min(p * size / uniforms.size, size - 1);
+#if HOST
+    const ivec2 at = stored_at(p, uniforms.shown_at);
+#else
+    const ivec2 at = min(p * uniforms.shown_size / uniforms.size, uniforms.shown_size - 1);
+#endif
     imageStore(host_output, stored_at(p, uniforms.output_at), view_of(FETCH(at)));
 }

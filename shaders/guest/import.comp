@@ -2,25 +2,21 @@
 // Converts a host's textures to the canonical planes of docs/frame.md. Textures that already are
 // canonical are read in place instead.
 //
-//   COLOR:  host color [, exposure]   -> color, times the gain; finite
-//   DEPTH:  host depth                -> inverse depth
-//   MOTION: host motion               -> motion, pixels to the next frame, y down
-//   SKY:    with host depth           -> motion; infinitely far pixels without a vector get the
-//                                        camera's motion
+//   host color [, exposure]   -> color, times the gain; finite
+//   host depth                -> inverse depth
+//   host motion [, depth]     -> motion, pixels to the next frame, y down; infinitely far pixels
+//                                without a vector may get the camera's motion
+//
+// uniforms.makes says which of them. One program for all sets of planes: frames of a host may need
+// any of them, and none is compiled between two frames. Units that a set does not use are unbound.
 #include "guest/place.glsl"
 
 layout(binding = 0) uniform sampler2D host_color;
 layout(binding = 1) uniform sampler2D host_depth;
 layout(binding = 2) uniform sampler2D host_motion;
-#if COLOR
 layout(binding = 0) writeonly uniform image2D color;
-#endif
-#if DEPTH
 layout(binding = 1) writeonly uniform image2D inverse_depth;
-#endif
-#if MOTION
 layout(binding = 2) writeonly uniform image2D motion;
-#endif
 
 // Inverse depths below this are infinitely far (chain/frame.h).
 const float kFar = 1e-9;
@@ -45,33 +41,31 @@ vec2 sky_motion(ivec2 p) {
     return uniforms.sky_sign * (0.5 * size * (there + 1.0) - here);
 }
 
-void main() {
-    const ivec2 p = invocation_at();
-    if (any(greaterThanEqual(p, uniforms.size))) return;
-#if COLOR
-    vec4 c = finite_color(texelFetch(host_color, stored_at(p, uniforms.color_at), 0));
-    c.rgb *= gain();
-    imageStore(color, p, finite_color(c));
-#endif
-#if DEPTH || SKY
-    const float w = inverse_depth_at(p);
-#endif
-#if DEPTH
-    imageStore(inverse_depth, p, vec4(w, 0.0, 0.0, 0.0));
-#endif
-#if MOTION
+bool makes(int what) {
+    return (uniforms.makes & what) != 0;
+}
+
+vec2 motion_of(ivec2 p) {
     const vec2 stored = texelFetch(host_motion, stored_at(p, uniforms.motion_at), 0).xy;
     vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
-#if SKY
-    if (w <= kFar && v == vec2(0.0)) {
+    if (makes(GUEST_MAKES_SKY) && v == vec2(0.0) && inverse_depth_at(p) <= kFar) {
         v = sky_motion(p);
-    } else
-#endif
-    {
+    } else {
         v -= uniforms.motion_jitter;
         if (uniforms.bottom_up != 0) v.y = -v.y;
     }
-    if (!is_finite(v.x) || !is_finite(v.y)) v = vec2(0.0);
-    imageStore(motion, p, vec4(v, 0.0, 0.0));
-#endif
+    return is_finite(v.x) && is_finite(v.y) ? v : vec2(0.0);
+}
+
+void main() {
+    const ivec2 p = invocation_at();
+    if (any(greaterThanEqual(p, uniforms.size))) return;
+    if (makes(GUEST_MAKES_COLOR)) {
+        vec4 c = finite_color(texelFetch(host_color, stored_at(p, uniforms.color_at), 0));
+        c.rgb *= gain();
+        imageStore(color, p, finite_color(c));
+    }
+    if (makes(GUEST_MAKES_DEPTH))
+        imageStore(inverse_depth, p, vec4(inverse_depth_at(p), 0.0, 0.0, 0.0));
+    if (makes(GUEST_MAKES_MOTION)) imageStore(motion, p, vec4(motion_of(p), 0.0, 0.0));
 }

@@ -78,7 +78,7 @@ void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Seen seen) {
     const vec2 moved_px = seen.at - pixel.p;
     sums.color += now.weight * difference;
     sums.weight += now.weight;
-    sums.moment += now.weight * dot(moved_px, moved_px);
+    sums.moment += now.weight * precise_dot(moved_px, moved_px);
     if (ADAPTIVE == 1) add_to_half(sums.halves, now.number, difference.rgb, now.weight);
     bool soft = false;
     if (DENOISE == 1) soft = add_soft(sums.soft, seen, difference, now.weight);

@@ -19,7 +19,7 @@ float noise_of(Half halves[2], vec3 own) {
     precise const vec3 first = own + halves[0].color / halves[0].weight;
     precise const vec3 second = own + halves[1].color / halves[1].weight;
     precise const vec3 d = shown(first) - shown(second);
-    return dot(d, d) / 3.0;
+    return precise_dot(d, d) / 3.0;
 }
 
 // The invocations beyond the frame's border take part in the block's sum, as the border pixel. A

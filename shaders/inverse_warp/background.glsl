@@ -16,11 +16,11 @@ bool fill_from(CellLevel level, float inverse_depth, Plane plane, inout vec4 fil
     precise vec4 sum = vec4(0.0);
     precise float total = 0.0;
     for (int i = 0; i < 4; ++i) {
-        const vec2 corner = vec2(i & 1, i >> 1);
-        ivec2 cell = clamp(ivec2(base) + ivec2(corner), ivec2(0), level.cells - 1);
+        const ivec2 corner = ivec2(i & 1, i >> 1);
+        ivec2 cell = clamp(ivec2(base) + corner, ivec2(0), level.cells - 1);
         cell.x += level.columns_left;
         const vec2 depth_part = uintBitsToFloat(texelFetch(background, cell, 0).xy);
-        precise const vec2 w = mix(1.0 - f, f, corner);
+        precise const vec2 w = mix(1.0 - f, f, bvec2(corner));
         const float weight = w.x * w.y * depth_part.y;
         if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
         const vec4 c = fetch(WIDE(background_color, background_layers), plane, cell);

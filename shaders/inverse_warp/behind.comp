@@ -55,7 +55,7 @@ uvec2 sides_of(ivec2 cell) {
     for (int i = 0; i < 4; ++i) {
         const ivec2 line = kLines[i];
         const int a = distance_behind(cell, line, q), b = distance_behind(cell, -line, q);
-        const float span = float(a + b) * length(vec2(line));
+        const float span = float(a + b) * precise_length(vec2(line));
         if (a == 0 || b == 0 || span >= shortest) continue;
         shortest = span;
         const ivec2 at_a = cell + a * line, at_b = cell - b * line;

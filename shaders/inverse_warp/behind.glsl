@@ -46,7 +46,7 @@ vec4 color_behind(uvec2 sides, vec2 x, Plane plane) {
     const ivec2 a = unpack_cell(sides.x), b = unpack_cell(sides.y);
     const vec2 way = vec2(b - a);
     precise const float share =
-        clamp(dot(0.5 * x - vec2(a), way) / max(dot(way, way), 1.0), 0.0, 1.0);
+        clamp(precise_dot(0.5 * x - vec2(a), way) / max(precise_dot(way, way), 1.0), 0.0, 1.0);
     const vec4 first = fetch(WIDE(background_color, background_layers), plane, a);
     const vec4 second = fetch(WIDE(background_color, background_layers), plane, b);
     precise const vec4 mean = first + share * (second - first);

@@ -9,6 +9,7 @@
 #include "common/work_group.glsl"
 
 #include "inverse_warp/layer_bits.glsl"
+#include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2DArray layers;
 #if BEFORE
@@ -34,9 +35,9 @@ vec4 texel(int place, ivec3 at) {
 void main() {
     const int z = int(gl_WorkGroupID.z), words = words_of(layers);
     const int place = z / words, word = z % words;
-    const ivec2 size = textureSize(layers, 0).xy, block = group_at();
+    const ivec2 block = group_at();
     const ivec2 first = max(kBlockPx * block - 1, ivec2(0));
-    const ivec2 end = min(kBlockPx * (block + 1) + 1, size);
+    const ivec2 end = min(kBlockPx * (block + 1) + 1, uniforms.size);
     if (gl_LocalInvocationIndex == 0u) bits = 0u;
     barrier();
     uint own = 0u, left = bits_of_word(layers, word);

@@ -68,7 +68,7 @@ Sample sample_at(int k, SampleSet set, Pixel pixel) {
     // Another ratio for each sample: while two surfaces pass each other in depth, their samples
     // change over one by one.
     precise const float golden = fract(pixel.random.x + 0.618034 * float(k));
-    at.depth_ratio = mix(kMinDepthRatio, kMaxDepthRatio, golden);
+    at.depth_ratio = precise_mix(kMinDepthRatio, kMaxDepthRatio, golden);
     at.number = k;
     return at;
 }
@@ -81,7 +81,7 @@ bool passes_barrel(Pixel pixel, Sample now) {
     const vec2 barrel = uniforms.barrel_per_px * (pixel.p - center);
     const vec2 axes = vec2(uniforms.pixel_axis_x, uniforms.pixel_axis_y);
     precise const vec2 passed = (uniforms.barrel_scale * now.lens + barrel) / axes;
-    return !(dot(passed, passed) > 1.0);
+    return !(precise_dot(passed, passed) > 1.0);
 #else
     return true;
 #endif

@@ -28,7 +28,7 @@ vec4 with_fill(Source source, int layer, vec4 value) {
 #ifdef FILL_LAYER
     if (layer != FILL_LAYER || (source.kind == 0 && !source.beyond)) return value;
     const bool neighbor = source.kind == -1 || source.kind == 1;
-    return dot(value.rgb, vec3(1.0)) * (neighbor ? kFromNeighbor : kEstimated);
+    return precise_dot(value.rgb, vec3(1.0)) * (neighbor ? kFromNeighbor : kEstimated);
 #else
     return value;
 #endif

@@ -37,7 +37,7 @@ struct Starts {
 // bends them aside. Surfaces within a block may differ by a tenth.
 vec2 reach_of(Surface s) {
     precise vec2 reach = vec2(1.0);
-    if (kShutter) reach += abs(s.a) + abs(s.b) + 0.1 * length(s.a);
+    if (kShutter) reach += abs(s.a) + abs(s.b) + 0.1 * precise_length(s.a);
     if (kLens) reach += 1.1 * abs(s.radius);
     return reach;
 }

@@ -13,6 +13,7 @@
 //
 // SHUTTER, LENS: which of the two are open
 // MOTION: surfaces hold motion: with the shutter, and if neighboring frames are searched
+#include "common/precise.glsl"
 #include "shared/inverse_warp_uniforms.h"
 
 const bool kShutter = SHUTTER == 1, kLens = LENS == 1;
@@ -96,7 +97,7 @@ float bend_at(float u) {
 }
 
 vec2 moved(Surface s, Sample at) {
-    precise const vec2 d = s.a * at.u + s.b * mix(at.bend, abs(at.u), s.straight);
+    precise const vec2 d = s.a * at.u + s.b * precise_mix(at.bend, abs(at.u), s.straight);
     return d;
 }
 
@@ -109,7 +110,7 @@ vec2 displacement(Surface s, Sample at) {
 
 // Longest path on either side of the frame, px.
 float path_of(Surface s) {
-    precise const float px2 = max(dot(s.a + s.b, s.a + s.b), dot(s.a - s.b, s.a - s.b));
+    precise const float px2 = max(precise_dot(s.a + s.b, s.a + s.b), precise_dot(s.a - s.b, s.a - s.b));
     return sqrt(px2);
 }
 
@@ -124,7 +125,7 @@ float longest_of(Surface s) {
 // Size of a surface's displacements, px^2.
 float displaced(Surface s) {
     precise float squared = 0.0;
-    if (kShutter) squared += dot(s.a, s.a) + dot(s.b, s.b);
+    if (kShutter) squared += precise_dot(s.a, s.a) + precise_dot(s.b, s.b);
     if (kLens) squared += s.radius * s.radius;
     return squared;
 }
@@ -133,7 +134,7 @@ float displaced(Surface s) {
 float apart(Surface s, Surface t) {
     precise float squared = 0.0;
     const vec2 da = s.a - t.a, db = s.b - t.b;
-    if (kShutter) squared += dot(da, da) + dot(db, db);
+    if (kShutter) squared += precise_dot(da, da) + precise_dot(db, db);
     if (kLens) squared += (s.radius - t.radius) * (s.radius - t.radius);
     return squared;
 }

@@ -63,9 +63,9 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
     if (!edge) return own;
     other /= count;
     vec4 farthest = own;
-    precise float most = dot(own - other, own - other);
+    precise float most = precise_dot(own - other, own - other);
     for (int i = 0; i < 4; ++i) {
-        precise const float apart_px = dot(around[i] - other, around[i] - other);
+        precise const float apart_px = precise_dot(around[i] - other, around[i] - other);
         if (same[i] && apart_px > most) {
             most = apart_px;
             farthest = around[i];
@@ -89,7 +89,10 @@ Surface surface_at(ivec2 p) {
     const vec4 v = uniforms.half_shutter * own_motion(p, s.inverse_depth, s.edge);
     s.a = 0.5 * (v.xy + v.zw);
     s.b = 0.5 * (v.xy - v.zw);
-    s.straight = smoothstep(0.64, 1.44, dot(s.b, s.b) / max(dot(s.a, s.a), 1e-6));
+    // smoothstep(0.64, 1.44, |b|^2 / |a|^2)
+    precise const float ratio = precise_dot(s.b, s.b) / max(precise_dot(s.a, s.a), 1e-6);
+    precise const float t = clamp((ratio - 0.64) / (1.44 - 0.64), 0.0, 1.0);
+    s.straight = t * t * (3.0 - 2.0 * t);
     const float path = path_of(s);
     if (path > uniforms.max_path_px) {
         s.a *= uniforms.max_path_px / path;

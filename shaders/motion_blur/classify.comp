@@ -61,7 +61,7 @@ void main() {
         for (int y = low.y; y <= high.y; ++y) {
             for (int x = low.x; x <= high.x; ++x) {
                 const vec2 v = texelFetch(neighbor_max, ivec2(x, y), 0).xy;
-                longest = max(longest, length_of(v));
+                longest = max(longest, precise_length(v));
                 chosen = vec4(min(chosen.xy, v), max(chosen.zw, v));
             }
         }
@@ -99,7 +99,7 @@ void main() {
         }
     }
     precise const vec2 apart = range.zw - range.xy, middle = 0.5 * (range.xy + range.zw);
-    bool alike = length_of(apart) <= kAlike * length_of(middle);
+    bool alike = precise_length(apart) <= kAlike * precise_length(middle);
 #if DEPTH
     precise const float layer = uniforms.depth_softness * (depths.y - depths.x);
     alike = alike && (layer == 0.0 || layer <= kAlike * depths.x);

@@ -48,7 +48,7 @@ vec2 velocity_at(ivec2 p) {
     return decode_velocity(texel);
 #else
     const vec2 v = long_velocity(texel);
-    return clamped_velocity(v, squared_length(v));
+    return clamped_velocity(v, precise_dot(v, v));
 #endif
 }
 
@@ -86,11 +86,11 @@ float variance_at(ivec2 p) {
     precise const vec2 f = at - vec2(base);
     const ivec2 low = max(base, ivec2(0));
     const ivec2 high = min(base + 1, uniforms.tiles - 1);
-    const float top = mix(texelFetch(tile_variance, low, 0).x,
-                          texelFetch(tile_variance, ivec2(high.x, low.y), 0).x, f.x);
-    const float bottom = mix(texelFetch(tile_variance, ivec2(low.x, high.y), 0).x,
-                             texelFetch(tile_variance, high, 0).x, f.x);
-    return mix(top, bottom, f.y);
+    const float top = precise_mix(texelFetch(tile_variance, low, 0).x,
+                                  texelFetch(tile_variance, ivec2(high.x, low.y), 0).x, f.x);
+    const float bottom = precise_mix(texelFetch(tile_variance, ivec2(low.x, high.y), 0).x,
+                                     texelFetch(tile_variance, high, 0).x, f.x);
+    return precise_mix(top, bottom, f.y);
 }
 #endif
 
@@ -112,7 +112,7 @@ void main() {
     // Never slower than v_c: every tile that can be chosen has this pixel's own among those whose
     // vectors it takes the longest of.
     const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
-    const float reach = length_of(v_max);
+    const float reach = precise_length(v_max);
     if (reach <= uniforms.still_limit_px) {
         STORE(blurred, p, color_p);
 #if HINT
@@ -125,7 +125,7 @@ void main() {
     }
 
     const vec2 v_c = velocity_at(p);
-    const float v_c_squared = dot(v_c, v_c);
+    const float v_c_squared = precise_dot(v_c, v_c);
     const float inverse_c = inverse_length(v_c_squared);
     const float inverse_rho_c = min(inverse_c, 1.0 / kMinLengthPx);
     const vec2 w_max = v_max / reach;
@@ -137,15 +137,15 @@ void main() {
 #endif
     // w_p . v_c >= 0, by the unscaled vectors: exactly 0 if v_c is v_max.
 #if DOMINANT
-    precise const float side = dot(v_max, v_c);
+    precise const float side = precise_dot(v_max, v_c);
 #else
     precise const float side = v_max.x * v_c.y - v_max.y * v_c.x;
 #endif
     if (side < 0.0) w_still = -w_still;
     const float own_share =
         clamp((v_c_squared * inverse_c - kMinLengthPx) / uniforms.variance_threshold_px, 0.0, 1.0);
-    vec2 w_c = normalize(mix(w_still, v_c * inverse_c, own_share));
-    const float aligned = abs(dot(w_c, w_max));
+    vec2 w_c = precise_normalize(precise_mix(w_still, v_c * inverse_c, own_share));
+    const float aligned = abs(precise_dot(w_c, w_max));
     // v_c on neither side: samples of both sides in turn.
     bool other_side = side == 0.0 && own_share > 0.0 && own_share < 1.0;
 #endif
@@ -211,17 +211,17 @@ void main() {
 #else
         const vec2 v_s = velocity_at(s);
 #endif
-        const float inverse_s = inverse_length(dot(v_s, v_s));
+        const float inverse_s = inverse_length(precise_dot(v_s, v_s));
         const float inverse_rho_s = min(inverse_s, 1.0 / kMinLengthPx);
-        float w_b = abs(dot(v_s, d)) * inverse_s;
+        float w_b = abs(precise_dot(v_s, d)) * inverse_s;
 #else
         // From the motion itself: its direction is v_S's, and the clamp is enough for its length.
         const vec2 m_s = motion_of(texelFetch(velocity, s, 0).xy);
-        const float squared_s = dot(m_s, m_s);
+        const float squared_s = precise_dot(m_s, m_s);
         const float inverse_s = inverse_length(squared_s);
         const float inverse_rho_s =
             clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kMinLengthPx);
-        float w_b = abs(dot(m_s, d)) * inverse_s;
+        float w_b = abs(precise_dot(m_s, d)) * inverse_s;
 #endif
 #if SINGLE
         w_b = 1.0;
@@ -259,7 +259,7 @@ void main() {
         if (other_side && i == count) {
             other_side = false;
             i = 0;
-            w_c = normalize(mix(-w_still, v_c * inverse_c, own_share));
+            w_c = precise_normalize(precise_mix(-w_still, v_c * inverse_c, own_share));
         }
 #endif
     } while (i < count);

@@ -88,12 +88,12 @@ void main() {
         const int row = int(rows);
         const ivec2 p = first + ivec2(index - row * size.x, row);
         vec2 v = long_velocity(texelFetch(motion, p, 0).xy);
-        const float squared = squared_length(v);
+        const float squared = precise_dot(v, v);
 #if STORAGE
         const vec2 stored = encode_velocity(clamped_velocity(v, squared));
         imageStore(half_velocity, p, vec4(stored, 0.0, 0.0));
         v = decode_velocity(stored);
-        part.smallest_squared = min(part.smallest_squared, squared_length(v));
+        part.smallest_squared = min(part.smallest_squared, precise_dot(v, v));
 #else
         part.smallest_squared = min(part.smallest_squared, squared);
 #endif

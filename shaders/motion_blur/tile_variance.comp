@@ -4,6 +4,7 @@
 // direction and do not count; a still tile has u = 0.
 //
 //   tile_max -> tile_variance   x: u in [0, 1]
+#include "common/precise.glsl"
 #include "common/work_group.glsl"
 #include "shared/motion_blur_uniforms.h"
 
@@ -18,15 +19,15 @@ void main() {
     const vec2 own = texelFetch(tile_max, tile, 0).xy;
     precise float sum = 0.0;
     precise float count = 0.0;
-    if (length(own) >= kStillPx) {
-        const vec2 n = normalize(own);
+    if (precise_length(own) >= kStillPx) {
+        const vec2 n = precise_normalize(own);
         for (int oy = -1; oy <= 1; ++oy) {
             for (int ox = -1; ox <= 1; ++ox) {
                 const ivec2 at = tile + ivec2(ox, oy);
                 if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.tiles))) continue;
                 const vec2 other = texelFetch(tile_max, at, 0).xy;
-                if (length(other) < kStillPx) continue;
-                sum += abs(dot(n, normalize(other)));
+                if (precise_length(other) < kStillPx) continue;
+                sum += abs(precise_dot(n, precise_normalize(other)));
                 count += 1.0;
             }
         }

@@ -5,6 +5,7 @@
 // exactly the same vectors.
 
 #include "common/finite.glsl"
+#include "common/precise.glsl"
 
 const float kMaxMotion = 1e15;  // px per frame, of a component: the square must fit a float
 
@@ -15,20 +16,10 @@ vec2 motion_of(vec2 texel) {
     return is_finite(texel.x) && is_finite(texel.y) ? motion : vec2(0.0);
 }
 
-float squared_length(vec2 v) {
-    precise float squared = v.x * v.x + v.y * v.y;
-    return squared;
-}
-
 // Before the clamp.
 vec2 long_velocity(vec2 texel) {
     precise vec2 v = uniforms.half_shutter * motion_of(texel);
     return v;
-}
-
-// |v|, to the same bit wherever it is compared with a limit.
-float length_of(vec2 v) {
-    return sqrt(squared_length(v));
 }
 
 // `squared`: |v|^2 before the clamp.

@@ -6,17 +6,16 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(DepthOfFieldNeededUniforms)
-    ivec2 blocks;  // of the downsampled image
-    ivec2 reach;   // of the reader, in its own blocks on each side
-    int factor;    // edge of the reader's plane over that of the downsampled image
+    ivec2 blocks;         // of the downsampled image
+    ivec2 reach;          // of the reader, in its own blocks on each side
+    ivec2 reader_blocks;  // of the reader's plane
+    int factor;           // edge of the reader's plane over that of the downsampled image
     int pad0;
-    int pad1;
-    int pad2;
 UNIFORMS_END
 
 #ifdef __cplusplus
 static_assert(sizeof(postchain::shared::DepthOfFieldNeededUniforms) == 32);
-static_assert(offsetof(postchain::shared::DepthOfFieldNeededUniforms, factor) == 16);
+static_assert(offsetof(postchain::shared::DepthOfFieldNeededUniforms, factor) == 24);
 #endif
 
 #endif

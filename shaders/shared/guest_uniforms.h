@@ -4,6 +4,11 @@
 
 #include "shared/uniforms.h"
 
+#define GUEST_MAKES_COLOR 1
+#define GUEST_MAKES_DEPTH 2
+#define GUEST_MAKES_MOTION 4
+#define GUEST_MAKES_SKY 8  // motion of infinitely far pixels without a vector
+
 UNIFORMS_BEGIN(GuestUniforms)
     ivec2 size;      // of the frame
     ivec2 color_at;  // where its first stored texel is in each texture
@@ -23,11 +28,16 @@ UNIFORMS_BEGIN(GuestUniforms)
     vec4 sky_x;      // rows of (x, y, 1) -> (x, y, w) of the other frame; x, y of clip space
     vec4 sky_y;
     vec4 sky_w;
+    ivec2 shown_size;  // of the texture that a debug view draws
+    int makes;         // GUEST_MAKES_...: the planes that the import makes
+    int pad0;
+    ivec2 shown_at;    // its first stored texel, if it is the host's
+    ivec2 pad1;
 UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::GuestUniforms) == 144);
+static_assert(sizeof(postchain::shared::GuestUniforms) == 176);
 static_assert(offsetof(postchain::shared::GuestUniforms, bottom_up) == 48);
 static_assert(offsetof(postchain::shared::GuestUniforms, motion_scale) == 64);
 static_assert(offsetof(postchain::shared::GuestUniforms, gain) == 88);

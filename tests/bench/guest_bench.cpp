@@ -84,6 +84,11 @@ std::vector<Kind> kinds() {
              [](pc_frame& frame, pc_chain*, int i) {
                  frame.focus_distance = 4 + 0.001f * float(i % 100);
              }},
+            {"its size changes", false,
+             [](pc_frame& frame, pc_chain*, int i) {
+                 frame.width = 1920 - 8 * (i % 97);
+                 frame.height = 1080 - 8 * (i % 55);
+             }},
             {"animated noise", true,
              [](pc_frame& frame, pc_chain*, int i) { frame.frame_number = uint64_t(i); }},
             {"depth and vectors converted", false,

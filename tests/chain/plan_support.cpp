@@ -30,9 +30,8 @@ class Copy : public PlainPass {
         return Identity{kRuleConfiguration, {.name = "off", .value = 1}};
     }
     void plan(PassPlanner& p) const override {
-        const auto& frame = p.context().frame;
-        const TextureId scratch = p.texture("scratch", Format::rgba16f, frame.width, frame.height);
-        const TextureId out = p.texture("out", Format::rgba32f, frame.width, frame.height);
+        const TextureId scratch = p.texture("scratch", Format::rgba16f);
+        const TextureId out = p.texture("out", Format::rgba32f);
         Step first;
         first.name = "first";
         first.bindings = {{0, p.input(Role::color), Access::sample_nearest},
@@ -65,8 +64,7 @@ class MakesHint : public Copy {
     void plan(PassPlanner& p) const override {
         Copy::plan(p);
         if (!p.wanted(Role::hint)) return;
-        const auto& frame = p.context().frame;
-        const TextureId hint = p.texture("hint", Format::rg16f, frame.width, frame.height);
+        const TextureId hint = p.texture("hint", Format::rg16f);
         Step step;
         step.name = "hint";
         step.bindings = {{0, hint, Access::write}};
@@ -82,8 +80,7 @@ class CarriesHint : public Copy {
     void plan(PassPlanner& p) const override {
         Copy::plan(p);
         if (!p.has(Role::hint) || !p.wanted(Role::hint)) return;
-        const auto& frame = p.context().frame;
-        const TextureId hint = p.texture("hint", Format::rg16f, frame.width, frame.height);
+        const TextureId hint = p.texture("hint", Format::rg16f);
         Step step;
         step.name = "carry";
         step.bindings = {{0, p.input(Role::hint), Access::sample_nearest},
@@ -97,7 +94,7 @@ class CarriesHint : public Copy {
 // Adds a step whose result only `keeps` has a reader for, and says why.
 class Spare : public Copy {
     void plan(PassPlanner& p) const override {
-        const TextureId spare = p.texture("spare", Format::r32f, 10, 10);
+        const TextureId spare = p.texture("spare", Format::r32f, Area::fixed(10, 10));
         Step step;
         step.name = "spare";
         step.bindings = {{0, p.input(Role::motion), Access::sample_nearest},

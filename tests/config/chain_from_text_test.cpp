@@ -39,7 +39,8 @@ TEST(ChainFromText, YamlAndJson) {
 TEST(ChainFromText, AFormerNameIsAWarningOfPcChainError) {
     postchain::Chain parts;
     ASSERT_TRUE(parts.append(postchain::test::fake_passes(), "smear"));
-    pc_chain chain{postchain::guest::ChainHandle(std::move(parts))};
+    const pc::Chain made(postchain::guest::new_chain(std::move(parts)));
+    pc_chain& chain = *made;
     EXPECT_EQ(pc_chain_set_number(&chain, 0, "taps", 51), PC_OK);
     EXPECT_STREQ(pc_chain_error(&chain),
                  "'taps' is the former name of 'samples' and will not be accepted by the next "

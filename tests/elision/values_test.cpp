@@ -13,11 +13,17 @@
 namespace postchain::test {
 namespace {
 
-// Another camera, other bounds and another number of the same frame: what an engine changes from
-// one to the next, in small steps and in large ones.
+// Another size, camera, other bounds and another number of the same frame: what an engine changes
+// from one to the next, in small steps and in large ones.
 FrameDescription other_values(const FrameDescription& frame, Random& random) {
     FrameDescription other = frame;
     other.frame_number = random.whole(0, 1000);
+    if (random.chance(0.5)) {
+        other.width = random.whole(1, 2 * frame.width);
+        other.height = random.whole(1, 2 * frame.height);
+        other.display_width = other.width + random.whole(0, 300);
+        other.display_height = other.height;
+    }
     Camera& camera = other.camera;
     const double step = random.chance(0.5) ? 1.05 : 20;
     const auto vary = [&](std::optional<double>& value) {
@@ -82,10 +88,16 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
             }
             ++same;
             ASSERT_TRUE(gl::same_shape(*plan, *fresh)) << seed << "\n" << one.text;
-            write_uniforms(resolved, *plan);
+            write_values(resolved, *plan);
             EXPECT_EQ(plan->frame_number, frame.frame_number);
             EXPECT_EQ(plan->uses_frame_number, fresh->uses_frame_number);
+            ASSERT_TRUE(plan->textures == fresh->textures) << seed << "\n" << one.text;
+            EXPECT_EQ(plan->width, fresh->width);
+            EXPECT_EQ(plan->height, fresh->height);
             for (size_t s = 0; s < fresh->steps.size(); ++s) {
+                ASSERT_EQ(plan->steps[s].groups, fresh->steps[s].groups)
+                    << plan->steps[s].name << ", seed " << seed << "\n"
+                    << one.text;
                 ASSERT_EQ(plan->steps[s].uniforms, fresh->steps[s].uniforms)
                     << plan->steps[s].name << ", seed " << seed << "\n"
                     << one.text;

@@ -21,7 +21,7 @@ TEST(ErrorSplit, ConstantPicturesByHand) {
     Converged converged;
     converged.rgb = plain(1);
     converged.seeds = 4;
-    auto truth = metrics::picture_of(plain(0.5f));
+    auto truth = metrics::rgb_image_of(plain(0.5f));
     const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
     auto split = split_error(12, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
                              range, {});
@@ -67,7 +67,7 @@ TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
     converged.rgb = plain(7);
     converged.seeds = 1;
     converged.sampled = false;
-    auto truth = metrics::picture_of(plain(0.5f));
+    auto truth = metrics::rgb_image_of(plain(0.5f));
     const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
     auto split = split_error(1, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
                              range, {});

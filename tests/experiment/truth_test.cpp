@@ -63,15 +63,15 @@ TEST_F(TruthFiles, AnotherSizeNamesBoth) {
 TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
     test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
     const auto settings = test::settings_for(folder_.path(), folder_.path("report"));
-    const auto load = [&](Result<metrics::Picture>& picture) {
+    const auto load = [&](Result<metrics::RgbImage>& image) {
         auto truth = Truth::open(settings.truth, {1, 2, 3});
         ASSERT_TRUE(truth.ok());
         const Status status = truth->survey(settings.run, metrics::ToneMapper::aces);
         ASSERT_TRUE(status.ok()) << status.message();
-        picture = truth->load(2);
-        ASSERT_TRUE(picture.ok());
+        image = truth->load(2);
+        ASSERT_TRUE(image.ok());
     };
-    Result<metrics::Picture> whole = Status(StatusCode::internal, ""), moved = whole;
+    Result<metrics::RgbImage> whole = Status(StatusCode::internal, ""), moved = whole;
     load(whole);
     const io::Window display = {0, 0, 63, 39};
     for (const io::Window& data : {io::Window{-5, -2, 70, 41}, io::Window{9, 4, 50, 39}}) {

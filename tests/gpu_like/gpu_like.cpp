@@ -7,6 +7,8 @@
 //   nan       textures that programs write are NaN when a frame begins
 //   align     uniform blocks begin at multiples of 256 bytes
 //   limits    GL 4.5's smallest limits: 8 image units, 8 storage blocks, 16 textures in a program
+//   contract  products that feed sums are fused with them, as far as `precise` allows, in half of
+//             all programs: POSTCHAIN_GPU_LIKE_SEED chooses which
 //
 // libepoxy calls GL through a variable for each function. The ones below are replaced. What a
 // device would refuse ends the program.
@@ -21,6 +23,9 @@
 #include <set>
 #include <string>
 #include <vector>
+
+#include "tests/gpu_like/contract.h"
+#include "tests/gpu_like/spirv_of.h"
 
 namespace postchain::test {
 namespace {
@@ -80,7 +85,7 @@ vec4 gpu_like_lod(sampler2DArray image, vec3 at, float lod) {
 )";
 
 constexpr const char* kHalfStores = R"(
-uniform int gpu_like_half;  // a bit for each image unit whose format is half floats
+layout(location = 100) uniform int gpu_like_half;  // a bit for each image unit whose format is half floats
 vec4 gpu_like_stored(vec4 value, int unit) {
     if ((gpu_like_half >> unit & 1) == 0) return value;
     const vec4 size = min(abs(value), vec4(65504.0));
@@ -117,12 +122,55 @@ std::string with_behaviors(const std::string& source) {
     return source.substr(0, line) + prelude + "#line 2 0\n" + source.substr(line);
 }
 
+std::map<GLuint, std::string> sources;  // by shader
+// By program: the one that was compiled from its source. SPIR-V has no names to ask for.
+std::map<GLuint, GLuint> named;
+
+GLuint named_program(GLuint program) {
+    const auto found = named.find(program);
+    return found == named.end() ? program : found->second;
+}
+
+bool contracts(const std::string& source) {
+    const char* seed = std::getenv("POSTCHAIN_GPU_LIKE_SEED");
+    return std::hash<std::string>()(source + (seed ? seed : "")) & 1;
+}
+
+// Replaces the program's compute shader by its SPIR-V. All programs are: Mesa makes other
+// operations of the same source.
+void take_spirv(GLuint program) {
+    GLuint shader = 0;
+    GLsizei shaders = 0;
+    glGetAttachedShaders(program, 1, &shaders, &shader);
+    GLint type = 0, compiled = 0;
+    if (shaders == 1) {
+        glGetShaderiv(shader, GL_SHADER_TYPE, &type);
+        glGetShaderiv(shader, GL_COMPILE_STATUS, &compiled);
+    }
+    if (type != GL_COMPUTE_SHADER || !compiled || !sources.contains(shader)) return;
+    const GLuint from_source = glCreateProgram();
+    glAttachShader(from_source, shader);
+    REAL(glLinkProgram)(from_source);
+    const std::string& source = sources.at(shader);
+    std::vector<uint32_t> module = spirv_of(source);
+    if (contracts(source)) module = contracted(module);
+    const GLuint binary = glCreateShader(GL_COMPUTE_SHADER);
+    glShaderBinary(1, &binary, GL_SHADER_BINARY_FORMAT_SPIR_V, module.data(),
+                   GLsizei(4 * module.size()));
+    glSpecializeShader(binary, "main", 0, nullptr, nullptr);
+    glDetachShader(program, shader);
+    glAttachShader(program, binary);
+    glDeleteShader(binary);
+    named[program] = from_source;
+}
+
 void APIENTRY shader_source(GLuint shader, GLsizei count, const GLchar* const* texts,
                             const GLint* lengths) {
     std::string source;
     for (GLsizei i = 0; i < count; ++i)
         source += lengths && lengths[i] >= 0 ? std::string(texts[i], size_t(lengths[i])) : texts[i];
     source = with_behaviors(source);
+    if (behaves("contract")) sources[shader] = source;
     const char* text = source.c_str();
     REAL(glShaderSource)(shader, 1, &text, nullptr);
 }
@@ -132,6 +180,7 @@ bool is_image(GLint type) {
 }
 
 void APIENTRY link_program(GLuint program) {
+    if (behaves("contract")) take_spirv(program);
     REAL(glLinkProgram)(program);
     if (!behaves("limits")) return;
     GLint uniforms = 0, lists = 0, images = 0, textures = 0;
@@ -148,6 +197,37 @@ void APIENTRY link_program(GLuint program) {
     refuse(images > kImages, "images of a program", images);
     refuse(textures > kTextures, "textures of a program", textures);
     refuse(lists > kLists, "storage blocks of a program", lists);
+}
+
+void APIENTRY get_program(GLuint program, GLenum name, GLint* value) {
+    const bool link = name == GL_LINK_STATUS || name == GL_INFO_LOG_LENGTH;
+    REAL(glGetProgramiv)(link ? program : named_program(program), name, value);
+}
+
+GLint APIENTRY uniform_location(GLuint program, const GLchar* name) {
+    return REAL(glGetUniformLocation)(named_program(program), name);
+}
+
+void APIENTRY get_block(GLuint program, GLuint block, GLenum name, GLint* value) {
+    REAL(glGetActiveUniformBlockiv)(named_program(program), block, name, value);
+}
+
+void APIENTRY block_name(GLuint program, GLuint block, GLsizei size, GLsizei* length,
+                         GLchar* name) {
+    REAL(glGetActiveUniformBlockName)(named_program(program), block, size, length, name);
+}
+
+void APIENTRY delete_program(GLuint program) {
+    if (const auto found = named.find(program); found != named.end()) {
+        REAL(glDeleteProgram)(found->second);
+        named.erase(found);
+    }
+    REAL(glDeleteProgram)(program);
+}
+
+void APIENTRY delete_shader(GLuint shader) {
+    sources.erase(shader);
+    REAL(glDeleteShader)(shader);
 }
 
 struct Storage {
@@ -282,6 +362,12 @@ void APIENTRY dispatch_indirect(GLintptr offset) {
 __attribute__((constructor)) void replace() {
     epoxy_glShaderSource = shader_source;
     epoxy_glLinkProgram = link_program;
+    epoxy_glGetProgramiv = get_program;
+    epoxy_glGetUniformLocation = uniform_location;
+    epoxy_glGetActiveUniformBlockiv = get_block;
+    epoxy_glGetActiveUniformBlockName = block_name;
+    epoxy_glDeleteProgram = delete_program;
+    epoxy_glDeleteShader = delete_shader;
     epoxy_glTextureStorage2D = texture_storage_2d;
     epoxy_glTextureStorage3D = texture_storage_3d;
     epoxy_glTextureSubImage2D = texture_sub_image_2d;

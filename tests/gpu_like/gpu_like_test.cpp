@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <set>
 
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
@@ -70,6 +72,48 @@ TEST_F(GpuLike, RoundsTheWeightsOfAFilterAndItsResult) {
             "0.0)); }",
             {0, 1});
     EXPECT_EQ(pixel[0], std::nextafter(77.0f / 256, 1.0f));
+}
+
+// The result is x x + y. A rounded product loses what a fused one keeps.
+TEST_F(GpuLike, FusesProductsAndSumsInHalfOfThePrograms) {
+    const float x = 1 + 0x1p-12f, y = -(1 + 0x1p-11f), kept = 0x1p-24f;
+    const float a = 0.225f, b = 0.6f, c = -1.3f;
+    const auto results_of = [&](const std::string& value) {
+        const std::string main =
+            "float at(int column) { return texelFetch(columns, ivec2(column, 0), 0).x; }\n"
+            "void main() { float x = at(0), y = at(1), a = at(2), b = at(3), c = at(4);\n" +
+            value + "imageStore(result, ivec2(0), vec4(z)); }";
+        std::set<float> results;
+        for (int seed = 0; seed < 6 && results.size() < 2; ++seed) {
+            setenv("POSTCHAIN_GPU_LIKE_SEED", concat(seed).c_str(), 1);
+            results.insert(run(main.c_str(), {x, y, a, b, c})[0]);
+        }
+        unsetenv("POSTCHAIN_GPU_LIKE_SEED");
+        return results;
+    };
+    for (const char* value :
+         {"x * x + y", "y - x * -x", "-(-x * x - y)", "dot(vec2(1.0, x), vec2(y, x))"}) {
+        const std::string statement = concat("float z = ", value, ";");
+        EXPECT_EQ(results_of(statement), (std::set<float>{0, kept})) << value;
+        const bool call = statement.find("dot") != std::string::npos;  // glslang marks none
+        EXPECT_EQ(results_of("precise " + statement).contains(kept), call) << value;
+    }
+    for (const char* value :
+         {"float p = x; p *= x; float z = p + y;", "float z = (x * vec2(x, 1.0) + vec2(y)).x;"})
+        EXPECT_EQ(results_of(value), (std::set<float>{0, kept})) << value;
+    const auto fused = [](float p, float q, float term) {
+        return float(double(p) * double(q) + double(term));
+    };
+    const float size = std::sqrt(fused(b, b, c * c));
+    for (const auto& [value, expected] :
+         {std::pair("float z = mix(c, a, 0.3);", fused(0.3f, a - c, c)),
+          std::pair("float z = length(vec2(c, b));", size),
+          std::pair("float z = distance(vec2(c, 0.0), vec2(0.0, b));", size),
+          std::pair("float z = normalize(vec2(c, b)).x;", c / size)}) {
+        const std::set<float> results = results_of(value);
+        EXPECT_EQ(results.size(), 2u) << value;
+        EXPECT_TRUE(results.contains(expected)) << value;
+    }
 }
 
 TEST_F(GpuLike, RoundsStoredHalfFloatsTowardZero) {

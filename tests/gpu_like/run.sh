@@ -9,8 +9,12 @@ if [[ $behaviors == *,* ]]; then
     pass=joint_blur properties+=':*.HalfStorageStaysNearItsReference/*' seeds+=(78 228 303 378)
 fi
 
+if [[ $behaviors == *contract* ]]; then
+    seeds+=(198)
+fi
+
 as_gpu() {
-    LD_PRELOAD=$library POSTCHAIN_GPU_LIKE=$behaviors "$@"
+    LD_PRELOAD=$library POSTCHAIN_GPU_LIKE=$behaviors POSTCHAIN_GPU_LIKE_SEED=1 "$@"
 }
 as_gpu "$postchain" selftest --only "$pass"
 as_gpu "$conformance" --gtest_brief=1 --gtest_filter="$properties"

@@ -8,7 +8,8 @@
 namespace postchain::test {
 namespace {
 
-bool counting = false, silent = false, refuses_storage = false, tells_loss = false, is_lost = false;
+bool counting = false, silent = false, silent_dispatches = false, refuses_storage = false,
+     tells_loss = false, is_lost = false;
 
 // Compared as types, because with sanitizers a comparison of addresses is not a constant
 // expression.
@@ -28,6 +29,9 @@ struct Counted<kVariable> {
     static R call(A... arguments) {
         count += counting;
         if (silent) return R();
+        if constexpr (is_same<kVariable, &epoxy_glDispatchCompute> ||
+                      is_same<kVariable, &epoxy_glDispatchComputeIndirect>)
+            if (silent_dispatches) return;
         if constexpr (is_same<kVariable, &epoxy_glTextureStorage2D>) {
             if (refuses_storage) return glEnable(0xffff);  // an error, as GL would leave one
         } else if constexpr (is_same<kVariable, &epoxy_glGetIntegerv>) {
@@ -160,6 +164,11 @@ std::vector<std::string> GlCalls::names() {
 void silence_gl(bool on) {
     install();
     silent = on;
+}
+
+void silence_dispatches(bool on) {
+    install();
+    silent_dispatches = on;
 }
 
 void refuse_texture_storage(bool refuse) {

@@ -21,6 +21,8 @@ class GlCalls {
 // From now on these functions are only counted and not forwarded: GL does nothing, and its queries
 // leave their output unchanged.
 void silence_gl(bool silent);
+// Likewise of dispatches alone: everything but the pixels is as it would be.
+void silence_dispatches(bool silent);
 // Makes the next calls of glTextureStorage2D fail as if memory had run out.
 void refuse_texture_storage(bool refuse);
 // Whether the context claims to report its loss, and whether it is lost.

@@ -394,7 +394,7 @@ TEST_F(DiffTest, ComparesOverABackground) {
 }
 
 TEST_F(DiffTest, ViewingDistanceAndToneMapperReachFlip) {
-    const auto checker = metrics::picture(32, 32, [](int x, int y) {
+    const auto checker = metrics::make_image(32, 32, [](int x, int y) {
         const double v = (x + y) % 2;
         return metrics::Rgb{v, v, v};
     });

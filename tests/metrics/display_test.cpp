@@ -57,7 +57,7 @@ TEST(Ssim, SinglePixel) {
 // The window's sum without separation, on an image with several windows.
 TEST(Ssim, AgainstTheFullWindow) {
     const auto scene = [](double phase) {
-        return picture(14, 13, [=](int x, int y) {
+        return make_image(14, 13, [=](int x, int y) {
             return Rgb{1 + std::sin(x * 0.9 + phase), 1 + std::cos(y * 1.3), 0.4 * (x % 3)};
         });
     };

@@ -35,7 +35,7 @@ TEST(Error, SingleComponent) {
 // A step of height 1 moved by one column of 8: one column differs.
 TEST(Error, ShiftedStep) {
     const auto step = [](int from) {
-        return picture(8, 3, [=](int x, int) {
+        return make_image(8, 3, [=](int x, int) {
             const double v = x >= from;
             return Rgb{v, v, v};
         });
@@ -72,7 +72,7 @@ TEST(Error, TrimmedLeavesOutTheWorst) {
 
 // Differences 1..100 in some order: the p-th percentile is p.
 TEST(Error, PercentilesAreNearestRanks) {
-    const auto test = picture(10, 10, [](int x, int y) {
+    const auto test = make_image(10, 10, [](int x, int y) {
         const double v = 1 + (37 * (x + 10 * y)) % 100;
         return Rgb{v / 2, v, 0.0};  // the largest component counts
     });
@@ -85,7 +85,7 @@ TEST(Error, PercentilesAreNearestRanks) {
 
 // 0.95 * 20 is 19.000000000000004 in double, whose ceiling would be 20.
 TEST(Error, PercentilesAreExactWhereFractionsAreNot) {
-    const auto test = picture(20, 1, [](int x, int) {
+    const auto test = make_image(20, 1, [](int x, int) {
         const double v = 1 + x;
         return Rgb{v, v, v};
     });

@@ -42,7 +42,7 @@ TEST(ToneMapper, EveryNameIsFound) {
 // 2.
 TEST(ExposureRange, MedianIsTheUpperOfTwo) {
     const double values[] = {3, 1, 4, 2};
-    const auto image = picture(4, 1, [&](int x, int) {
+    const auto image = make_image(4, 1, [&](int x, int) {
         return Rgb{values[x], values[x], values[x]};
     });
     const auto range = exposure_range(one(image), ToneMapper::reinhard);
@@ -56,7 +56,7 @@ TEST(ExposureRange, MedianIsTheUpperOfTwo) {
 
 TEST(ExposureRange, ZeroAndNegativeLuminancesAreLeftOut) {
     const double values[] = {0, 0, 0, 0, 0, -5, 8, 2, 1};
-    const auto image = picture(9, 1, [&](int x, int) {
+    const auto image = make_image(9, 1, [&](int x, int) {
         return Rgb{values[x], values[x], values[x]};
     });
     const auto range = exposure_range(one(image), ToneMapper::reinhard);

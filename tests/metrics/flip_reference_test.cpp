@@ -170,7 +170,7 @@ ImageF scene(uint32_t seed, double brightest) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0, 1);
     const Rgb colors[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}, {1, 1, 0}, {1, 1, 1}};
-    return picture(26, 21, [&](int x, int y) {
+    return make_image(26, 21, [&](int x, int y) {
         const Rgb& color = colors[size_t((x / 7 + 2 * (y / 6) + int(seed)) % 6)];
         const double gain = brightest * (0.4 + 0.6 * uniform(random));
         return Rgb{color[0] * gain, color[1] * gain, color[2] * gain};

@@ -43,10 +43,10 @@ TEST(FlipGolden, Constants) {
 }
 
 TEST(FlipGolden, RampAgainstRampWithAnotherBlue) {
-    const auto ramp = picture(kSide, kSide, [](int x, int y) {
+    const auto ramp = make_image(kSide, kSide, [](int x, int y) {
         return Rgb{x / 63.0, y / 63.0, (x + y) / 126.0};
     });
-    const auto other = picture(kSide, kSide, [](int x, int y) {
+    const auto other = make_image(kSide, kSide, [](int x, int y) {
         return Rgb{x / 63.0, y / 63.0, 0.5};
     });
     const FlipResult result = flip_of(other, ramp);
@@ -56,7 +56,7 @@ TEST(FlipGolden, RampAgainstRampWithAnotherBlue) {
 
 TEST(FlipGolden, ShiftedStep) {
     const auto step = [](int from) {
-        return picture(kSide, kSide, [=](int x, int) {
+        return make_image(kSide, kSide, [=](int x, int) {
             const double v = x >= from ? 0.8 : 0.1;
             return Rgb{v, v, v};
         });
@@ -67,7 +67,7 @@ TEST(FlipGolden, ShiftedStep) {
 }
 
 TEST(FlipGolden, CheckerAgainstItsMean) {
-    const auto checker = picture(kSide, kSide, [](int x, int y) {
+    const auto checker = make_image(kSide, kSide, [](int x, int y) {
         const double v = (x + y) % 2;
         return Rgb{v, v, v};
     });
@@ -80,7 +80,7 @@ TEST(FlipGolden, CheckerAgainstItsMean) {
 
 TEST(FlipGolden, MovedDisc) {
     const auto disc = [](double cx) {
-        return picture(kSide, kSide, [=](int x, int y) {
+        return make_image(kSide, kSide, [=](int x, int y) {
             const double dx = x - cx, dy = y - 31.5;
             return scaled(dx * dx + dy * dy <= 400 ? 0.75 : 0.05, {1, 0.8, 0.6});
         });
@@ -90,7 +90,7 @@ TEST(FlipGolden, MovedDisc) {
 
 TEST(HdrFlipGolden, Ramp) {
     const auto ramp = [](double gain) {
-        return picture(kSide, kSide, [=](int x, int y) {
+        return make_image(kSide, kSide, [=](int x, int y) {
             const double v = std::exp2(-4 + 10 * x / 63.0) * (y >= 32 ? gain : 1);
             return scaled(v, {1, 0.8, 0.6});
         });
@@ -106,7 +106,7 @@ TEST(HdrFlipGolden, Ramp) {
 
 TEST(HdrFlipGolden, MovedDiscWithEveryToneMapper) {
     const auto disc = [](double cx) {
-        return picture(kSide, kSide, [=](int x, int y) {
+        return make_image(kSide, kSide, [=](int x, int y) {
             const double dx = x - cx, dy = y - 31.5;
             return scaled(dx * dx + dy * dy <= 100 ? 50 : 0.2 + 0.01 * y, {1, 0.8, 0.6});
         });
@@ -138,10 +138,10 @@ TEST(Flip, GraysAreTheClosedForm) {
 }
 
 TEST(Flip, EqualPicturesAreZeroAndOrderOfArgumentsDoesNotMatter) {
-    const auto a = picture(40, 30, [](int x, int y) {
+    const auto a = make_image(40, 30, [](int x, int y) {
         return Rgb{std::abs(std::sin(x * 1.7)), std::abs(std::sin(y * 0.9)), 0.3};
     });
-    const auto b = picture(40, 30, [](int x, int y) {
+    const auto b = make_image(40, 30, [](int x, int y) {
         return Rgb{std::abs(std::sin(x * 1.6)), 0.4, std::abs(std::cos(y * 0.7))};
     });
     EXPECT_EQ(flip_of(a, a).max, 0);
@@ -169,7 +169,7 @@ TEST(Flip, SinglePixelAnswersInItsNeighborhoodAlone) {
 
 TEST(Flip, ShiftsWithThePicture) {
     const auto blob = [](int cx, double v) {
-        return picture(80, 70, [=](int x, int y) {
+        return make_image(80, 70, [=](int x, int y) {
             const bool in = std::abs(x - cx) < 4 && std::abs(y - 33) < 6;
             return in ? Rgb{v, 0.5, 0.2} : Rgb{0.1, 0.1, 0.1};
         });
@@ -181,7 +181,7 @@ TEST(Flip, ShiftsWithThePicture) {
 }
 
 TEST(Flip, ThreadsDoNotShow) {
-    const auto a = picture(50, 200, [](int x, int y) {
+    const auto a = make_image(50, 200, [](int x, int y) {
         return Rgb{std::abs(std::sin(x * 1.7 + y)), std::abs(std::sin(y * 0.9)), 5.0};
     });
     const auto b = gray(50, 200, 0.4);
@@ -196,7 +196,7 @@ TEST(Flip, ThreadsDoNotShow) {
 // Processing in bands of rows leaves no trace: if an image is constant along y, so is its map.
 TEST(Flip, BandsDoNotShow) {
     const auto column = [](int from) {
-        return picture(30, 150, [=](int x, int) {
+        return make_image(30, 150, [=](int x, int) {
             return x >= from ? Rgb{0.9, 0.7, 0.1} : Rgb{0.1, 0.2, 0.3};
         });
     };
@@ -252,7 +252,7 @@ TEST(HdrFlip, OneExposureIsFlipOfTheToneMappedPictures) {
         return (2.51 * x * x + 0.03 * x) / (2.43 * x * x + 0.59 * x + 0.14);
     };
     const auto scene = [](double at, bool mapped, auto&& tone) {
-        return picture(32, 32, [=](int x, int) {
+        return make_image(32, 32, [=](int x, int) {
             const double v = x > at ? 0.9 : 0.2;
             const double shown = mapped ? tone(2 * v) : v;
             return Rgb{shown, shown, shown};

@@ -11,7 +11,7 @@ namespace {
 // Display values: an edge at x = 30 from 0.2 to 0.2 + left, `width` pixels wide (a linear ramp),
 // and a hard edge at x = 90 that adds `right`.
 ImageF edges(double left, int width, double right) {
-    return picture(120, 40, [=](int x, int) {
+    return make_image(120, 40, [=](int x, int) {
         const double ramp = std::clamp((x - 30 + width / 2.0) / width, 0.0, 1.0);
         const double v = shown_as(0.2 + left * ramp + (x >= 90 ? right : 0));
         return Rgb{v, v, v};

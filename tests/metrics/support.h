@@ -14,7 +14,7 @@ using Rgb = std::array<double, 3>;
 
 // f(x, y) -> Rgb
 template <class F>
-ImageF picture(int width, int height, F&& f) {
+ImageF make_image(int width, int height, F&& f) {
     ImageF image(width, height, 3);
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
@@ -25,7 +25,7 @@ ImageF picture(int width, int height, F&& f) {
 }
 
 inline ImageF constant(int width, int height, const Rgb& rgb) {
-    return picture(width, height, [&](int, int) { return rgb; });
+    return make_image(width, height, [&](int, int) { return rgb; });
 }
 inline ImageF gray(int width, int height, double v) {
     return constant(width, height, {v, v, v});
@@ -42,8 +42,8 @@ inline Pair pair(const ImageF& test, const ImageF& reference) {
     EXPECT_TRUE(made.ok()) << made.status().message();
     return std::move(*made);
 }
-inline Picture one(const ImageF& image) {
-    auto made = picture_of(image);
+inline RgbImage one(const ImageF& image) {
+    auto made = rgb_image_of(image);
     EXPECT_TRUE(made.ok()) << made.status().message();
     return std::move(*made);
 }

@@ -39,7 +39,7 @@ TEST(TemporalError, SinglePixelThatFlickers) {
 // columns of ten become wrong or correct.
 TEST(TemporalError, ShiftedStep) {
     const auto step = [](int from) {
-        return picture(10, 3, [=](int x, int) {
+        return make_image(10, 3, [=](int x, int) {
             const double v = x >= from;
             return Rgb{v, v, v};
         });
@@ -85,7 +85,7 @@ TEST(Flicker, NeedsTwoOfOneSize) {
 }
 
 ImageF scene() {
-    return picture(24, 20, [](int x, int y) {
+    return make_image(24, 20, [](int x, int y) {
         return Rgb{std::sin(x * 0.8 + y), std::cos(y * 0.5), 0.1 * ((x * 7 + y * 3) % 11)};
     });
 }
@@ -100,7 +100,7 @@ TEST(Shifted, MovesTheContent) {
 // A pointwise filter, and a mean of three with its reach as margin, have no grid.
 TEST(GridError, FiltersWithoutAGridHaveNone) {
     const auto mean_of_three = [](const ImageF& image) {
-        return picture(image.width, image.height, [&](int x, int y) {
+        return make_image(image.width, image.height, [&](int x, int y) {
             Rgb sum = {0, 0, 0};
             for (int dx = -1; dx <= 1; ++dx)
                 for (int c = 0; c < 3; ++c)
@@ -124,7 +124,7 @@ TEST(GridError, FiltersWithoutAGridHaveNone) {
 TEST(GridError, TilesShow) {
     for (int k = 1; k < 4; ++k) {
         const int width = 24 + k;
-        const auto tiles = picture(width, 6, [](int x, int) {
+        const auto tiles = make_image(width, 6, [](int x, int) {
             const double v = x / 4 % 2;
             return Rgb{v, v, v};
         });

@@ -8,6 +8,7 @@ namespace {
 enum Op : uint32_t {
     kName = 5,
     kLine = 8,
+    kExtInst = 12,
     kTypeInt = 21,
     kTypeFloat = 22,
     kTypeVector = 23,
@@ -27,6 +28,10 @@ enum Op : uint32_t {
     kLastSample = 94,
     kFAdd = 129,
     kFSub = 131,
+    kFRem = 140,
+    kFMod = 141,
+    kFirstMatrixProduct = 144,
+    kDot = 148,
 };
 enum Decoration : uint32_t {
     kBufferBlock = 3,
@@ -36,6 +41,9 @@ enum Decoration : uint32_t {
     kNoContraction = 42
 };
 enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
+
+// Calls of GLSL.std.450 whose results are sums of products. glslang marks none.
+const std::set<uint32_t> kSums = {33, 34, 46, 49, 50, 66, 67, 68, 69, 70, 71, 72};
 
 using Words = std::span<const uint32_t>;
 
@@ -114,7 +122,10 @@ Spirv read_spirv(Words words) {
         if (op == kLoad || op == kAccessChain) used.insert(one[3]);
         if (op == kFunction) function = module.names[one[2]];
         if (op >= kFirstSample && op <= kLastSample) spirv.samples = true;
-        if ((op == kFAdd || op == kFSub) && !module.has(one[2], kNoContraction))
+        const bool sum = op == kFAdd || op == kFSub || op == kFRem || op == kFMod ||
+                         (op >= kFirstMatrixProduct && op <= kDot) ||
+                         (op == kExtInst && kSums.contains(one[4]));
+        if (sum && !module.has(one[2], kNoContraction))
             spirv.contracted.insert(function.substr(0, function.find('(')) + "() line " +
                                     std::to_string(line));
     }

@@ -54,23 +54,25 @@ TEST(CircleOfConfusion, OfAHighlightInTheTruthIsTheFormula) {
 }
 
 // A point light behind the focus seen through an aperture: mean and second moments of its disc, in
-// radii, at x, y pixels from the center of an image of 288 x 288.
-Moments through(const SceneModel& shape, double x, double y) {
-    constexpr int kWide = 4 * kSide;
+// radii, at x, y pixels from the center of an image of width x width, of a lens of 400 pixels per
+// unit slope.
+Moments through(const SceneModel& shape, double x, double y, int width = kSide) {
     SceneModel model = shape;
-    model.f_stop = 0.32;
+    const double focal = 4 * kF * 36 / width;
+    model.camera = [=](double) { return CameraPose{Pose{}, focal, 2}; };
+    model.f_stop = focal / 156.25;  // the same radius of the lens
     const double z = 4, px = z / (4 * kF);
     model.objects = {
         unlit(rectangle(3 * px, 3 * px, still(at({x * px, -y * px, z})), {}), {30, 30, 30})};
     RenderSettings settings = settings_of(512, 0, true);
-    settings.width = settings.height = kWide;
+    settings.width = settings.height = width;
     Moments m = moments_of(render(model, settings).color);
     EXPECT_NEAR(m.sum / (30 * 36), 1, 0.04) << "energy";
-    const double radius = 0.5 * circle_of_confusion_px(50, model.f_stop, 36, 2, z, kWide);
+    const double radius = 0.5 * circle_of_confusion_px(focal, model.f_stop, 36, 2, z, width);
     for (double* variance : {&m.xx, &m.yy})
         *variance = (*variance - 3 - 1.0 / 12) / (radius * radius);
-    m.x = (m.x - kWide / 2 - x) / radius;
-    m.y = (m.y - kWide / 2 - y) / radius;
+    m.x = (m.x - width / 2 - x) / radius;
+    m.y = (m.y - width / 2 - y) / radius;
     return m;
 }
 
@@ -121,10 +123,10 @@ TEST(ApertureOfTheTruth, HasTheMomentsOfItsPicture) {
 TEST(ApertureOfTheTruth, IsCutAwayFromTheMiddle) {
     SceneModel model = empty_model(2, 1);
     model.cats_eye = 0.8;
-    const Moments m = through(model, 72, 72);
+    const Moments m = through(model, 72, 72, 4 * kSide);
     EXPECT_NEAR(m.x, -0.5 * 0.4 * std::sqrt(0.5), 0.02);
     EXPECT_NEAR(m.y, -0.5 * 0.4 * std::sqrt(0.5), 0.02);
-    const Moments middle = through(model, 0, 0);
+    const Moments middle = through(model, 0, 0, 4 * kSide);
     EXPECT_NEAR(middle.x, 0, 0.01);
     EXPECT_NEAR(middle.xx, 0.25, 0.008);
 }

@@ -170,13 +170,12 @@ class NoShader final : public PlainPass {
         return Identity{kRuleFacts, {"nothing to do"}};
     }
     void plan(PassPlanner& planner) const override {
-        const TextureId result = planner.texture("color", Format::rgba32f, 24, 16);
+        const TextureId result = planner.texture("color", Format::rgba32f);
         Step step;
         step.name = "nothing";
         step.program = {"nowhere.comp", {}};
         step.bindings = {{0, planner.input(Role::color), Access::sample_nearest},
                          {0, result, Access::write}};
-        step.groups = {1, 1, 1};
         planner.step(std::move(step));
         planner.output(Role::color, result);
     }

@@ -29,9 +29,7 @@ class FaultyPass : public PlainPass {
     Reach reach() const override { return {1, 1}; }
     std::optional<Identity> identity(const PlanContext&) const override { return {}; }
     void plan(PassPlanner& planner) const override {
-        const FrameDescription& frame = planner.context().frame;
-        const TextureId result =
-            planner.texture("color", Format::rgba32f, frame.width, frame.height);
+        const TextureId result = planner.texture("color", Format::rgba32f);
         Step step;
         step.name = "copy";
         step.program = {"faulty.comp",
@@ -39,7 +37,6 @@ class FaultyPass : public PlainPass {
                          {"RUN", std::to_string(fault_ == Fault::counts_runs ? ++runs : 0)}}};
         step.bindings = {{0, planner.input(Role::color), Access::sample_nearest},
                          {0, result, Access::write}};
-        step.groups = groups_for(frame.width, frame.height);
         planner.step(std::move(step));
         planner.output(Role::color, result);
     }

@@ -10,7 +10,7 @@ int main(void) {
     pc_instance* instance = NULL;
     pc_chain* chain = NULL;
     if (pc_create(&info, &instance) != PC_OK || pc_chain_create("motion_blur", &chain) != PC_OK) {
-        fprintf(stderr, "%s\n", pc_create_error());
+        fprintf(stderr, "%s\n", pc_error());
         return 1;
     }
     pc_frame frame = {.struct_size = sizeof(frame)};

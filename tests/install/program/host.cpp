@@ -10,7 +10,7 @@ int main() {
     const auto instance = pc::create(info);
     const auto chain = pc::chain("motion_blur");
     if (!instance || !chain) {
-        std::fprintf(stderr, "%s\n", pc_create_error());
+        std::fprintf(stderr, "%s\n", pc_error());
         return 1;
     }
     auto frame = pc::make<pc_frame>();

@@ -11,7 +11,7 @@ int main(void) {
         "  - motion_blur: {samples: 25}\n";
     pc_chain* chain = NULL;
     if (pc_chain_from_text(text, "mine.yaml", &chain) != PC_OK) {
-        fprintf(stderr, "%s\n", pc_create_error());
+        fprintf(stderr, "%s\n", pc_error());
         return 1;
     }
     pc_parameter row = {.struct_size = sizeof(row)};
@@ -23,6 +23,6 @@ int main(void) {
     pc_chain_destroy(chain);
     if (pc_chain_from_text("postchain: 1\npasses: [blurr]\n", "bad.yaml", &chain) != PC_ERROR_CHAIN)
         found = 0;
-    printf("%d %s\n", found, pc_create_error());
-    return found && strstr(pc_create_error(), "bad.yaml:2:10: error: ") ? 0 : 1;
+    printf("%d %s\n", found, pc_error());
+    return found && strstr(pc_error(), "bad.yaml:2:10: error: ") ? 0 : 1;
 }

@@ -1,7 +1,7 @@
 #include "tests/passes/echo/echo.h"
 
 #include "chain/layered_step.h"
-#include "chain/work_list.h"
+#include "shaders/shared/frame_uniforms.h"
 
 namespace postchain::echo {
 namespace {
@@ -63,12 +63,12 @@ class Echo final : public PlainPass {
 
     void plan(PassPlanner& planner) const override {
         const PlanContext& context = planner.context();
-        const int width = context.frame.width, height = context.frame.height;
-        const TextureId mixed = planner.texture("color", context.color_format(), width, height);
+        const TextureId mixed = planner.texture("color", context.color_format());
         Step step;
         step.name = "echo";
         step.program = {"echo/echo.comp", {}};
         step.bindings = {{0, planner.input(Role::color)}, {0, mixed, Access::write}};
+        step.take_uniforms<shared::FrameUniforms>();
         int unit = 1;
         for (Neighbor neighbor : kNeighbors) {
             if (uses(neighbor)) step.program.defines[macro_of(name_of(neighbor))] = "1";
@@ -81,11 +81,9 @@ class Echo final : public PlainPass {
                 ++unit;
             }
         }
-        step.groups = groups_for(width, height);
         std::vector<Binding> arrays;
         if (planner.has(Role::layers)) {
-            const TextureId layers =
-                planner.layers("layers", context.layers_format(), width, height);
+            const TextureId layers = planner.layers("layers", context.layers_format());
             arrays = {{9, planner.input(Role::layers)}, {1, layers, Access::write}};
             for (Neighbor neighbor : kNeighbors) {
                 const Role there = role_of(neighbor, Role::layers);

@@ -47,23 +47,21 @@ class Vignette final : public PlainPass {
 
     void plan(PassPlanner& planner) const override {
         const PlanContext& context = planner.context();
-        const int width = context.frame.width, height = context.frame.height;
-        const TextureId darkened = planner.texture("color", context.color_format(), width, height);
+        const uint64_t pixels = context.frame.pixels();
+        const TextureId darkened = planner.texture("color", context.color_format());
         Step step;
         step.name = "vignette";
         step.program = {"vignette/vignette.comp", {}};
         step.bindings = {{0, planner.input(Role::color)}, {0, darkened, Access::write}};
         step.take_uniforms<shared::VignetteUniforms>();
-        step.groups = groups_for(width, height);
-        step.taps = uint64_t(width) * uint64_t(height);
+        step.taps = pixels;
         std::vector<Binding> arrays;
         if (planner.has(Role::layers)) {
-            const TextureId layers =
-                planner.layers("layers", context.layers_format(), width, height);
+            const TextureId layers = planner.layers("layers", context.layers_format());
             arrays = {{1, planner.input(Role::layers)}, {1, layers, Access::write}};
             planner.output(Role::layers, layers);
         }
-        add_layered_step(planner, std::move(step), arrays, uint64_t(width) * uint64_t(height));
+        add_layered_step(planner, std::move(step), arrays, pixels);
         planner.output(Role::color, darkened);
     }
 

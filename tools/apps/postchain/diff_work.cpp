@@ -193,13 +193,13 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
     return pair;
 }
 
-Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame) {
+Result<metrics::RgbImage> read_reference(const DiffWork& work, const DiffFrame& frame) {
     auto color = read_color(work.source, frame.a, frame.number);
     if (!color.ok()) return color.status().at(frame.both());
     if (work.over) metrics::composite_over(color->rgba(), *work.over);
-    auto picture = metrics::picture_of(color->rgba());
-    if (!picture.ok()) return picture.status().at(frame.a);
-    return picture;
+    auto image = metrics::rgb_image_of(color->rgba());
+    if (!image.ok()) return image.status().at(frame.a);
+    return image;
 }
 
 }  // namespace postchain

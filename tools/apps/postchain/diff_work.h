@@ -57,6 +57,6 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff);
 // The color of both files, composited over the gray if given. Errors (input) name both files: no
 // color, unreadable, different windows.
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame);
-Result<metrics::Picture> read_reference(const DiffWork& work, const DiffFrame& frame);
+Result<metrics::RgbImage> read_reference(const DiffWork& work, const DiffFrame& frame);
 
 }  // namespace postchain

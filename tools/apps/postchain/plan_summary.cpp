@@ -57,7 +57,7 @@ void add_left_out(std::ostringstream& out, const Plan& plan, int pass, const cha
 
 // One line for each file or other origin of lens and shutter values: "camera file camera.json:
 // focal_length_mm 50 mm, f_stop 1.4". plan -v also shows the file's line.
-void add_resolved(std::ostringstream& out, const sequence::ResolvedPass& pass) {
+void add_resolved(std::ostringstream& out, const sequence::PassValues& pass) {
     std::vector<std::pair<std::string, std::vector<std::string>>> places;
     for (const auto& one : pass.values) {
         std::string place = one.origin.from;

@@ -161,10 +161,10 @@ class AbRun {
         const auto found = std::find(report_.frames.begin(), report_.frames.end(), number);
         const auto index = size_t(found - report_.frames.begin());
         const bool kept = contains(report_.page_frames, number);
-        auto input = metrics::picture_of(*frame.planes.at(Role::color));
+        auto input = metrics::rgb_image_of(*frame.planes.at(Role::color));
         if (!input.ok()) return input.status();
         auto results = filter(frame);
-        std::optional<metrics::Picture> reference;
+        std::optional<metrics::RgbImage> reference;
         if (basis_.truth && !basis_.truth->has(number)) {
             // Filtered but not measured.
         } else if (basis_.truth) {
@@ -172,9 +172,9 @@ class AbRun {
             if (!loaded.ok()) return loaded.status();
             reference = std::move(*loaded);
         } else if (results[0]) {
-            auto picture = metrics::picture_of(*results[0]);
-            if (!picture.ok()) return picture.status();
-            reference = std::move(*picture);
+            auto image = metrics::rgb_image_of(*results[0]);
+            if (!image.ok()) return image.status();
+            reference = std::move(*image);
         }
         if (kept) {
             if (Status s = store(report::ImageKind::input, -1, number, "input", input->rgb);
@@ -236,7 +236,7 @@ class AbRun {
     };
 
     Status judge(report::Metrics& metrics, StepsInTime& steps, size_t index,
-                 const metrics::Pair& pair, const metrics::Picture* input,
+                 const metrics::Pair& pair, const metrics::RgbImage* input,
                  std::map<std::string, ImageF>& maps) {
         auto measured = measure(pair, input, basis_.exposures, settings_.flip, true);
         if (!measured.ok()) return measured.status();
@@ -260,7 +260,7 @@ class AbRun {
 
     // Scores the unfiltered input, to show whether filtering helped, and measures the noise of the
     // ground truth.
-    Status score_input(const metrics::Picture& input, const metrics::Picture& truth, size_t index,
+    Status score_input(const metrics::RgbImage& input, const metrics::RgbImage& truth, size_t index,
                        int number, bool kept) {
         auto pair = metrics::pair_of(input, truth);
         if (!pair.ok()) return pair.status();

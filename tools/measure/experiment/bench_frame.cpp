@@ -11,7 +11,7 @@ Result<BenchFrame> BenchFrame::open(const BenchSettings& settings, const Basis& 
                                     const sequence::SourceFrame& frame, bool after) {
     BenchFrame made(settings, basis, executor);
     made.frame_ = &frame;
-    auto input = metrics::picture_of(*frame.planes.at(Role::color));
+    auto input = metrics::rgb_image_of(*frame.planes.at(Role::color));
     if (!input.ok()) return input.status();
     made.input_ = std::move(*input);
     if (!basis.truth || !basis.truth->has(made.number())) return made;

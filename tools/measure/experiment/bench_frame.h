@@ -31,8 +31,8 @@ class BenchFrame {
                                    const sequence::SourceFrame& frame, bool after);
 
     int number() const { return frame_->description.frame_number; }
-    const metrics::Picture& input() const { return input_; }
-    const std::optional<metrics::Picture>& truth() const { return truth_; }
+    const metrics::RgbImage& input() const { return input_; }
+    const std::optional<metrics::RgbImage>& truth() const { return truth_; }
 
     // `split`: also split the error in three parts; `stability`: also measure flicker and grid.
     // Errors: those of planning and of the executor.
@@ -52,11 +52,11 @@ class BenchFrame {
     const Basis* basis_;
     Executor* executor_;
     const sequence::SourceFrame* frame_ = nullptr;
-    metrics::Picture input_;
-    std::optional<metrics::Picture> truth_;
+    metrics::RgbImage input_;
+    std::optional<metrics::RgbImage> truth_;
     // Results of earlier frames are recomputed instead of kept in memory.
     std::optional<sequence::SourceFrame> frame_before_;
-    std::optional<metrics::Picture> truth_before_;
+    std::optional<metrics::RgbImage> truth_before_;
     std::map<std::string, Converged> converged_;  // by the converged chain's text
 };
 

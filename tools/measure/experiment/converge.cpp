@@ -142,7 +142,7 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame, Pl
 }
 
 Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& reference,
-                                       const Converged& converged, const metrics::Picture* truth,
+                                       const Converged& converged, const metrics::RgbImage* truth,
                                        const metrics::ExposureRange& exposures,
                                        const metrics::FlipSettings& flip) {
     const ImageF rounded = image_cast<float>(reference);

@@ -46,7 +46,7 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame, Pl
 // `reference` (>= 3 channels), `converged` and `truth` have one size; without a truth there is no
 // model error and no total. Errors (input): different sizes.
 Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const ImageD& reference,
-                                       const Converged& converged, const metrics::Picture* truth,
+                                       const Converged& converged, const metrics::RgbImage* truth,
                                        const metrics::ExposureRange& exposures,
                                        const metrics::FlipSettings& flip);
 

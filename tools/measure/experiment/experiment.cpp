@@ -84,7 +84,7 @@ std::vector<report::MetricInfo> metric_columns(report::Kind kind, bool with_trut
     return columns;
 }
 
-Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* input,
+Result<Measured> measure(const metrics::Pair& pair, const metrics::RgbImage* input,
                          const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
                          bool maps) {
     Measured measured;
@@ -116,8 +116,8 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* inpu
     return measured;
 }
 
-Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
-                                                     const metrics::Picture& input) {
+Result<std::map<std::string, double>> noise_of_truth(const metrics::RgbImage& truth,
+                                                     const metrics::RgbImage& input) {
     auto noise = metrics::truth_noise(truth, input);
     if (!noise.ok()) return noise.status();
     std::map<std::string, double> values = std::move(noise->of_no_error);

@@ -53,13 +53,13 @@ struct Measured {
 inline constexpr const char* kStoredMaps[] = {"hdr_flip", "flip"};
 // `input`: the unfiltered image, for the regions of edges and sharpness; null = left out. `maps`:
 // also compute maps other than kStoredMaps. Errors (input): different sizes.
-Result<Measured> measure(const metrics::Pair& pair, const metrics::Picture* input,
+Result<Measured> measure(const metrics::Pair& pair, const metrics::RgbImage* input,
                          const metrics::ExposureRange& exposures, const metrics::FlipSettings& flip,
                          bool maps);
 
 // Values of report::Report::truth_noise for one frame. Errors (input): different sizes.
-Result<std::map<std::string, double>> noise_of_truth(const metrics::Picture& truth,
-                                                     const metrics::Picture& input);
+Result<std::map<std::string, double>> noise_of_truth(const metrics::RgbImage& truth,
+                                                     const metrics::RgbImage& input);
 
 // Mean of squared differences over pixels and RGB, in double; sizes must be equal.
 template <class A, class B>

@@ -8,10 +8,10 @@
 namespace postchain::experiment {
 namespace {
 
-Result<metrics::Picture> filtered_with(const Plan& plan, PlaneView planes, Executor& executor) {
+Result<metrics::RgbImage> filtered_with(const Plan& plan, PlaneView planes, Executor& executor) {
     auto result = executor.filter(plan, planes);
     if (!result.ok()) return result.status();
-    return metrics::picture_of(result->at(Role::color));
+    return metrics::rgb_image_of(result->at(Role::color));
 }
 
 }  // namespace
@@ -45,11 +45,11 @@ Result<TemporalStability> temporal_stability(const Chain& chain, const sequence:
                                              const ImageF& filtered, const PlanOptions& options,
                                              Executor& executor) {
     TemporalStability result;
-    auto picture = metrics::picture_of(filtered);
-    if (!picture.ok()) return picture.status();
+    auto image = metrics::rgb_image_of(filtered);
+    if (!image.ok()) return image.status();
     if (has_seeds(chain)) {
         metrics::Flicker flicker;
-        if (Status status = flicker.add(*picture); !status.ok()) return status;
+        if (Status status = flicker.add(*image); !status.ok()) return status;
         for (int i = 1; i < kFlickerSeeds; ++i) {
             auto plan = sequence::plan_source_frame(with_seed_offset(chain, i), frame, options);
             if (!plan.ok()) return plan.status();
@@ -72,7 +72,7 @@ Result<TemporalStability> temporal_stability(const Chain& chain, const sequence:
             moved[role] = metrics::shifted(*plane, shift, shift);
         auto there = filtered_with(*plan, moved, executor);
         if (!there.ok()) return there.status();
-        if (Status status = grid.add(*there, *picture, shift, shift); !status.ok()) return status;
+        if (Status status = grid.add(*there, *image, shift, shift); !status.ok()) return status;
     }
     result.grid = grid.mean();
     return result;

@@ -21,8 +21,8 @@ std::string size_text(const io::Window& window) {
     return concat(window.width(), "x", window.height(), " ", window.text());
 }
 
-bool black(const metrics::Picture& picture) {
-    return std::all_of(picture.rgb.data.begin(), picture.rgb.data.end(),
+bool black(const metrics::RgbImage& image) {
+    return std::all_of(image.rgb.data.begin(), image.rgb.data.end(),
                        [](float v) { return v <= 0; });
 }
 
@@ -59,10 +59,10 @@ Result<sequence::SourceFrame> Truth::read(int frame) const {
     return sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);
 }
 
-Result<metrics::Picture> Truth::load(int frame) const {
+Result<metrics::RgbImage> Truth::load(int frame) const {
     auto source = read(frame);
     if (!source.ok()) return source.status();
-    return metrics::picture_of(
+    return metrics::rgb_image_of(
         io::placed(*source->planes.at(Role::color), source->input.window, windows_.at(frame)));
 }
 
@@ -102,12 +102,12 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
                           concat(path, ": the ground truth has ", report::counted(bad, "pixel"),
                                  " with NaN or Inf, the first at ", source->first_nonfinite_text(),
                                  "; cannot measure against it"));
-        auto picture =
-            metrics::picture_of(io::placed(*source->planes.at(Role::color), of_truth, of_input));
-        if (!picture.ok()) return picture.status().at(path);
-        if (black(*picture))
+        auto image =
+            metrics::rgb_image_of(io::placed(*source->planes.at(Role::color), of_truth, of_input));
+        if (!image.ok()) return image.status().at(path);
+        if (black(*image))
             return Status(StatusCode::input, path + ": the ground truth is black; check the file");
-        exposures_ = metrics::joined(exposures_, metrics::exposure_range(*picture, mapper));
+        exposures_ = metrics::joined(exposures_, metrics::exposure_range(*image, mapper));
     }
     return Status();
 }
@@ -142,10 +142,10 @@ Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::To
         auto source =
             sequence::read_source_frame(input.source, std::move(*header), {}, io::Keep::nothing);
         if (!source.ok()) return source.status();
-        auto picture = metrics::picture_of(*source->planes.at(Role::color));
-        if (!picture.ok()) return picture.status().at(path);
+        auto image = metrics::rgb_image_of(*source->planes.at(Role::color));
+        if (!image.ok()) return image.status().at(path);
         survey.exposures =
-            metrics::joined(survey.exposures, metrics::exposure_range(*picture, mapper));
+            metrics::joined(survey.exposures, metrics::exposure_range(*image, mapper));
     }
     survey.width = first.width();
     survey.height = first.height();

@@ -34,7 +34,7 @@ class Truth {
     const metrics::ExposureRange& exposures() const { return exposures_; }
 
     // Covers the filtered window of the input's frame.
-    Result<metrics::Picture> load(int frame) const;
+    Result<metrics::RgbImage> load(int frame) const;
     std::vector<std::string> paths() const;  // of all frames
     // Name, size and modification time of the frame's file.
     std::string identity(int frame) const;

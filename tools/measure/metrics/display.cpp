@@ -48,12 +48,12 @@ float display_value(float v) {
     return std::pow(v / (1 + v), float(1 / kDisplayGamma));
 }
 
-ImageF display_luma(const Picture& picture) {
-    ImageF luma(picture.rgb.width, picture.rgb.height, 1);
+ImageF display_luma(const RgbImage& image) {
+    ImageF luma(image.rgb.width, image.rgb.height, 1);
     for (size_t i = 0; i < luma.data.size(); ++i) {
         double sum = 0;
         for (size_t c = 0; c < 3; ++c)
-            sum += kDisplayLuma[c] * double(display_value(picture.rgb.data[3 * i + c]));
+            sum += kDisplayLuma[c] * double(display_value(image.rgb.data[3 * i + c]));
         luma.data[i] = float(sum);
     }
     return luma;

@@ -20,7 +20,7 @@ inline constexpr double kDisplayLuma[3] = {0.2126, 0.7152, 0.0722};
 
 // (max(v,0) / (1 + max(v,0)))^(1/2.2), in 0..1.
 float display_value(float v);
-ImageF display_luma(const Picture& picture);
+ImageF display_luma(const RgbImage& image);
 
 // 10 log10(1 / MSE of the displayed RGB), dB; the peak is 1. Empty if the images are equal
 // (infinite PSNR).

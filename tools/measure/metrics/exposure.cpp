@@ -101,7 +101,7 @@ std::vector<double> ExposureRange::exposures() const {
     return all;
 }
 
-ExposureRange exposure_range(const Picture& reference, ToneMapper mapper) {
+ExposureRange exposure_range(const RgbImage& reference, ToneMapper mapper) {
     std::vector<double> lights;
     for (size_t i = 0; i < reference.rgb.pixels(); ++i) {
         const double y = luminance(reference.rgb.data.data() + 3 * i);

@@ -45,7 +45,7 @@ struct ExposureRange {
     std::vector<double> exposures() const;  // count() of them, equally spaced, both ends included
 };
 
-ExposureRange exposure_range(const Picture& reference, ToneMapper mapper);
+ExposureRange exposure_range(const RgbImage& reference, ToneMapper mapper);
 // Joins the ranges of a sequence: smallest start, largest stop, then the guard. Frames without
 // light are ignored.
 ExposureRange joined(const ExposureRange& a, const ExposureRange& b);

@@ -140,12 +140,12 @@ class Band {
     }
 
     // Filters along rows all data that output rows [begin, end) need.
-    void load(const Picture& picture, const Shown& shown, int begin, int end) {
+    void load(const RgbImage& image, const Shown& shown, int begin, int end) {
         first_row_ = std::max(0, begin - kernels_.radius);
         const int last = std::min(height_, end + kernels_.radius);
         for (auto& plane : planes_) plane.resize(size_t(last - first_row_) * size_t(stride_));
         for (int y = first_row_; y < last; ++y) {
-            split(picture.rgb.pixel(0, y), shown);
+            split(image.rgb.pixel(0, y), shown);
             const auto filter = [&](Plane plane, int channel, const Kernel& kernel) {
                 const float* from = opponent_[channel].data() + (kernels_.radius - kernel.radius());
                 weighted_sum(kernel.taps, width_, row(plane, y),

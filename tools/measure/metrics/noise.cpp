@@ -51,10 +51,10 @@ ImageF noise_variance(const ImageF& channel) {
 
 namespace {
 
-ImageF channel_of(const Picture& picture, size_t c, float (*value)(float)) {
-    ImageF channel(picture.rgb.width, picture.rgb.height, 1);
+ImageF channel_of(const RgbImage& image, size_t c, float (*value)(float)) {
+    ImageF channel(image.rgb.width, image.rgb.height, 1);
     for (size_t i = 0; i < channel.pixels(); ++i)
-        channel.data[i] = value(picture.rgb.data[3 * i + c]);
+        channel.data[i] = value(image.rgb.data[3 * i + c]);
     return channel;
 }
 
@@ -66,7 +66,7 @@ double mean_of(const ImageF& image) {
 
 }  // namespace
 
-Result<TruthNoise> truth_noise(const Picture& truth, const Picture& input) {
+Result<TruthNoise> truth_noise(const RgbImage& truth, const RgbImage& input) {
     TruthNoise noise;
     const ImageF of_luma = noise_variance(display_luma(truth));
     noise.sigma = std::sqrt(mean_of(of_luma));

@@ -36,6 +36,6 @@ struct TruthNoise {
     std::map<std::string, double> of_no_error;
 };
 // `input`: the unfiltered image, for the regions of the last two. Errors (input): different sizes.
-Result<TruthNoise> truth_noise(const Picture& truth, const Picture& input);
+Result<TruthNoise> truth_noise(const RgbImage& truth, const RgbImage& input);
 
 }  // namespace postchain::metrics

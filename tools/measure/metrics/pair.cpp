@@ -4,25 +4,25 @@
 
 namespace postchain::metrics {
 
-Result<Picture> picture_of(const ImageF& image) {
+Result<RgbImage> rgb_image_of(const ImageF& image) {
     if (image.empty()) return Status(StatusCode::input, "the image has no pixels");
     if (image.channels < 3)
         return Status(StatusCode::input,
                       concat("the image has ", image.channels, " channels, metrics need RGB"));
-    Picture picture;
-    picture.rgb = ImageF(image.width, image.height, 3);
+    RgbImage made;
+    made.rgb = ImageF(image.width, image.height, 3);
     for (size_t i = 0; i < image.pixels(); ++i) {
         const float* from = image.data.data() + i * size_t(image.channels);
-        float* to = picture.rgb.data.data() + 3 * i;
+        float* to = made.rgb.data.data() + 3 * i;
         bool bad = false;
         for (int c = 0; c < 3; ++c) {
             const bool finite = std::isfinite(from[c]);
             to[c] = finite ? from[c] : 0.0f;
             bad = bad || !finite;
         }
-        picture.nonfinite += bad;
+        made.nonfinite += bad;
     }
-    return picture;
+    return made;
 }
 
 void composite_over(ImageF& rgba, double gray) {
@@ -33,7 +33,7 @@ void composite_over(ImageF& rgba, double gray) {
     }
 }
 
-Result<Pair> pair_of(Picture test, Picture reference) {
+Result<Pair> pair_of(RgbImage test, RgbImage reference) {
     const ImageF& a = test.rgb;
     const ImageF& b = reference.rgb;
     if (a.width != b.width || a.height != b.height)
@@ -43,9 +43,9 @@ Result<Pair> pair_of(Picture test, Picture reference) {
 }
 
 Result<Pair> pair_of(const ImageF& test, const ImageF& reference) {
-    auto a = picture_of(test);
+    auto a = rgb_image_of(test);
     if (!a.ok()) return a.status().at("test");
-    auto b = picture_of(reference);
+    auto b = rgb_image_of(reference);
     if (!b.ok()) return b.status().at("reference");
     return pair_of(std::move(*a), std::move(*b));
 }

@@ -1,6 +1,7 @@
 // Input of every metric: an image and its reference, of one size, finite, RGB.
 //
-//   ImageF (>= 3 channels, linear RGB first) --picture_of--> Picture --pair_of--> Pair --> metrics
+//   ImageF (>= 3 channels, linear RGB first) --rgb_image_of--> RgbImage --pair_of--> Pair -->
+//   metrics
 //
 // Non-finite components are replaced by 0 and their pixels counted here, so that metrics need no
 // checks. Alpha is not compared.
@@ -14,20 +15,20 @@
 namespace postchain::metrics {
 
 // Linear RGB without NaN or Inf, possibly negative.
-struct Picture {
+struct RgbImage {
     ImageF rgb;              // pixels with a NaN or Inf component, replaced by 0
     uint64_t nonfinite = 0;  // pixels with a NaN or Inf component, which became 0
 };
 
 // Errors (input): no pixels, fewer than 3 channels.
-Result<Picture> picture_of(const ImageF& image);
+Result<RgbImage> rgb_image_of(const ImageF& image);
 
 // Composites premultiplied RGBA over this gray; alpha becomes 1.
 void composite_over(ImageF& rgba, double gray);
 
 struct Pair {
-    Picture test;
-    Picture reference;  // of the test's size
+    RgbImage test;
+    RgbImage reference;  // of the test's size
 
     int width() const { return reference.rgb.width; }
     int height() const { return reference.rgb.height; }
@@ -36,8 +37,8 @@ struct Pair {
     const float* reference_pixel(size_t i) const { return reference.rgb.data.data() + 3 * i; }
 };
 
-// Errors (input): those of picture_of(); different sizes.
+// Errors (input): those of rgb_image_of(); different sizes.
 Result<Pair> pair_of(const ImageF& test, const ImageF& reference);
-Result<Pair> pair_of(Picture test, Picture reference);
+Result<Pair> pair_of(RgbImage test, RgbImage reference);
 
 }  // namespace postchain::metrics

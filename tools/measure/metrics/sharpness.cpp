@@ -8,8 +8,8 @@
 namespace postchain::metrics {
 namespace {
 
-ImageF gradient_energy(const Picture& picture) {
-    const ImageF luma = display_luma(picture);
+ImageF gradient_energy(const RgbImage& image) {
+    const ImageF luma = display_luma(image);
     ImageF energy(luma.width, luma.height, 1);
     for (int y = 0; y < luma.height; ++y)
         for (int x = 0; x < luma.width; ++x) {
@@ -44,8 +44,8 @@ ImageF smoothed_transposed(const ImageF& image) {
     return out;
 }
 
-ImageF energy_around(const Picture& picture) {
-    return smoothed_transposed(smoothed_transposed(gradient_energy(picture)));
+ImageF energy_around(const RgbImage& image) {
+    return smoothed_transposed(smoothed_transposed(gradient_energy(image)));
 }
 
 struct Region {
@@ -59,7 +59,7 @@ struct Region {
     }
 };
 
-Status check_sizes(const Picture& truth, const Picture& input) {
+Status check_sizes(const RgbImage& truth, const RgbImage& input) {
     if (input.rgb.width == truth.rgb.width && input.rgb.height == truth.rgb.height) return Status();
     return Status(StatusCode::input,
                   concat("sizes differ: the input has ", input.rgb.width, "x", input.rgb.height,
@@ -68,7 +68,7 @@ Status check_sizes(const Picture& truth, const Picture& input) {
 
 // `test_energy(i, e)`: e of the test at pixel i, given the ground truth's e.
 template <class TestEnergy>
-Sharpness over_regions(const Picture& truth_image, const Picture& input,
+Sharpness over_regions(const RgbImage& truth_image, const RgbImage& input,
                        const TestEnergy& test_energy) {
     const ImageF truth = energy_around(truth_image);
     const ImageF unblurred = energy_around(input);
@@ -89,15 +89,15 @@ Sharpness over_regions(const Picture& truth_image, const Picture& input,
 
 }  // namespace
 
-Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input) {
+Result<Sharpness> sharpness(const Pair& truth_pair, const RgbImage& input) {
     if (Status status = check_sizes(truth_pair.reference, input); !status.ok()) return status;
     const ImageF test = energy_around(truth_pair.test);
     return over_regions(truth_pair.reference, input,
                         [&](size_t i, double) { return double(test.data[i]); });
 }
 
-Result<Sharpness> sharpness_without_error(const Picture& truth, const ImageF& variance,
-                                          const Picture& input) {
+Result<Sharpness> sharpness_without_error(const RgbImage& truth, const ImageF& variance,
+                                          const RgbImage& input) {
     if (Status status = check_sizes(truth, input); !status.ok()) return status;
     return over_regions(truth, input, [&](size_t i, double energy) {
         return std::max(0.0, energy - double(variance.data[i]));

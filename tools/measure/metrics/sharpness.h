@@ -35,12 +35,12 @@ struct Sharpness {
 
 // `truth_pair`: test and ground truth; `input`: the unblurred image that was filtered. Errors
 // (input): different sizes.
-Result<Sharpness> sharpness(const Pair& truth_pair, const Picture& input);
+Result<Sharpness> sharpness(const Pair& truth_pair, const RgbImage& input);
 
 // Value of an error-free test against a ground truth with white noise of this variance (noise.h, of
 // display_luma(truth)). Noise of variance s^2 adds s^2 to the mean of g, so the test's e is the
 // ground truth's minus s^2. 1 = the noise has no effect. Errors (input): different sizes.
-Result<Sharpness> sharpness_without_error(const Picture& truth, const ImageF& variance,
-                                          const Picture& input);
+Result<Sharpness> sharpness_without_error(const RgbImage& truth, const ImageF& variance,
+                                          const RgbImage& input);
 
 }  // namespace postchain::metrics

@@ -38,15 +38,15 @@ std::optional<double> TemporalError::mean() const {
     return sum_ / steps_;
 }
 
-Status Flicker::add(const Picture& picture) {
+Status Flicker::add(const RgbImage& image) {
     if (seeds_ == 0) {
-        mean_ = ImageD(picture.rgb.width, picture.rgb.height, 3);
+        mean_ = ImageD(image.rgb.width, image.rgb.height, 3);
         squares_ = mean_;
     }
-    if (Status status = same_size(picture.rgb, mean_); !status.ok()) return status;
+    if (Status status = same_size(image.rgb, mean_); !status.ok()) return status;
     ++seeds_;
     for (size_t i = 0; i < mean_.data.size(); ++i) {
-        const double v = double(picture.rgb.data[i]);
+        const double v = double(image.rgb.data[i]);
         const double before = v - mean_.data[i];
         mean_.data[i] += before / seeds_;
         squares_.data[i] += before * (v - mean_.data[i]);
@@ -72,7 +72,8 @@ ImageF shifted(const ImageF& image, int dx, int dy) {
     return moved;
 }
 
-Status GridError::add(const Picture& filtered_of_shifted, const Picture& filtered, int dx, int dy) {
+Status GridError::add(const RgbImage& filtered_of_shifted, const RgbImage& filtered, int dx,
+                      int dy) {
     const ImageF& a = filtered_of_shifted.rgb;
     const ImageF& b = filtered.rgb;
     if (Status status = same_size(a, b); !status.ok()) return status;

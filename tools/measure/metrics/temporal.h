@@ -29,7 +29,7 @@ class TemporalError {
 class Flicker {
   public:
     // Errors (input): another size.
-    Status add(const Picture& picture);
+    Status add(const RgbImage& image);
     int seeds() const { return seeds_; }
     std::optional<double> mean() const;  // empty before the second image
 
@@ -51,7 +51,7 @@ class GridError {
     explicit GridError(int margin) : margin_(margin) {}
 
     // Adds F(shift(I)), F(I) and the shift. Errors (input): different sizes, no pixels left.
-    Status add(const Picture& filtered_of_shifted, const Picture& filtered, int dx, int dy);
+    Status add(const RgbImage& filtered_of_shifted, const RgbImage& filtered, int dx, int dy);
     int shifts() const { return shifts_; }
     std::optional<double> mean() const;  // empty before the first shift
 

@@ -108,10 +108,11 @@ Subject with_cells_camera(Subject subject) {
 }
 
 Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
-                             Precision precision, std::vector<Exhibit>* exhibits) {
+                             Precision precision, std::vector<Exhibit>* exhibits,
+                             const std::set<std::string>& only) {
     const auto stored = at_precision(cell, precision);
     if (!stored.ok()) return stored.status();
-    return CellMeasurement(executor, subject, *stored, precision, exhibits).all();
+    return CellMeasurement(executor, subject, *stored, precision, exhibits, only).all();
 }
 
 }  // namespace postchain::stress

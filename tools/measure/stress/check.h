@@ -41,6 +41,7 @@
 // largest color.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -99,9 +100,10 @@ int tile_px(const Chain& chain);
 // The subject, with the camera values of its chain and passes unset.
 Subject with_cells_camera(Subject subject);
 
-// All checks that apply; `exhibits` gets the images of each. Errors: the chain cannot be planned
-// for this frame, or GL fails.
+// All checks that apply, or those of `only`, if it is not empty; `exhibits` gets the images of
+// each. Errors: the chain cannot be planned for this frame, or GL fails.
 Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
-                             Precision precision, std::vector<Exhibit>* exhibits = nullptr);
+                             Precision precision, std::vector<Exhibit>* exhibits = nullptr,
+                             const std::set<std::string>& only = {});
 
 }  // namespace postchain::stress

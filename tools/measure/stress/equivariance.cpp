@@ -41,7 +41,7 @@ Status CellMeasurement::turns() {
                         {Turn::flip, Symmetry::flip, "flip"},
                         {Turn::quarter, Symmetry::turn, "turn"}};
     for (const auto& [turn, symmetry, check] : rows) {
-        const auto chain = chain_with(symmetry);
+        const auto chain = wants(check) ? chain_with(symmetry) : std::nullopt;
         if (!chain) continue;
         auto straight = filter(*chain, cell_.frame, cell_.planes);
         if (!straight.ok()) return straight.status();
@@ -54,6 +54,7 @@ Status CellMeasurement::turns() {
 }
 
 Status CellMeasurement::shift() {
+    if (!wants("shift") && !wants("grid")) return Status();
     const auto chain = chain_with(Symmetry::shift);
     if (!fits_tiles() || !chain) return Status();
     const double reach = chain->reach(cell_.frame).depends_px;
@@ -139,7 +140,7 @@ Result<std::array<double, 4>> CellMeasurement::light_left(const Chain& chain,
 }
 
 Status CellMeasurement::dot() {
-    if (!fits_tiles()) return Status();
+    if (!wants("dot") || !fits_tiles()) return Status();
     // The passes that keep light; and all passes if none gains light.
     Chain keeping, chain;
     for (const auto& link : subject_.chain.links) {

@@ -68,41 +68,57 @@ Bounds bounds_of(Precision precision, int tile) {
 }
 
 Measurement::Measurement(Executor& executor, const Subject& subject, const Cell& cell,
-                         Precision precision, std::vector<Exhibit>* exhibits)
+                         Precision precision, std::vector<Exhibit>* exhibits,
+                         std::set<std::string> only)
     : executor_(executor),
       subject_(subject),
       cell_(cell),
       precision_(precision),
       bounds_(bounds_of(precision, tile_px(subject.chain))),
-      exhibits_(exhibits) {}
+      exhibits_(exhibits),
+      only_(std::move(only)) {}
 
 Result<CellMeasures> Measurement::all() {
-    auto out = filter(subject_.chain, cell_.frame, cell_.planes);
+    auto complete = plan(subject_.chain, cell_.frame, false);
+    if (!complete.ok()) return complete.status();
+    auto out = run(*complete, cell_.planes);
     if (!out.ok()) return out.status();
+    plan_ = std::move(*complete);
     out_ = std::move(*out);
     measures_.bits = hash_of(out_);
-    finite();
-    for (auto check : {&Measurement::range, &Measurement::constant, &Measurement::elided,
-                       &Measurement::repeat, &Measurement::turns, &Measurement::shift,
-                       &Measurement::dot, &Measurement::reference, &Measurement::continuity})
+    if (wants("finite")) finite();
+    for (auto check :
+         {&Measurement::hold, &Measurement::range, &Measurement::constant, &Measurement::elided,
+          &Measurement::repeat, &Measurement::turns, &Measurement::shift, &Measurement::dot,
+          &Measurement::reference, &Measurement::continuity})
         if (Status status = (this->*check)(); !status.ok()) return status;
-    identity();
-    if (cell_.checks_counts)
+    if (wants("identity")) identity();
+    if (cell_.checks_counts && wants("counted"))
         add("counted", std::abs(double(cell_.nonfinite_placed) - double(cell_.nonfinite_counted)),
             0, concat(cell_.nonfinite_placed, " put in"));
     return std::move(measures_);
 }
 
-Result<ImageF> Measurement::filter(const Chain& chain, const FrameDescription& frame,
-                                   const FramePlanes& planes, bool elide) {
+Result<Plan> Measurement::plan(const Chain& chain, const FrameDescription& frame,
+                               bool elide) const {
     PlanOptions options;
     options.precision = precision_;
     options.elide = elide;
-    auto plan = make_plan(chain, frame, options);
-    if (!plan.ok()) return plan.status();
-    auto out = executor_.filter(*plan, planes);
+    return make_plan(chain, frame, options);
+}
+
+Result<ImageF> Measurement::run(const Plan& plan, const FramePlanes& planes) {
+    auto out = executor_.filter(plan, planes);
     if (!out.ok()) return out.status();
     return std::move(out->at(Role::color));
+}
+
+Result<ImageF> Measurement::filter(const Chain& chain, const FrameDescription& frame,
+                                   const FramePlanes& planes, bool elide) {
+    auto wanted = plan(chain, frame, elide);
+    if (!wanted.ok()) return wanted.status();
+    if (*wanted == plan_ && planes == cell_.planes) return out_;
+    return run(*wanted, planes);
 }
 
 Result<FrameDescription> Measurement::described(FramePlanes& planes) const {
@@ -204,7 +220,7 @@ void Measurement::finite() {
     exhibit(color(), out_, color(), std::move(map), "input", "1 where a value is not finite");
 }
 
-Status Measurement::range() {
+Status Measurement::hold() {
     held_planes_ = cell_.planes;
     for (float& value : held_planes_[Role::color].data) value = float(held(value));
     auto frame = described(held_planes_);
@@ -213,6 +229,11 @@ Status Measurement::range() {
     auto out = filter(subject_.chain, held_frame_, held_planes_);
     if (!out.ok()) return out.status();
     held_out_ = std::move(*out);
+    return Status();
+}
+
+Status Measurement::range() {
+    if (!wants("range")) return Status();
     const auto convex = subject_.chain.that_guarantees(
         [](const Guarantees& one) { return one.convex.has_value(); });
     if (!convex) return Status();
@@ -247,7 +268,7 @@ Status Measurement::range() {
 
 // The cell's depth, motion and lens with constant color: each channel's maximum.
 Status Measurement::constant() {
-    if (!subject_.chain.guarantees().keeps_constants) return Status();
+    if (!wants("constant") || !subject_.chain.guarantees().keeps_constants) return Status();
     FramePlanes planes = held_planes_;
     ImageF& flat = planes[Role::color];
     float most[4] = {0, 0, 0, 0};
@@ -261,6 +282,7 @@ Status Measurement::constant() {
 }
 
 Status Measurement::elided() {
+    if (!wants("elided")) return Status();
     auto out = filter(subject_.chain, cell_.frame, cell_.planes, true);
     if (!out.ok()) return out.status();
     add_equal("elided", color(), *out, out_, "result of the complete run");
@@ -268,7 +290,10 @@ Status Measurement::elided() {
 }
 
 Status Measurement::repeat() {
-    auto out = filter(subject_.chain, cell_.frame, cell_.planes);
+    if (!wants("repeat")) return Status();
+    auto second = plan(subject_.chain, cell_.frame, false);
+    if (!second.ok()) return second.status();
+    auto out = run(*second, cell_.planes);
     if (!out.ok()) return out.status();
     add_equal("repeat", color(), *out, out_, "result of the first run");
     return Status();
@@ -281,6 +306,7 @@ void Measurement::identity() {
 }
 
 Status Measurement::reference() {
+    if (!wants("reference")) return Status();
     PlanOptions options;
     options.precision = precision_;
     options.elide = false;
@@ -313,6 +339,7 @@ Status Measurement::continuity() {
         {Role::motion, "motion", bounds_.motion, "result with the motion changed by eps"},
         {Role::inverse_depth, "depth", bounds_.depth, "result with the depth changed by eps"}};
     for (const auto& [role, check, bound, compared_is] : rows) {
+        if (!wants(check)) continue;
         auto out = filter_anew(subject_.chain, changed(role));
         if (!out.ok()) return out.status();
         // Pixels that jump are excluded if they are few; otherwise they count as change.

@@ -5,6 +5,8 @@
 //   equivariance.h  turns, moves and the dot
 #pragma once
 
+#include <set>
+
 #include "chain/planner.h"
 #include "tools/measure/stress/check.h"
 #include "tools/measure/stress/transform.h"
@@ -35,12 +37,16 @@ inline constexpr double kRelativeFloor = 1e-4;
 class Measurement {
   public:
     Measurement(Executor& executor, const Subject& subject, const Cell& cell, Precision precision,
-                std::vector<Exhibit>* exhibits);
+                std::vector<Exhibit>* exhibits, std::set<std::string> only);
     virtual ~Measurement() = default;
-    Result<CellMeasures> all();
+    Result<CellMeasures> all();  // or those in `only`, if it is not empty
 
   protected:
     const ImageF& color() const { return cell_.planes.at(Role::color); }
+    bool wants(const char* check) const { return only_.empty() || only_.contains(check); }
+    Result<Plan> plan(const Chain& chain, const FrameDescription& frame, bool elide) const;
+    Result<ImageF> run(const Plan& plan, const FramePlanes& planes);
+    // Plans and runs. The plan and the planes of `out_` are not run again.
     Result<ImageF> filter(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, bool elide = false);
     // The frame's description with the bounds of these planes.
@@ -62,6 +68,7 @@ class Measurement {
     void add_mean(const char* check, const ImageF& input, const ImageF& a, const ImageF& b,
                   const char* compared_is);
 
+    Status hold();  // fills what is held
     void finite();
     Status range();
     Status constant();
@@ -81,6 +88,7 @@ class Measurement {
     const Cell& cell_;
     Precision precision_;
     Bounds bounds_;
+    Plan plan_;  // of the cell, complete, and its result
     ImageF out_;
     // The planes with color as its storage holds it, as a half file would.
     FramePlanes held_planes_;
@@ -88,6 +96,7 @@ class Measurement {
     ImageF held_out_;
     CellMeasures measures_;
     std::vector<Exhibit>* exhibits_;
+    std::set<std::string> only_;
 };
 
 // Per pixel the maximum over channels of |a - b| / max(|a|, |b|, floor), with the floor relative to

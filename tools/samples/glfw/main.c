@@ -1,5 +1,5 @@
-/* A sample host: a GLFW window, a scene with three textures, and the chain between the scene and the
- * screen.
+/* A sample host: a GLFW window, a scene with three textures, and the chain between the scene and
+ * the screen.
  *
  *   scene -> color, velocity, depth -> pc_run() -> output -> window
  *
@@ -17,7 +17,7 @@ enum { WIDTH = 640, HEIGHT = 360 };
 
 /* A spinning striped bar in front of a wall. Every vertex has its position in this frame and in the
  * previous one. Their difference, in normalized device coordinates, is the velocity. */
-static const char *VERTEX_SHADER =
+static const char* VERTEX_SHADER =
     "#version 450 core\n"
     "uniform float now, before;\n"
     "uniform int thing;\n"
@@ -34,7 +34,7 @@ static const char *VERTEX_SHADER =
     "    there = place(at, before);\n"
     "    gl_Position = here;\n"
     "}\n";
-static const char *FRAGMENT_SHADER =
+static const char* FRAGMENT_SHADER =
     "#version 450 core\n"
     "uniform int thing;\n"
     "in vec2 at;\n"
@@ -45,18 +45,19 @@ static const char *FRAGMENT_SHADER =
     "    vec2 cell = floor(at * (thing == 0 ? vec2(16.0, 9.0) : vec2(8.0, 1.0)));\n"
     "    float light = mod(cell.x + cell.y, 2.0);\n"
     "    vec3 wall = mix(vec3(0.05, 0.08, 0.12), vec3(0.15, 0.2, 0.25), light);\n"
-    "    color = vec4(thing == 0 ? wall : mix(vec3(0.9, 0.3, 0.1), vec3(1.0, 0.9, 0.6), light), 1.0);\n"
+    "    color = vec4(thing == 0 ? wall : mix(vec3(0.9, 0.3, 0.1), vec3(1.0, 0.9, 0.6), light), "
+    "1.0);\n"
     "    velocity = here.xy / here.w - there.xy / there.w;\n"
     "}\n";
 
-static void fail(const char *what, const char *why) {
+static void fail(const char* what, const char* why) {
     fprintf(stderr, "%s: %s\n", what, why);
     exit(1);
 }
 
 static GLuint make_program(void) {
     const GLuint program = glCreateProgram();
-    const char *sources[] = {VERTEX_SHADER, FRAGMENT_SHADER};
+    const char* sources[] = {VERTEX_SHADER, FRAGMENT_SHADER};
     const GLenum kinds[] = {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER};
     GLint good = 0;
     for (int i = 0; i < 2; ++i) {
@@ -106,9 +107,9 @@ static void draw_scene(GLuint program, GLuint framebuffer, float now, float befo
     }
 }
 
-static void write_picture(const char *path) {
+static void write_picture(const char* path) {
     static unsigned char pixels[WIDTH * HEIGHT * 3];
-    FILE *file = fopen(path, "wb");
+    FILE* file = fopen(path, "wb");
     if (!file) fail(path, "cannot be written");
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, WIDTH, HEIGHT, GL_RGB, GL_UNSIGNED_BYTE, pixels);
@@ -117,14 +118,14 @@ static void write_picture(const char *path) {
     fclose(file);
 }
 
-int main(int count, char **arguments) {
+int main(int count, char** arguments) {
     const int frames = count > 1 ? atoi(arguments[1]) : 0;
     if (!glfwInit()) fail("GLFW", "there is no display");
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
     glfwWindowHint(GLFW_RESIZABLE, GLFW_FALSE);
-    GLFWwindow *window = glfwCreateWindow(WIDTH, HEIGHT, "postchain in a GLFW host", NULL, NULL);
+    GLFWwindow* window = glfwCreateWindow(WIDTH, HEIGHT, "postchain in a GLFW host", NULL, NULL);
     if (!window) fail("GLFW", "there is no OpenGL 4.5");
     glfwMakeContextCurrent(window);
 
@@ -138,11 +139,11 @@ int main(int count, char **arguments) {
     glBindVertexArray(vertices);
 
     /* 1. An instance on this context, a chain, and a frame that describes the textures. */
-    pc_instance *instance;
-    pc_chain *chain;
+    pc_instance* instance;
+    pc_chain* chain;
     pc_create_info info = {.struct_size = sizeof(info), .api_version = PC_API_VERSION};
-    if (pc_create(&info, &instance) != PC_OK) fail("postchain", pc_create_error());
-    if (pc_chain_create("motion_blur,fxaa", &chain) != PC_OK) fail("postchain", pc_create_error());
+    if (pc_create(&info, &instance) != PC_OK) fail("postchain", pc_error());
+    if (pc_chain_create("motion_blur,fxaa", &chain) != PC_OK) fail("postchain", pc_error());
     pc_frame frame = {.struct_size = sizeof(frame)};
     frame.color = color;
     frame.depth = depth;

@@ -23,7 +23,7 @@ int fail(const char* who, const std::string& why) {
 
 int run(host::Host& host, int frames, const char* picture, const char* passes) {
     pc_chain* chain = nullptr;
-    if (pc_chain_create(passes, &chain) != PC_OK) return fail("postchain", pc_create_error());
+    if (pc_chain_create(passes, &chain) != PC_OK) return fail("postchain", pc_error());
     host.postchain().set_chain(chain);
     for (int i = 0; frames == 0 || i < frames; ++i) {
         host.set_text("frame " + std::to_string(i) + "\n" + passes);

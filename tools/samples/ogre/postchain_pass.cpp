@@ -89,7 +89,7 @@ void PostchainPass::run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& v
     error_.clear();
     if (chain_ == nullptr) return;
     if (!start()) {
-        error_ = pc_create_error();
+        error_ = pc_error();
         return;
     }
     const uint64_t number = frame_.frame_number + 1;

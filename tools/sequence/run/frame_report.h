@@ -15,7 +15,7 @@
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/run/cryptomatte_filter.h"
 #include "tools/sequence/run/frame_source.h"
-#include "tools/sequence/run/resolved.h"
+#include "tools/sequence/run/resolved_values.h"
 
 namespace postchain::sequence {
 
@@ -33,7 +33,7 @@ struct FrameReport {
     std::string profile;
     std::vector<std::string> views;  // that are filtered, if there are several
     std::optional<Plan> plan;
-    std::optional<Resolved> resolved;
+    std::optional<ResolvedValues> resolved;
     std::string provenance;                       // run/fingerprint.h
     std::string preview_provenance;               // of the preview, if requested
     std::vector<io::FileStamp> stamps;            // of all files read, neighbors' too

@@ -30,7 +30,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         if (!plan.ok()) return plan;
         for (auto& warning : plan_warnings(chain, *plan, *source))
             planned.warnings.push_back(std::move(warning));
-        planned.resolved = resolve(chain, *source, *plan);
+        planned.resolved = resolve_values(chain, *source, *plan);
         auto cost = layer_cost(chain, *plan, *source, settings.plan);
         if (!cost.ok()) return cost.status();
         planned.layer_cost = *cost;

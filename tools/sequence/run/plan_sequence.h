@@ -10,7 +10,7 @@
 #include "chain/plan.h"
 #include "tools/sequence/run/estimate.h"
 #include "tools/sequence/run/layer_cost.h"
-#include "tools/sequence/run/resolved.h"
+#include "tools/sequence/run/resolved_values.h"
 #include "tools/sequence/run/run_settings.h"
 
 namespace postchain::sequence {
@@ -19,8 +19,8 @@ struct PlannedFrame {
     int frame = 0;
     Result<Plan> plan;
     std::vector<std::string> warnings;
-    Memory memory;                     // if there is a plan
-    std::optional<Resolved> resolved;  // if there is a plan: the values of its passes
+    Memory memory;                           // if there is a plan
+    std::optional<ResolvedValues> resolved;  // if there is a plan: the values of its passes
     FrameLayers layers;
     std::optional<LayerCost> layer_cost;  // if there is a plan, and layers are filtered
 };

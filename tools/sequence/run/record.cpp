@@ -5,7 +5,7 @@
 #include "chain/text.h"
 #include "config/chain_file.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/resolved.h"
+#include "tools/sequence/run/resolved_values.h"
 
 namespace postchain::sequence {
 namespace {
@@ -29,7 +29,7 @@ std::string input_text(const io::InputSpec& input) {
 }
 
 // Places in files with absolute paths: a record does not depend on the working folder.
-Resolved with_whole_paths(Resolved resolved) {
+ResolvedValues with_whole_paths(ResolvedValues resolved) {
     const auto make_whole = [](Origin& origin) {
         if (origin.from != kFromChain && origin.from != kFromCameraFile) return;
         const size_t colon = origin.where.rfind(':');
@@ -45,7 +45,7 @@ Resolved with_whole_paths(Resolved resolved) {
 }
 
 // The values that the camera file gave, as a camera file.
-Json camera_json(const Resolved& resolved) {
+Json camera_json(const ResolvedValues& resolved) {
     Json camera = Json::object();
     for (const auto& one : resolved.camera)
         if (one.origin.from == kFromCameraFile) camera[one.key] = io::json_of(one.value);

@@ -123,7 +123,7 @@ class FilterJob final : public FrameJob {
     Status prepare(const SourceFrame& source, FrameReport& report) override {
         auto plan = plan_source_frame(chain_, source, settings_.plan);
         if (!plan.ok()) return plan.status();
-        report.resolved = resolve(chain_, source, *plan);
+        report.resolved = resolve_values(chain_, source, *plan);
         report.plan = std::move(*plan);
         report.window = written_window(chain_, *report.plan, source);
         report.layers = source.layers;

@@ -7,6 +7,7 @@
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
+#include "shared/frame_uniforms.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 0) writeonly uniform image2D mixed;
@@ -27,7 +28,7 @@ layout(binding = 1) writeonly uniform image2DArray layers_mixed;
 
 void main() {
     const ivec2 p = invocation_at();
-    if (any(greaterThanEqual(p, imageSize(mixed)))) return;
+    if (any(greaterThanEqual(p, uniforms.size))) return;
     const vec4 c = finite_color(texelFetch(color, p, 0));
     vec4 sum = c;
 #ifdef BEFORE

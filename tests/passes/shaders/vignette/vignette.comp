@@ -4,6 +4,7 @@
 //   color [, layers] -> color [, layers]
 #include "common/finite.glsl"
 #include "common/layers.glsl"
+#include "common/precise.glsl"
 #include "common/work_group.glsl"
 #include "shared/vignette_uniforms.h"
 
@@ -23,7 +24,7 @@ void main() {
     if (any(greaterThanEqual(p, uniforms.size))) return;
     const vec2 from_center = vec2(2 * p + 1 - uniforms.size);  // half pixels
     const vec2 corner = vec2(uniforms.size);
-    const float t = dot(from_center, from_center) / dot(corner, corner);
+    const float t = precise_dot(from_center, from_center) / precise_dot(corner, corner);
     const float kept = 1.0 - uniforms.strength * t;
     STORE(darkened, p, darker(finite_color(texelFetch(color, p, 0)), kept));
 #ifdef LAYERS

@@ -20,23 +20,23 @@ struct ResolvedValue {
     Origin origin;
 };
 
-struct ResolvedPass {
+struct PassValues {
     std::string type;
     bool left_out = false;
     std::vector<ResolvedValue> values;
 };
 
-struct Resolved {
+struct ResolvedValues {
     std::vector<ResolvedValue> camera;  // all that is stated, used by a pass or not
-    std::vector<ResolvedPass> passes;   // in the order of the chain
+    std::vector<PassValues> passes;     // in the order of the chain
 };
 
-Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan);
+ResolvedValues resolve_values(const Chain& chain, const SourceFrame& frame, const Plan& plan);
 
 // {"camera": {KEY: {"value", "unit", "from", "where"}}, "passes": [{"pass", "left_out", "values":
 // {KEY: ...}}]}
-io::Json resolved_json(const Resolved& resolved);
+io::Json resolved_json(const ResolvedValues& resolved);
 // One line for each value of each pass: key, value, unit, origin.
-std::string resolved_text(const Resolved& resolved);
+std::string resolved_text(const ResolvedValues& resolved);
 
 }  // namespace postchain::sequence

@@ -1,4 +1,4 @@
-#include "tools/sequence/run/resolved.h"
+#include "tools/sequence/run/resolved_values.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -76,16 +76,16 @@ std::string origin_text(const Origin& origin) {
 
 }  // namespace
 
-Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan) {
+ResolvedValues resolve_values(const Chain& chain, const SourceFrame& frame, const Plan& plan) {
     const FrameDescription description = planned_description(chain, frame);
-    Resolved resolved;
+    ResolvedValues resolved;
     for (const auto& row : camera_parameters().rows()) {
         const ParameterValue value = row.get(&description.camera);
         if (value == ParameterValue()) continue;
         resolved.camera.push_back({row.key, value, row.unit, of_camera(chain, frame, row.key)});
     }
     for (size_t i = 0; i < chain.links.size(); ++i) {
-        ResolvedPass pass{chain.links[i].type->name, plan.passes[i].elided, {}};
+        PassValues pass{chain.links[i].type->name, plan.passes[i].elided, {}};
         const auto on_frame = resolve_link(chain, i, description);
         for (UsedValue& used :
              on_frame.ok() ? (*on_frame)->used_values() : std::vector<UsedValue>()) {
@@ -98,7 +98,7 @@ Resolved resolve(const Chain& chain, const SourceFrame& frame, const Plan& plan)
     return resolved;
 }
 
-Json resolved_json(const Resolved& resolved) {
+Json resolved_json(const ResolvedValues& resolved) {
     Json passes = Json::array();
     for (const auto& pass : resolved.passes)
         passes.push_back(
@@ -106,10 +106,10 @@ Json resolved_json(const Resolved& resolved) {
     return {{"camera", json_of(resolved.camera)}, {"passes", passes}};
 }
 
-std::string resolved_text(const Resolved& resolved) {
+std::string resolved_text(const ResolvedValues& resolved) {
     std::string text;
     for (size_t i = 0; i < resolved.passes.size(); ++i) {
-        const ResolvedPass& pass = resolved.passes[i];
+        const PassValues& pass = resolved.passes[i];
         if (pass.values.empty()) continue;
         text +=
             concat("values of pass ", i, " ", pass.type, pass.left_out ? " (left out)" : "", "\n");

@@ -1,0 +1,337 @@
+// Every call of the header with handles that are none, from two threads, and with values that this
+// library does not know: a status and a sentence, and nothing stays behind.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <functional>
+#include <thread>
+
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+struct Call {
+    const char* name;
+    std::function<pc_result(pc_instance*, pc_chain*)> make;
+};
+
+// Every call with an instance; those that also take a chain get the second argument.
+std::vector<Call> instance_calls(const pc_frame& frame) {
+    return {{"pc_query",
+             [](pc_instance* instance, pc_chain*) {
+                 auto out = pc::make<pc_capabilities>();
+                 return pc_query(instance, &out);
+             }},
+            {"pc_prepare", [&](pc_instance* instance,
+                               pc_chain* chain) { return pc_prepare(instance, chain, &frame, 1); }},
+            {"pc_run", [&](pc_instance* instance,
+                           pc_chain* chain) { return pc_run(instance, chain, &frame, nullptr); }},
+            {"pc_set_timing",
+             [](pc_instance* instance, pc_chain*) { return pc_set_timing(instance, 0); }},
+            {"pc_timings",
+             [](pc_instance* instance, pc_chain*) {
+                 uint32_t none = 0;
+                 return pc_timings(instance, nullptr, &none, nullptr);
+             }},
+            {"pc_count",
+             [](pc_instance* instance, pc_chain*) {
+                 auto out = pc::make<pc_counters>();
+                 return pc_count(instance, &out);
+             }},
+            {"pc_explain",
+             [](pc_instance* instance, pc_chain*) {
+                 static char text[1 << 18];
+                 size_t size = sizeof(text);
+                 return pc_explain(instance, text, &size);
+             }},
+            {"pc_check_motion", [&](pc_instance* instance, pc_chain*) {
+                 int signs[2];
+                 float margin = 0;
+                 return pc_check_motion(instance, &frame, &frame.color, signs, &margin);
+             }}};
+}
+
+std::vector<Call> chain_calls() {
+    return {{"pc_chain_parameter",
+             [](pc_instance*, pc_chain* chain) {
+                 auto row = pc::make<pc_parameter>();
+                 return pc_chain_parameter(chain, 0, &row);
+             }},
+            {"pc_chain_set_number",
+             [](pc_instance*, pc_chain* chain) {
+                 return pc_chain_set_number(chain, 0, "samples", 25);
+             }},
+            {"pc_chain_set_text",
+             [](pc_instance*, pc_chain* chain) {
+                 return pc_chain_set_text(chain, 0, "mode", "inverse_warp");
+             }},
+            {"pc_chain_set_point",
+             [](pc_instance*, pc_chain* chain) {
+                 return pc_chain_set_point(chain, 1, "focus_at", 0.5, 0.5);
+             }},
+            {"pc_chain_set_aperture",
+             [](pc_instance*, pc_chain* chain) {
+                 static const std::vector<float> open(128 * 128, 1.0f);
+                 return pc_chain_set_aperture(chain, open.data());
+             }},
+            {"pc_chain_unset", [](pc_instance*, pc_chain* chain) {
+                 return pc_chain_unset(chain, 0, "max_blur_px");
+             }}};
+}
+
+void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {
+    EXPECT_EQ(call.make(instance, chain), PC_ERROR_ARGUMENT) << call.name;
+    EXPECT_THAT(pc_error(), HasSubstr(text)) << call.name;
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << call.name;
+}
+
+TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto good = chain("motion_blur,depth_of_field");
+    prepare_and_run(guest, good, host.frame);
+    auto gone_guest = instance();
+    auto gone_chain = chain("fxaa");
+    pc_instance* destroyed = gone_guest.get();
+    pc_chain* destroyed_chain = gone_chain.get();
+    gone_guest.reset();
+    gone_chain.reset();
+    long other = 0;
+    const auto foreign = reinterpret_cast<pc_instance*>(&other);
+    const auto foreign_chain = reinterpret_cast<pc_chain*>(&other);
+    const char* none = "is not one of this library, or was destroyed";
+
+    for (const Call& call : instance_calls(host.frame)) {
+        EXPECT_EQ(call.make(guest.get(), good.get()),
+                  PC_OK + (call.name == std::string("pc_timings")))
+            << call.name << ": " << pc_error();
+        EXPECT_STREQ(pc_error(), "");
+        refused(call, nullptr, good.get(), "instance is NULL");
+        refused(call, foreign, good.get(), none);
+        refused(call, destroyed, good.get(), none);
+        refused(call, reinterpret_cast<pc_instance*>(good.get()), good.get(), none);
+        if (call.name != std::string("pc_prepare") && call.name != std::string("pc_run")) continue;
+        refused(call, guest.get(), nullptr, "chain is NULL");
+        refused(call, guest.get(), foreign_chain, none);
+        refused(call, guest.get(), destroyed_chain, none);
+        EXPECT_STREQ(pc_last_error(guest.get()), pc_error());
+    }
+    for (const Call& call : chain_calls()) {
+        EXPECT_EQ(call.make(nullptr, good.get()), PC_OK) << call.name << ": " << pc_error();
+        refused(call, nullptr, nullptr, "chain is NULL");
+        refused(call, nullptr, foreign_chain, none);
+        refused(call, nullptr, destroyed_chain, none);
+    }
+    // Calls without a result.
+    EXPECT_STREQ(pc_last_error(destroyed), "no such instance");
+    EXPECT_STREQ(pc_chain_error(destroyed_chain), "no such chain");
+    pc_destroy(nullptr);
+    pc_destroy(foreign);
+    pc_destroy(destroyed);
+    pc_abandon(destroyed);
+    pc_chain_destroy(foreign_chain);
+    pc_chain_destroy(destroyed_chain);
+    EXPECT_EQ(other, 0);
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    prepare_and_run(guest, chain("fxaa"), host.frame);
+}
+
+TEST(Handles, NullArguments) {
+    const auto guest = instance();
+    const auto good = chain("motion_blur");
+    const auto fails = [](pc_result result, const char* text) {
+        EXPECT_EQ(result, PC_ERROR_ARGUMENT) << text;
+        EXPECT_STREQ(pc_error(), text);
+    };
+    auto info = pc::create_info();
+    pc_instance* made = nullptr;
+    fails(pc_create(&info, nullptr), "instance is NULL");
+    fails(pc_create(nullptr, &made), "pc_create_info is NULL");
+    fails(pc_chain_create("fxaa", nullptr), "chain is NULL");
+    fails(pc_query(guest.get(), nullptr), "pc_capabilities is NULL");
+    fails(pc_count(guest.get(), nullptr), "pc_counters is NULL");
+    fails(pc_explain(guest.get(), nullptr, nullptr), "size is NULL");
+    fails(pc_timings(guest.get(), nullptr, nullptr, nullptr), "times or count is NULL");
+    fails(pc_prepare(guest.get(), good.get(), nullptr, 1), "pc_frame is NULL");
+    fails(pc_run(guest.get(), good.get(), nullptr, nullptr), "pc_frame is NULL");
+    fails(pc_chain_parameter(good.get(), 0, nullptr), "pc_parameter is NULL");
+    fails(pc_chain_set_aperture(good.get(), nullptr), "values is NULL");
+    fails(pc_check_motion(guest.get(), nullptr, nullptr, nullptr, nullptr),
+          "other_color, signs or margin is NULL");
+    auto frame = pc::make<pc_frame>();
+    fails(pc_use_conventions(nullptr, &frame), "engine is NULL");
+    fails(pc_use_conventions("unity", nullptr), "pc_frame is NULL");
+    fails(pc_use_conventions("quake", &frame),
+          "engine: unknown \"quake\"; known are unity, unreal, bevy, godot, falcor, g3d");
+    fails(pc_pass(1000, nullptr, nullptr), "index 1000: there are 4 passes");
+}
+
+// While one thread is in a call, every call of another on the same objects is refused.
+TEST(Handles, TwoThreadsOnOneObject) {
+    const auto host = canonical_frame(40, 24);
+    static std::atomic<int> inside, leave;
+    inside = leave = 0;
+    auto info = pc::create_info();
+    info.log = [](void*, int, const char*) {  // called within pc_run()
+        inside = 1;
+        while (!leave) std::this_thread::yield();
+    };
+    info.flags = PC_VALIDATE;
+    make_host_context();
+    const pc::Instance guest = pc::create(info);
+    const auto good = chain("motion_blur,depth_of_field");
+    std::thread other([&] {
+        while (!inside) std::this_thread::yield();
+        for (const Call& call : instance_calls(host.frame)) {
+            EXPECT_EQ(call.make(guest.get(), good.get()), PC_ERROR_ARGUMENT) << call.name;
+            EXPECT_THAT(pc_error(), HasSubstr("instance: another thread is in a call with it"));
+        }
+        for (const Call& call : chain_calls()) {
+            EXPECT_EQ(call.make(nullptr, good.get()), PC_ERROR_ARGUMENT) << call.name;
+            EXPECT_THAT(pc_error(), HasSubstr("chain: another thread is in a call with it"));
+        }
+        pc_destroy(guest.get());
+        pc_chain_destroy(good.get());
+        leave = 1;
+    });
+    glEnable(0xffff);  // an error that the host left is logged within pc_run()
+    EXPECT_EQ(pc_run(guest.get(), good.get(), &host.frame, nullptr), PC_ERROR_PREPARE);
+    other.join();
+    prepare_and_run(guest, good, host.frame);
+}
+
+TEST(Handles, FlagsAndMembersThatAreNotKnown) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("fxaa");
+    prepare_and_run(guest, made, host.frame);
+    const auto fails = [&](void (*change)(pc_frame&), const char* text) {
+        pc_frame frame = host.frame;
+        change(frame);
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_VERSION) << text;
+        EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_VERSION) << text;
+        EXPECT_THAT(pc_error(), HasSubstr(text));
+    };
+    fails([](pc_frame& f) { f.flags |= 0x80; },
+          "pc_frame.flags: 134 has a bit that this library does not know");
+    fails([](pc_frame& f) { f.reserved = 1; }, "pc_frame.reserved or reserved_2 is not 0");
+    fails([](pc_frame& f) { f.reserved_2 = 1; }, "pc_frame.reserved or reserved_2 is not 0");
+    auto info = pc::create_info();
+    pc_instance* none = nullptr;
+    info.flags = 8;
+    EXPECT_EQ(pc_create(&info, &none), PC_ERROR_VERSION);
+    EXPECT_THAT(pc_error(), HasSubstr("pc_create_info.flags: 8 has a bit"));
+    info.flags = 0;
+    info.reserved = 7;
+    EXPECT_EQ(pc_create(&info, &none), PC_ERROR_VERSION);
+    EXPECT_THAT(pc_create_error(), HasSubstr("pc_create_info.reserved is not 0"));
+    EXPECT_EQ(none, nullptr);
+}
+
+// 0 is a closed shutter if the frame says that it counts.
+TEST(Handles, AGivenShutterOf0IsClosed) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("motion_blur");
+    pc_frame frame = host.frame;
+    frame.shutter_frames = 0;
+    EXPECT_NE(prepare_and_run(guest, made, frame).name, frame.color.name) << "0.5 by default";
+    frame.flags |= PC_GIVEN_SHUTTER;
+    EXPECT_EQ(prepare_and_run(guest, made, frame).name, frame.color.name);
+    frame.shutter_frames = 0.5f;
+    const ImageF given = read(prepare_and_run(guest, made, frame), 40, 24);
+    frame.flags &= ~uint32_t(PC_GIVEN_SHUTTER);
+    EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), given));
+}
+
+TEST(Handles, SizesBeyondTheDevice) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("motion_blur,fxaa");
+    prepare_and_run(guest, made, host.frame);
+    pc_frame frame = host.frame;
+    for (pc_texture* texture : {&frame.color, &frame.depth, &frame.motion})
+        texture->width = texture->height = 1 << 20;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("the frame is 1048576x1048576; this device's limit is "));
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    prepare_and_run(guest, made, host.frame);
+}
+
+// PC_VALIDATE: what would give wrong pixels without a GL error.
+TEST(Handles, ValidateRefusesMatricesAndOutputsThatCannotBe) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance(PC_VALIDATE), plain = instance();
+    const auto made = chain("motion_blur,fxaa");
+    pc_frame frame = host.frame;
+    for (int i = 0; i < 4; ++i) frame.view_projection[5 * i] = 1;
+    std::copy_n(frame.view_projection, 16, frame.other_view_projection);
+    frame.view_projection[11] = frame.other_view_projection[11] = -1;
+    frame.view_projection[10] = frame.other_view_projection[10] = 0;
+    prepare_and_run(guest, made, frame);
+    pc_frame singular = frame;
+    std::copy_n(singular.other_view_projection, 4, singular.other_view_projection + 4);
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &singular, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("other_view_projection: is singular"));
+    prepare_and_run(plain, made, singular);
+    const HostTexture motion(GL_RGBA32F, 40, 24);
+    pc_frame over = frame;
+    over.motion = over.output = motion;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &over, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(),
+                HasSubstr("output: is the texture of motion, which it would overwrite"));
+}
+
+// PC_STATE_LEAVE leaves the last step's program in use. It is not current when it is deleted.
+TEST(Handles, NoDeletedProgramStaysInUse) {
+    const auto host = canonical_frame(40, 24);
+    const auto made = chain("fxaa");
+    prepare_and_run(instance(0, PC_STATE_LEAVE), made, host.frame);
+    GLint program = -1;
+    glGetIntegerv(GL_CURRENT_PROGRAM, &program);
+    EXPECT_EQ(program, 0);
+}
+
+// A missing value is asked for in a host's words.
+TEST(Handles, MessagesAreForHosts) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    pc_frame frame = host.frame;
+    frame.f_stop = 0;
+    EXPECT_EQ(pc_prepare(guest.get(), chain("depth_of_field").get(), &frame, 1), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("f_stop: not known"));
+    EXPECT_THAT(pc_error(), HasSubstr("in pc_frame"));
+    EXPECT_THAT(pc_error(), ::testing::Not(HasSubstr("--camera")));
+}
+
+// The host's own textures as debug views: whole, or a rectangle of them, rows as stored.
+TEST(Handles, ViewsOfTheHostsTextures) {
+    auto host = canonical_frame(40, 24);
+    const ImageF& plane = host.test.planes.at(Role::color);
+    const auto guest = instance();
+    const auto made = chain("motion_blur");
+    const HostTexture color = HostTexture::inside(GL_RGBA32F, plane, 64, 48, 9, 7);
+    pc_frame frame = host.frame;
+    frame.width = 40;
+    frame.height = 24;
+    frame.color = color;
+    frame.debug_view = "host.color";
+    EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), plane));
+    frame.debug_view = "host.motion";
+    const ImageF vectors = read(prepare_and_run(guest, made, frame), 40, 24);
+    frame.debug_view = "input.motion";
+    EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), vectors));
+    frame.debug_view = "0.motion_blur.moving_blocks";  // the header's example
+    prepare_and_run(guest, made, frame);
+    frame.debug_view = "host.nothing";
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,189 @@
+// Prepared means prepared: after pc_prepare() no frame of its kind is refused, whatever its members
+// hold. docs/integration.md lists what makes a kind.
+//
+// PREPARED_FRAMES: frames of each chain; the test runs 2500.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <set>
+
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+#include "tests/support/random.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kSide = 24;
+
+int frames() {
+    const char* text = std::getenv("PREPARED_FRAMES");
+    return text ? std::atoi(text) : 2500;
+}
+
+// Textures of an engine, in several formats each.
+class Textures {
+  public:
+    Textures() {
+        make_host_context();
+        for (const unsigned format : {GL_RGBA32F, GL_RGBA16F, GL_R11F_G11F_B10F, GL_SRGB8_ALPHA8})
+            color_.emplace_back(format, kSide, kSide);
+        for (const unsigned format : {GL_R32F, GL_R16F, GL_DEPTH_COMPONENT32F, GL_DEPTH24_STENCIL8})
+            depth_.emplace_back(format, kSide, kSide);
+        for (const unsigned format : {GL_RG32F, GL_RG16F, GL_RG16_SNORM, GL_RGBA16F})
+            motion_.emplace_back(format, kSide, kSide);
+        for (const unsigned format : {GL_RGBA32F, GL_RGBA16F, GL_RGBA8, GL_R11F_G11F_B10F})
+            output_.emplace_back(format, kSide, kSide);
+        exposure_.emplace_back(GL_R32F, ImageF(2, 2, 1, 0.7f));
+    }
+
+    // A frame of a kind, every other member of it at random.
+    pc_frame frame(Random& random, const pc_frame& kind) const {
+        auto frame = pc::make<pc_frame>();
+        frame.flags = kind.flags;
+        for (const uint32_t bit :
+             {PC_CAMERA_CUT, PC_TOP_LEFT, PC_MOTION_TO_NEXT, PC_MOTION_JITTERED})
+            if (random.chance(0.5)) frame.flags |= bit;
+        frame.frame_number = random.next();
+        frame.width = random.whole(1, kSide);
+        frame.height = random.whole(1, kSide);
+        const auto one_of = [&](const std::vector<HostTexture>& textures) {
+            pc_texture texture = textures[size_t(random.whole(0, int(textures.size()) - 1))];
+            if (random.chance(0.5)) {
+                texture.x = random.whole(0, kSide - frame.width);
+                texture.y = random.whole(0, kSide - frame.height);
+            }
+            return texture;
+        };
+        frame.color = one_of(color_);
+        frame.depth = one_of(depth_);
+        frame.motion = one_of(motion_);
+        if (random.chance(0.7)) frame.output = one_of(output_);
+        if (random.chance(0.1) && frame.color.internal_format == GL_RGBA32F)
+            frame.output = frame.color;
+        if (kind.exposure.name) {
+            frame.exposure = exposure_.front();
+            frame.exposure.x = random.whole(0, 1);
+            frame.exposure.y = random.whole(0, 1);
+        }
+        frame.debug_view = kind.debug_view;
+        frame.depth_encoding = pc_depth(random.whole(0, PC_DEPTH_REVERSE_INFINITE));
+        frame.near_clip = float(random.logarithmic(0.01, 1));
+        frame.far_clip = float(random.logarithmic(10, 1e4));
+        for (int i = 0; i < 2; ++i) {
+            if (random.chance(0.5)) frame.motion_scale[i] = float(random.real(-30, 30));
+            if (random.chance(0.5)) frame.motion_bias[i] = float(random.real(-1, 1));
+            frame.jitter_px[i] = float(random.real(-0.5, 0.5));
+            frame.other_jitter_px[i] = float(random.real(-0.5, 0.5));
+        }
+        if (random.chance(0.5)) frame.pre_exposure = float(random.logarithmic(0.01, 100));
+        frame.focal_length_mm = float(random.logarithmic(10, 300));
+        frame.sensor_width_mm = float(random.logarithmic(5, 60));
+        frame.f_stop = float(random.logarithmic(0.5, random.chance(0.1) ? 1e6 : 32));
+        frame.focus_distance = float(random.logarithmic(0.5, 1000));
+        if (random.chance(0.3)) frame.meters_per_unit = float(random.logarithmic(0.7, 10));
+        if (random.chance(0.7)) frame.shutter_frames = float(random.real(-0.5, 1.5));
+        if (random.chance(0.3)) frame.max_speed_px = float(random.logarithmic(0.01, 200));
+        if (random.chance(0.3)) frame.nearest = float(random.logarithmic(0.1, 10));
+        if (random.chance(0.3))
+            frame.farthest = frame.nearest + float(random.logarithmic(0.1, 1e3));
+        if (random.chance(0.1)) frame.farthest = frame.nearest;
+        for (float* matrix : {frame.view_projection, frame.other_view_projection}) {
+            if (random.chance(0.3)) continue;
+            for (int i = 0; i < 16; ++i) matrix[i] = i % 5 == 0 ? 1 : float(random.real(-0.1, 0.1));
+        }
+        if (random.chance(0.2)) frame.barriers = GL_FRAMEBUFFER_BARRIER_BIT;
+        if (random.chance(0.3)) frame.pixel_aspect = float(random.real(0.5, 2));
+        return frame;
+    }
+    const HostTexture& exposure() const { return exposure_.front(); }
+
+  private:
+    std::vector<HostTexture> color_, depth_, motion_, output_, exposure_;
+};
+
+TEST(Prepared, NoFrameOfTheKindIsRefused) {
+    const Textures textures;
+    const auto papers = paper_chain("motion_blur,depth_of_field,fxaa");
+    const auto plain = chain("motion_blur,fxaa,depth_of_field"), joint = chain("joint_blur,fxaa"),
+               turned = chain("depth_of_field,fxaa,motion_blur");
+    set(papers, 1, "max_radius_px", 8);
+    for (const auto* made : {&papers, &plain, &joint, &turned}) {
+        Random random(11);
+        const auto guest = instance(0, PC_STATE_LEAVE);
+        std::vector<pc_frame> kinds;
+        for (uint32_t flags = 0; flags < 4; ++flags)
+            for (const bool exposed : {false, true}) {
+                auto kind = pc::make<pc_frame>();
+                kind.flags = (flags & 1 ? PC_HALF_PLANES : 0) | (flags & 2 ? PC_NO_ELISION : 0);
+                if (exposed) kind.exposure = textures.exposure();
+                pc_frame first = textures.frame(random, kind);
+                ASSERT_EQ(pc_prepare(guest.get(), made->get(), &first, 1), PC_OK)
+                    << pc_last_error(guest.get());
+                kinds.push_back(kind);
+            }
+        auto before = pc::make<pc_counters>(), after = before;
+        pc_count(guest.get(), &before);
+        silence_dispatches(true);
+        std::set<std::string> refused;
+        int count = 0;
+        for (int i = 0; i < frames(); ++i) {
+            const pc_frame& kind = kinds[size_t(random.whole(0, int(kinds.size()) - 1))];
+            const pc_frame frame = textures.frame(random, kind);
+            if (pc_run(guest.get(), made->get(), &frame, nullptr) == PC_OK) continue;
+            ++count;
+            refused.insert(pc_last_error(guest.get()));
+        }
+        silence_dispatches(false);
+        for (const std::string& text : refused) ADD_FAILURE() << count << " refused: " << text;
+        pc_count(guest.get(), &after);
+        EXPECT_EQ(after.programs, before.programs);
+    }
+}
+
+// Each member that makes another kind is named, and its remedy helps.
+TEST(Prepared, TheMessageNamesTheMember) {
+    const Textures textures;
+    const auto made = paper_chain();
+    const auto host = canonical_frame(kSide, kSide);
+    const struct {
+        const char* text;
+        void (*change)(pc_frame&, const Textures&);
+    } cases[] = {{"flags: PC_HALF_PLANES, and not in pc_prepare(); call pc_prepare() with a frame",
+                  [](pc_frame& frame, const Textures&) { frame.flags |= PC_HALF_PLANES; }},
+                 {"exposure: given, and not to pc_prepare(); call",
+                  [](pc_frame& frame, const Textures& of) { frame.exposure = of.exposure(); }},
+                 {"debug_view: pc_prepare() was not called with \"input.motion\"",
+                  [](pc_frame& frame, const Textures&) { frame.debug_view = "input.motion"; }}};
+    for (const auto& [text, change] : cases) {
+        const auto guest = instance();
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_ERROR_PREPARE);
+        EXPECT_STREQ(pc_last_error(guest.get()), "pc_prepare() was not called for this chain");
+        prepare_and_run(guest, made, host.frame);
+        pc_frame frame = host.frame;
+        change(frame, textures);
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_PREPARE);
+        EXPECT_THAT(pc_last_error(guest.get()), HasSubstr(text));
+        prepare_and_run(guest, made, frame);
+    }
+    // Another value that is a program.
+    const auto guest = instance();
+    const auto own = chain("motion_blur,fxaa");
+    prepare_and_run(guest, own, host.frame);
+    ASSERT_EQ(pc_chain_set_text(own.get(), 1, "mode", "directional"), PC_OK);
+    EXPECT_EQ(pc_run(guest.get(), own.get(), &host.frame, nullptr), PC_ERROR_PREPARE);
+    EXPECT_THAT(pc_last_error(guest.get()), HasSubstr("values were changed since pc_prepare()"));
+    prepare_and_run(guest, own, host.frame);
+    // Fewer planes are no other kind: motion vectors at a cut.
+    pc_frame cut = host.frame;
+    cut.flags |= PC_CAMERA_CUT;
+    cut.motion = {};
+    EXPECT_EQ(pc_run(guest.get(), own.get(), &cut, nullptr), PC_OK) << pc_last_error(guest.get());
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,0 +1,269 @@
+// Dynamic resolution: frames of changing sizes share textures made for the largest, and have the
+// bits of a render in textures of their own size.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "tests/guest/allocations.h"
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+#include "tests/support/random.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kFrames = 2000;  // of each of six chains, converted or not
+constexpr int kMaxWidth = 720, kMaxHeight = 48;
+
+pc::Instance instance_for(uint32_t max_width, uint32_t max_height, uint32_t keep_frames = 0) {
+    make_host_context();
+    auto info = pc::create_info();
+    info.state = PC_STATE_RESET;
+    info.max_width = max_width;
+    info.max_height = max_height;
+    info.keep_frames = keep_frames;
+    pc::Instance made = pc::create(info);
+    EXPECT_TRUE(made) << pc_create_error();
+    return made;
+}
+
+pc_counters count(const pc::Instance& guest) {
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_count(guest.get(), &counters), PC_OK);
+    return counters;
+}
+
+// A frame in the corner of textures that are as large as any frame can be, as an engine renders it.
+struct Corner {
+    HostTexture color, depth, motion, output;
+    pc_frame frame;
+};
+Corner in_corner(const HostFrameTextures& tight) {
+    const auto inside = [](unsigned format, const ImageF& plane) {
+        return HostTexture::inside(format, plane, kMaxWidth, kMaxHeight, 0, 0);
+    };
+    const FramePlanes& planes = tight.test.planes;
+    Corner corner = {inside(GL_RGBA32F, planes.at(Role::color)),
+                     inside(GL_R32F, planes.at(Role::inverse_depth)),
+                     inside(GL_RG32F, planes.at(Role::motion)),
+                     HostTexture(GL_RGBA32F, ImageF(kMaxWidth, kMaxHeight, 4, 55)), tight.frame};
+    corner.frame.width = tight.frame.color.width;
+    corner.frame.height = tight.frame.color.height;
+    corner.frame.color = corner.color;
+    corner.frame.depth = corner.depth;
+    corner.frame.motion = corner.motion;
+    corner.frame.output = corner.output;
+    return corner;
+}
+
+void expect_only_the_frame(const pc_texture& output, int width, int height) {
+    const ImageF all = read(output, kMaxWidth, kMaxHeight);
+    size_t written = 0;
+    for (int y = 0; y < kMaxHeight; ++y)
+        for (int x = 0; x < kMaxWidth; ++x)
+            written += (x >= width || y >= height) && all.at(x, y) != 55;
+    EXPECT_EQ(written, 0u) << "texels beside the frame";
+}
+
+struct NamedChain {
+    const char* name;
+    std::function<pc::Chain()> make;
+};
+const NamedChain kChains[] = {
+    {"inverse warp", [] { return chain("motion_blur,fxaa,depth_of_field"); }},
+    // Every pass writes the host's texture once.
+    {"motion blur last", [] { return chain("depth_of_field,motion_blur"); }},
+    {"papers", [] { return paper_chain("motion_blur,depth_of_field,fxaa"); }},
+    {"gilham last",
+     [] {
+         pc::Chain made = paper_chain("motion_blur,depth_of_field");
+         set(made, 0, "jitter", 0.5);
+         EXPECT_EQ(pc_chain_set_text(made.get(), 0, "noise", "halton"), PC_OK);
+         EXPECT_EQ(pc_chain_set_text(made.get(), 1, "leak", "depth"), PC_OK);
+         return made;
+     }},
+    {"joint", [] { return chain("joint_blur,fxaa"); }},
+    {"directional", [] {
+         pc::Chain made = chain("joint_blur,fxaa");
+         EXPECT_EQ(pc_chain_set_text(made.get(), 1, "mode", "directional"), PC_OK);
+         return made;
+     }}};
+
+// Sizes on both sides of one, two and many blocks, and so wide that the papers' tiles grow with the
+// frame.
+TEST(Sizes, APartOfLargerTexturesHasTheBitsOfATightRender) {
+    Random random(5);
+    std::vector<std::array<int, 2>> sizes = {{kMaxWidth, kMaxHeight}, {1, 1},   {16, 16}, {17, 33},
+                                             {kMaxWidth, 20},         {40, 48}, {700, 40}};
+    for (int i = 0; i < 3; ++i)
+        sizes.push_back({random.whole(1, kMaxWidth), random.whole(1, kMaxHeight)});
+    for (const NamedChain& named : kChains) {
+        const auto made = named.make();
+        const auto stated = instance_for(kMaxWidth, kMaxHeight), seen = instance_for(0, 0);
+        for (size_t i = 0; i < sizes.size(); ++i) {
+            const auto [width, height] = sizes[i];
+            const auto tight = canonical_frame(width, height, uint32_t(i + 1));
+            const auto fresh = instance();
+            const ImageF expected = read(prepare_and_run(fresh, made, tight.frame), width, height);
+            const Corner corner = in_corner(tight);
+            for (const auto* guest : {&stated, &seen}) {
+                const pc_texture result = prepare_and_run(*guest, made, corner.frame);
+                EXPECT_TRUE(equal_bits(read(result, width, height), expected))
+                    << named.name << ", " << width << "x" << height;
+                expect_only_the_frame(result, width, height);
+            }
+            // Without a texture of the host's: one of the library, of the stated size.
+            pc_frame own = corner.frame;
+            own.output = {};
+            const pc_texture result = prepare_and_run(stated, made, own);
+            EXPECT_TRUE(equal_bits(read(result, width, height), expected)) << named.name;
+            if (result.name != corner.frame.color.name) {
+                EXPECT_EQ(result.width, kMaxWidth);
+                EXPECT_EQ(result.height, kMaxHeight);
+            }
+            // Unstated, it has the frame's.
+            EXPECT_EQ(prepare_and_run(seen, made, tight.frame).width, width);
+        }
+    }
+}
+
+// Debug views show the used part of a texture.
+TEST(Sizes, DebugViewsShowTheFrame) {
+    const auto made = paper_chain("motion_blur,depth_of_field");
+    const auto stated = instance_for(kMaxWidth, kMaxHeight);
+    for (const int width : {kMaxWidth, 90}) {
+        const auto tight = canonical_frame(width, 40);
+        Corner corner = in_corner(tight);
+        for (const char* view : {"0.motion_blur.tile_max", "1.depth_of_field.blur_y",
+                                 "0.motion_blur.full_blocks", "fill"}) {
+            const auto fresh = instance();
+            pc_frame frame = tight.frame;
+            frame.debug_view = corner.frame.debug_view = view;
+            const ImageF expected = read(prepare_and_run(fresh, made, frame), width, 40);
+            EXPECT_TRUE(
+                equal_bits(read(prepare_and_run(stated, made, corner.frame), width, 40), expected))
+                << view;
+            expect_only_the_frame(corner.output, width, 40);
+        }
+    }
+}
+
+// Random sizes, together with another focus, shutter and number: no GL object, no allocation, no
+// plan.
+TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
+    Random random(7);
+    for (const NamedChain& named : kChains) {
+        const auto made = named.make();
+        const auto guest = instance_for(kMaxWidth, kMaxHeight);
+        const auto tight = canonical_frame(kMaxWidth, kMaxHeight);
+        Corner corner = in_corner(tight);
+        // Half of the frames are converted from and to the host's conventions.
+        for (const bool converted : {false, true}) {
+            pc_frame frame = corner.frame;
+            if (converted) {
+                frame.flags = 0;
+                frame.pre_exposure = 2;
+            }
+            prepare_and_run(guest, made, frame);
+            const auto resize = [&](int i) {
+                frame.width = random.whole(kMaxWidth / 2, kMaxWidth);
+                frame.height = random.whole(kMaxHeight / 2, kMaxHeight);
+                frame.focus_distance = tight.frame.focus_distance * (1 + 0.01f * float(i % 7));
+                frame.frame_number = uint64_t(i);
+            };
+            // A lens's circle of confusion grows with the frame: a plan for each downsampling.
+            for (int i = 0; i < 12; ++i) {
+                resize(i);
+                ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK)
+                    << named.name << ": " << pc_last_error(guest.get());
+            }
+            const pc_counters before = count(guest);
+            silence_gl(true);  // the device would take longer than the host
+            uint64_t allocated = 0;
+            GlCalls::start();
+            for (int i = 0; i < kFrames; ++i) {
+                resize(i);
+                const uint64_t already = allocations();
+                const pc_result result = pc_run(guest.get(), made.get(), &frame, nullptr);
+                allocated += allocations() - already;
+                if (result != PC_OK) break;
+            }
+            const auto calls = GlCalls::stop();
+            silence_gl(false);
+            const pc_counters after = count(guest);
+            EXPECT_EQ(after.frames, before.frames + kFrames) << pc_last_error(guest.get());
+            EXPECT_EQ(allocated, 0u) << named.name;
+            EXPECT_EQ(after.plans_made, before.plans_made) << named.name;
+            EXPECT_EQ(after.texture_allocations, before.texture_allocations) << named.name;
+            EXPECT_EQ(after.texture_bytes, before.texture_bytes) << named.name;
+            for (const auto& [name, number] : calls)
+                EXPECT_FALSE(name.starts_with("glCreate") || name.starts_with("glDelete") ||
+                             name.starts_with("glGet"))
+                    << name;
+        }
+    }
+}
+
+// 60 to 100 % of a size that was not stated: textures for the largest frame so far.
+TEST(Sizes, TheLargestFrameSeenCounts) {
+    const auto made = chain("motion_blur,fxaa");
+    const auto guest = instance_for(0, 0);
+    const Corner corner = in_corner(canonical_frame(kMaxWidth, kMaxHeight));
+    pc_frame frame = corner.frame;
+    prepare_and_run(guest, made, frame);
+    const pc_counters before = count(guest);
+    for (int i = 0; i < 40; ++i) {
+        frame.width = kMaxWidth * (100 - i) / 100;
+        frame.height = kMaxHeight * (100 - i) / 100;
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+    }
+    EXPECT_EQ(count(guest).texture_allocations, before.texture_allocations);
+    // Half its sides, for longer than keep_frames: the memory goes.
+    frame.width = kMaxWidth / 2;
+    frame.height = kMaxHeight / 2;
+    for (int i = 0; i < 30; ++i) ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+    EXPECT_LT(count(guest).texture_bytes, before.texture_bytes / 2);
+    // Not with a stated size.
+    const auto stated = instance_for(kMaxWidth, kMaxHeight);
+    prepare_and_run(stated, made, frame);
+    for (int i = 0; i < 30; ++i)
+        ASSERT_EQ(pc_run(stated.get(), made.get(), &frame, nullptr), PC_OK);
+    EXPECT_EQ(count(stated).texture_bytes, before.texture_bytes);
+}
+
+TEST(Sizes, StatedSizesThatCannotBe) {
+    make_host_context();
+    auto info = pc::create_info();
+    pc_instance* made = nullptr;
+    info.max_width = 1920;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_ARGUMENT);
+    EXPECT_THAT(pc_create_error(), HasSubstr("max_width, max_height: 1920x0; give both"));
+    info.max_height = 4000000000u;
+    EXPECT_EQ(pc_create(&info, &made), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(made, nullptr);
+    // Larger than stated: new textures, and the frame is filtered.
+    const auto guest = instance_for(32, 32);
+    const auto host = canonical_frame(48, 40);
+    EXPECT_EQ(prepare_and_run(guest, chain("fxaa"), host.frame).width, 48);
+}
+
+// The stated size does not fit the budget, the frame does.
+TEST(Sizes, AFrameThatFitsTheBudgetIsFiltered) {
+    make_host_context();
+    auto info = pc::create_info();
+    info.max_width = 4096;
+    info.max_height = 4096;
+    info.texture_budget = 4 << 20;
+    const pc::Instance guest = pc::create(info);
+    ASSERT_TRUE(guest);
+    const auto host = canonical_frame(64, 48);
+    prepare_and_run(guest, chain("motion_blur"), host.frame);
+    EXPECT_LE(count(guest).texture_bytes_peak, 4u << 20);
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -192,13 +192,16 @@ class BrightEdges {
         const Surface& other = surface(brightest->first, brightest->second);
         if (apart(own, other, settings_) <= 1) return std::nullopt;
         // A surface that stays in place keeps the light seen through its edge.
-        if (other.inverse_depth < own.inverse_depth && longest(own, settings_) <= 3)
-            return std::nullopt;
+        const bool hides = own.inverse_depth > other.inverse_depth;
+        const bool stays = longest(own, settings_) <= 3;
+        if (hides && stays) return std::nullopt;
+        // One that leaves it would leave a rim there.
+        const bool rim = stays && apart(own, other, settings_) > 10 * 10;
         const double around = light_around(x, y);
-        if (light(x, y) <= 4 * around || most <= 10 * around) return std::nullopt;
-        // A pixel that shows less than a tenth of what is behind it goes on hiding that.
-        if (own.inverse_depth > other.inverse_depth && light(x, y) - around < 0.1 * (most - around))
+        if (light(x, y) <= (rim ? 1.5 : 4) * around || most <= (rim ? 2.5 : 10) * around)
             return std::nullopt;
+        // A pixel that shows less than a tenth of what is behind it goes on hiding that.
+        if (hides && light(x, y) - around < 0.1 * (most - around)) return std::nullopt;
         return brightest;
     }
 

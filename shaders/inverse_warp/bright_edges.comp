@@ -23,6 +23,9 @@ const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 10.0, kCovere
 // And if the two are displaced differently by more than kApartPx. A surface that is displaced by at
 // most kStaysPx keeps the light of a surface behind it, which is seen through the edge.
 const float kApartPx = 1.0, kStaysPx = 3.0;
+// Before a surface that stays, one that leaves it by more than kLeavesPx would leave a rim in its
+// place. Less light counts there: times as bright as the surface around, as above.
+const float kLeavesPx = 10.0, kRimBrighter = 1.5, kRimOtherBrighter = 2.5;
 const int kReachPx = 2;
 
 float largest(vec4 c) {
@@ -81,10 +84,14 @@ uint shown_at(ivec2 p) {
     if (brightest == 0u || other_light <= kOtherBrighter * light) return 0u;
     const Surface other = surface_at(p + kAround[brightest - 1u]);
     if (apart(other, own) <= kApartPx * kApartPx) return 0u;
-    if (other.inverse_depth < own.inverse_depth && longest_of(own) <= kStaysPx) return 0u;
-    const float around = light_around(p, own);
-    if (light <= kBrighter * around || other_light <= kLampBrighter * around) return 0u;
     const bool hides = own.inverse_depth > other.inverse_depth;
+    const bool stays = longest_of(own) <= kStaysPx;
+    if (hides && stays) return 0u;
+    const bool rim = stays && apart(other, own) > kLeavesPx * kLeavesPx;
+    const float around = light_around(p, own);
+    if (light <= (rim ? kRimBrighter : kBrighter) * around ||
+        other_light <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
+        return 0u;
     precise const float covered = (light - around) / (other_light - around);
     return hides && covered < kCovered ? 0u : brightest;
 }

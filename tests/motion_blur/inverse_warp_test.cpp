@@ -68,6 +68,20 @@ TEST(InverseWarp, OpacityOfAMovingBarIsExact) {
 }
 
 // A case where the 2013 filter fails: thin bars that move by many times their width.
+// A bar five times as bright as the ground, whose halves of pixels at both ends have the ground's
+// depth.
+TEST(InverseWarp, ThinBarLeavesNoRimWhereItIsAtTheFrame) {
+    BlurFrame frame = bar(120, 45, 4, 48, 48);
+    for (int y = 0; y < 20; ++y)
+        for (int x = 0; x < 120; ++x)
+            frame.set_gray(x, y, x == 44 || x == 49 ? 0.3f : x >= 45 && x < 49 ? 0.5f : 0.1f);
+    const ImageF out = blurred(converged_warp(), frame);
+    for (int x = 25; x < 70; ++x) {
+        const double covered = coverage(x, 5, [](double t) { return 44.5 + 48 * t; });
+        EXPECT_NEAR(out.at(x, 10), 0.1 + 0.4 * covered, 0.02) << x;
+    }
+}
+
 TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
     for (const Chain& chain : {warp(), warp({{"samples", int64_t(9)}})}) {
         const BlurFrame frame = bar(101, 50, 2, 26, 26);

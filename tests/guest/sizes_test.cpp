@@ -201,10 +201,15 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
             EXPECT_EQ(after.plans_made, before.plans_made) << named.name;
             EXPECT_EQ(after.texture_allocations, before.texture_allocations) << named.name;
             EXPECT_EQ(after.texture_bytes, before.texture_bytes) << named.name;
-            for (const auto& [name, number] : calls)
+            for (const auto& [name, number] : calls) {
+                if (name == "glDeleteSync") {  // of the fence that every fourth frame makes
+                    EXPECT_LE(number, kFrames / 4 + 1) << named.name;
+                    continue;
+                }
                 EXPECT_FALSE(name.starts_with("glCreate") || name.starts_with("glDelete") ||
                              name.starts_with("glGet"))
                     << name;
+            }
         }
     }
 }

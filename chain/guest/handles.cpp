@@ -46,7 +46,7 @@ Failure check(const Life* life, const void* handle, const char* kind) {
 
 }  // namespace
 
-std::string& create_error() {
+std::string& last_error_text() {
     thread_local std::string text;
     return text;
 }
@@ -75,8 +75,12 @@ bool Use::end_life(const void* handle, const char* kind) {
     if (!handle) return false;
     const std::lock_guard lock(lives().mutex);
     const Life* life = lives().find(handle, kind);
-    if (Failure failure = check(life, handle, kind); !failure.ok()) {
-        create_error().swap(failure.text);
+    Failure failure = check(life, handle, kind);
+    if (failure.ok() && life->calls > 0)  // this is a callback
+        failure = {PC_ERROR_ARGUMENT,
+                   concat(kind, ": a call with it is not finished; destroy it afterwards")};
+    if (!failure.ok()) {
+        last_error_text().swap(failure.text);
         return false;
     }
     lives().all.erase(lives().all.begin() + (life - lives().all.data()));

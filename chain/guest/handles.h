@@ -20,7 +20,7 @@ struct pc_chain {
 namespace postchain::guest {
 
 // The text of pc_error(): of this thread's last call.
-std::string& create_error();
+std::string& last_error_text();
 
 // Handles that hosts have. A call on a handle refuses one that is null, foreign or destroyed, and
 // one that another thread's call uses.
@@ -34,7 +34,7 @@ class Use {
     const Failure& failure() const { return failure_; }
 
     static void begin_life(const void* handle, const char* kind);
-    // False if it is none, or in use.
+    // False if it is none, or a call with it is not finished.
     static bool end_life(const void* handle, const char* kind);
     static bool is_alive(const void* handle, const char* kind);
 
@@ -61,11 +61,11 @@ Failure guarded(const Work& work) noexcept {
     }
 }
 
-// For calls that create an instance or a chain: the text goes to create_error().
+// The result of work(); its text goes to last_error_text().
 template <class Work>
 pc_result create(const Work& work) {
     Failure failure = guarded(work);
-    create_error().swap(failure.text);
+    last_error_text().swap(failure.text);
     return failure.result;
 }
 

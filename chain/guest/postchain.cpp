@@ -16,11 +16,11 @@ using postchain::ParameterValue;
 using postchain::guest::ChainHandle;
 using postchain::guest::change_struct;
 using postchain::guest::create;
-using postchain::guest::create_error;
 using postchain::guest::engines_text;
 using postchain::guest::Failure;
 using postchain::guest::guarded;
 using postchain::guest::Instance;
+using postchain::guest::last_error_text;
 using postchain::guest::new_chain;
 using postchain::guest::read_struct;
 using postchain::guest::Use;
@@ -30,9 +30,9 @@ namespace {
 // The text of pc_error(). Without memory for it there is none.
 void keep(const std::string& text) noexcept {
     try {
-        create_error() = text;
+        last_error_text() = text;
     } catch (...) {
-        create_error().clear();
+        last_error_text().clear();
     }
 }
 
@@ -127,11 +127,11 @@ pc_result pc_create(const pc_create_info* given, pc_instance** instance) {
 }
 
 const char* pc_error(void) {
-    return create_error().c_str();
+    return last_error_text().c_str();
 }
 
 const char* pc_create_error(void) {
-    return create_error().c_str();
+    return last_error_text().c_str();
 }
 
 void pc_destroy(pc_instance* instance) {
@@ -262,18 +262,18 @@ pc_result pc_query_frame(pc_instance* instance, pc_chain* chain, const pc_frame*
 
 pc_result pc_run(pc_instance* instance, pc_chain* chain, const pc_frame* frame,
                  pc_texture* result) {
-    pc_texture picture = {};
+    pc_frame copy;
+    const pc_frame* whole = nullptr;
+    const Failure read = guarded([&] { return read_struct(frame, "pc_frame", copy, whole); });
+    const pc_texture color = whole ? whole->color : pc_texture();
+    pc_texture picture = color;
     const pc_result code = call(instance, [&]() -> Failure {
-        pc_frame copy;
-        const pc_frame* whole = nullptr;
-        if (Failure failure = read_struct(frame, "pc_frame", copy, whole); !failure.ok())
-            return failure;
-        picture = whole->color;
+        if (!read.ok()) return read;
         const Use use(chain, "chain");
         if (!use.failure().ok()) return use.failure();
         return instance->is->run(chain->is, whole, picture);
     });
-    if (result) *result = picture;
+    if (result) *result = code < 0 ? color : picture;
     return code;
 }
 

@@ -19,8 +19,10 @@
 
 /* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
  * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,
- * foreign or destroyed is PC_ERROR_ARGUMENT. A failed pc_run() has dispatched nothing and has not
- * written the output; its result is the host's own color. */
+ * foreign or destroyed is PC_ERROR_ARGUMENT, and one that a callback destroys within a call on it
+ * is not destroyed. A failed pc_run() has dispatched nothing and has not written the output, except
+ * with PC_VALIDATE for PC_ERROR_GL, which is found afterwards. Its result is the host's own color,
+ * or 0 if pc_frame cannot be read. */
 
 /* A frame: once a kind of frame has run, pc_run() creates no GL object but a fence every fourth
  * frame, does not compile, allocate, plan or read back, and waits only if the device is eight
@@ -113,7 +115,7 @@ typedef struct pc_create_info {
     size_t (*load_program)(void* user, const char* key, void* bytes, size_t room);
     void (*store_program)(void* user, const char* key, const void* bytes, size_t size);
 } pc_create_info;
-/* [GL] On failure *instance is NULL, and the text is in pc_create_error(). */
+/* [GL] On failure *instance is NULL, and the text is in pc_error(). */
 PC_API pc_result pc_create(const pc_create_info* info, pc_instance** instance);
 /* The text of this thread's last call that returned a pc_result; "" = none. After PC_OK: warnings,
  * such as a former name in a chain's text. Valid until this thread's next call. */
@@ -260,8 +262,9 @@ PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
  */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is
- * valid until the next pc_run(), or color itself if there was nothing to do and no output was
- * given. Its rows are ordered as in color. A chain in which no pass has work is not an error. */
+ * valid until the next pc_run() or pc_prepare(), or color itself if there was nothing to do and no
+ * output was given. Its rows are ordered as in color. A chain in which no pass has work is not an
+ * error. */
 PC_API pc_result pc_run(pc_instance*, pc_chain*, const pc_frame*, pc_texture* result);
 
 typedef struct pc_frame_needs {

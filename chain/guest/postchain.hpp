@@ -34,7 +34,7 @@ inline pc_create_info create_info() {
     return info;
 }
 
-// Null on failure, with the text in pc_create_error().
+// Null on failure, with the text in pc_error().
 inline Instance create(const pc_create_info& info = create_info()) {
     pc_instance* instance = nullptr;
     pc_create(&info, &instance);

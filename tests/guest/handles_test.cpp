@@ -216,6 +216,77 @@ TEST(Handles, TwoThreadsOnOneObject) {
     prepare_and_run(guest, good, host.frame);
 }
 
+// A handle that a callback destroys within a call on it stays as it is.
+struct Destroyer {
+    pc_instance* instance = nullptr;
+    pc_chain* chain = nullptr;
+    int calls = 0;
+    void destroy() {
+        ++calls;
+        pc_destroy(instance);
+        EXPECT_STREQ(pc_error(), "instance: a call with it is not finished; destroy it afterwards");
+        pc_abandon(instance);
+        EXPECT_THAT(pc_error(), HasSubstr("destroy it afterwards"));
+        pc_chain_destroy(chain);
+        EXPECT_STREQ(pc_error(), "chain: a call with it is not finished; destroy it afterwards");
+    }
+};
+TEST(Handles, NoneIsDestroyedWithinItsCall) {
+    const auto host = canonical_frame(40, 24);
+    Destroyer destroyer;
+    auto info = pc::create_info();
+    info.user = &destroyer;
+    info.store_program = [](void* user, const char*, const void*, size_t) {
+        static_cast<Destroyer*>(user)->destroy();
+    };
+    make_host_context();
+    const pc::Instance guest = pc::create(info);
+    const auto made = chain("motion_blur");
+    destroyer.instance = guest.get();
+    destroyer.chain = made.get();
+    prepare_and_run(guest, made, host.frame);
+    EXPECT_GT(destroyer.calls, 0);
+}
+
+// Whatever pc_run() refuses, its result is the host's color.
+TEST(Handles, ARefusedRunGivesTheHostsColor) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("motion_blur");
+    auto gone = instance();
+    pc_instance* destroyed = gone.get();
+    gone.reset();
+    const std::pair<pc_instance*, pc_chain*> calls[] = {
+        {nullptr, made.get()}, {destroyed, made.get()}, {guest.get(), nullptr}};
+    for (const auto& [first, second] : calls) {
+        pc_texture result = {};
+        EXPECT_EQ(pc_run(first, second, &host.frame, &result), PC_ERROR_ARGUMENT);
+        EXPECT_EQ(result.name, host.frame.color.name) << pc_error();
+        EXPECT_EQ(result.width, 40);
+    }
+}
+
+// A GL error is found when the frame is dispatched already.
+TEST(Handles, ValidateGivesTheHostsColorAfterAnError) {
+    const auto host = canonical_frame(40, 24);
+    auto info = pc::create_info();
+    info.flags = PC_VALIDATE;
+    info.log = [](void*, int level, const char*) {
+        if (level == PC_LOG_WARNING) glEnable(0xffff);
+    };
+    make_host_context();
+    const pc::Instance guest = pc::create(info);
+    const auto made = chain("motion_blur");
+    pc_frame frame = host.frame;
+    const HostTexture output(GL_RGBA32F, 40, 24);
+    frame.output = output;
+    prepare_and_run(guest, made, frame);
+    glEnable(0xffff);
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, &result), PC_ERROR_GL);
+    EXPECT_EQ(result.name, frame.color.name) << pc_error();
+}
+
 TEST(Handles, FlagsAndMembersThatAreNotKnown) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance();

@@ -49,9 +49,9 @@ constexpr Convention kConventions[] = {
 bool use_conventions(std::string_view engine, pc_frame& frame) {
     for (const Convention& convention : kConventions) {
         if (convention.engine != engine) continue;
-        const float width = float(frame.width ? frame.width : frame.color.width - frame.color.x);
-        const float height =
-            float(frame.height ? frame.height : frame.color.height - frame.color.y);
+        const pc_texture& color = frame.color;
+        const auto width = float(frame.width ? frame.width : int64_t(color.width) - color.x);
+        const auto height = float(frame.height ? frame.height : int64_t(color.height) - color.y);
         frame.depth_encoding = convention.depth;
         frame.flags = (frame.flags & ~kFlags) | convention.flags;
         frame.motion_scale[0] = convention.scale_x * (convention.pixels ? 1 : width);

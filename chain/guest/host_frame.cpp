@@ -92,6 +92,11 @@ bool any(const float (&values)[16]) {
     return std::any_of(values, values + 16, [](float value) { return value != 0; });
 }
 
+// Texels from the first one to the texture's end, or the nearest int.
+int rest(int32_t side, int32_t first) {
+    return int(std::clamp(int64_t(side) - first, int64_t(INT32_MIN), int64_t(INT32_MAX)));
+}
+
 float scale_of(float given) {
     return given == 0 ? 1 : given;
 }
@@ -138,8 +143,8 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
     frame.given = given;
     if (given->color.name == 0)
         return {PC_ERROR_INPUT, "color: name 0; give the texture to filter"};
-    frame.width = given->width ? given->width : given->color.width - given->color.x;
-    frame.height = given->height ? given->height : given->color.height - given->color.y;
+    frame.width = given->width ? given->width : rest(given->color.width, given->color.x);
+    frame.height = given->height ? given->height : rest(given->color.height, given->color.y);
     if (frame.width <= 0 || frame.height <= 0)
         return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
                                        ": there is nothing to do")};

@@ -58,8 +58,9 @@ Failure check_motion(const pc_frame* given, const pc_texture& other_color, int s
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     if (frame.motion.name == 0)
         return {PC_ERROR_INPUT, "motion: name 0; give the texture to check"};
-    if (other_color.name == 0 || other_color.width - other_color.x < frame.width ||
-        other_color.height - other_color.y < frame.height)
+    if (other_color.name == 0 || other_color.x < 0 || other_color.y < 0 ||
+        other_color.width < frame.width || other_color.x > other_color.width - frame.width ||
+        other_color.height < frame.height || other_color.y > other_color.height - frame.height)
         return {PC_ERROR_INPUT, "other_color: not given, or it does not cover the frame"};
     const shared::GuestUniforms uniforms = uniforms_of(frame);
     const DensePacking packing;

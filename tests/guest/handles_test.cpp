@@ -287,6 +287,29 @@ TEST(Handles, ValidateGivesTheHostsColorAfterAnError) {
     EXPECT_EQ(result.name, frame.color.name) << pc_error();
 }
 
+// No sum or difference of a rectangle's members overflows.
+TEST(Handles, RectanglesBeyondTheIntegers) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("motion_blur");
+    pc_frame frame = host.frame;
+    frame.color.x = INT32_MIN;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("color: a frame of 2147483647x24 at -2147483648, 0 is not"));
+    ASSERT_EQ(pc_use_conventions("godot", &frame), PC_OK);
+    EXPECT_EQ(frame.motion_scale[0], -2147483688.0f);
+    int signs[2];
+    float margin = 0;
+    for (const int32_t x : {INT32_MIN, -1}) {
+        pc_texture other = host.color;
+        other.x = x;
+        EXPECT_EQ(pc_check_motion(guest.get(), &host.frame, &other, signs, &margin),
+                  PC_ERROR_INPUT);
+        EXPECT_THAT(pc_error(), HasSubstr("it does not cover the frame"));
+    }
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+}
+
 TEST(Handles, FlagsAndMembersThatAreNotKnown) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance();

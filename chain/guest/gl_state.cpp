@@ -22,8 +22,9 @@ void GlState::bind(unsigned target, unsigned index, const Buffer& buffer) {
                           GLsizeiptr(buffer.size));
 }
 
-void GlState::save(const gl::UsedUnits& used) {
+void GlState::save(const gl::UsedUnits& used, bool arrays) {
     used_ = used;
+    arrays_ = arrays;
     glGetIntegerv(GL_CURRENT_PROGRAM, &program_);
     glGetIntegerv(GL_UNIFORM_BUFFER_BINDING, &uniform_buffer_);
     uniform_ =
@@ -40,6 +41,7 @@ void GlState::save(const gl::UsedUnits& used) {
     for (int i = 0; i < used.textures; ++i) {
         glActiveTexture(GLenum(GL_TEXTURE0 + i));
         glGetIntegerv(GL_TEXTURE_BINDING_2D, &textures_[size_t(i)]);
+        if (arrays) glGetIntegerv(GL_TEXTURE_BINDING_2D_ARRAY, &array_textures_[size_t(i)]);
         glGetIntegerv(GL_SAMPLER_BINDING, &samplers_[size_t(i)]);
     }
     glActiveTexture(GLenum(active_texture_));
@@ -68,9 +70,10 @@ void GlState::restore() const {
         glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, GLuint(indirect_buffer_));
     }
     for (int i = 0; i < used_.textures; ++i) {
-        // Only the 2D binding: glBindTextureUnit(i, 0) would unbind the unit's other targets too.
+        // By target: glBindTextureUnit(i, 0) would unbind the unit's other targets too.
         glActiveTexture(GLenum(GL_TEXTURE0 + i));
         glBindTexture(GL_TEXTURE_2D, GLuint(textures_[size_t(i)]));
+        if (arrays_) glBindTexture(GL_TEXTURE_2D_ARRAY, GLuint(array_textures_[size_t(i)]));
         glBindSampler(GLuint(i), GLuint(samplers_[size_t(i)]));
     }
     glActiveTexture(GLenum(active_texture_));

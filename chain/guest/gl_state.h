@@ -8,11 +8,12 @@
 
 namespace postchain::guest {
 
-// Allocates nothing. save() reads the state that a plan with these units changes, and restore()
-// sets it again. reset() sets GL's initial values instead, and unbinds all targets of the units.
+// Allocates nothing. save() reads the state that a plan with these units changes, `arrays`: which
+// reads array textures, and restore() sets it again. reset() sets GL's initial values instead, and
+// unbinds all targets of the units.
 class GlState {
   public:
-    void save(const gl::UsedUnits& used);
+    void save(const gl::UsedUnits& used, bool arrays);
     void restore() const;
     static void reset(const gl::UsedUnits& used);
 
@@ -29,10 +30,11 @@ class GlState {
     static void bind(unsigned target, unsigned index, const Buffer& buffer);
 
     gl::UsedUnits used_;
+    bool arrays_ = false;
     int program_, uniform_buffer_, storage_buffer_, indirect_buffer_, active_texture_;
     Buffer uniform_;
     std::array<Buffer, kMax> storage_;
-    std::array<int, kMax> textures_, samplers_;
+    std::array<int, kMax> textures_, array_textures_, samplers_;
     std::array<Image, kMax> images_;
 };
 

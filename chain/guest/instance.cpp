@@ -32,6 +32,15 @@ Failure check_loader(const pc_create_info& info) {
     return {};
 }
 
+bool samples_arrays(const Plan& plan) {
+    for (const Step& step : plan.steps)
+        for (const auto& binding : step.bindings)
+            if (binding.access == Access::sample_nearest &&
+                plan.textures[size_t(binding.texture)].layers > 0)
+                return true;
+    return false;
+}
+
 }  // namespace
 
 Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& instance) {
@@ -209,7 +218,7 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
     }
     import(entry, aside);
     const gl::UsedUnits used = entry.compiled.used();
-    if (info_.state == PC_STATE_RESTORE) state_.save(used);
+    if (info_.state == PC_STATE_RESTORE) state_.save(used, entry.arrays);
     for (const int step : cold) {
         entry.compiled.warm_up(objects_->run, step);
         objects_->warm.insert(entry.compiled.program_of(step));
@@ -325,8 +334,9 @@ Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
     if (!compiled.ok()) return compiled.status();
     HostPlan about = host;
     about.plan = {};
+    const bool arrays = samples_arrays(compiled->plan());
     objects_->entries.push_back(std::unique_ptr<Entry>(
-        new Entry{std::move(purpose), std::move(about), std::move(*compiled), frames_}));
+        new Entry{std::move(purpose), std::move(about), std::move(*compiled), arrays, frames_}));
     entry = objects_->entries.back().get();
     return {};
 }
@@ -382,7 +392,7 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
         options.time_steps = timing_ > 1;
     }
     const gl::UsedUnits used = entry.compiled.used();
-    if (info_.state == PC_STATE_RESTORE) state_.save(used);
+    if (info_.state == PC_STATE_RESTORE) state_.save(used, entry.arrays);
     const Status status = entry.compiled.run(objects_->run, options);
     if (info_.state == PC_STATE_RESTORE) state_.restore();
     if (info_.state == PC_STATE_RESET) GlState::reset(used);

@@ -71,6 +71,7 @@ class Instance {
         Purpose purpose;
         HostPlan host;  // without its plan
         gl::CompiledPlan compiled;
+        bool arrays = false;  // it samples some
         uint64_t last_run = 0;
     };
     // The values of the last frame that its plan depends on.

@@ -32,11 +32,12 @@
  * chain. Only pc_prepare() compiles programs. */
 
 /* GL state: pc_run() changes program, uniform buffer 0, storage buffers, images, textures
- * (GL_TEXTURE_2D) and sampler objects of the first units (at most 16 of each), and the indirect
- * buffer. It leaves them as pc_state says. No call changes other state, such as framebuffer, vertex
- * array or pixel store. The error flag belongs to the host. The library reads it with PC_VALIDATE,
- * and after GL refused an allocation, so that this error does not stay set. libepoxy resolves GL
- * from EGL or GLX, whichever made the current context. */
+ * (GL_TEXTURE_2D, and GL_TEXTURE_2D_ARRAY for the debug view "fill") and sampler objects of the
+ * first units (at most 16 of each), and the indirect buffer. It leaves them as pc_state says. No
+ * call changes other state, such as framebuffer, vertex array or pixel store. The error flag
+ * belongs to the host. The library reads it with PC_VALIDATE, and after GL refused an allocation,
+ * so that this error does not stay set. libepoxy resolves GL from EGL or GLX, whichever made the
+ * current context. */
 #ifndef POSTCHAIN_POSTCHAIN_H
 #define POSTCHAIN_POSTCHAIN_H
 #include <stddef.h>

@@ -300,7 +300,9 @@ TEST(State, AHostileHostFindsAllOfItsOwn) {
     turned.flags = PC_MOTION_TO_NEXT;
     turned.output = output;
     turned.pre_exposure = 2;
-    for (const pc_frame* frame : {&plain, &turned})
+    pc_frame filled = plain;  // reads an array
+    filled.debug_view = "fill";
+    for (const pc_frame* frame : {&plain, &turned, &filled})
         for (const auto* one : {&made, &paper})
             ASSERT_EQ(pc_prepare(guest.get(), one->get(), frame, 1), PC_OK)
                 << pc_last_error(guest.get());
@@ -309,7 +311,7 @@ TEST(State, AHostileHostFindsAllOfItsOwn) {
     const int count = frames();
     int values = 0;
     for (int i = 0; i < count; ++i) {
-        pc_frame frame = i % 2 ? turned : plain;
+        pc_frame frame = i % 2 ? turned : i % 8 == 6 ? filled : plain;
         if (i % 7 == 3) frame.flags |= PC_CAMERA_CUT;
         if (i % 11 == 5) frame.focus_distance *= 1 + float(i) / 64;
         values = hostile.set();

@@ -32,6 +32,15 @@ Failure check_loader(const pc_create_info& info) {
     return {};
 }
 
+// Every program of frames of this kind, and the plan's, which may be of a debug view; each once.
+std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame, const Plan& plan) {
+    std::vector<ProgramKey> all = host_programs(chain, frame);
+    for (const Step& step : plan.steps)
+        if (std::find(all.begin(), all.end(), step.program) == all.end())
+            all.push_back(step.program);
+    return all;
+}
+
 bool samples_arrays(const Plan& plan) {
     for (const Step& step : plan.steps)
         for (const auto& binding : step.bindings)
@@ -172,9 +181,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
         prepared_programs_.clear();
         auto host = make_host_plan(chain.chain(), frame);
         if (!host.ok()) return host.status();
-        prepared_programs_ = host_programs(chain.chain(), frame);
-        // A debug view's own.
-        for (const Step& step : host->plan.steps) prepared_programs_.push_back(step.program);
+        prepared_programs_ = all_programs(chain.chain(), frame, host->plan);
         prepared_ = key;
         prepared_values_ = values;
     }
@@ -188,6 +195,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
             return program.status();
         ++compiled;
     }
+    if (!wait && compiled > 0) return {PC_PENDING, ""};
     const FrameKind kind = kind_of(frame, chain.id(), chain.revision());
     std::erase(prepared_kinds_, kind);
     prepared_kinds_.push_back(kind);
@@ -413,7 +421,7 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_f
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;
-    for (const ProgramKey& key : host_programs(chain.chain(), frame)) {
+    for (const ProgramKey& key : all_programs(chain.chain(), frame, host->plan)) {
         ++out.programs;
         if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
     }

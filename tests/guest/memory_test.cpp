@@ -115,5 +115,22 @@ TEST(Memory, AFramesNeedsAreKnownBefore) {
     }
 }
 
+// The programs of a debug view are counted too.
+TEST(Memory, ADebugViewsProgramsAreKnownBefore) {
+    const auto host = canonical_frame(64, 48);
+    const auto made = chain("motion_blur,fxaa");
+    for (const char* view : {"input.color", "0.motion_blur.moving_blocks", "fill"}) {
+        const auto guest = instance();
+        pc_frame frame = host.frame;
+        frame.debug_view = view;
+        auto needs = pc::make<pc_frame_needs>();
+        ASSERT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &needs), PC_OK) << pc_error();
+        prepare_and_run(guest, made, frame);
+        EXPECT_EQ(count(guest).programs, needs.programs) << view;
+        ASSERT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &needs), PC_OK);
+        EXPECT_EQ(needs.programs_to_compile, 0u) << view;
+    }
+}
+
 }  // namespace
 }  // namespace postchain::test

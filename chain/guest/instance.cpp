@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "chain/gl/debug.h"
 #include "chain/guest/validate.h"
@@ -50,6 +51,10 @@ bool samples_arrays(const Plan& plan) {
     return false;
 }
 
+Room larger(const Room& a, const Room& b) {
+    return {std::max(a.width, b.width), std::max(a.height, b.height)};
+}
+
 }  // namespace
 
 Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& instance) {
@@ -93,7 +98,7 @@ Failure Instance::open() {
         return {PC_ERROR_ARGUMENT,
                 concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
                        "; give both or neither, up to ", limit)};
-    room_ = {int(info_.max_width), int(info_.max_height)};
+    room_ = small_ = stated_room();
     return {};
 }
 
@@ -182,6 +187,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
         auto host = make_host_plan(chain.chain(), frame);
         if (!host.ok()) return host.status();
         prepared_programs_ = all_programs(chain.chain(), frame, host->plan);
+        std::erase(tight_chains_, chain.id());
         prepared_ = key;
         prepared_values_ = values;
     }
@@ -270,21 +276,38 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
 }
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
-    const Room room = room_for(frame), tight = {frame.width, frame.height};
+    const bool runs = std::exchange(newest_frame_, frames_) != frames_;  // not pc_prepare()
+    const Room room = room_for(handle, frame, runs), tight = {frame.width, frame.height};
     PlanKey key = key_of(frame, room, handle.id(), handle.revision());
     Failure failure = find_or_make(handle, frame, key, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
-    // Once more, without what other sizes hold, and in the frame's own size.
+    // Once more without what other plans hold, unless they run in turn with this one.
+    const bool in_turn = runs && forgot_ > 0 && frames_ <= forgot_ + kept_frames();
+    if (runs) forgot_ = frames_;
+    forget_all();
+    if (!in_turn) {
+        failure = find_or_make(handle, frame, key, entry);
+        if (failure.result != PC_ERROR_MEMORY) return failure;
+        forget_all();
+    }
+    if (room != tight || in_turn) {
+        key.room = tight;
+        failure = find_or_make(handle, frame, key, entry);
+        if (failure.result == PC_ERROR_MEMORY) forget_all();
+    }
+    room_ = states_room() || !failure.ok() ? stated_room() : tight;
+    if (!failure.ok() || !states_room()) return failure;
+    std::erase(tight_chains_, handle.id());
+    tight_chains_.push_back(handle.id());
+    if (tight_chains_.size() > kMaxEntries) tight_chains_.erase(tight_chains_.begin());
+    tight_room_ = tight;
+    return failure;
+}
+
+void Instance::forget_all() {
     objects_->entries.clear();
     objects_->pool.begin_frame();
     objects_->pool.trim(0);
-    key.room = room_ = tight;
-    failure = find_or_make(handle, frame, key, entry);
-    if (!failure.ok()) {
-        objects_->pool.trim(0);
-        room_ = {};
-    }
-    return failure;
 }
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame,
@@ -318,20 +341,23 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     return make(std::move(purpose), *host, entry);
 }
 
-Room Instance::room_for(const HostFrame& frame) {
-    const auto add = [&](Room& room) {
-        room = {std::max(room.width, frame.width), std::max(room.height, frame.height)};
-    };
+Room Instance::room_for(const ChainHandle& chain, const HostFrame& frame, bool runs) {
+    const Room own = {frame.width, frame.height}, stated = stated_room();
     // A texture that the host gets has the size of its frame, unless it stated another.
-    if (frame.output.name == 0 && !states_room()) return {frame.width, frame.height};
-    if (2 * frame.width > room_.width || 2 * frame.height > room_.height || states_room()) {
+    if (frame.output.name == 0 && !states_room()) return own;
+    if (std::find(tight_chains_.begin(), tight_chains_.end(), chain.id()) != tight_chains_.end())
+        return tight_room_ = larger(tight_room_, own);
+    const bool small = states_room()
+                           ? larger(stated, own) == stated
+                           : 2 * own.width <= room_.width && 2 * own.height <= room_.height;
+    if (!small) {
         small_frames_ = 0;
-        small_ = {};
-    } else {
-        add(small_);
+        small_ = stated;
+    } else if (runs) {
+        small_ = larger(small_, own);
         if (++small_frames_ > kept_frames()) room_ = small_;
     }
-    add(room_);
+    room_ = larger(room_, own);
     return room_;
 }
 
@@ -415,8 +441,7 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_f
     auto host = make_host_plan(chain.chain(), frame);
     if (!host.ok()) return host.status();
     Room room = {frame.width, frame.height};
-    if (frame.output.name != 0 || states_room())
-        room = {std::max(room.width, room_.width), std::max(room.height, room_.height)};
+    if (frame.output.name != 0 || states_room()) room = larger(room, room_);
     const StoragePlan storage = share_storage(host->plan, room);
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();

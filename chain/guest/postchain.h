@@ -106,8 +106,9 @@ typedef struct pc_create_info {
     uint32_t keep_frames;    /* a texture is freed after this many pc_run() without use; 0 = 8 */
     uint32_t reserved;
     /* The largest frame: textures are made for it, and a frame of any size up to it costs values
-     * alone. A larger one is filtered too, with new textures. 0 = the largest frame seen, if the
-     * host gives `output`; textures shrink after keep_frames frames of half its sides at most. */
+     * alone. A larger one is filtered too, with new textures, for keep_frames frames. 0 = the
+     * largest frame seen, if the host gives `output`; textures shrink after keep_frames frames of
+     * half its sides at most. */
     uint32_t max_width, max_height;
     /* A cache of program binaries; each may be NULL. Called within [GL] calls. Instances and
      * processes may share it: keys tell devices, drivers and versions of a program apart, and bytes

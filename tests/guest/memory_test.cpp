@@ -132,5 +132,19 @@ TEST(Memory, ADebugViewsProgramsAreKnownBefore) {
     }
 }
 
+// What a frame that does not fit had allocated already is freed at once.
+TEST(Memory, ARefusedFrameKeepsNothing) {
+    const auto host = canonical_frame(64, 48);
+    const auto made = chain("motion_blur,depth_of_field,fxaa");
+    auto needs = pc::make<pc_frame_needs>();
+    ASSERT_EQ(pc_query_frame(instance().get(), made.get(), &host.frame, &needs), PC_OK);
+    auto info = pc::create_info();
+    info.texture_budget = needs.texture_bytes - 1;
+    const pc::Instance guest = pc::create(info);
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_ERROR_MEMORY);
+    EXPECT_GT(count(guest).texture_allocations, 1u);
+    EXPECT_EQ(count(guest).texture_bytes, 0u);
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -271,5 +271,75 @@ TEST(Sizes, AFrameThatFitsTheBudgetIsFiltered) {
     EXPECT_LE(count(guest).texture_bytes_peak, 4u << 20);
 }
 
+// Textures that one larger frame needed go again.
+TEST(Sizes, ALargerFrameThanStatedIsForgotten) {
+    const auto made = chain("motion_blur,fxaa");
+    const auto guest = instance_for(64, 48);
+    const auto usual = canonical_frame(60, 40), large = canonical_frame(70, 50);
+    prepare_and_run(guest, made, usual.frame);
+    const uint64_t before = count(guest).texture_bytes;
+    EXPECT_EQ(prepare_and_run(guest, made, large.frame).width, 70);
+    pc_texture result = {};
+    for (int i = 0; i < 30; ++i)
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &usual.frame, &result), PC_OK);
+    EXPECT_EQ(count(guest).texture_bytes, before);
+    EXPECT_EQ(result.width, 64);
+}
+
+// Only frames that ran shrink textures: a host that loads calls pc_prepare() again and again.
+TEST(Sizes, PreparingShrinksNothing) {
+    const auto made = chain("motion_blur,fxaa");
+    const auto guest = instance_for(0, 0);
+    const auto large = canonical_frame(kMaxWidth, kMaxHeight), small = canonical_frame(64, 20);
+    const HostTexture output(GL_RGBA32F, kMaxWidth, kMaxHeight);
+    pc_frame frame = large.frame, other = small.frame;
+    frame.output = other.output = output;
+    prepare_and_run(guest, made, frame);
+    const uint64_t before = count(guest).texture_allocations;
+    for (int i = 0; i < 40; ++i)
+        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &other, 0), PC_OK) << pc_error();
+    ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+    EXPECT_EQ(count(guest).texture_allocations, before);
+}
+
+// Textures of the stated size that fit the budget only without another chain's replace those. A
+// chain that does not fit at all gets its frame's size, and no other chain does.
+TEST(Sizes, TheStatedSizeStaysWhenTheBudgetIsSpent) {
+    make_host_context();
+    const auto host = canonical_frame(64, 48);
+    const HostTexture half(GL_RGBA16F, 64, 48);
+    const auto blur = chain("motion_blur,depth_of_field"), fxaa = chain("fxaa");
+    pc_frame halves = host.frame;
+    halves.color = half;
+    halves.flags |= PC_HALF_PLANES;
+    auto info = pc::create_info();
+    info.max_width = info.max_height = 256;
+    const auto bytes = [&](const pc::Chain& made, const pc_frame& frame) {
+        auto needs = pc::make<pc_frame_needs>();
+        const pc::Instance any = pc::create(info);
+        EXPECT_EQ(pc_query_frame(any.get(), made.get(), &frame, &needs), PC_OK) << pc_error();
+        return needs.texture_bytes;
+    };
+    info.texture_budget = std::max(bytes(blur, host.frame), bytes(fxaa, halves));
+    const pc::Instance guest = pc::create(info);
+    EXPECT_EQ(prepare_and_run(guest, blur, host.frame).width, 256);
+    EXPECT_EQ(prepare_and_run(guest, fxaa, halves).width, 256);
+    for (int i = 0; i < 12; ++i) prepare_and_run(guest, fxaa, halves);
+    EXPECT_EQ(prepare_and_run(guest, blur, host.frame).width, 256);
+    // In turn they do not make each other's textures again in every frame.
+    uint64_t before = 0;
+    for (int i = 0; i < 20; ++i) {
+        if (i == 4) before = count(guest).texture_allocations;
+        ASSERT_EQ(pc_run(guest.get(), fxaa.get(), &halves, nullptr), PC_OK) << pc_error();
+        ASSERT_EQ(pc_run(guest.get(), blur.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    }
+    EXPECT_EQ(count(guest).texture_allocations, before);
+    info.texture_budget = bytes(fxaa, host.frame);
+    const pc::Instance tight = pc::create(info);
+    EXPECT_EQ(prepare_and_run(tight, blur, host.frame).width, 64);
+    EXPECT_EQ(prepare_and_run(tight, fxaa, host.frame).width, 256);
+    EXPECT_EQ(prepare_and_run(tight, blur, host.frame).width, 64);
+}
+
 }  // namespace
 }  // namespace postchain::test

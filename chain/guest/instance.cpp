@@ -324,9 +324,10 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     if (!host.ok()) return host.status();
     ++plans_;
     for (const auto& known : objects_->entries) {
-        if (known->purpose.key.room != key.room ||
-            !gl::same_shape(known->compiled.plan(), host->plan))
-            continue;
+        const PlanKey& other = known->purpose.key;
+        const bool replaced = other.chain == key.chain && other.revision < key.revision;
+        if (!replaced && known->last_run + kept_frames() >= frames_) continue;
+        if (other.room != key.room || !gl::same_shape(known->compiled.plan(), host->plan)) continue;
         known->compiled.take_values(std::move(host->plan));
         known->purpose = std::move(purpose);
         known->host = std::move(*host);

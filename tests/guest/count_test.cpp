@@ -229,6 +229,27 @@ TEST(Count, ShapesThatAreKnownPlanAndAllocateNothing) {
     EXPECT_EQ(count(guest).plans_made, plans);
 }
 
+// Chains of the same passes that run in turn, as those of several views, have a plan each.
+TEST(Count, ChainsOfOneShapeKeepTheirPlans) {
+    const auto host = canonical_frame(64, 48);
+    const auto guest = instance(0, PC_STATE_RESET);
+    const pc::Chain chains[] = {chain(kPasses), chain(kPasses), chain(kPasses)};
+    for (int i = 0; i < 3; ++i) {
+        set(chains[i], PC_CAMERA, "shutter_frames", 0.3 + 0.1 * i);
+        prepare_and_run(guest, chains[i], host.frame);
+    }
+    const pc_counters before = count(guest);
+    for (int i = 0; i < 12; ++i) {
+        const uint64_t already = allocations();
+        const pc_result result = pc_run(guest.get(), chains[i % 3].get(), &host.frame, nullptr);
+        const uint64_t made_here = allocations() - already;
+        ASSERT_EQ(result, PC_OK) << pc_error();
+        EXPECT_EQ(made_here, 0u) << "frame " << i;
+    }
+    EXPECT_EQ(count(guest).plans_made, before.plans_made);
+    EXPECT_EQ(count(guest).texture_allocations, before.texture_allocations);
+}
+
 // A cut, a closed shutter, a long focus pull, bounds, matrices, gain: none was there when
 // pc_prepare() compiled the programs.
 void compiles_nothing_after_prepare(const pc::Chain& made) {

@@ -49,7 +49,7 @@ void PassPlanner::step(Step step) {
     const auto groups = step.spread.of(frame_size());
     step.groups[0] = groups[0];
     step.groups[1] = groups[1];
-    // Of a frame of any size: the taps of the step are those of this one.
+    // The same for frames of all sizes; the step's taps are those of this one.
     const auto of_plane = uint64_t(groups[0]) * uint64_t(groups[1]) * uint64_t(step.groups[2]);
     if (step.group_taps == 0 && step.taps > 0)
         step.group_taps = (step.taps + of_plane - 1) / of_plane;

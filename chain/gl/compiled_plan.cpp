@@ -58,7 +58,13 @@ std::string name_of_step(const Plan& plan, const Step& step) {
 }  // namespace
 
 bool same_shape(const Plan& a, const Plan& b) {
+    // The least edge of a tile decides how large textures are (chain/storage.h).
+    const auto same_tiles = [](const PlanPass& x, const PlanPass& y) {
+        return x.tiles.least_px == y.tiles.least_px;
+    };
     if (a.steps.size() != b.steps.size() || a.outputs != b.outputs ||
+        !std::equal(a.passes.begin(), a.passes.end(), b.passes.begin(), b.passes.end(),
+                    same_tiles) ||
         !std::equal(a.textures.begin(), a.textures.end(), b.textures.begin(), b.textures.end(),
                     same_on_all_sizes))
         return false;

@@ -1,5 +1,6 @@
-// Textures and work lists by (format, width, height), acquired and released by the executor;
-// nothing is freed until the pool is trimmed, so that the second frame of a size allocates nothing.
+// Textures and work lists by (format, width, height, layers), acquired and released by the
+// executor; nothing is freed until the pool is trimmed, so that the second frame of a size
+// allocates nothing.
 #pragma once
 
 #include <cstdint>

@@ -247,8 +247,8 @@ class Gather {
         return color;
     }
 
-    // The samples of a set. Of the shutter alone a search begins at the surface to which that of
-    // the time sample before has led.
+    // The samples of a set. With the shutter alone, a search begins at the surface that the search
+    // of the previous time sample has found.
     void add_set(Sums& sums, const Pixel& pixel, const SampleSet& set) const {
         Surface begin = *pixel.surface;
         for (int k = 0; k < set.n; ++k) {

@@ -27,7 +27,7 @@ class Comparison {
             for (int x = 0; x < columns_; ++x) cells_.push_back(light_of(x, y));
     }
 
-    // Of surface s, seen in the neighbor's pixel x, y.
+    // Is the light other around surface s, seen in the neighbor's pixel x, y?
     bool has_other_light(const Surface& s, int x, int y) const {
         if (s.inverse_depth < 0 || shown_here(s, x, y)) return false;
         for (int ring = 0; ring <= kRings; ++ring) {

@@ -104,6 +104,7 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
     for (int step = 0; step < kNeighborSteps; ++step) {
         const Vec x = neighbor.inside(rounded(p - d));
         const Surface& s = neighbor.surface(x);
+        if (s.inverse_depth < 0) return;  // no search may find it
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
             !nearer(s.inverse_depth, nearest.inverse_depth, now) ||

@@ -15,5 +15,6 @@ bool shown_here(usampler2D surfaces_here, Surface s, ivec2 x, out ivec2 at) {
     const Surface t = unpack_surface(texelFetch(surfaces_here, at, 0));
     precise const vec2 da = s.a - t.a;
     return !t.edge && one_depth(s.inverse_depth, t.inverse_depth) &&
-           dot(da, da) <= kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a);
+           precise_dot(da, da) <=
+               kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * precise_dot(t.a, t.a);
 }

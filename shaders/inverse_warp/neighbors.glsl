@@ -58,7 +58,7 @@ bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
 
 // Searches one neighbor, from surface `begin`, for one nearer than `nearest` and no farther than
 // the inverse depth `farthest`. Edge pixels, which mix two surfaces, count only if nothing else is
-// found.
+// found. A pixel that no search may find ends it.
 void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthest,
                      inout Found nearest) {
     const Sample then = seen_from(frame, now);
@@ -69,6 +69,7 @@ void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthes
         precise const vec2 to = p + floor(0.5 - d);
         const vec2 x = inside_of(to);
         const Surface s = surface_in(frame, ivec2(x));
+        if (s.inverse_depth < 0.0) break;
         d = displacement_from_neighbor(s, then);
         precise const vec2 off = abs(x - p + d), at = p - d;
         if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0.0) ||

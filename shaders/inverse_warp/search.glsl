@@ -139,7 +139,7 @@ bool next_start(inout Search s, Pixel pixel, Sample now) {
 }
 
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
-// first. Of the shutter alone `begin` becomes the surface found from it: the search of the next
+// first. With the shutter alone, `begin` becomes the surface found from it: the search of the next
 // time sample begins there.
 Search search(Pixel pixel, Sample now, inout Surface begin) {
     Search s = begin_search(pixel, now, begin);

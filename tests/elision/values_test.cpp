@@ -60,6 +60,20 @@ void enlarge(RandomCase& one, Random& random) {
             if (row.optional && random.chance(0.5)) row.set(link.pass->parameters(), {});
 }
 
+// The largest tiles decide how large textures are made, and programs and steps do not tell.
+TEST(Values, AnotherTileEdgeIsAnotherShape) {
+    const TestFrame frame = layered_frame(96, 64, {23.0f, -11.0f}, {17.0f, 3.0f}, 5);
+    const auto plan_of = [&](int64_t tile_px) {
+        const Chain chain =
+            chain_of("motion_blur", {{"mode", "guertin"}, {"max_blur_px", tile_px}});
+        auto plan = make_plan(chain, frame.description, {});
+        EXPECT_TRUE(plan.ok()) << plan.status().message();
+        return std::move(*plan);
+    };
+    EXPECT_TRUE(gl::same_shape(plan_of(16), plan_of(16)));
+    EXPECT_FALSE(gl::same_shape(plan_of(16), plan_of(64)));
+}
+
 TEST(Values, APlanWithAnothersValuesIsThatPlan) {
     int same = 0, others = 0, moved = 0;
     for (uint64_t i = 0; i < 4000; ++i) {

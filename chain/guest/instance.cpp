@@ -222,9 +222,9 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
 bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
     std::vector<int> cold;
     for (int i = 0; i < int(entry.compiled.plan().steps.size()); ++i)
-        if (!objects_->warm.contains(entry.compiled.program_of(i))) cold.push_back(i);
+        if ((wait || cold.empty()) && !objects_->warm.contains(entry.compiled.program_of(i)))
+            cold.push_back(i);
     if (cold.empty()) return true;
-    if (!wait) cold.resize(1);
     HostFrame aside = frame;
     if (entry.host.writes_output) {
         glCreateTextures(GL_TEXTURE_2D, 1, &aside.output.name);

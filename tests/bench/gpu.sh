@@ -62,7 +62,7 @@ for name in $names; do
 done
 log selftest "$programs/pass_selftest"
 for size in $sizes; do
-    log "$size" "$programs/gpu_bench" --size="$size" --iterations="$iterations" --only="$only" \
+    log "$size" "$programs/gpu_bench" --size="$size" --iterations="$iterations" ${only:+"--only=$only"} \
         --steps
 done
 log "a guest's frame on the CPU" "$programs/guest_bench"

@@ -52,7 +52,7 @@ struct ExecutorOptions {
     bool labels = false;       // names of steps and textures for GL debuggers (KHR_debug)
 };
 
-// What filter() runs next.
+// The next run of filter().
 struct NextRun {
     const Plan* plan = nullptr;
     const SharedPlanes* planes = nullptr;  // filter() gets the same ones

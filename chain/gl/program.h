@@ -77,7 +77,7 @@ class ProgramCache {
     }
 
   private:
-    // What the compiler may still be at.
+    // A program that may still be compiling.
     struct Begun {
         unsigned shader = 0, program = 0;  // GL's
         std::vector<std::string> files;    // of the source, by number

@@ -67,8 +67,8 @@ struct PlanKey {
 };
 PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_t revision);
 
-// What selects programs, beside the planes that a frame may lack: pc_prepare() compiles those of
-// all frames of one kind. docs/integration.md lists the members.
+// The values that select programs, beside the planes that a frame may lack: pc_prepare() compiles
+// the programs of all frames of one kind. docs/integration.md lists the members.
 struct FrameKind {
     uint64_t chain = 0, revision = 0;
     uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION

@@ -28,7 +28,7 @@ class Planner : private SurfacePlanner {
         from.background = add_background(from.surfaces);
         if (layered_) from.occupied = add_occupied(from.neighbors);
         const Hint hint = add_hint();
-        Colors result = {picture("color", planner_.context().color_format()), -1};
+        Colors result = {planner_.texture("color", planner_.context().color_format()), -1};
         if (layered_) result.layers = layer_images("layers");
         const Soft soft = settings_.denoise ? add_soft() : Soft();
         add_tables(from);
@@ -195,9 +195,9 @@ class Planner : private SurfacePlanner {
         if (!settings_.shutter) {
             if (!planner_.has(Role::hint) || !planner_.wanted(Role::hint)) return {};
             const TextureId given = planner_.input(Role::hint);
-            return {given, picture("hint", planner_.describe(given).format)};
+            return {given, planner_.texture("hint", planner_.describe(given).format)};
         }
-        if (planner_.wanted(Role::hint)) return {-1, picture("hint", Format::rg8)};
+        if (planner_.wanted(Role::hint)) return {-1, planner_.texture("hint", Format::rg8)};
         planner_.elide({.kind = ElisionKind::output,
                         .item = "hint",
                         .rule = kRuleUnusedStep,
@@ -208,10 +208,10 @@ class Planner : private SurfacePlanner {
 
     Soft add_soft() {
         Soft soft;
-        soft.gathered.color = picture("gathered", planner_.context().color_format());
-        soft.blurred.color = picture("soft", planner_.context().color_format());
+        soft.gathered.color = planner_.texture("gathered", planner_.context().color_format());
+        soft.blurred.color = planner_.texture("soft", planner_.context().color_format());
         // In halves the determinant of a narrow streak would be lost in rounding.
-        soft.spread = picture("spread", Format::rgba32f);
+        soft.spread = planner_.texture("spread", Format::rgba32f);
         if (!layered_) return soft;
         soft.gathered.layers = layer_images("layers_gathered");
         soft.blurred.layers = layer_images("layers_soft");

@@ -33,10 +33,6 @@ SurfacePlanner::SurfacePlanner(PassPlanner& planner, const Settings& settings)
       blocks_(groups_for(frame_.width, frame_.height)),
       pixels_(frame_.pixels()) {}
 
-TextureId SurfacePlanner::picture(const std::string& name, Format format) {
-    return planner_.texture(name, format);
-}
-
 Step SurfacePlanner::make_step(const std::string& name) const {
     Step step;
     step.name = name;
@@ -82,7 +78,7 @@ Step SurfacePlanner::make_surface_step_of(std::optional<Neighbor> neighbor,
 TextureId SurfacePlanner::add_surfaces_of_planes(std::optional<Neighbor> neighbor) {
     const auto role = [&](Role of) { return role_in(neighbor, of); };
     const TextureId of_planes =
-        picture("surfaces_of_planes" + suffix_of(neighbor), surface_format());
+        planner_.texture("surfaces_of_planes" + suffix_of(neighbor), surface_format());
     const bool back = motion_ && planner_.has(role(Role::motion_back));
     Step step = make_surface_step_of(neighbor, "surfaces");
     step.program.defines["BACK"] = flag(back);
@@ -116,7 +112,7 @@ TextureId SurfacePlanner::add_light(Neighbor neighbor, TextureId of_planes,
 TextureId SurfacePlanner::add_shown_surfaces(std::optional<Neighbor> neighbor, TextureId of_planes,
                                              std::vector<Binding> light) {
     const std::string suffix = suffix_of(neighbor);
-    const TextureId shown = picture("shown" + suffix, Format::r32ui);
+    const TextureId shown = planner_.texture("shown" + suffix, Format::r32ui);
     Step edges = make_surface_step_of(neighbor, "bright_edges");
     edges.bindings = {{0, planner_.input(role_in(neighbor, Role::color))},
                       {1, of_planes},
@@ -124,7 +120,7 @@ TextureId SurfacePlanner::add_shown_surfaces(std::optional<Neighbor> neighbor, T
     edges.taps = 10 * pixels_;
     planner_.step(std::move(edges));
 
-    const TextureId surfaces = picture("surfaces" + suffix, surface_format());
+    const TextureId surfaces = planner_.texture("surfaces" + suffix, surface_format());
     Step step = make_surface_step_of(neighbor, "shown_surfaces");
     step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
     if (neighbor) step.program.defines["FRAME"] = frame_of(*neighbor);

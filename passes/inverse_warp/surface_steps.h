@@ -25,8 +25,6 @@ class SurfacePlanner {
     // around them.
     TextureId add_surfaces_of(Neighbor neighbor, TextureId surfaces_here);
 
-    // A texture of the frame's size.
-    TextureId picture(const std::string& name, Format format);
     // A step over all pixels.
     Step make_step(const std::string& name) const;
     // For every step that reads surfaces.

@@ -1,5 +1,5 @@
-// What `postchain selftest` says of each pass, in a build of the core, which has no files and no
-// chains of files: each pass with its defaults over the reduced stability matrix (fp32), against
+// The rows of `postchain selftest` for each pass, in a build of the core, which reads neither files
+// nor chain files: each pass with its defaults over the reduced stability matrix (fp32), against
 // its double-precision reference; the same bits when repeated and with nothing left out.
 #include <cstdio>
 

@@ -132,7 +132,7 @@ TEST(Memory, ADebugViewsProgramsAreKnownBefore) {
     }
 }
 
-// What a frame that does not fit had allocated already is freed at once.
+// The textures of a frame that does not fit are freed at once.
 TEST(Memory, ARefusedFrameKeepsNothing) {
     const auto host = canonical_frame(64, 48);
     const auto made = chain("motion_blur,depth_of_field,fxaa");

@@ -111,7 +111,7 @@ Failure check_numbers(const pc_frame& given) {
         if (!std::isfinite(given.view_projection[i]) ||
             !std::isfinite(given.other_view_projection[i]))
             return {PC_ERROR_CHAIN, concat("view_projection: element ", i, " is not finite")};
-    constexpr uint32_t kFrameFlags = 2 * PC_GIVEN_SHUTTER - 1;
+    constexpr uint32_t kFrameFlags = 2 * PC_HALF_RESOLUTION - 1;
     if ((given.flags & ~kFrameFlags) != 0)
         return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
                                          " has a bit that this library does not know")};
@@ -274,6 +274,13 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
     if (given->debug_view && strnlen(given->debug_view, kLongestView + 1) > kLongestView)
         return {PC_ERROR_ARGUMENT, concat("debug_view: longer than ", kLongestView, " letters")};
     if (Failure failure = check_numbers(*given); !failure.ok()) return failure;
+    if (frame.halved()) {
+        if (frame.output.name == 0 || frame.output.name == frame.color.name)
+            return {PC_ERROR_INPUT,
+                    "output: PC_HALF_RESOLUTION needs one, and not the texture of color"};
+        if (given->debug_view && *given->debug_view)
+            return {PC_ERROR_ARGUMENT, "debug_view: give it without PC_HALF_RESOLUTION"};
+    }
     frame.sky = frame.motion.name && frame.depth.name && any(given->view_projection) &&
                 any(given->other_view_projection);
     return {};
@@ -312,17 +319,18 @@ Failure check_deeper(const HostFrame& frame) {
 FrameDescription describe(const HostFrame& frame, const Chain& chain) {
     const pc_frame& given = *frame.given;
     FrameDescription description;
-    description.width = description.display_width = frame.width;
-    description.height = description.display_height = frame.height;
+    description.width = description.display_width = frame.plane_width();
+    description.height = description.display_height = frame.plane_height();
     description.pixel_aspect = double(scale_of(given.pixel_aspect));
     description.frame_number = int(given.frame_number & 0x7fffffff);
     description.planes = {Role::color};
     if (frame.depth.name) description.planes.add(Role::inverse_depth);
     if (frame.motion.name) description.planes.add(Role::motion);
-    if (frame.shows_fill()) {
+    if (frame.shows_fill() || frame.halved()) {
         description.planes.add(Role::layers);
         description.layers = 1;
-        description.fill_layer = 0;
+        description.fill_layer = frame.shows_fill() ? 0 : -1;
+        description.bounds.layers_are_half = true;
     }
     description.without_mattes = frame.mask.name == 0;
     if (!description.without_mattes) {
@@ -349,7 +357,8 @@ FrameDescription describe(const HostFrame& frame, const Chain& chain) {
     FrameBounds& bounds = description.bounds;
     bounds.camera_cut = frame.flag(PC_CAMERA_CUT);
     bounds.color_is_half = frame.color.format->half && !frame.has_gain();
-    if (given.max_speed_px > 0) bounds.max_speed_px = double(given.max_speed_px);
+    if (given.max_speed_px > 0)
+        bounds.max_speed_px = double(given.max_speed_px) * (frame.halved() ? 0.5 : 1);
     if (given.nearest > 0) bounds.max_inverse_depth = 1 / double(given.nearest);
     if (given.farthest > 0) bounds.min_inverse_depth = 1 / double(given.farthest);
     return description;
@@ -361,7 +370,7 @@ PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_
     key.chain = chain;
     key.revision = revision;
     key.room = room;
-    key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
+    key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION | PC_HALF_RESOLUTION);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
     key.cases = {frame.color_in_place(),
@@ -383,7 +392,7 @@ PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_
 FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
     FrameKind kind{chain,
                    revision,
-                   frame.given->flags & (PC_HALF_PLANES | PC_NO_ELISION),
+                   frame.given->flags & (PC_HALF_PLANES | PC_NO_ELISION | PC_HALF_RESOLUTION),
                    frame.depth.name != 0,
                    frame.motion.name != 0,
                    frame.mask.name != 0,
@@ -414,6 +423,8 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
         return concat("debug_view: pc_prepare() was not called with \"", kind.debug_view.data(),
                       "\"", remedy);
     if ((flags & PC_HALF_PLANES) != 0) return flag("PC_HALF_PLANES", PC_HALF_PLANES) + remedy;
+    if ((flags & PC_HALF_RESOLUTION) != 0)
+        return flag("PC_HALF_RESOLUTION", PC_HALF_RESOLUTION) + remedy;
     if (flags != 0) return flag("PC_NO_ELISION", PC_NO_ELISION) + remedy;
     if (kind.exposure != nearest->exposure) return given("exposure", kind.exposure) + remedy;
     if (kind.depth && !nearest->depth) return given("depth", true) + remedy;
@@ -457,7 +468,8 @@ FrameValues values_of(const HostFrame& frame) {
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     shared::GuestUniforms uniforms{};
-    uniforms.size = {frame.width, frame.height};
+    uniforms.size = {frame.plane_width(), frame.plane_height()};
+    uniforms.full_size = {frame.width, frame.height};
     uniforms.color_at = {given.color.x, given.color.y};
     uniforms.depth_at = {given.depth.x, given.depth.y};
     uniforms.motion_at = {given.motion.x, given.motion.y};
@@ -505,12 +517,14 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
             affine(0, 1);
     }
     const bool to_next = frame.flag(PC_MOTION_TO_NEXT);
-    uniforms.motion_scale = {scale_of(given.motion_scale[0]), scale_of(given.motion_scale[1])};
+    const float part = frame.halved() ? 0.5f : 1.0f;  // pixels of the planes in one of the frame
+    uniforms.motion_scale = {part * scale_of(given.motion_scale[0]),
+                             part * scale_of(given.motion_scale[1])};
     uniforms.motion_bias = {given.motion_bias[0], given.motion_bias[1]};
     if (frame.flag(PC_MOTION_JITTERED)) {
         const float sign = to_next ? -1.0f : 1.0f;
-        uniforms.motion_jitter = {sign * (given.jitter_px[0] - given.other_jitter_px[0]),
-                                  sign * (given.jitter_px[1] - given.other_jitter_px[1])};
+        uniforms.motion_jitter = {part * sign * (given.jitter_px[0] - given.other_jitter_px[0]),
+                                  part * sign * (given.jitter_px[1] - given.other_jitter_px[1])};
     }
     uniforms.gain = given.pre_exposure == 0 ? 1 : 1 / given.pre_exposure;
     if (frame.sky) {

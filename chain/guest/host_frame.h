@@ -37,12 +37,16 @@ struct HostFrame {
 
     bool flag(uint32_t bit) const { return (given->flags & bit) != 0; }
     bool top_left() const { return flag(PC_TOP_LEFT); }
+    // The size of the planes that passes see.
+    int plane_width() const { return halved() ? (width + 1) / 2 : width; }
+    int plane_height() const { return halved() ? (height + 1) / 2 : height; }
+    bool halved() const { return flag(PC_HALF_RESOLUTION); }
     // Whether passes see color multiplied by a factor.
     bool has_gain() const;
     // Whether passes can read this texture as it is, apart from its values.
     bool is_plane(const HostTexture& texture) const {
         return texture.at_origin && top_left() && !texture.array && texture.image.level == 0 &&
-               texture.width == width && texture.height == height;
+               texture.width == width && texture.height == height && !halved();
     }
     bool color_in_place() const { return is_plane(color) && !has_gain(); }
     bool depth_in_place() const {
@@ -86,7 +90,7 @@ PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_
 // the programs of all frames of one kind. docs/integration.md lists the members.
 struct FrameKind {
     uint64_t chain = 0, revision = 0;
-    uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION
+    uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION, PC_HALF_RESOLUTION
     bool depth = false, motion = false, mask = false, exposure = false;
     uint32_t arrays = 0;  // HostFrame::arrays()
     std::array<char, 64> debug_view = {};

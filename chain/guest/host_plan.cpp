@@ -15,10 +15,12 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
-ProgramKey import_program(bool exposure, uint32_t arrays) {
+ProgramKey import_program(bool exposure, uint32_t arrays, bool halved) {
     constexpr uint32_t kImported = GUEST_ARRAY_COLOR | GUEST_ARRAY_DEPTH | GUEST_ARRAY_MOTION;
     return {"guest/import.comp",
-            {{"EXPOSURE", flag(exposure)}, {"ARRAYS", std::to_string(arrays & kImported)}}};
+            {{"EXPOSURE", flag(exposure)},
+             {"ARRAYS", std::to_string(arrays & kImported)},
+             {"HALF", flag(halved)}}};
 }
 
 ProgramKey mask_program(uint32_t arrays) {
@@ -29,6 +31,13 @@ ProgramKey export_program(bool exposure) {
     return {"guest/export.comp", {{"EXPOSURE", flag(exposure)}}};
 }
 
+ProgramKey half_export_program(bool exposure, uint32_t arrays) {
+    return {"guest/export_half.comp",
+            {{"EXPOSURE", flag(exposure)}, {"ARRAYS", std::to_string(arrays & GUEST_ARRAY_COLOR)}}};
+}
+
+const ProgramKey kSharpnessStart = {"guest/sharpness_start.comp", {}};
+
 class Builder {
   public:
     Builder(Plan plan, const HostFrame& frame) : frame_(frame) { host_.plan = std::move(plan); }
@@ -36,7 +45,9 @@ class Builder {
     Result<HostPlan> build() {
         const char* view = frame_.given->debug_view;
         Status status;
-        if (frame_.shows_fill()) {
+        if (frame_.halved()) {
+            add_half_output();
+        } else if (frame_.shows_fill()) {
             add_fill_view();
         } else if (view && *view) {
             status = add_debug_view(view);
@@ -54,7 +65,7 @@ class Builder {
         plan().outputs.clear();
         if (host_.result >= 0) plan().outputs[Role::color] = host_.result;
         find_lifetimes(plan(), outputs);
-        fit(plan(), frame_.width, frame_.height);
+        fit(plan(), frame_.plane_width(), frame_.plane_height());
         return std::move(host_);
     }
 
@@ -148,17 +159,39 @@ class Builder {
         host_.result = add_target();
         step.bindings = {{0, color}, {0, host_.result, Access::write}};
         bind_exposure(step);
-        step.taps = uint64_t(frame_.width) * uint64_t(frame_.height);
+        step.taps = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
         plan().steps.push_back(std::move(step));
     }
 
-    // The frame's only layer.
-    void add_fill_view() {
-        const TextureId start = input(Role::layers), mask = plan().outputs.at(Role::layers);
+    // Makes the frame's only layer, and returns it as the chain leaves it.
+    TextureId begin_layer(const char* name, const ProgramKey& program) {
+        const TextureId start = input(Role::layers), layer = plan().outputs.at(Role::layers);
         plan().textures[size_t(start)].imported = false;
-        Step begin = make_step(add_pass("fill"), "fill_start", {"guest/fill_start.comp", {}});
+        Step begin = make_step(add_pass("layer"), name, program);
         begin.bindings = {{0, start, Access::write}};
         plan().steps.insert(plan().steps.begin(), std::move(begin));
+        return layer;
+    }
+
+    void add_half_output() {
+        const TextureId sharpness = begin_layer("sharpness_start", kSharpnessStart);
+        Step step = make_step(add_pass("export"), "export",
+                              half_export_program(has_exposure(), frame_.arrays()));
+        host_.result = add_target();
+        host_.color = add_texture("host.color", Format::rgba32f, true);
+        step.bindings = {{0, plan().outputs.at(Role::color)},
+                         {1, input(Role::color)},
+                         {2, sharpness},
+                         {4, host_.color},
+                         {0, host_.result, Access::write}};
+        bind_exposure(step);
+        step.spread = Area().times(2, 2).in_squares(kBlockPx);
+        step.taps = 13 * uint64_t(frame_.width) * uint64_t(frame_.height);
+        plan().steps.push_back(std::move(step));
+    }
+
+    void add_fill_view() {
+        const TextureId mask = begin_layer("fill_start", {"guest/fill_start.comp", {}});
         host_.result = add_target();
         Step view =
             make_step(add_pass("export"), "debug_view",
@@ -257,7 +290,7 @@ class Builder {
             {Role::motion, GUEST_MAKES_MOTION, "host.motion", frame_.motion_in_place(),
              Format::rg32f, &HostPlan::motion}};
         Step step = make_step(0, "import", {});
-        const uint64_t pixels = uint64_t(frame_.width) * uint64_t(frame_.height);
+        const uint64_t pixels = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
         for (int unit = 0; unit < 3; ++unit) {
             const Plane& plane = planes[unit];
             const TextureId canonical = input(plane.role);
@@ -270,14 +303,14 @@ class Builder {
             host_.makes |= plane.makes;
             plan().textures[size_t(canonical)].imported = false;
             plan().textures[size_t(canonical)].format = plane.format;
-            const TextureId host = add_texture(plane.host, plane.format, true);
-            host_.*plane.id = host;
+            if (host_.*plane.id < 0) host_.*plane.id = add_texture(plane.host, plane.format, true);
+            const TextureId host = host_.*plane.id;
             step.bindings.push_back({unit, host});
             step.bindings.push_back({unit, canonical, Access::write});
             step.taps += pixels;
         }
         if (host_.makes == 0) return;
-        step.program = import_program(has_exposure(), frame_.arrays());
+        step.program = import_program(has_exposure(), frame_.arrays(), frame_.halved());
         if (frame_.sky && (host_.makes & GUEST_MAKES_MOTION) != 0) {
             host_.makes |= GUEST_MAKES_SKY;
             if ((host_.makes & GUEST_MAKES_DEPTH) == 0) {
@@ -298,7 +331,7 @@ class Builder {
         if (host_.mask < 0) host_.mask = add_texture("host.mask", Format::r32f, true);
         Step step = make_step(add_pass("import"), "import_mask", mask_program(frame_.arrays()));
         step.bindings = {{0, host_.mask}, {0, mattes, Access::write}};
-        step.taps = uint64_t(frame_.width) * uint64_t(frame_.height);
+        step.taps = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
         plan().steps.insert(plan().steps.begin(), std::move(step));
     }
 
@@ -338,7 +371,8 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
             programs.push_back(std::move(key));
     };
     const bool exposure = given.exposure.name != 0;
-    add(export_program(exposure));
+    add(given.halved() ? half_export_program(exposure, given.arrays()) : export_program(exposure));
+    if (given.halved()) add(kSharpnessStart);
     // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
     for (int lacks = 0; lacks < 8; ++lacks) {
         HostFrame frame = given;
@@ -347,7 +381,7 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
         if (lacks & 4) frame.mask = {};
         if ((lacks & 4) && given.mask.name == 0) break;
         if (frame.mask.name) add(mask_program(frame.arrays()));
-        add(import_program(exposure, frame.arrays()));
+        add(import_program(exposure, frame.arrays(), frame.halved()));
         for (ProgramKey& key : programs_of(chain, describe(frame, chain), options_of(frame)))
             add(std::move(key));
     }

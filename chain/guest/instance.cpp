@@ -53,6 +53,10 @@ bool samples_arrays(const Plan& plan, const HostFrame& frame) {
     return false;
 }
 
+Room half_of(const Room& room) {
+    return {(room.width + 1) / 2, (room.height + 1) / 2};
+}
+
 Room larger(const Room& a, const Room& b) {
     return {std::max(a.width, b.width), std::max(a.height, b.height)};
 }
@@ -316,7 +320,8 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
     const bool runs = std::exchange(newest_frame_, frames_) != frames_;  // not pc_prepare()
-    const Room room = room_for(handle, frame, runs), tight = {frame.width, frame.height};
+    const Room room = room_for(handle, frame, runs),
+               tight = {frame.plane_width(), frame.plane_height()};
     PlanKey key = key_of(frame, room, handle.id(), handle.revision());
     Failure failure = find_or_make(handle, frame, key, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
@@ -382,7 +387,8 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
 }
 
 Room Instance::room_for(const ChainHandle& chain, const HostFrame& frame, bool runs) {
-    const Room own = {frame.width, frame.height}, stated = stated_room();
+    const Room own = {frame.plane_width(), frame.plane_height()}, stated = stated_room();
+    if (frame.halved()) return larger(own, half_of(stated));
     // A texture that the host gets has the size of its frame, unless it stated another.
     if (frame.output.name == 0 && !states_room()) return own;
     if (std::find(tight_chains_.begin(), tight_chains_.end(), chain.id()) != tight_chains_.end())
@@ -490,8 +496,11 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_f
     if (!focused.empty()) frame.focus = &focused;
     auto host = make_host_plan(chain.chain(), frame);
     if (!host.ok()) return host.status();
-    Room room = {frame.width, frame.height};
-    if (frame.output.name != 0 || states_room()) room = larger(room, room_);
+    Room room = {frame.plane_width(), frame.plane_height()};
+    if (frame.halved())
+        room = larger(room, half_of(stated_room()));
+    else if (frame.output.name != 0 || states_room())
+        room = larger(room, room_);
     const StoragePlan storage = share_storage(host->plan, room);
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();

@@ -11,8 +11,7 @@ const std::vector<Tier>& tiers() {
     static const std::vector<Tier> all = {
         {"realtime",
          "motion blur and depth of field in one with 8 samples, for games",
-         {{"joint_blur",
-           {{"samples", int64_t(8)}, {"starts", int64_t(2)}, {"neighbors", string("none")}}},
+         {{"joint_blur", {{"samples", int64_t(8)}, {"neighbors", string("none")}}},
           {"fxaa", {{"mode", string("directional")}}}}},
         {"fast",
          "16 samples",

@@ -24,7 +24,7 @@ void main() {
             const bool near = radius == 0 ? max(abs(x), abs(y)) <= 2
                                           : x * x + y * y <= kAround * kAround;
             const ivec2 p = center + (radius == 0 ? ivec2(x, y) : ivec2(x, y) * radius / kAround);
-            if (!near || any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, uniforms.size)))
+            if (!near || any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, uniforms.full_size)))
                 continue;
             const float stored = stored_depth(p);
             if (is_finite(stored)) found[count++] = inverse_depth_of(stored);

@@ -11,6 +11,7 @@
 // any of them, and none is compiled between two frames. Units that a set does not use are unbound.
 //
 // ARRAYS: which of the host's textures are arrays
+// HALF: 1: of 2 x 2 pixels color is the mean, depth and motion are those of the nearest
 #include "guest/depth.glsl"
 
 #if ARRAYS & GUEST_ARRAY_COLOR
@@ -39,6 +40,26 @@ float inverse_depth_at(ivec2 p) {
     return is_finite(stored) ? inverse_depth_of(stored) : 0.0;
 }
 
+// The frame's pixel that a pixel of the planes has depth and motion from.
+ivec2 source_of(ivec2 p) {
+#if HALF
+    const ivec2 last = uniforms.full_size - 1;
+    ivec2 nearest = min(2 * p, last);
+    float most = inverse_depth_at(nearest);
+    for (int i = 1; i < 4; ++i) {
+        const ivec2 q = min(2 * p + ivec2(i & 1, i >> 1), last);
+        const float w = inverse_depth_at(q);
+        if (w > most) {
+            most = w;
+            nearest = q;
+        }
+    }
+    return nearest;
+#else
+    return p;
+#endif
+}
+
 // Camera motion of an infinitely far pixel, in pixels, y down.
 vec2 sky_motion(ivec2 p) {
     const vec2 here = vec2(p) + 0.5;
@@ -56,11 +77,11 @@ bool makes(int what) {
     return (uniforms.makes & what) != 0;
 }
 
-vec2 motion_of(ivec2 p) {
+vec2 motion_of(ivec2 p, ivec2 source) {
     const ivec2 size = uniforms.motion_size;
-    const vec2 stored = MOTION_TEXEL(stored_at(texel_of(p, size), uniforms.motion_at, size)).xy;
+    const vec2 stored = MOTION_TEXEL(stored_at(texel_of(source, size), uniforms.motion_at, size)).xy;
     precise vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
-    if (makes(GUEST_MAKES_SKY) && v == vec2(0.0) && inverse_depth_at(p) <= kFar) {
+    if (makes(GUEST_MAKES_SKY) && v == vec2(0.0) && inverse_depth_at(source) <= kFar) {
         v = sky_motion(p);
     } else {
         v -= uniforms.motion_jitter;
@@ -69,15 +90,31 @@ vec2 motion_of(ivec2 p) {
     return is_finite(v.x) && is_finite(v.y) ? v : vec2(0.0);
 }
 
+vec4 color_at(ivec2 p) {
+    return finite_color(COLOR_TEXEL(stored_at(p, uniforms.color_at)));
+}
+
+vec4 color_of(ivec2 p) {
+#if HALF
+    const ivec2 last = uniforms.full_size - 1;
+    precise vec4 sum = vec4(0.0);
+    for (int i = 0; i < 4; ++i) sum += 0.25 * color_at(min(2 * p + ivec2(i & 1, i >> 1), last));
+    return sum;
+#else
+    return color_at(p);
+#endif
+}
+
 void main() {
     const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     if (makes(GUEST_MAKES_COLOR)) {
-        vec4 c = finite_color(COLOR_TEXEL(stored_at(p, uniforms.color_at)));
+        vec4 c = color_of(p);
         c.rgb *= gain();
         imageStore(color, p, finite_color(c));
     }
+    const ivec2 source = source_of(p);
     if (makes(GUEST_MAKES_DEPTH))
-        imageStore(inverse_depth, p, vec4(inverse_depth_at(p), 0.0, 0.0, 0.0));
-    if (makes(GUEST_MAKES_MOTION)) imageStore(motion, p, vec4(motion_of(p), 0.0, 0.0));
+        imageStore(inverse_depth, p, vec4(inverse_depth_at(source), 0.0, 0.0, 0.0));
+    if (makes(GUEST_MAKES_MOTION)) imageStore(motion, p, vec4(motion_of(p, source), 0.0, 0.0));
 }

@@ -16,6 +16,6 @@ layout(binding = 0) writeonly uniform image2DArray mattes;
 void main() {
     const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
-    const float m = MASK_TEXEL(stored_at(p, uniforms.mask_at)).x;
+    const float m = MASK_TEXEL(stored_at(p * uniforms.full_size / uniforms.size, uniforms.mask_at)).x;
     imageStore(mattes, ivec3(p, 0), vec4(m > 0.0 ? min(m, 1.0) : 0.0, 0.0, 0.0, 0.0));
 }

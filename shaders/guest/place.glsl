@@ -8,12 +8,12 @@ ivec2 stored_at(ivec2 p, ivec2 first, ivec2 size) {
 }
 
 ivec2 stored_at(ivec2 p, ivec2 first) {
-    return stored_at(p, first, uniforms.size);
+    return stored_at(p, first, uniforms.full_size);
 }
 
-// The texel with the pixel's center, in a plane of another size.
+// The texel with the center of the frame's pixel, in a plane of another size.
 ivec2 texel_of(ivec2 p, ivec2 size) {
-    return size == uniforms.size ? p : (2 * p + 1) * size / (2 * uniforms.size);
+    return size == uniforms.full_size ? p : (2 * p + 1) * size / (2 * uniforms.full_size);
 }
 
 #if EXPOSURE

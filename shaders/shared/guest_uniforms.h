@@ -18,7 +18,7 @@
 #define GUEST_FOCUS_PLACES 4
 
 UNIFORMS_BEGIN(GuestUniforms)
-    ivec2 size;      // of the frame
+    ivec2 size;      // of the planes that passes see
     ivec2 color_at;  // where its first stored texel is in each texture
     ivec2 depth_at;
     ivec2 motion_at;
@@ -46,6 +46,8 @@ UNIFORMS_BEGIN(GuestUniforms)
     ivec2 depth_size;  // texels of the frame's rectangle
     ivec2 motion_size;
     ivec2 mask_at;
+    ivec2 full_size;     // of the frame; with PC_HALF_RESOLUTION twice `size`, or one less
+    ivec2 pad1;
     float depth_first;   // stored depth, less this, times depth_factor, is in 0..1 if clips
     float depth_factor;
     int clips;           // 1: stored depths outside the range count as its ends
@@ -57,7 +59,7 @@ UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::GuestUniforms) == 320);
+static_assert(sizeof(postchain::shared::GuestUniforms) == 336);
 static_assert(offsetof(postchain::shared::GuestUniforms, bottom_up) == 48);
 static_assert(offsetof(postchain::shared::GuestUniforms, motion_scale) == 64);
 static_assert(offsetof(postchain::shared::GuestUniforms, gain) == 88);

@@ -337,8 +337,8 @@ TEST(Handles, FlagsAndMembersThatAreNotKnown) {
         EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_VERSION) << text;
         EXPECT_THAT(pc_error(), HasSubstr(text));
     };
-    fails([](pc_frame& f) { f.flags |= 0x80; },
-          "pc_frame.flags: 134 has a bit that this library does not know");
+    fails([](pc_frame& f) { f.flags |= 0x100; },
+          "pc_frame.flags: 262 has a bit that this library does not know");
     const char* reserved = "pc_frame.reserved, reserved_2 or reserved_3 is not 0";
     fails([](pc_frame& f) { f.reserved = 1; }, reserved);
     fails([](pc_frame& f) { f.reserved_2 = 1; }, reserved);

@@ -258,6 +258,65 @@ TEST(Inputs, OutputsThatHoldLess) {
         }
 }
 
+// At half resolution what is not blurred is kept up to rounding, and what is blurred is nearer to
+// the result at full resolution than the frame. Its texture changes from pixel to pixel, across the
+// motion too, which half the resolution loses.
+TEST(Inputs, HalfResolution) {
+    for (const int width : {96, 95}) {
+        auto host = canonical_frame(width, kHeight);
+        const HostTexture output(GL_RGBA32F, width, kHeight);
+        const auto guest = instance(PC_VALIDATE);
+        pc_frame frame = host.frame;
+        frame.output = output;
+        frame.flags |= PC_HALF_RESOLUTION;
+        const auto run = [&](const char* passes) {
+            return read(prepare_and_run(guest, chain(passes), frame), width, kHeight);
+        };
+        const ImageF& color = host.test.planes.at(Role::color);
+        frame.flags |= PC_GIVEN_SHUTTER;  // closed
+        frame.shutter_frames = 0;
+        EXPECT_LE(compare(run("motion_blur"), color, 0).max, 1e-6);
+        frame.shutter_frames = 0.5f;
+        const ImageF half = run("motion_blur"), full = by_executor(host.test, "motion_blur");
+        const auto error = [&](const ImageF& image) {
+            double sum = 0;
+            for (size_t i = 0; i < image.data.size(); ++i)
+                sum += std::pow(double(image.data[i]) - double(full.data[i]), 2);
+            return std::sqrt(sum / double(image.data.size()));
+        };
+        EXPECT_LT(error(half), 0.7 * error(color)) << error(half) << " of " << error(color);
+        EXPECT_GT(error(half), 0);
+        // The ground beside a masked object is filtered, the object is not.
+        ImageF mask(width, kHeight, 1, 0);
+        for (int y = 20; y < 40; ++y)
+            for (int x = 30; x < 60; ++x) mask.at(x, y) = 1;
+        const HostTexture object(GL_R8, mask);
+        frame.mask = object;
+        const ImageF masked = run("motion_blur");
+        for (int y = 22; y < 38; ++y)
+            for (int x = 32; x < 58; ++x)
+                for (int c = 0; c < 4; ++c)
+                    ASSERT_NEAR(masked.at(x, y, c), color.at(x, y, c), 1e-6) << x << ", " << y;
+    }
+}
+
+TEST(Inputs, HalfResolutionNeedsAnOutputOfItsOwn) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const auto made = chain("fxaa");
+    pc_frame frame = host.frame;
+    frame.flags |= PC_HALF_RESOLUTION;
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("output: PC_HALF_RESOLUTION needs one"));
+    frame.output = frame.color;
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_INPUT);
+    const HostTexture output(GL_RGBA32F, kWidth, kHeight);
+    frame.output = output;
+    frame.debug_view = "input.color";
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+    EXPECT_THAT(pc_error(), HasSubstr("debug_view: give it without PC_HALF_RESOLUTION"));
+}
+
 // The mask is a matte of the frame: the bits of the executor with that matte.
 TEST(Inputs, MaskOfEveryEffect) {
     auto host = canonical_frame(kWidth, kHeight);

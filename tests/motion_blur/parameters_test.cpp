@@ -37,8 +37,7 @@ TEST(Parameter, MaxBlurFraction) {
     for (const char* mode : {"guertin", "inverse_warp"}) {
         const Chain by_fraction =
             plain_blur({{"mode", std::string(mode)}, {"max_blur_fraction", fraction}});
-        const Chain by_px =
-            plain_blur({{"mode", std::string(mode)}, {"max_blur_px", int64_t(12)}});
+        const Chain by_px = plain_blur({{"mode", std::string(mode)}, {"max_blur_px", int64_t(12)}});
         EXPECT_TRUE(equal_bits(blurred(by_fraction, frame), blurred(by_px, frame))) << mode;
         EXPECT_LE(streak(blurred(by_fraction, frame)), 13);
         FrameDescription larger = describe(frame.planes);

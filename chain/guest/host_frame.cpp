@@ -13,11 +13,11 @@ constexpr size_t kLongestView = std::tuple_size_v<decltype(PlanKey::debug_view)>
 
 // Checks that a texture covers the frame's rectangle and has a format that the member accepts.
 Failure check_texture(const char* member, const pc_texture& given, int width, int height,
-                      HostTexture& texture) {
+                      const HostFormat* (*find)(unsigned), HostTexture& texture) {
     texture = {};
     if (given.name == 0) return {};
     texture.name = given.name;
-    texture.format = find_format(given.internal_format);
+    texture.format = find(given.internal_format);
     if (!texture.format)
         return {PC_ERROR_INPUT,
                 concat(member, ".internal_format: ", text_of_format(given.internal_format),
@@ -137,7 +137,7 @@ bool HostFrame::output_is_color() const {
            given->output.y == given->color.y;
 }
 
-Failure check_frame(const pc_frame* given, HostFrame& frame) {
+Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (*find)(unsigned)) {
     frame = {};
     if (!given) return {PC_ERROR_ARGUMENT, "frame is NULL"};
     frame.given = given;
@@ -159,8 +159,8 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
                    {"motion", given->motion, frame.motion, 2, false},
                    {"output", given->output, frame.output, 3, false}};
     for (const auto& member : members) {
-        Failure failure =
-            check_texture(member.name, member.texture, frame.width, frame.height, member.checked);
+        Failure failure = check_texture(member.name, member.texture, frame.width, frame.height,
+                                        find, member.checked);
         if (!failure.ok()) return failure;
         const HostFormat* format = member.checked.format;
         if (!format) continue;
@@ -168,7 +168,7 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
             return {PC_ERROR_INPUT, concat(member.name, ": ", format->text, " has fewer than the ",
                                            member.least_channels, " channels that it needs")};
     }
-    Failure failure = check_texture("exposure", given->exposure, 1, 1, frame.exposure);
+    Failure failure = check_texture("exposure", given->exposure, 1, 1, find, frame.exposure);
     if (!failure.ok()) return failure;
     if (frame.output.format && !frame.output.format->image)
         return {PC_ERROR_INPUT, concat("output: ", frame.output.format->text,

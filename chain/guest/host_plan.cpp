@@ -310,9 +310,14 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
     return make_host_plan(resolved, frame);
 }
 
-std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame) {
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame,
+                                      const Plan& plan) {
     const bool exposure = frame.exposure.name != 0;
     std::vector<ProgramKey> programs = {import_program(exposure), export_program(exposure)};
+    const auto add = [&](const ProgramKey& key) {
+        if (std::find(programs.begin(), programs.end(), key) == programs.end())
+            programs.push_back(key);
+    };
     // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
     FrameDescription description = describe(frame);
     const RoleSet given = description.planes;
@@ -320,10 +325,9 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame
         description.planes = given;
         if (lacks & 1) description.planes.remove(Role::inverse_depth);
         if (lacks & 2) description.planes.remove(Role::motion);
-        for (ProgramKey& key : programs_of(chain, description, options_of(frame)))
-            if (std::find(programs.begin(), programs.end(), key) == programs.end())
-                programs.push_back(std::move(key));
+        for (const ProgramKey& key : programs_of(chain, description, options_of(frame))) add(key);
     }
+    for (const Step& step : plan.steps) add(step.program);
     return programs;
 }
 

@@ -46,6 +46,11 @@ constexpr HostFormat kFormats[] = {
 
 }  // namespace
 
+float HostFormat::largest() const {
+    if (half && channels == 3 && image) return 64512;  // floats of 11 and 10 bits
+    return half ? 65504 : 0;
+}
+
 const HostFormat* find_format(unsigned internal_format) {
     for (const auto& format : kFormats)
         if (format.name == internal_format) return &format;

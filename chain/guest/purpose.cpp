@@ -6,7 +6,7 @@ Status resolve(const Chain& chain, const HostFrame& frame, const PlanKey& key,
                ResolvedChain& resolved, Purpose& purpose) {
     purpose = {key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
     purpose.rules = purpose.options.rules(chain);
-    if (Status s = resolved.resolve(chain, describe(frame), purpose.options, purpose.rules);
+    if (Status s = resolved.resolve(chain, describe(frame, chain), purpose.options, purpose.rules);
         !s.ok())
         return s;
     purpose.shape = resolved.shape();
@@ -19,11 +19,20 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, 
     if (host.shown < 0) return uniforms;
     const PlanTexture& shown = plan.textures[size_t(host.shown)];
     uniforms.shown_size = {shown.width, shown.height};
-    const std::pair<TextureId, const pc_texture&> views[] = {{host.color, frame.given->color},
-                                                             {host.depth, frame.given->depth},
-                                                             {host.motion, frame.given->motion}};
-    for (const auto& [id, texture] : views)
-        if (host.shown == id) uniforms.shown_at = {texture.x, texture.y};
+    const struct {
+        TextureId id;
+        const pc_texture& texture;
+        const HostTexture& checked;
+    } views[] = {{host.color, frame.given->color, frame.color},
+                 {host.depth, frame.given->depth, frame.depth},
+                 {host.motion, frame.given->motion, frame.motion},
+                 {host.mask, frame.given->mask, frame.mask}};
+    for (const auto& [id, texture, checked] : views) {
+        if (host.shown != id) continue;
+        uniforms.shown_at = {texture.x, texture.y};
+        uniforms.shown_size = {checked.width, checked.height};
+        uniforms.shown_image = {checked.image.layer, checked.image.level};
+    }
     return uniforms;
 }
 

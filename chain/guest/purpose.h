@@ -48,7 +48,8 @@ Failure find_entry(const std::vector<std::unique_ptr<Entry>>& entries, const Cha
         Purpose& purpose = known->purpose;
         if (purpose.key != key) continue;
         if (!is_resolved)
-            if (Status s = resolved.resolve(chain, describe(frame), purpose.options, purpose.rules);
+            if (Status s =
+                    resolved.resolve(chain, describe(frame, chain), purpose.options, purpose.rules);
                 !s.ok())
                 return s;
         is_resolved = true;
@@ -71,13 +72,15 @@ void import_frame(const HostPlan& host, const HostFrame& frame, Compiled& compil
     if (host.color >= 0) compiled.import(host.color, frame.color.name);
     if (host.depth >= 0) compiled.import(host.depth, frame.depth.name);
     if (host.motion >= 0) compiled.import(host.motion, frame.motion.name);
+    if (host.mask >= 0) compiled.import(host.mask, frame.mask.name);
     if (host.exposure >= 0) compiled.import(host.exposure, frame.exposure.name);
     if (host.writes_output)
-        compiled.import(host.result, frame.output.name, frame.output.format->name);
-    if (host.import_step < 0 && host.export_step < 0) return;
+        compiled.import(host.result, frame.output.name, frame.output.format->name,
+                        frame.output.image);
+    if (host.own_steps.empty()) return;
     const shared::GuestUniforms uniforms = uniforms_of(frame, host, compiled.plan());
-    for (const int step : {host.import_step, host.export_step, host.debug_step, host.fill_step})
-        if (step >= 0) compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
+    for (const int step : host.own_steps)
+        compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
 }
 
 }  // namespace postchain::guest

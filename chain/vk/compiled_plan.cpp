@@ -198,10 +198,6 @@ void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
                 bytes_.begin() + std::ptrdiff_t(command.uniforms));
 }
 
-void CompiledPlan::import(TextureId texture, unsigned name, unsigned) {
-    names_[size_t(texture)] = name;
-}
-
 // Imported textures of one name are one storage. True if that is not as it was.
 bool CompiledPlan::find_shared_imports() {
     const size_t count = plan_.textures.size();

@@ -25,7 +25,7 @@ struct HostView {
     VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
     bool operator==(const HostView&) const = default;
 };
-using HostViews = std::array<HostView, 5>;
+using HostViews = std::array<HostView, 6>;
 
 // What plans are made with, and run with.
 struct Objects {
@@ -60,8 +60,11 @@ class CompiledPlan {
     }
     // The uniform block of a step, as many bytes as it has.
     void set_uniforms(int step, std::span<const std::byte> bytes);
-    // The name of an imported texture. Its format is that of the view.
-    void import(TextureId texture, unsigned name, unsigned format = 0);
+    // The name of an imported texture. Its view says what else an image has.
+    template <class... OfView>
+    void import(TextureId texture, unsigned name, const OfView&...) {
+        names_[size_t(texture)] = name;
+    }
 
     // Its images are no longer counted as used by it; it does not run again.
     void release();

@@ -56,9 +56,16 @@ Failure check_images(const pc_vk_frame& given, HostImages& images) {
     const Member members[] = {{"color", given.color, images.values.color},
                               {"depth", given.depth, images.values.depth},
                               {"motion", given.motion, images.values.motion},
+                              {"mask", given.mask, images.values.mask},
                               {"exposure", given.exposure, images.values.exposure},
                               {"output", given.output, images.values.output}};
     static_assert(std::size(members) == std::tuple_size_v<HostViews>);
+    const pc_slice* const slices[] = {&values->color_slice, &values->depth_slice,
+                                      &values->motion_slice, &values->mask_slice,
+                                      &values->output_slice};
+    for (const pc_slice* slice : slices)
+        if (slice->target != 0 || slice->layer != 0 || slice->level != 0)
+            return {PC_ERROR_ARGUMENT, "values: a pc_slice is not 0; in Vulkan a view selects it"};
     if (!given.color.view)
         return {PC_ERROR_INPUT, "color: view is VK_NULL_HANDLE; give the image to filter"};
     if (!given.output.view)

@@ -87,13 +87,14 @@ typedef struct pc_vk_image { /* the host's; stays valid until the run's command 
 typedef struct pc_vk_frame {
     uint32_t struct_size;
     uint32_t flags; /* 0 */
-    /* Everything but the images: its textures have the name 0, its barriers are 0. Without
-     * PC_TOP_LEFT row 0 of the images is the bottom. */
+    /* Everything but the images: its textures have the name 0, its pc_slices and barriers are 0.
+     * Without PC_TOP_LEFT row 0 of the images is the bottom. */
     const pc_frame* values;
     pc_vk_image color;    /* scene-linear, premultiplied */
     pc_vk_image depth;    /* its first component */
     pc_vk_image motion;   /* its first two components */
-    pc_vk_image exposure; /* optional; as in pc_frame */
+    pc_vk_image mask;     /* optional, as in pc_frame; its first component */
+    pc_vk_image exposure; /* optional, as in pc_frame */
     /* Required. It may be color: then both have the same view, in VK_IMAGE_LAYOUT_GENERAL. */
     pc_vk_image output;
 } pc_vk_frame;

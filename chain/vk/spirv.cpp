@@ -20,7 +20,13 @@ enum Op : uint32_t {
     kTypeSampledImage = 27,
     kTypePointer = 32,
     kFunction = 54,
+    kFunctionCall = 57,
     kVariable = 59,
+    kImageTexelPointer = 60,
+    kLoad = 61,
+    kAccessChain = 65,
+    kInBoundsAccessChain = 66,
+    kArrayLength = 68,
     kDecorate = 71,
 };
 enum Decoration : uint32_t { kBufferBlock = 3, kBinding = 33 };
@@ -34,7 +40,7 @@ struct Module {
     std::vector<Words> variables;
     std::map<uint32_t, size_t> bindings;  // of a variable: the place of its number in the module
     std::set<uint32_t> buffer_blocks;     // types
-    std::set<uint32_t> used;              // words of functions, so that variables used are in it
+    std::set<uint32_t> used;              // pointers that functions follow or hand on
 
     // False if the words are no module.
     bool read(Words words) {
@@ -46,7 +52,7 @@ struct Module {
             if (size == 0 || at + size > words.size()) return false;
             const Words one = words.subspan(at, size);
             in_functions = in_functions || op == kFunction;
-            if (in_functions) used.insert(one.begin() + 1, one.end());
+            if (in_functions) use(op, one);
             if (op >= kTypeInt && op <= kTypePointer && size > 2) types[one[1]] = one;
             if (op == kVariable && size > 3 && !in_functions) variables.push_back(one);
             if (op == kDecorate && size > 2 && one[2] == kBufferBlock) buffer_blocks.insert(one[1]);
@@ -54,6 +60,13 @@ struct Module {
             at += size;
         }
         return true;
+    }
+
+    void use(uint32_t op, Words one) {
+        if (op == kFunctionCall && one.size() > 4) used.insert(one.begin() + 4, one.end());
+        const bool follows = op == kLoad || op == kAccessChain || op == kInBoundsAccessChain ||
+                             op == kImageTexelPointer || op == kArrayLength;
+        if (follows && one.size() > 3) used.insert(one[3]);
     }
 
     Unit unit_of(Words variable) const {

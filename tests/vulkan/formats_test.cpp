@@ -34,6 +34,8 @@ struct Case {
     pc_depth encoding = PC_DEPTH_INVERSE;
     float pre_exposure = 0;
     const char* view = nullptr;  // a debug view
+    bool mask = false;
+    bool half_depth = false;  // of half the frame's width and height
 };
 
 // Depth as a device has it, whose nearest value is 1.
@@ -64,6 +66,7 @@ void expect_equal(const Case& one) {
     const ImageF depth = one.encoding == PC_DEPTH_INVERSE
                              ? planes.at(Role::inverse_depth)
                              : device_depth(planes.at(Role::inverse_depth), near_clip);
+    const ImageF mask = textured_image(kWidth, kHeight, 1, 5);
     const pc::Chain made = chain(one.passes);
     pc_frame values = canonical.frame;
     if (one.bottom_up) values.flags &= ~uint32_t(PC_TOP_LEFT);
@@ -71,14 +74,16 @@ void expect_equal(const Case& one) {
     values.near_clip = near_clip;
     values.pre_exposure = one.pre_exposure;
     values.debug_view = one.view;
+    if (one.half_depth) values.depth_size[0] = kWidth / 2, values.depth_size[1] = kHeight / 2;
 
     const HostTexture gl_color(one.color.gl, planes.at(Role::color)), gl_depth(one.depth.gl, depth),
-        gl_motion(one.motion.gl, planes.at(Role::motion)),
+        gl_motion(one.motion.gl, planes.at(Role::motion)), gl_mask(GL_R32F, mask),
         gl_output(one.output.gl, ImageF(kWidth, kHeight, 4, 0.5f));
     pc_frame gl_frame = values;
     gl_frame.color = gl_color;
     gl_frame.depth = gl_depth;
     gl_frame.motion = gl_motion;
+    if (one.mask) gl_frame.mask = gl_mask;
     gl_frame.output = gl_output;
     const auto guest = instance();
     const ImageF expected = read(prepare_and_run(guest, made, gl_frame), kWidth, kHeight);
@@ -86,10 +91,12 @@ void expect_equal(const Case& one) {
     VkFrame frame(planes, values);
     const HostImage color(one.color.vk, planes.at(Role::color), one.color_layout),
         vk_depth(one.depth.vk, depth, one.depth_layout),
-        motion(one.motion.vk, planes.at(Role::motion)), output(one.output.vk, kWidth, kHeight);
+        motion(one.motion.vk, planes.at(Role::motion)), vk_mask(VK_FORMAT_R32_SFLOAT, mask),
+        output(one.output.vk, kWidth, kHeight);
     frame.vk.color = color;
     frame.vk.depth = vk_depth;
     frame.vk.motion = motion;
+    if (one.mask) frame.vk.mask = vk_mask;
     frame.vk.output = output;
     const auto vulkan = vk_instance(kWidth, kHeight);
     filtered(vulkan, made, frame);
@@ -127,6 +134,8 @@ TEST(Formats, HaveTheBitsOfGl) {
          .passes = "motion_blur",
          .view = "0.motion_blur.moving_blocks"},
         {.name = "view of the fill mask", .passes = "motion_blur", .view = "fill"},
+        {.name = "mask", .passes = "motion_blur,depth_of_field", .mask = true},
+        {.name = "depth of half size", .passes = "depth_of_field", .half_depth = true},
     };
     for (const Case& one : cases) expect_equal(one);
 }

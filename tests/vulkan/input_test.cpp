@@ -160,6 +160,8 @@ TEST(Input, FramesAreRefusedWithASentence) {
             [](Frame&, Values& values) { values.motion.name = 3; });
     refused(PC_ERROR_ARGUMENT, "values: barriers is not 0",
             [](Frame&, Values& values) { values.barriers = 8; });
+    refused(PC_ERROR_ARGUMENT, "values: a pc_slice is not 0",
+            [](Frame&, Values& values) { values.depth_slice.layer = 1; });
     refused(PC_ERROR_INPUT, "color: view is VK_NULL_HANDLE",
             [](Frame& frame, Values&) { frame.color.view = VK_NULL_HANDLE; });
     refused(PC_ERROR_INPUT, "output: view is VK_NULL_HANDLE",
@@ -200,6 +202,12 @@ TEST(Input, FramesAreRefusedWithASentence) {
             [](Frame&, Values& values) { values.near_clip = std::nanf(""); });
     refused(PC_ERROR_ARGUMENT, "debug_view: this frame's plan has no texture",
             [](Frame&, Values& values) { values.debug_view = "nothing"; });
+
+    // A place in focus has to be found on the device, which only GL does.
+    const auto focus = chain("depth_of_field");
+    EXPECT_EQ(pc_chain_set_point(focus.get(), 0, "focus_at", 0.5, 0.5), PC_OK);
+    EXPECT_EQ(pc_vk_prepare(subject.instance.get(), focus.get(), &good, 1), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("set focus_distance instead"));
 
     // Without pc_vk_prepare(), the member.
     pc_frame values = good_values;

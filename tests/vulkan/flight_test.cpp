@@ -86,8 +86,27 @@ TEST(Flight, RunsInFlightKeepTheirValues) {
     EXPECT_EQ(count(vulkan).frames, 2 * kFrames);
 }
 
+// Two eyes: two runs in one command buffer, with the same images of the library.
+TEST(Flight, RunsOfOneCommandBufferWaitForEachOther) {
+    const auto made = paper_chain();
+    const auto vulkan = vk_instance(kWidth, kHeight), alone = vk_instance(kWidth, kHeight);
+    std::unique_ptr<VkFrame> eyes[] = {random_frame(6), random_frame(7)};
+    ImageF expected[2];
+    for (int i = 0; i < 2; ++i) {
+        expected[i] = filtered(alone, made, *eyes[i]);
+        eyes[i]->output.write(ImageF(expected[i].width, expected[i].height, 4, 0.5f));
+        prepare(vulkan, made, eyes[i]->vk);
+    }
+    Vulkan::get().run([&](VkCommandBuffer commands) {
+        full_barrier(commands);
+        for (const auto& eye : eyes)
+            EXPECT_EQ(pc_vk_run(vulkan.get(), made.get(), &eye->vk, commands), PC_OK);
+    });
+    for (int i = 0; i < 2; ++i) EXPECT_TRUE(equal_bits(eyes[i]->output.read(), expected[i])) << i;
+}
+
 // A budget for one chain alone: the plan and the images of the other are given up while its run is
-// recorded, and live until it is over. The layers see what is destroyed too early.
+// recorded, and live until it is over. Destroyed before, they end the process.
 TEST(Flight, WhatIsGivenUpLivesUntilItsRunIsOver) {
     const auto first = paper_chain(), second = chain("joint_blur,fxaa");
     Flight flights[2] = {{random_frame(1), {}, {}, {}}, {random_frame(2), {}, {}, {}}};

@@ -277,13 +277,16 @@ void CompiledPlan::write_sets(uint32_t slot, const HostViews& views) {
 // After the runs before, which are the same images' last users. What is in them is of no use.
 void CompiledPlan::begin(VkCommandBuffer commands) const {
     const Functions& fn = objects_.device.fn();
-    const VkMemoryBarrier memory = barrier(VK_ACCESS_SHADER_WRITE_BIT, kShader);
+    constexpr VkPipelineStageFlags kBefore = kCompute | kLaunch | kTransfer;
+    const VkMemoryBarrier memory =
+        barrier(VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
+                kShader | VK_ACCESS_TRANSFER_WRITE_BIT);
     constexpr size_t kAtOnce = 16;
     std::array<VkImageMemoryBarrier, kAtOnce> images;
     uint32_t count = 0;
     const auto send = [&] {
-        fn.CmdPipelineBarrier(commands, kCompute | kLaunch, kCompute | kTransfer, 0, 1, &memory, 0,
-                              nullptr, count, images.data());
+        fn.CmdPipelineBarrier(commands, kBefore, kCompute | kTransfer, 0, 1, &memory, 0, nullptr,
+                              count, images.data());
         count = 0;
     };
     const auto discard = [&](const Image& image) {

@@ -14,6 +14,7 @@ packages=(
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
+        glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers
         dpkg-dev file libglfw3-dev libogre-1.12-dev xvfb slurmctld slurmd slurm-client munge prometheus
         python3 chromium chromium-driver
     )

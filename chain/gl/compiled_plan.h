@@ -33,10 +33,6 @@ struct UsedUnits {
     int lists = 0;  // storage buffers; > 0: the indirect buffer too
 };
 
-// True if both plans differ only in values and in what fit() sets. Names of passes and elisions do
-// not count.
-bool same_shape(const Plan& a, const Plan& b);
-
 // Options of a run.
 struct RunOptions {
     Clock* clock = nullptr;   // marks intervals; begun by the caller

@@ -16,15 +16,6 @@
 
 namespace postchain::gl {
 
-// The text of `file` (a path under shaders/) with every `#include "path"` replaced by that file and
-// #line directives kept. `folder`: where they are read from; empty: the embedded files. Errors name
-// file and line: missing file, include circle.
-Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
-                                     std::vector<std::string>* files = nullptr);
-
-// The text of a program as the compiler gets it.
-Result<std::string> program_source(const ProgramKey& key, const std::string& folder = {});
-
 // Location of the uniform of common/first_group.glsl.
 inline constexpr int kFirstGroup = 0;
 // Likewise of the first layer that a step does (common/layers.glsl).

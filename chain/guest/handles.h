@@ -26,7 +26,7 @@ std::string& last_error_text();
 // one that another thread's call uses.
 class Use {
   public:
-    // `kind`: "instance" or "chain".
+    // `kind`: "instance", "chain"; static.
     Use(const void* handle, const char* kind);
     ~Use();
     Use(const Use&) = delete;
@@ -59,6 +59,24 @@ Failure guarded(const Work& work) noexcept {
     } catch (...) {
         return {PC_ERROR_INTERNAL, "unknown"};
     }
+}
+
+// Sets last_error_text(); to "" without memory for it.
+inline void keep_error(const std::string& text) noexcept {
+    try {
+        last_error_text() = text;
+    } catch (...) {
+        last_error_text().clear();
+    }
+}
+
+// A call that does not change the handle.
+template <class Handle, class Work>
+pc_result look(const Handle* handle, const char* kind, const Work& work) {
+    const Use use(handle, kind);
+    const Failure failure = use.failure().ok() ? guarded(work) : use.failure();
+    keep_error(failure.text);
+    return failure.result;
 }
 
 // The result of work(); its text goes to last_error_text().

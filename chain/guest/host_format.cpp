@@ -47,7 +47,7 @@ constexpr HostFormat kFormats[] = {
 }  // namespace
 
 float HostFormat::largest() const {
-    if (name == GL_R11F_G11F_B10F) return 64512;  // of 10 bits
+    if (half && channels == 3 && image) return 64512;  // floats of 11 and 10 bits
     return half ? 65504 : 0;
 }
 

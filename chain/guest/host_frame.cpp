@@ -45,7 +45,7 @@ Failure check_slice(const Member& member) {
 }
 
 // Checks that a texture covers its rectangle and has a format that the member accepts.
-Failure check_texture(const Member& member) {
+Failure check_texture(const Member& member, const HostFormat* (*find)(unsigned)) {
     const pc_texture& given = member.texture;
     HostTexture& texture = member.checked;
     texture = {};
@@ -53,7 +53,7 @@ Failure check_texture(const Member& member) {
     texture.name = given.name;
     texture.width = member.width;
     texture.height = member.height;
-    texture.format = find_format(given.internal_format);
+    texture.format = find(given.internal_format);
     if (!texture.format)
         return {PC_ERROR_INPUT,
                 concat(member.name, ".internal_format: ", text_of_format(given.internal_format),
@@ -224,7 +224,7 @@ uint32_t HostFrame::arrays() const {
            (motion.array ? GUEST_ARRAY_MOTION : 0) | (mask.array ? GUEST_ARRAY_MASK : 0);
 }
 
-Failure check_frame(const pc_frame* given, HostFrame& frame) {
+Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (*find)(unsigned)) {
     frame = {};
     if (!given) return {PC_ERROR_ARGUMENT, "frame is NULL"};
     frame.given = given;
@@ -260,7 +260,7 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
         {{"output", given->output, given->output_slice, w, h, frame.output}, 3, false},
         {{"exposure", given->exposure, {}, 1, 1, frame.exposure}, 1, true}};
     for (const auto& [member, least_channels, depth] : members) {
-        if (Failure failure = check_texture(member); !failure.ok()) return failure;
+        if (Failure failure = check_texture(member, find); !failure.ok()) return failure;
         const HostFormat* format = member.checked.format;
         if (!format) continue;
         if (format->channels < least_channels || (format->depth && !depth))

@@ -364,7 +364,8 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
     return make_host_plan(resolved, frame);
 }
 
-std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given) {
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given,
+                                      const Plan& plan) {
     std::vector<ProgramKey> programs;
     const auto add = [&](ProgramKey key) {
         if (std::find(programs.begin(), programs.end(), key) == programs.end())
@@ -385,6 +386,7 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
         for (ProgramKey& key : programs_of(chain, describe(frame, chain), options_of(frame)))
             add(std::move(key));
     }
+    for (const Step& step : plan.steps) add(step.program);
     return programs;
 }
 

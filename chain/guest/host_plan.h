@@ -33,7 +33,7 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
 
 // Every program of the host plans of frames of one kind: of this chain, with these flags of planes
 // and elision, with an exposure or without, and with depth, motion and mask of this frame or
-// without. Debug views are left out.
-std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame);
+// without; and those of `plan`, which may be of a debug view. Each once.
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame, const Plan& plan);
 
 }  // namespace postchain::guest

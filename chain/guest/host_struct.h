@@ -1,7 +1,7 @@
 // Structs of a host that was compiled with an older or newer postchain.h than this library.
 //
 // A smaller struct is read as if the members that it lacks were 0, their default. A larger one is
-// read if all bytes beyond this library's struct are 0.
+// read if all bytes beyond this library's struct are 0. And texts for a host.
 #pragma once
 
 #include <algorithm>
@@ -73,6 +73,17 @@ Failure change_struct(Struct* given, const char* name, const Work& work) {
     if (Failure failure = work(whole); failure.result < 0) return failure;
     whole.struct_size = host_size;
     std::memcpy(given, &whole, size);
+    return {};
+}
+
+// Copies a text to a host that gives room for *size bytes, and sets *size to those that it needs.
+inline Failure copy_text(const std::string& from, char* text, size_t* size) {
+    if (!size) return {PC_ERROR_ARGUMENT, "size is NULL"};
+    const size_t room = *size;
+    *size = from.size() + 1;
+    if (!text || room < *size)
+        return {PC_ERROR_ARGUMENT, concat("size: room for ", room, " bytes; the text has ", *size)};
+    std::memcpy(text, from.c_str(), *size);
     return {};
 }
 

@@ -9,6 +9,7 @@
 #include "chain/gl/debug.h"
 #include "chain/guest/validate.h"
 #include "chain/plan_print.h"
+#include "chain/same_shape.h"
 
 namespace postchain::guest {
 namespace {
@@ -33,12 +34,9 @@ Failure check_loader(const pc_create_info& info) {
     return {};
 }
 
-// Every program of frames of this kind, and the plan's, which may be of a debug view; each once.
+// host_programs(), and that of the focus.
 std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame, const Plan& plan) {
-    std::vector<ProgramKey> all = host_programs(chain, frame);
-    for (const Step& step : plan.steps)
-        if (std::find(all.begin(), all.end(), step.program) == all.end())
-            all.push_back(step.program);
+    std::vector<ProgramKey> all = host_programs(chain, frame, plan);
     if (frame.focus && frame.depth.name) all.push_back(Focus::program(frame));
     return all;
 }
@@ -274,7 +272,7 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
         glCreateTextures(GL_TEXTURE_2D, 1, &aside.output.name);
         glTextureStorage2D(aside.output.name, 1, frame.output.format->name, 1, 1);
     }
-    import(entry, aside);
+    import_frame(entry.host, aside, entry.compiled);
     wait = keep_state(entry.compiled.used(), entry.arrays, [&] {
         for (const int step : cold) {
             entry.compiled.warm_up(objects_->run, step);
@@ -284,38 +282,6 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
     });
     if (entry.host.writes_output) glDeleteTextures(1, &aside.output.name);
     return wait;
-}
-
-Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey& key,
-                       Entry*& entry) {
-    entry = nullptr;
-    const FrameValues values = values_of(frame);
-    const uint64_t number = frame.given->frame_number;
-    for (const auto& known : objects_->entries) {
-        const Purpose& purpose = known->purpose;
-        if (purpose.key != key || purpose.values != values) continue;
-        if (known->compiled.plan().uses_frame_number && purpose.frame_number != number) continue;
-        entry = known.get();
-        return {};
-    }
-    bool resolved = false;
-    for (const auto& known : objects_->entries) {
-        Purpose& purpose = known->purpose;
-        if (purpose.key != key) continue;
-        if (!resolved)
-            if (Status s = resolved_.resolve(chain, describe(frame, chain), purpose.options,
-                                             purpose.rules);
-                !s.ok())
-                return s;
-        resolved = true;
-        if (purpose.shape != resolved_.shape()) continue;
-        known->compiled.rewrite_values([&](Plan& plan) { write_values(resolved_, plan); });
-        purpose.values = values;
-        purpose.frame_number = number;
-        entry = known.get();
-        return {};
-    }
-    return {};
 }
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
@@ -357,13 +323,11 @@ void Instance::forget_all() {
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame,
                                const PlanKey& key, Entry*& entry) {
     const Chain& chain = handle.chain();
-    if (Failure failure = find(chain, frame, key, entry); entry || !failure.ok()) return failure;
-    Purpose purpose{key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
-    purpose.rules = purpose.options.rules(chain);
-    if (Status s = resolved_.resolve(chain, describe(frame, chain), purpose.options, purpose.rules);
-        !s.ok())
-        return s;
-    purpose.shape = resolved_.shape();
+    if (Failure failure = find_entry(objects_->entries, chain, frame, key, resolved_, entry);
+        entry || !failure.ok())
+        return failure;
+    Purpose purpose;
+    if (Status s = resolve(chain, frame, key, resolved_, purpose); !s.ok()) return s;
     auto host = make_host_plan(resolved_, frame);
     if (!host.ok()) return host.status();
     ++plans_;
@@ -371,7 +335,7 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
         const PlanKey& other = known->purpose.key;
         const bool replaced = other.chain == key.chain && other.revision < key.revision;
         if (!replaced && known->last_run + kept_frames() >= frames_) continue;
-        if (other.room != key.room || !gl::same_shape(known->compiled.plan(), host->plan)) continue;
+        if (other.room != key.room || !same_shape(known->compiled.plan(), host->plan)) continue;
         known->compiled.take_values(std::move(host->plan));
         known->purpose = std::move(purpose);
         known->host = std::move(*host);
@@ -434,42 +398,6 @@ void Instance::forget_entries() {
             entries.begin(), entries.end(),
             [](const auto& a, const auto& b) { return a->last_run < b->last_run; }));
     objects_->pool.trim(kept);
-}
-
-void Instance::import(Entry& entry, const HostFrame& frame) {
-    const HostPlan& host = entry.host;
-    gl::CompiledPlan& compiled = entry.compiled;
-    if (host.color >= 0) compiled.import(host.color, frame.color.name);
-    if (host.depth >= 0) compiled.import(host.depth, frame.depth.name);
-    if (host.motion >= 0) compiled.import(host.motion, frame.motion.name);
-    if (host.mask >= 0) compiled.import(host.mask, frame.mask.name);
-    if (host.exposure >= 0) compiled.import(host.exposure, frame.exposure.name);
-    if (host.writes_output)
-        compiled.import(host.result, frame.output.name, frame.output.format->name,
-                        frame.output.image);
-    if (host.own_steps.empty()) return;
-    shared::GuestUniforms uniforms = uniforms_of(frame);
-    uniforms.makes = host.makes;
-    if (host.shown >= 0) {
-        const PlanTexture& shown = compiled.plan().textures[size_t(host.shown)];
-        uniforms.shown_size = {shown.width, shown.height};
-        const struct {
-            TextureId id;
-            const pc_texture& texture;
-            const HostTexture& checked;
-        } views[] = {{host.color, frame.given->color, frame.color},
-                     {host.depth, frame.given->depth, frame.depth},
-                     {host.motion, frame.given->motion, frame.motion},
-                     {host.mask, frame.given->mask, frame.mask}};
-        for (const auto& [id, texture, checked] : views) {
-            if (host.shown != id) continue;
-            uniforms.shown_at = {texture.x, texture.y};
-            uniforms.shown_size = {checked.width, checked.height};
-            uniforms.shown_image = {checked.image.layer, checked.image.level};
-        }
-    }
-    for (const int step : host.own_steps)
-        compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
 }
 
 Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
@@ -535,7 +463,7 @@ Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& res
     last_.debug_view = entry->purpose.key.debug_view;
     const Plan& plan = entry->compiled.plan();
     if (!plan.steps.empty()) {
-        import(*entry, frame);
+        import_frame(entry->host, frame, entry->compiled);
         if (Failure failure = dispatch(*entry, frame, timed); !failure.ok()) return failure;
     }
     const TextureId id = entry->host.result;

@@ -24,6 +24,7 @@
 #include "chain/guest/gl_state.h"
 #include "chain/guest/host_frame.h"
 #include "chain/guest/host_plan.h"
+#include "chain/guest/purpose.h"
 
 namespace postchain::guest {
 
@@ -67,15 +68,6 @@ class Instance {
     std::string error;  // of the last call
 
   private:
-    // The frames that a plan is for. Frames of the same key and shape share a plan.
-    struct Purpose {
-        PlanKey key;
-        PlanOptions options;
-        RuleNames rules;  // options.rules() of the chain
-        PlanShape shape;
-        FrameValues values = {};  // of the frame whose bytes are in its uniform blocks
-        uint64_t frame_number = 0;
-    };
     // A plan that is ready to run.
     struct Entry {
         Purpose purpose;
@@ -117,8 +109,6 @@ class Instance {
     Failure ready_focus(const HostFrame& frame);
     // Finds and follows the depths at the places that the chain focuses at.
     Failure follow_focus(const ChainHandle& chain, HostFrame& frame);
-    // The plan of this key and shape, with the frame's values; null if there is none.
-    Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE if a program is not compiled.
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, const PlanKey& key,
@@ -136,7 +126,6 @@ class Instance {
     // none is left.
     bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
     gl::BinaryStore binaries() const;
-    static void import(Entry& entry, const HostFrame& frame);
     Failure dispatch(Entry& entry, const HostFrame& frame, bool timed);
 
     pc_create_info info_;
@@ -151,7 +140,7 @@ class Instance {
     std::vector<ProgramKey> prepared_programs_;
     std::vector<FrameKind> prepared_kinds_;  // the newest last
     FrameValues prepared_values_ = {};
-    ResolvedChain resolved_;  // the frame that find() looks for
+    ResolvedChain resolved_;  // the frame whose plan is looked for
     Focus::Depths focused_;   // the places of the last chain that was checked
     LastFrame last_;
     GlState state_;

@@ -16,12 +16,15 @@ using postchain::concat;
 using postchain::ParameterValue;
 using postchain::guest::ChainHandle;
 using postchain::guest::change_struct;
+using postchain::guest::copy_text;
 using postchain::guest::create;
 using postchain::guest::engines_text;
 using postchain::guest::Failure;
 using postchain::guest::guarded;
 using postchain::guest::Instance;
+using postchain::guest::keep_error;
 using postchain::guest::last_error_text;
+using postchain::guest::look;
 using postchain::guest::make_tier;
 using postchain::guest::new_chain;
 using postchain::guest::read_struct;
@@ -29,24 +32,6 @@ using postchain::guest::tiers;
 using postchain::guest::Use;
 
 namespace {
-
-// The text of pc_error(). Without memory for it there is none.
-void keep(const std::string& text) noexcept {
-    try {
-        last_error_text() = text;
-    } catch (...) {
-        last_error_text().clear();
-    }
-}
-
-// A call that does not change the handle.
-template <class Handle, class Work>
-pc_result look(const Handle* handle, const char* name, const Work& work) {
-    const Use use(handle, name);
-    const Failure failure = use.failure().ok() ? guarded(work) : use.failure();
-    keep(failure.text);
-    return failure.result;
-}
 
 template <class Work>
 pc_result call(pc_instance* instance, const Work& work) {
@@ -186,10 +171,10 @@ const char* pc_chain_error(const pc_chain* chain) {
 pc_result pc_pass(uint32_t index, const char** name, const char** help) {
     const auto& types = postchain::guest::passes().types();
     if (index >= types.size()) {
-        keep(concat("index ", index, ": there are ", types.size(), " passes"));
+        keep_error(concat("index ", index, ": there are ", types.size(), " passes"));
         return PC_ERROR_ARGUMENT;
     }
-    keep("");
+    keep_error("");
     if (name) *name = types[index].name.c_str();
     if (help) *help = types[index].help.c_str();
     return PC_OK;
@@ -198,10 +183,10 @@ pc_result pc_pass(uint32_t index, const char** name, const char** help) {
 pc_result pc_tier(uint32_t index, const char** name, const char** help) {
     const auto& all = tiers();
     if (index >= all.size()) {
-        keep(concat("index ", index, ": there are ", all.size(), " tiers"));
+        keep_error(concat("index ", index, ": there are ", all.size(), " tiers"));
         return PC_ERROR_ARGUMENT;
     }
-    keep("");
+    keep_error("");
     if (name) *name = all[index].name;
     if (help) *help = all[index].help;
     return PC_OK;
@@ -363,17 +348,8 @@ pc_result pc_count(const pc_instance* instance, pc_counters* counters) {
 }
 
 pc_result pc_explain(const pc_instance* instance, char* text, size_t* size) {
-    return look(instance, "instance", [&]() -> Failure {
-        if (!size) return {PC_ERROR_ARGUMENT, "size is NULL"};
-        const std::string json = instance->is->explain();
-        const size_t room = *size;
-        *size = json.size() + 1;
-        if (!text || room < *size)
-            return {PC_ERROR_ARGUMENT,
-                    concat("size: room for ", room, " bytes; the text has ", *size)};
-        std::memcpy(text, json.c_str(), *size);
-        return {};
-    });
+    return look(instance, "instance",
+                [&] { return copy_text(instance->is->explain(), text, size); });
 }
 
 pc_result pc_check_motion(pc_instance* instance, const pc_frame* frame,

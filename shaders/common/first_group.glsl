@@ -1,7 +1,7 @@
 // The place of a work group and of an invocation in the step. A dispatch may be a band of a step
 // (chain/bands.h): its first work group is then not (0, 0). Include it after the work group's size.
-#ifdef VULKAN  // compiled offline for a GPU that is not present: there, uniforms are in blocks
-layout(binding = 1) uniform FirstGroup { uvec2 first_group; };
+#ifdef VULKAN
+layout(push_constant) uniform FirstGroup { uvec2 first_group; };
 #else
 layout(location = 0) uniform uvec2 first_group;
 #endif

@@ -11,8 +11,8 @@
 //   FOR_LAYERS(i) sums[i] += weight * LAYER_FETCH(layers, at, i);
 
 #ifdef LAYERS
-#ifdef VULKAN  // as in common/first_group.glsl
-layout(binding = 2) uniform LayersFirst { int layers_first; };
+#ifdef VULKAN
+layout(constant_id = 0) const int layers_first = 0;
 #else
 layout(location = 1) uniform int layers_first;  // Step::first_layer
 #endif

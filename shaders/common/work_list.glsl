@@ -27,9 +27,9 @@ layout(std430, binding = 0) readonly buffer WorkList { WORK_LIST } work_list;
 bool next_pixel(ivec2 size, out ivec2 p) {
 #if LIST
     // A launch by the list is a rectangle, whose last row may be longer than the list. Bands
-    // (chain/bands.h) lie in one row, which may be longer too.
+    // (chain/bands.h) lie in one row, which may be longer too, or in the rows of such a rectangle.
     const uvec2 group = uvec2(group_at());
-    const uint index = group.y * kGroupsPerRow + group.x;
+    const uint index = group.y * uint(kGroupsPerRow) + group.x;
     if (index >= work_list.count) {
         p = ivec2(0);
         return false;

@@ -2,10 +2,7 @@
 //
 // One atomic per block: the launch's size changes only with the first block of a row, and its width
 // with those of the first row.
-
-// Width of the launch. A device may allow no more than 65535 groups per side, and the last row is
-// launched in full.
-const uint kGroupsPerRow = 64u;
+#include "shared/work_group.h"
 
 #define WORK_LIST   \
     uint groups_x;  \
@@ -18,9 +15,10 @@ const uint kGroupsPerRow = 64u;
     {                                                                       \
         const uint place = atomicAdd(list.count, 1u);                       \
         list.blocks[place] = uint((block_xy).x) | uint((block_xy).y) << 16; \
-        if (place < kGroupsPerRow) atomicMax(list.groups_x, place + 1u);    \
-        if (place % kGroupsPerRow == 0u) {                                  \
-            atomicMax(list.groups_y, place / kGroupsPerRow + 1u);           \
+        const uint row = uint(kGroupsPerRow);                               \
+        if (place < row) atomicMax(list.groups_x, place + 1u);              \
+        if (place % row == 0u) {                                            \
+            atomicMax(list.groups_y, place / row + 1u);                     \
             list.groups_z = 1u;                                             \
         }                                                                   \
     }

@@ -119,6 +119,9 @@ Result<std::unique_ptr<AmdCompiler>> AmdCompiler::create(const std::string& gene
         info_of<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
     layout.setLayoutCount = 1;
     layout.pSetLayouts = &vk.set;
+    const VkPushConstantRange first_group = {VK_SHADER_STAGE_COMPUTE_BIT, 0, 8};
+    layout.pushConstantRangeCount = 1;
+    layout.pPushConstantRanges = &first_group;
     vkCreatePipelineLayout(vk.device, &layout, nullptr, &vk.layout);
     return made;
 }

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/gl/program.h"
 #include "chain/planner.h"
+#include "chain/program_source.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tests/bench/amd_compiler.h"
@@ -81,7 +81,7 @@ const std::vector<uint32_t>& spirv_of(const ProgramKey& program) {
     static std::map<std::string, std::vector<uint32_t>> known;
     std::vector<uint32_t>& words = known[program.text()];
     if (!words.empty()) return words;
-    const Result<std::string> source = gl::program_source(program);
+    const Result<std::string> source = program_source(program);
     if (!source.ok()) fail(source.status().message(), 1);
     std::ofstream(folder.path("s.comp")) << *source;
     const std::string command =

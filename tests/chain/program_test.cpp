@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "chain/program_source.h"
 #include "tests/support/gpu.h"
 
 namespace postchain {
@@ -64,12 +65,12 @@ TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
 
 TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
     write("a.comp", "#version 450 core\n#include \"common/none.glsl\"\n");
-    auto source = gl::resolve_includes("a.comp", folder_);
+    auto source = resolve_includes("a.comp", folder_);
     ASSERT_FALSE(source.ok());
     EXPECT_THAT(source.status().message(), HasSubstr("a.comp:2"));
     EXPECT_THAT(source.status().message(), HasSubstr("none.glsl"));
     write("b.comp", "#include \"b.comp\"\n");
-    source = gl::resolve_includes("b.comp", folder_);
+    source = resolve_includes("b.comp", folder_);
     ASSERT_FALSE(source.ok());
     EXPECT_THAT(source.status().message(), HasSubstr("includes itself"));
 }
@@ -122,10 +123,10 @@ TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
 }
 
 TEST(EmbeddedPrograms, NeedNoFolder) {
-    const auto source = gl::resolve_includes("shared/uniforms.h", "");
+    const auto source = resolve_includes("shared/uniforms.h", "");
     ASSERT_TRUE(source.ok());
     EXPECT_THAT(*source, HasSubstr("UNIFORMS_BEGIN"));
-    EXPECT_FALSE(gl::resolve_includes("nowhere.comp", "").ok());
+    EXPECT_FALSE(resolve_includes("nowhere.comp", "").ok());
 }
 
 }  // namespace

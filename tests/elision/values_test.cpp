@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "chain/gl/compiled_plan.h"
+#include "chain/same_shape.h"
 #include "tests/elision/random_case.h"
 #include "tests/elision/support.h"
 
@@ -70,8 +70,8 @@ TEST(Values, AnotherTileEdgeIsAnotherShape) {
         EXPECT_TRUE(plan.ok()) << plan.status().message();
         return std::move(*plan);
     };
-    EXPECT_TRUE(gl::same_shape(plan_of(16), plan_of(16)));
-    EXPECT_FALSE(gl::same_shape(plan_of(16), plan_of(64)));
+    EXPECT_TRUE(same_shape(plan_of(16), plan_of(16)));
+    EXPECT_FALSE(same_shape(plan_of(16), plan_of(64)));
 }
 
 TEST(Values, APlanWithAnothersValuesIsThatPlan) {
@@ -101,7 +101,7 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
                 continue;
             }
             ++same;
-            ASSERT_TRUE(gl::same_shape(*plan, *fresh)) << seed << "\n" << one.text;
+            ASSERT_TRUE(same_shape(*plan, *fresh)) << seed << "\n" << one.text;
             write_values(resolved, *plan);
             EXPECT_EQ(plan->frame_number, frame.frame_number);
             EXPECT_EQ(plan->uses_frame_number, fresh->uses_frame_number);

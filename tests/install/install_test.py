@@ -1,7 +1,7 @@
 """Tests the files that `cmake --install` installs, by programs that use them. Each check is a test of
 ctest; `tree` installs the built tree for the others, and `packages` makes the Debian packages.
 
-    install_test.py CHECK --build BUILD --prefix PREFIX --version VERSION [--core]
+    install_test.py CHECK --build BUILD --prefix PREFIX --version VERSION [--core] [--vulkan]
 """
 import argparse
 import os
@@ -40,6 +40,8 @@ def libraries(options):
     parts = {"postchain": ["postchain.h"]}
     if not options.core:
         parts["postchain_config"] = ["chain_from_text.h"]
+    if options.vulkan:
+        parts["postchain_vk"] = ["postchain_vk.h"]
     return parts
 
 
@@ -58,6 +60,7 @@ def compilers():
 def tree(options):
     shutil.rmtree(options.prefix, ignore_errors=True)
     components = ["library", "dev"] + ([] if options.core else ["config", "command"])
+    components += ["vulkan"] if options.vulkan else []
     for component in components:
         call("cmake", "--install", options.build, "--prefix", options.prefix, "--component",
              component)
@@ -67,7 +70,7 @@ def headers(options):
     """Each compiles alone, without a warning."""
     folder = options.prefix / "include"
     files = sorted(folder.glob("postchain/*"))
-    names = {"postchain.h", "postchain.hpp"} | (set() if options.core else {"chain_from_text.h"})
+    names = {"postchain.hpp"}.union(*libraries(options).values())
     expect_equal({file.name for file in files}, names, "headers")
     flags = ["-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow",
              "-Werror", "-I", folder]
@@ -114,7 +117,8 @@ def needed(options):
     system = {"libstdc++.so.6", "libm.so.6", "libgcc_s.so.1", "libc.so.6",
               "ld-linux-x86-64.so.2"}
     may = {"postchain": {"libepoxy.so.0"},
-           "postchain_config": {f"libpostchain.so.{soversion(options)}", "libyaml-cpp.so.0.7"}}
+           "postchain_config": {f"libpostchain.so.{soversion(options)}", "libyaml-cpp.so.0.7"},
+           "postchain_vk": {f"libpostchain.so.{soversion(options)}"}}
     for name in libraries(options):
         library = one(f"lib/**/lib{name}.so", options.prefix)
         text = call("readelf", "-d", library)
@@ -169,7 +173,7 @@ def examples(options):
 
 def samples(options):
     """The samples build on their own, against the installed tree."""
-    for name in ("glfw", "ogre"):
+    for name in ("glfw", "ogre") + (("vulkan",) if options.vulkan else ()):
         folder = options.prefix / "samples" / name
         call("cmake", "-S", ROOT / "tools" / "samples" / name, "-B", folder,
              f"-DCMAKE_PREFIX_PATH={options.prefix}")
@@ -243,6 +247,8 @@ def packages(options):
     if not options.core:
         has.update({"postchain": "bin/postchain",
                     f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
+    if options.vulkan:
+        has[f"libpostchain-vk{so}"] = f"libpostchain_vk.so.{options.version}"
     expect_equal(set(held), set(has), "packages")
     for package, file in has.items():
         for other, (files, _) in held.items():
@@ -289,6 +295,7 @@ def main():
     parser.add_argument("--prefix", type=pathlib.Path, required=True)
     parser.add_argument("--version", required=True)
     parser.add_argument("--core", action="store_true")
+    parser.add_argument("--vulkan", action="store_true")
     options = parser.parse_args()
     options.build, options.prefix = options.build.resolve(), options.prefix.resolve()
     checks[options.check](options)

@@ -11,10 +11,10 @@
 #include <map>
 #include <set>
 
-#include "chain/gl/program.h"
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/focus.h"
 #include "chain/guest/host_plan.h"
+#include "chain/program_source.h"
 #include "chain/status.h"
 #include "shaders/shared/scene_uniforms.h"
 #include "tests/elision/random_case.h"
@@ -158,7 +158,7 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     size_t number = 0;
     std::map<std::string, std::string> names;  // by program
     for (const auto& [text, step] : steps) {
-        const auto source = gl::program_source(step.program);
+        const auto source = program_source(step.program);
         ASSERT_TRUE(source.ok()) << source.status().message();
         names[text] = folder.path(concat(number++, ".comp"));
         std::ofstream(names[text]) << *source;

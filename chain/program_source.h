@@ -1,0 +1,24 @@
+// Sources of compute programs: embedded, or read from a folder (development).
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "chain/plan.h"
+#include "chain/status.h"
+
+namespace postchain {
+
+// The text of `file` (a path under shaders/) with every `#include "path"` replaced by that file and
+// #line directives kept. `folder`: where they are read from; empty: the embedded files. Errors name
+// file and line: missing file, include circle.
+Result<std::string> resolve_includes(const std::string& file, const std::string& folder,
+                                     std::vector<std::string>* files = nullptr);
+
+// The text of a program as the compiler gets it.
+Result<std::string> program_source(const ProgramKey& key, const std::string& folder = {});
+
+// Likewise, of a source whose includes are resolved.
+std::string with_defines(const std::string& source, const ProgramKey& key);
+
+}  // namespace postchain

@@ -1,0 +1,384 @@
+#include "chain/vk/compiled_plan.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "chain/bands.h"
+#include "chain/hazards.h"
+#include "chain/vk/format.h"
+
+namespace postchain::vk {
+namespace {
+
+constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+constexpr VkPipelineStageFlags kLaunch = VK_PIPELINE_STAGE_DRAW_INDIRECT_BIT;
+constexpr VkPipelineStageFlags kTransfer = VK_PIPELINE_STAGE_TRANSFER_BIT;
+constexpr VkAccessFlags kShader = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
+
+VkMemoryBarrier barrier(VkAccessFlags from, VkAccessFlags to) {
+    auto made = info_of<VkMemoryBarrier>(VK_STRUCTURE_TYPE_MEMORY_BARRIER);
+    made.srcAccessMask = from;
+    made.dstAccessMask = to;
+    return made;
+}
+
+Kind kind_of(Access access) {
+    switch (access) {
+        case Access::list:
+            return Kind::list;
+        case Access::read:
+        case Access::write:
+            return Kind::image;
+        case Access::sample_nearest:
+            break;
+    }
+    return Kind::texture;
+}
+
+// The binding of a program's unit; -1: the step has none.
+TextureId texture_at(const Step& step, const Unit& unit) {
+    for (const Binding& binding : step.bindings)
+        if (kind_of(binding.access) == unit.kind && uint32_t(binding.unit) == unit.number)
+            return binding.texture;
+    return unit.kind == Kind::list && unit.number == 0 ? step.work_list : -1;
+}
+
+Status check_units(const Step& step, const Program& program) {
+    for (const Unit& unit : program.units) {
+        if (unit.kind == Kind::uniforms ? !step.uniforms.empty()
+                                        : unit.plain || texture_at(step, unit) >= 0)
+            continue;
+        return Status(StatusCode::internal, concat("unit ", unit.number, " is not bound"));
+    }
+    return Status();
+}
+
+std::string name_of_step(const Plan& plan, const Step& step) {
+    return plan.passes[size_t(step.pass)].type + "." + step.name;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<CompiledPlan>> CompiledPlan::make(Plan plan, const Objects& objects,
+                                                         const Room& room, uint64_t run) {
+    std::unique_ptr<CompiledPlan> made(new CompiledPlan(std::move(plan), objects));
+    if (Status s = made->take_programs(); !s.ok()) return s;
+    if (Status s = made->take_images(room, run); !s.ok()) return s;
+    if (Status s = made->make_uniforms(); !s.ok()) return s;
+    if (Status s = made->make_sets(); !s.ok()) return s;
+    return made;
+}
+
+CompiledPlan::~CompiledPlan() {
+    release();
+    const Device& device = objects_.device;
+    device.fn().DestroyDescriptorPool(device.handle(), sets_pool_, nullptr);
+}
+
+void CompiledPlan::release() {
+    for (Image* image : images_) --image->plans;
+    images_.clear();
+}
+
+Status CompiledPlan::take_programs() {
+    const size_t alignment =
+        std::max<size_t>(objects_.device.limits().minUniformBufferOffsetAlignment, 16);
+    for (const Step& step : plan_.steps) {
+        if (step.first_layer != 0)
+            return Status(StatusCode::internal,
+                          name_of_step(plan_, step) + ": a host's frame has one layer at most");
+        const auto program = objects_.programs.get(step.program);
+        if (!program.ok()) return program.status();
+        Command command{*program, bytes_.size(), step.uniforms.size(), 0, false};
+        for (const Binding& binding : step.bindings)
+            command.imports = command.imports || plan_.textures[size_t(binding.texture)].imported;
+        if (Status s = check_units(step, **program); !s.ok())
+            return s.at(name_of_step(plan_, step));
+        commands_.push_back(command);
+        bytes_.insert(bytes_.end(), step.uniforms.begin(), step.uniforms.end());
+        bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
+    }
+    return Status();
+}
+
+Status CompiledPlan::take_images(const Room& room, uint64_t run) {
+    const size_t count = plan_.textures.size();
+    const StoragePlan shared = share_storage(plan_, room);
+    auto taken = objects_.pool.acquire(shared.all, run);
+    if (!taken.ok()) return taken.status();
+    images_ = std::move(*taken);
+    names_.assign(count, 0);
+    image_of_.assign(count, nullptr);
+    storage_.resize(count);
+    for (size_t t = 0; t < count; ++t) {
+        const int place = shared.of[t];
+        storage_[t] = place < 0 ? int(count + t) : place;  // the host's: its own, so far as known
+        if (place >= 0) image_of_[t] = images_[size_t(place)];
+    }
+    find_barriers();
+    return Status();
+}
+
+Status CompiledPlan::make_uniforms() {
+    if (bytes_.empty()) return Status();
+    auto made =
+        Buffer::make(objects_.device, bytes_.size() * objects_.runs_in_flight,
+                     VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
+                     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
+    if (!made.ok()) return made.status();
+    uniforms_ = std::move(*made);
+    auto mapped = uniforms_.map();
+    if (!mapped.ok()) return mapped.status();
+    mapped_ = *mapped;
+    return Status();
+}
+
+Status CompiledPlan::make_sets() {
+    if (commands_.empty()) return Status();
+    const Device& device = objects_.device;
+    const uint32_t runs = objects_.runs_in_flight;
+    std::array<uint32_t, 4> units = {};
+    for (const Command& command : commands_)
+        for (const Unit& unit : command.program->units) units[size_t(unit.kind)] += runs;
+    const VkDescriptorType types[] = {
+        VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE,
+        VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC};
+    std::vector<VkDescriptorPoolSize> sizes;
+    for (size_t kind = 0; kind < units.size(); ++kind)
+        if (units[kind] > 0) sizes.push_back({types[kind], units[kind]});
+    auto info = info_of<VkDescriptorPoolCreateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO);
+    info.maxSets = uint32_t(commands_.size()) * runs;
+    info.poolSizeCount = uint32_t(sizes.size());
+    info.pPoolSizes = sizes.data();
+    if (Status s = status_of(
+            device.fn().CreateDescriptorPool(device.handle(), &info, nullptr, &sets_pool_),
+            "vkCreateDescriptorPool");
+        !s.ok())
+        return s;
+    std::vector<VkDescriptorSetLayout> layouts;
+    for (uint32_t run = 0; run < runs; ++run)
+        for (const Command& command : commands_) layouts.push_back(command.program->set);
+    sets_.resize(layouts.size());
+    auto sets =
+        info_of<VkDescriptorSetAllocateInfo>(VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO);
+    sets.descriptorPool = sets_pool_;
+    sets.descriptorSetCount = uint32_t(layouts.size());
+    sets.pSetLayouts = layouts.data();
+    if (Status s =
+            status_of(device.fn().AllocateDescriptorSets(device.handle(), &sets, sets_.data()),
+                      "vkAllocateDescriptorSets");
+        !s.ok())
+        return s;
+    for (size_t i = 0; i < sets_.size(); ++i) {
+        const size_t step = i % commands_.size();
+        if (!commands_[step].imports)
+            write_set(plan_.steps[step], commands_[step], sets_[i], HostViews());
+    }
+    bound_.resize(runs);
+    return Status();
+}
+
+bool CompiledPlan::holds_unused(uint64_t last_used) const {
+    return std::any_of(images_.begin(), images_.end(),
+                       [&](const Image* image) { return image->last_used <= last_used; });
+}
+
+void CompiledPlan::take_values(Plan plan) {
+    plan_ = std::move(plan);
+    take_uniforms();
+}
+
+void CompiledPlan::take_uniforms() {
+    for (size_t i = 0; i < commands_.size(); ++i) set_uniforms(int(i), plan_.steps[i].uniforms);
+}
+
+void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
+    const Command& command = commands_[size_t(step)];
+    std::copy_n(bytes.begin(), std::min(bytes.size(), command.uniforms_bytes),
+                bytes_.begin() + std::ptrdiff_t(command.uniforms));
+}
+
+// Imported textures of one name are one storage. True if that is not as it was.
+bool CompiledPlan::find_shared_imports() {
+    const size_t count = plan_.textures.size();
+    bool changed = false;
+    for (size_t t = 0; t < count; ++t) {
+        if (!plan_.textures[t].imported) continue;
+        size_t first = 0;
+        while (!plan_.textures[first].imported || names_[first] != names_[t]) ++first;
+        const int storage = int(count + (names_[t] == 0 ? t : first));
+        changed = changed || storage != storage_[t];
+        storage_[t] = storage;
+    }
+    return changed;
+}
+
+void CompiledPlan::find_barriers() {
+    const std::vector<uint32_t> waits = waits_of(plan_, storage_);
+    barriers_ = 0;
+    for (size_t i = 0; i < waits.size(); ++i) {
+        commands_[i].waits = waits[i];
+        barriers_ += waits[i] != 0;
+    }
+}
+
+void CompiledPlan::write_set(const Step& step, const Command& command, VkDescriptorSet set,
+                             const HostViews& views) const {
+    constexpr size_t kMost = 4 * kUnitsOfAKind;
+    std::array<VkWriteDescriptorSet, kMost> writes;
+    std::array<VkDescriptorImageInfo, kMost> images;
+    std::array<VkDescriptorBufferInfo, kMost> buffers;
+    uint32_t count = 0;
+    for (const Unit& unit : command.program->units) {
+        auto& write = writes[count];
+        auto& image = images[count] = {};
+        auto& buffer = buffers[count] = {};
+        ++count;
+        write = info_of<VkWriteDescriptorSet>(VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET);
+        write.dstSet = set;
+        write.dstBinding = binding_of(unit.kind, unit.number);
+        write.descriptorCount = 1;
+        if (unit.kind == Kind::uniforms) {
+            write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC;
+            buffer = {uniforms_.handle(), 0, command.uniforms_bytes};
+            write.pBufferInfo = &buffer;
+            continue;
+        }
+        const TextureId texture = texture_at(step, unit);
+        const Image* own = texture < 0 ? &objects_.unused : image_of_[size_t(texture)];
+        if (unit.kind == Kind::list) {
+            write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+            buffer = {own->list.handle(), 0, VK_WHOLE_SIZE};
+            write.pBufferInfo = &buffer;
+            continue;
+        }
+        write.descriptorType = unit.kind == Kind::image ? VK_DESCRIPTOR_TYPE_STORAGE_IMAGE
+                                                        : VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+        write.pImageInfo = &image;
+        image.imageView = own ? own->view : views[names_[size_t(texture)] - 1].view;
+        image.imageLayout =
+            own ? VK_IMAGE_LAYOUT_GENERAL : views[names_[size_t(texture)] - 1].layout;
+    }
+    objects_.device.fn().UpdateDescriptorSets(objects_.device.handle(), count, writes.data(), 0,
+                                              nullptr);
+}
+
+// The sets of a slot whose last run is over.
+void CompiledPlan::write_sets(uint32_t slot, const HostViews& views) {
+    Bound& bound = bound_[slot];
+    if (bound.views == views && bound.names == names_) return;
+    bound.views = views;
+    bound.names = names_;
+    for (size_t i = 0; i < commands_.size(); ++i)
+        if (commands_[i].imports)
+            write_set(plan_.steps[i], commands_[i], sets_[slot * commands_.size() + i], views);
+}
+
+// After the runs before, which are the same images' last users. What is in them is of no use.
+void CompiledPlan::begin(VkCommandBuffer commands) const {
+    const Functions& fn = objects_.device.fn();
+    constexpr VkPipelineStageFlags kBefore = kCompute | kLaunch | kTransfer;
+    const VkMemoryBarrier memory =
+        barrier(VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT,
+                kShader | VK_ACCESS_TRANSFER_WRITE_BIT);
+    constexpr size_t kAtOnce = 16;
+    std::array<VkImageMemoryBarrier, kAtOnce> images;
+    uint32_t count = 0;
+    const auto send = [&] {
+        fn.CmdPipelineBarrier(commands, kBefore, kCompute | kTransfer, 0, 1, &memory, 0, nullptr,
+                              count, images.data());
+        count = 0;
+    };
+    const auto discard = [&](const Image& image) {
+        if (image.storage.format == Format::work_list) return;
+        if (count == kAtOnce) send();
+        auto& one = images[count++];
+        one = info_of<VkImageMemoryBarrier>(VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER);
+        one.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT;
+        one.dstAccessMask = kShader;
+        one.oldLayout = VK_IMAGE_LAYOUT_UNDEFINED;
+        one.newLayout = VK_IMAGE_LAYOUT_GENERAL;
+        one.srcQueueFamilyIndex = one.dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED;
+        one.image = image.image;
+        one.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS};
+    };
+    discard(objects_.unused);
+    for (const Image* image : images_) discard(*image);
+    send();
+    bool lists = false;
+    for (const Image* image : images_) {
+        if (image->storage.format != Format::work_list) continue;
+        fn.CmdFillBuffer(commands, image->list.handle(), 0, kWorkListHeaderBytes, 0);
+        lists = true;
+    }
+    if (!lists) return;
+    const VkMemoryBarrier filled =
+        barrier(VK_ACCESS_TRANSFER_WRITE_BIT, kShader | VK_ACCESS_INDIRECT_COMMAND_READ_BIT);
+    fn.CmdPipelineBarrier(commands, kTransfer, kCompute | kLaunch, 0, 1, &filled, 0, nullptr, 0,
+                          nullptr);
+}
+
+void CompiledPlan::wait(VkCommandBuffer commands, uint32_t waits) const {
+    const bool launch = (waits & kWaitLaunch) != 0;
+    const VkMemoryBarrier memory =
+        barrier(VK_ACCESS_SHADER_WRITE_BIT,
+                launch ? kShader | VK_ACCESS_INDIRECT_COMMAND_READ_BIT : kShader);
+    objects_.device.fn().CmdPipelineBarrier(commands, kCompute,
+                                            launch ? kCompute | kLaunch : kCompute, 0, 1, &memory,
+                                            0, nullptr, 0, nullptr);
+}
+
+// In bands, as in GL. Where the length of a list is not known they cover every block that it can
+// have, and work groups beyond its end return at once.
+void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
+                            const Program& program) const {
+    const Functions& fn = objects_.device.fn();
+    auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
+    const double taps = taps_of_group(step);
+    const auto push = [&](const std::array<unsigned, 2>& first_group) {
+        fn.CmdPushConstants(commands, program.layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, kPushedBytes,
+                            first_group.data());
+    };
+    if (step.work_list >= 0) {
+        const auto blocks = unsigned(plan_.textures[size_t(step.work_list)].width);
+        columns = shared::kGroupsPerRow;
+        rows = (blocks + columns - 1) / columns;
+        if (blocks * taps <= kBandTaps) {
+            push({0, 0});
+            fn.CmdDispatchIndirect(commands, image_of_[size_t(step.work_list)]->list.handle(), 0);
+            return;
+        }
+    }
+    for (Bands bands(columns, rows); bands.more();) {
+        const Band band = bands.next(kBandTaps / taps);
+        push(band.first);
+        fn.CmdDispatch(commands, band.count[0], band.count[1], uint32_t(step.groups[2]));
+    }
+}
+
+void CompiledPlan::record(VkCommandBuffer commands, uint64_t run, const HostViews& views) {
+    if (commands_.empty()) return;
+    if (find_shared_imports()) find_barriers();
+    for (Image* image : images_) image->last_used = run;
+    const auto slot = uint32_t(run % objects_.runs_in_flight);
+    write_sets(slot, views);
+    const size_t offset = slot * bytes_.size();
+    if (mapped_) std::memcpy(mapped_ + offset, bytes_.data(), bytes_.size());
+    const Functions& fn = objects_.device.fn();
+    begin(commands);
+    for (size_t i = 0; i < commands_.size(); ++i) {
+        const Command& command = commands_[i];
+        const Program& program = *command.program;
+        if (command.waits) wait(commands, command.waits);
+        fn.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.pipeline);
+        const bool block =
+            std::any_of(program.units.begin(), program.units.end(),
+                        [](const Unit& unit) { return unit.kind == Kind::uniforms; });
+        const auto place = uint32_t(offset + command.uniforms);
+        fn.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.layout, 0, 1,
+                                 &sets_[slot * commands_.size() + i], block ? 1 : 0, &place);
+        dispatch(commands, plan_.steps[i], program);
+    }
+}
+
+}  // namespace postchain::vk

@@ -1,0 +1,191 @@
+#include "chain/vk/device.h"
+
+#include <utility>
+#include <vector>
+
+namespace postchain::vk {
+namespace {
+
+const char* name_of(VkResult result) {
+    switch (result) {
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+            return "VK_ERROR_OUT_OF_HOST_MEMORY";
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            return "VK_ERROR_OUT_OF_DEVICE_MEMORY";
+        case VK_ERROR_DEVICE_LOST:
+            return "VK_ERROR_DEVICE_LOST";
+        case VK_ERROR_TOO_MANY_OBJECTS:
+            return "VK_ERROR_TOO_MANY_OBJECTS";
+        case VK_ERROR_OUT_OF_POOL_MEMORY:
+            return "VK_ERROR_OUT_OF_POOL_MEMORY";
+        case VK_ERROR_MEMORY_MAP_FAILED:
+            return "VK_ERROR_MEMORY_MAP_FAILED";
+        default:
+            return "VkResult";
+    }
+}
+
+}  // namespace
+
+Status status_of(VkResult result, const char* call) {
+    if (result == VK_SUCCESS) return Status();
+    const bool memory =
+        result == VK_ERROR_OUT_OF_HOST_MEMORY || result == VK_ERROR_OUT_OF_DEVICE_MEMORY;
+    return Status(memory ? StatusCode::memory : StatusCode::gl,
+                  concat(call, "(): ", name_of(result), " (", int(result), ")"));
+}
+
+Status Device::open(const Handles& handles) {
+    handles_ = handles;
+    const struct {
+        const char* name;
+        bool given;
+    } all[] = {{"get_instance_proc_addr", handles.get_instance_proc_addr != nullptr},
+               {"instance", handles.instance != VK_NULL_HANDLE},
+               {"physical_device", handles.physical != VK_NULL_HANDLE},
+               {"device", handles.device != VK_NULL_HANDLE}};
+    for (const auto& [name, given] : all)
+        if (!given) return Status(StatusCode::usage, concat(name, " is NULL"));
+    const auto of_instance = [&](const char* name) {
+        return handles.get_instance_proc_addr(handles.instance, name);
+    };
+    const char* missing = nullptr;
+#define POSTCHAIN_VK_LOAD(name)                                                \
+    const auto name = reinterpret_cast<PFN_vk##name>(of_instance("vk" #name)); \
+    if (!name) missing = "vk" #name;
+    POSTCHAIN_VK_LOAD(GetDeviceProcAddr)
+    POSTCHAIN_VK_LOAD(GetPhysicalDeviceProperties)
+    POSTCHAIN_VK_LOAD(GetPhysicalDeviceFeatures)
+    POSTCHAIN_VK_LOAD(GetPhysicalDeviceMemoryProperties)
+    POSTCHAIN_VK_LOAD(GetPhysicalDeviceFormatProperties)
+    POSTCHAIN_VK_LOAD(GetPhysicalDeviceQueueFamilyProperties)
+#undef POSTCHAIN_VK_LOAD
+    if (missing)
+        return Status(StatusCode::usage, concat("get_instance_proc_addr knows no ", missing));
+#define POSTCHAIN_VK_LOAD(name)                                                               \
+    fn_.name = reinterpret_cast<PFN_vk##name>(GetDeviceProcAddr(handles.device, "vk" #name)); \
+    if (!fn_.name) missing = "vk" #name;
+    POSTCHAIN_VK_FUNCTIONS(POSTCHAIN_VK_LOAD)
+#undef POSTCHAIN_VK_LOAD
+    if (missing) return Status(StatusCode::gl, concat("the device knows no ", missing, "()"));
+
+    VkPhysicalDeviceProperties properties = {};
+    GetPhysicalDeviceProperties(handles.physical, &properties);
+    if (properties.apiVersion < VK_API_VERSION_1_2)
+        return Status(
+            StatusCode::gl,
+            concat("physical_device has Vulkan ", VK_API_VERSION_MAJOR(properties.apiVersion), ".",
+                   VK_API_VERSION_MINOR(properties.apiVersion), "; 1.2 is needed"));
+    limits_ = properties.limits;
+    VkPhysicalDeviceFeatures features = {};
+    GetPhysicalDeviceFeatures(handles.physical, &features);
+    if (!features.shaderStorageImageWriteWithoutFormat)
+        return Status(StatusCode::gl,
+                      "physical_device has no shaderStorageImageWriteWithoutFormat");
+    GetPhysicalDeviceMemoryProperties(handles.physical, &memory_);
+    format_properties_ = GetPhysicalDeviceFormatProperties;
+    uint32_t count = 0;
+    GetPhysicalDeviceQueueFamilyProperties(handles.physical, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    GetPhysicalDeviceQueueFamilyProperties(handles.physical, &count, families.data());
+    if (handles.queue_family >= count ||
+        !(families[handles.queue_family].queueFlags & VK_QUEUE_COMPUTE_BIT))
+        return Status(StatusCode::usage, concat("queue_family: ", handles.queue_family,
+                                                " is no queue family with VK_QUEUE_COMPUTE_BIT"));
+    return Status();
+}
+
+bool Device::supports(VkFormat format, VkFormatFeatureFlags features) const {
+    VkFormatProperties found = {};
+    format_properties_(handles_.physical, format, &found);
+    return (found.optimalTilingFeatures & features) == features;
+}
+
+Result<VkDeviceMemory> Device::allocate(const VkMemoryRequirements& needs,
+                                        VkMemoryPropertyFlags properties) const {
+    // The first type that fits is the best, and there is one for every object.
+    for (const VkMemoryPropertyFlags wanted : {properties, VkMemoryPropertyFlags(0)}) {
+        for (uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
+            if (!(needs.memoryTypeBits >> i & 1) ||
+                (memory_.memoryTypes[i].propertyFlags & wanted) != wanted)
+                continue;
+            auto info = info_of<VkMemoryAllocateInfo>(VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO);
+            info.allocationSize = needs.size;
+            info.memoryTypeIndex = i;
+            VkDeviceMemory memory = VK_NULL_HANDLE;
+            if (Status s = status_of(fn_.AllocateMemory(handles_.device, &info, nullptr, &memory),
+                                     "vkAllocateMemory");
+                !s.ok())
+                return s;
+            return memory;
+        }
+        if (properties != VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) break;
+    }
+    return Status(StatusCode::gl, "the device has no memory of the type that a buffer needs");
+}
+
+Sampler::~Sampler() {
+    if (device_) device_->fn().DestroySampler(device_->handle(), sampler_, nullptr);
+}
+
+Status Sampler::make(const Device& device) {
+    device_ = &device;
+    auto info = info_of<VkSamplerCreateInfo>(VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO);
+    info.addressModeU = info.addressModeV = info.addressModeW =
+        VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+    return status_of(device.fn().CreateSampler(device.handle(), &info, nullptr, &sampler_),
+                     "vkCreateSampler");
+}
+
+Result<Buffer> Buffer::make(const Device& device, VkDeviceSize bytes, VkBufferUsageFlags usage,
+                            VkMemoryPropertyFlags properties) {
+    Buffer made;
+    made.device_ = &device;
+    auto info = info_of<VkBufferCreateInfo>(VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO);
+    info.size = bytes;
+    info.usage = usage;
+    const Functions& fn = device.fn();
+    if (Status s = status_of(fn.CreateBuffer(device.handle(), &info, nullptr, &made.buffer_),
+                             "vkCreateBuffer");
+        !s.ok())
+        return s;
+    VkMemoryRequirements needs = {};
+    fn.GetBufferMemoryRequirements(device.handle(), made.buffer_, &needs);
+    auto memory = device.allocate(needs, properties);
+    if (!memory.ok()) return memory.status();
+    made.memory_ = *memory;
+    if (Status s = status_of(fn.BindBufferMemory(device.handle(), made.buffer_, made.memory_, 0),
+                             "vkBindBufferMemory");
+        !s.ok())
+        return s;
+    return made;
+}
+
+Buffer::Buffer(Buffer&& other) noexcept {
+    *this = std::move(other);
+}
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept {
+    std::swap(device_, other.device_);
+    std::swap(buffer_, other.buffer_);
+    std::swap(memory_, other.memory_);
+    return *this;
+}
+
+Buffer::~Buffer() {
+    if (!device_) return;
+    device_->fn().DestroyBuffer(device_->handle(), buffer_, nullptr);
+    device_->fn().FreeMemory(device_->handle(), memory_, nullptr);
+}
+
+Result<std::byte*> Buffer::map() {
+    void* mapped = nullptr;
+    if (Status s = status_of(
+            device_->fn().MapMemory(device_->handle(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped),
+            "vkMapMemory");
+        !s.ok())
+        return s;
+    return static_cast<std::byte*>(mapped);
+}
+
+}  // namespace postchain::vk

@@ -1,0 +1,93 @@
+#include "chain/vk/host_images.h"
+
+#include "chain/guest/host_struct.h"
+#include "chain/vk/format.h"
+
+namespace postchain::vk {
+namespace {
+
+using guest::Failure;
+
+struct Member {
+    const char* name;
+    const pc_vk_image& image;
+    pc_texture& texture;
+};
+
+// Its format, layout and view; sizes and rectangles are checked as those of textures.
+Failure check_image(const Member& member, bool output) {
+    const auto& [name, image, texture] = member;
+    const guest::HostFormat* format = find_format(unsigned(image.format));
+    if (!format)
+        return {PC_ERROR_INPUT, concat(name, ".format: VkFormat ", int(image.format),
+                                       " is not one of float, normalized or depth values")};
+    if (output && !format->image)
+        return {PC_ERROR_INPUT, concat("output: ", format->text,
+                                       " cannot be written by a compute shader; give "
+                                       "VK_FORMAT_R8G8B8A8_UNORM, VK_FORMAT_R16G16B16A16_SFLOAT or "
+                                       "another of those in docs/vulkan.md")};
+    if (output && image.layout != VK_IMAGE_LAYOUT_GENERAL)
+        return {PC_ERROR_INPUT, concat("output.layout: VkImageLayout ", int(image.layout),
+                                       "; it is written in VK_IMAGE_LAYOUT_GENERAL")};
+    if (!is_readable_in(image.layout, *format))
+        return {PC_ERROR_INPUT, concat(name, ".layout: an image of ", format->text,
+                                       " cannot be read in VkImageLayout ", int(image.layout),
+                                       "; give VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL or "
+                                       "VK_IMAGE_LAYOUT_GENERAL")};
+    return {};
+}
+
+}  // namespace
+
+Failure check_images(const pc_vk_frame& given, HostImages& images) {
+    if (given.flags != 0)
+        return {PC_ERROR_VERSION, concat("pc_vk_frame.flags: ", given.flags,
+                                         " has a bit that this library does not know")};
+    pc_frame copy;
+    const pc_frame* values = nullptr;
+    if (Failure failure = guest::read_struct(given.values, "pc_vk_frame.values", copy, values);
+        !failure.ok())
+        return failure;
+    images.values = *values;
+    images.values.struct_size = sizeof(pc_frame);
+    images.views = {};
+    if (values->barriers != 0)
+        return {PC_ERROR_ARGUMENT, "values: barriers is not 0; in Vulkan the host records them"};
+    const Member members[] = {{"color", given.color, images.values.color},
+                              {"depth", given.depth, images.values.depth},
+                              {"motion", given.motion, images.values.motion},
+                              {"mask", given.mask, images.values.mask},
+                              {"exposure", given.exposure, images.values.exposure},
+                              {"output", given.output, images.values.output}};
+    static_assert(std::size(members) == std::tuple_size_v<HostViews>);
+    const pc_slice* const slices[] = {&values->color_slice, &values->depth_slice,
+                                      &values->motion_slice, &values->mask_slice,
+                                      &values->output_slice};
+    for (const pc_slice* slice : slices)
+        if (slice->target != 0 || slice->layer != 0 || slice->level != 0)
+            return {PC_ERROR_ARGUMENT, "values: a pc_slice is not 0; in Vulkan a view selects it"};
+    if (!given.color.view)
+        return {PC_ERROR_INPUT, "color: view is VK_NULL_HANDLE; give the image to filter"};
+    if (!given.output.view)
+        return {PC_ERROR_INPUT, "output: view is VK_NULL_HANDLE; give the image to write"};
+    for (uint32_t i = 0; i < std::size(members); ++i) {
+        const auto& [name, image, texture] = members[i];
+        if (texture.name != 0)
+            return {PC_ERROR_ARGUMENT,
+                    concat("values: ", name, " is a GL texture; give an image of pc_vk_frame")};
+        texture = {};
+        if (!image.view) continue;
+        if (Failure failure = check_image(members[i], &image == &given.output); !failure.ok())
+            return failure;
+        images.views[i] = {image.view, image.layout};
+        uint32_t first = 0;
+        while (images.views[first].view != image.view) ++first;
+        if (images.views[first].layout != image.layout)
+            return {PC_ERROR_INPUT, concat(name, ".layout: it is not that of ", members[first].name,
+                                           ", which has the same view")};
+        texture = {first + 1, uint32_t(image.format), image.width, image.height, image.x, image.y};
+    }
+    return guest::check_frame(&images.values, images.frame, find_format);
+}
+
+}  // namespace postchain::vk

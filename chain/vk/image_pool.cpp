@@ -1,0 +1,125 @@
+#include "chain/vk/image_pool.h"
+
+#include <algorithm>
+
+#include "chain/vk/format.h"
+
+namespace postchain::vk {
+namespace {
+
+constexpr VkBufferUsageFlags kListUsage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                                          VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
+                                          VK_BUFFER_USAGE_TRANSFER_DST_BIT;
+
+std::string text_of(const Storage& storage) {
+    return concat("allocating an image of ", storage.width, "x", storage.height,
+                  storage.layers > 0 ? concat("x", storage.layers) : std::string(), " ",
+                  postchain::name_of(storage.format));
+}
+
+Status create(const Device& device, Image& made) {
+    const Functions& fn = device.fn();
+    const Storage& storage = made.storage;
+    const auto layers = uint32_t(std::max(storage.layers, 1));
+    auto info = info_of<VkImageCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO);
+    info.imageType = VK_IMAGE_TYPE_2D;
+    info.format = format_of(storage.format);
+    info.extent = {uint32_t(storage.width), uint32_t(storage.height), 1};
+    info.mipLevels = 1;
+    info.arrayLayers = layers;
+    info.samples = VK_SAMPLE_COUNT_1_BIT;
+    info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT;
+    if (Status s = status_of(fn.CreateImage(device.handle(), &info, nullptr, &made.image),
+                             "vkCreateImage");
+        !s.ok())
+        return s;
+    VkMemoryRequirements needs = {};
+    fn.GetImageMemoryRequirements(device.handle(), made.image, &needs);
+    auto memory = device.allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+    if (!memory.ok()) return memory.status();
+    made.memory = *memory;
+    if (Status s = status_of(fn.BindImageMemory(device.handle(), made.image, made.memory, 0),
+                             "vkBindImageMemory");
+        !s.ok())
+        return s;
+    auto view = info_of<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
+    view.image = made.image;
+    view.viewType = storage.layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
+    view.format = info.format;
+    view.subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, layers};
+    return status_of(fn.CreateImageView(device.handle(), &view, nullptr, &made.view),
+                     "vkCreateImageView");
+}
+
+}  // namespace
+
+Image::~Image() {
+    const Functions& fn = device.fn();
+    fn.DestroyImageView(device.handle(), view, nullptr);
+    fn.DestroyImage(device.handle(), image, nullptr);
+    fn.FreeMemory(device.handle(), memory, nullptr);
+}
+
+Result<std::unique_ptr<Image>> make_image(const Device& device, const Storage& storage) {
+    const std::string doing = text_of(storage);
+    const VkPhysicalDeviceLimits& limits = device.limits();
+    auto made = std::make_unique<Image>(device);
+    made->storage = storage;
+    if (storage.format == Format::work_list) {
+        auto buffer =
+            Buffer::make(device, storage.bytes(), kListUsage, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
+        if (!buffer.ok()) return buffer.status().at(doing);
+        made->list = std::move(*buffer);
+        return made;
+    }
+    if (uint32_t(std::max(storage.width, storage.height)) > limits.maxImageDimension2D)
+        return Status(StatusCode::gl, concat(doing, ": this device's limit is ",
+                                             limits.maxImageDimension2D, " a side"));
+    if (!device.supports(format_of(storage.format),
+                         VK_FORMAT_FEATURE_SAMPLED_IMAGE_BIT | VK_FORMAT_FEATURE_STORAGE_IMAGE_BIT))
+        return Status(StatusCode::gl, concat(doing, ": this device cannot store to such images"));
+    if (Status s = create(device, *made); !s.ok()) return s.at(doing);
+    return made;
+}
+
+Result<std::vector<Image*>> ImagePool::acquire(const std::vector<Storage>& all, uint64_t run) {
+    std::vector<Image*> taken;
+    for (const Storage& storage : all) {
+        const auto known = std::find_if(images_.begin(), images_.end(), [&](const auto& image) {
+            return image->storage == storage &&
+                   std::find(taken.begin(), taken.end(), image.get()) == taken.end();
+        });
+        if (known != images_.end()) {
+            taken.push_back(known->get());
+            continue;
+        }
+        const uint64_t bytes = storage.bytes();
+        if (budget_ > 0 && bytes_ + bytes > budget_)
+            return Status(StatusCode::memory,
+                          concat(text_of(storage), ": ", bytes_,
+                                 " bytes are in use, and the budget is ", budget_));
+        auto made = make_image(device_, storage);
+        if (!made.ok()) return made.status();
+        ++allocations_;
+        bytes_ += bytes;
+        bytes_peak_ = std::max(bytes_peak_, bytes_);
+        images_.push_back(std::move(*made));
+        taken.push_back(images_.back().get());
+    }
+    for (Image* image : taken) {
+        ++image->plans;
+        image->last_used = run;
+    }
+    return taken;
+}
+
+void ImagePool::trim(uint64_t last_used, uint64_t run, Retired& retired) {
+    std::erase_if(images_, [&](auto& image) {
+        if (image->plans > 0 || image->last_used > last_used) return false;
+        bytes_ -= image->storage.bytes();
+        retired.add(run, std::move(image));
+        return true;
+    });
+}
+
+}  // namespace postchain::vk

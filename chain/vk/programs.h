@@ -1,0 +1,62 @@
+// Compute pipelines by ProgramKey, each made once.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "chain/plan.h"
+#include "chain/status.h"
+#include "chain/vk/device.h"
+#include "chain/vk/spirv.h"
+
+namespace postchain::vk {
+
+// The first work group of a band (shaders/common/first_group.glsl). Not that of
+// vkCmdDispatchBase(): lavapipe of Mesa 22.3 adds the last one's to the indirect launches after it.
+inline constexpr uint32_t kPushedBytes = 2 * sizeof(uint32_t);
+
+struct Program {
+    std::vector<Unit> units;
+    VkDescriptorSetLayout set = VK_NULL_HANDLE;
+    VkPipelineLayout layout = VK_NULL_HANDLE;
+    VkPipeline pipeline = VK_NULL_HANDLE;
+};
+
+// Modules that outlive the process. Keys are hexadecimal.
+struct SpirvStore {
+    std::function<std::vector<std::byte>(const std::string& key)> load;  // empty: there is none
+    std::function<void(const std::string& key, std::span<const std::byte> bytes)> store;
+};
+
+class Programs {
+  public:
+    // `device` and the sampler of every texture outlive it.
+    Programs(const Device& device, VkSampler sampler, SpirvStore store)
+        : device_(device), sampler_(sampler), store_(std::move(store)) {}
+    ~Programs();
+    Programs(const Programs&) = delete;
+    Programs& operator=(const Programs&) = delete;
+    // Stays valid. StatusCode::gl: it does not compile.
+    Result<const Program*> get(const ProgramKey& key);
+    bool has(const ProgramKey& key) const { return programs_.contains(key.text()); }
+    size_t compiled() const { return programs_.size(); }
+    size_t loaded() const { return loaded_; }  // from the store
+
+  private:
+    Result<Spirv> spirv_of(const ProgramKey& key);
+    Status make(const Spirv& spirv, Program& program) const;
+    void destroy(const Program& program) const;
+
+    const Device& device_;
+    const VkSampler sampler_;
+    const SpirvStore store_;
+    std::map<std::string, std::unique_ptr<Program>> programs_;
+    size_t loaded_ = 0;
+};
+
+}  // namespace postchain::vk

@@ -1,0 +1,141 @@
+#include "chain/vk/spirv.h"
+
+#include <glslang/Include/glslang_c_interface.h>
+#include <glslang/Public/resource_limits_c.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <set>
+
+namespace postchain::vk {
+namespace {
+
+constexpr uint32_t kMagic = 0x07230203;
+
+enum Op : uint32_t {
+    kTypeInt = 21,
+    kTypeFloat = 22,
+    kTypeImage = 25,
+    kTypeSampledImage = 27,
+    kTypePointer = 32,
+    kFunction = 54,
+    kFunctionCall = 57,
+    kVariable = 59,
+    kImageTexelPointer = 60,
+    kLoad = 61,
+    kAccessChain = 65,
+    kInBoundsAccessChain = 66,
+    kArrayLength = 68,
+    kDecorate = 71,
+};
+enum Decoration : uint32_t { kBufferBlock = 3, kBinding = 33 };
+enum StorageClass : uint32_t { kUniformConstant = 0, kUniform = 2, kStorageBuffer = 12 };
+
+using Words = std::span<const uint32_t>;
+
+// The declarations of a module.
+struct Module {
+    std::map<uint32_t, Words> types;
+    std::vector<Words> variables;
+    std::map<uint32_t, size_t> bindings;  // of a variable: the place of its number in the module
+    std::set<uint32_t> buffer_blocks;     // types
+    std::set<uint32_t> used;              // pointers that functions follow or hand on
+
+    // False if the words are no module.
+    bool read(Words words) {
+        if (words.size() < 5 || words[0] != kMagic) return false;
+        bool in_functions = false;
+        for (size_t at = 5; at < words.size();) {
+            const size_t size = words[at] >> 16;
+            const uint32_t op = words[at] & 0xffff;
+            if (size == 0 || at + size > words.size()) return false;
+            const Words one = words.subspan(at, size);
+            in_functions = in_functions || op == kFunction;
+            if (in_functions) use(op, one);
+            if (op >= kTypeInt && op <= kTypePointer && size > 2) types[one[1]] = one;
+            if (op == kVariable && size > 3 && !in_functions) variables.push_back(one);
+            if (op == kDecorate && size > 2 && one[2] == kBufferBlock) buffer_blocks.insert(one[1]);
+            if (op == kDecorate && size > 3 && one[2] == kBinding) bindings[one[1]] = at + 3;
+            at += size;
+        }
+        return true;
+    }
+
+    void use(uint32_t op, Words one) {
+        if (op == kFunctionCall && one.size() > 4) used.insert(one.begin() + 4, one.end());
+        const bool follows = op == kLoad || op == kAccessChain || op == kInBoundsAccessChain ||
+                             op == kImageTexelPointer || op == kArrayLength;
+        if (follows && one.size() > 3) used.insert(one[3]);
+    }
+
+    Unit unit_of(Words variable) const {
+        const uint32_t storage = variable[3], type = types.at(variable[1])[3];
+        if (storage == kStorageBuffer || buffer_blocks.contains(type)) return {Kind::list};
+        if (storage == kUniform) return {Kind::uniforms};
+        Words image = types.at(type);
+        const bool sampled = (image[0] & 0xffff) == kTypeSampledImage;
+        if (sampled) image = types.at(image[2]);
+        const uint32_t component = types.at(image[2])[0] & 0xffff;
+        return {sampled ? Kind::texture : Kind::image, 0, component == kTypeFloat && image[5] == 0};
+    }
+};
+
+}  // namespace
+
+Result<std::vector<uint32_t>> compile(const std::string& source, const std::string& name) {
+    static const bool ready = glslang_initialize_process() != 0;
+    glslang_input_t input = {};
+    input.language = GLSLANG_SOURCE_GLSL;
+    input.stage = GLSLANG_STAGE_COMPUTE;
+    input.client = GLSLANG_CLIENT_VULKAN;
+    input.client_version = GLSLANG_TARGET_VULKAN_1_2;
+    input.target_language = GLSLANG_TARGET_SPV;
+    input.target_language_version = GLSLANG_TARGET_SPV_1_3;
+    input.code = source.c_str();
+    input.default_version = 450;
+    input.default_profile = GLSLANG_CORE_PROFILE;
+    input.messages = glslang_messages_t(GLSLANG_MSG_SPV_RULES_BIT | GLSLANG_MSG_VULKAN_RULES_BIT);
+    input.resource = glslang_default_resource();
+    const std::unique_ptr<glslang_shader_t, decltype(&glslang_shader_delete)> shader(
+        ready ? glslang_shader_create(&input) : nullptr, glslang_shader_delete);
+    const std::unique_ptr<glslang_program_t, decltype(&glslang_program_delete)> program(
+        glslang_program_create(), glslang_program_delete);
+    if (!shader || !program) return Status(StatusCode::memory, "glslang: not enough memory");
+    const auto fault = [&](const char* log) {
+        return Status(StatusCode::gl, concat("shader ", name, " does not compile:\n", log));
+    };
+    if (!glslang_shader_preprocess(shader.get(), &input) ||
+        !glslang_shader_parse(shader.get(), &input))
+        return fault(glslang_shader_get_info_log(shader.get()));
+    glslang_program_add_shader(program.get(), shader.get());
+    if (!glslang_program_link(program.get(), input.messages))
+        return fault(glslang_program_get_info_log(program.get()));
+    glslang_program_SPIRV_generate(program.get(), GLSLANG_STAGE_COMPUTE);
+    std::vector<uint32_t> words(glslang_program_SPIRV_get_size(program.get()));
+    if (words.empty()) return fault("no SPIR-V");
+    glslang_program_SPIRV_get(program.get(), words.data());
+    return words;
+}
+
+Result<Spirv> with_units(std::vector<uint32_t> words) {
+    const Status fault(StatusCode::internal, "a program's SPIR-V cannot be read");
+    Module module;
+    if (!module.read(words)) return fault;
+    Spirv spirv;
+    std::vector<std::pair<size_t, uint32_t>> changes;
+    for (const Words variable : module.variables) {
+        const auto binding = module.bindings.find(variable[2]);
+        if (binding == module.bindings.end()) continue;
+        Unit unit = module.unit_of(variable);
+        unit.number = words[binding->second];
+        if (unit.number >= kUnitsOfAKind) return fault;
+        changes.emplace_back(binding->second, binding_of(unit.kind, unit.number));
+        if (module.used.contains(variable[2])) spirv.units.push_back(unit);
+    }
+    for (const auto& [place, number] : changes) words[place] = number;
+    spirv.words = std::move(words);
+    return spirv;
+}
+
+}  // namespace postchain::vk

@@ -1,0 +1,390 @@
+// Bad input: a status and a sentence, and nothing is recorded. And that the layers see mistakes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <map>
+#include <thread>
+
+#include "tests/vulkan/frames.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 40, kHeight = 24;
+
+// A chain, an instance that is prepared, and a frame.
+struct Subject {
+    pc::Chain chain = test::chain("motion_blur,fxaa");
+    VkInstanceOfChain instance = vk_instance(kWidth, kHeight);
+    HostFrameTextures canonical = canonical_frame(kWidth, kHeight);
+    VkFrame frame{canonical.test.planes, canonical.frame};
+
+    Subject() { prepare(instance, chain, frame.vk); }
+};
+
+void expect_refused(const pc_vk_create_info& info, pc_result code, const char* text) {
+    auto* made = reinterpret_cast<pc_vk_instance*>(&code);
+    EXPECT_EQ(pc_vk_create(&info, &made), code) << text;
+    EXPECT_EQ(made, nullptr);
+    EXPECT_THAT(pc_error(), HasSubstr(text));
+}
+
+TEST(Input, CreationIsRefusedWithASentence) {
+    const pc_vk_create_info good = vk_info(kWidth, kHeight);
+    const auto with = [&](const std::function<void(pc_vk_create_info&)>& change) {
+        pc_vk_create_info info = good;
+        change(info);
+        return info;
+    };
+    EXPECT_EQ(pc_vk_create(&good, nullptr), PC_ERROR_ARGUMENT);
+    pc_vk_instance* made = nullptr;
+    EXPECT_EQ(pc_vk_create(nullptr, &made), PC_ERROR_ARGUMENT);
+    EXPECT_STREQ(pc_error(), "pc_vk_create_info is NULL");
+    expect_refused(with([](auto& info) { info.struct_size = 4; }), PC_ERROR_VERSION,
+                   "pc_vk_create_info.struct_size is 4; set it to sizeof");
+    expect_refused(with([](auto& info) { info.api_version = 0x00020000; }), PC_ERROR_VERSION,
+                   "api_version 2.0");
+    expect_refused(with([](auto& info) { info.flags = PC_OWN_CONTEXT; }), PC_ERROR_VERSION,
+                   "pc_vk_create_info.flags: 4");
+    expect_refused(with([](auto& info) { info.runs_in_flight = 65; }), PC_ERROR_ARGUMENT,
+                   "runs_in_flight: 65 is more than 64");
+    expect_refused(with([](auto& info) { info.get_instance_proc_addr = nullptr; }),
+                   PC_ERROR_ARGUMENT, "get_instance_proc_addr is NULL");
+    expect_refused(with([](auto& info) { info.instance = nullptr; }), PC_ERROR_ARGUMENT,
+                   "instance is NULL");
+    expect_refused(with([](auto& info) { info.physical_device = nullptr; }), PC_ERROR_ARGUMENT,
+                   "physical_device is NULL");
+    expect_refused(with([](auto& info) { info.device = nullptr; }), PC_ERROR_ARGUMENT,
+                   "device is NULL");
+    expect_refused(with([](auto& info) { info.queue_family = 7; }), PC_ERROR_ARGUMENT,
+                   "queue_family: 7 is no queue family with VK_QUEUE_COMPUTE_BIT");
+    expect_refused(with([](auto& info) { info.max_width = 0; }), PC_ERROR_ARGUMENT,
+                   "max_width, max_height: 0x24; give the largest frame");
+    expect_refused(with([](auto& info) { info.max_height = 1u << 20; }), PC_ERROR_ARGUMENT,
+                   "max_width, max_height: 40x1048576");
+    expect_refused(with([](auto& info) {
+                       info.get_instance_proc_addr = [](VkInstance, const char*) {
+                           return PFN_vkVoidFunction();
+                       };
+                   }),
+                   PC_ERROR_ARGUMENT, "get_instance_proc_addr knows no vk");
+    // Members of a newer header, if they are 0.
+    struct {
+        pc_vk_create_info info;
+        uint64_t more = 0;
+    } newer{good};
+    newer.info.struct_size = sizeof(newer);
+    EXPECT_EQ(pc_vk_create(&newer.info, &made), PC_OK) << pc_error();
+    pc_vk_destroy(made);
+    newer.more = 1;
+    expect_refused(newer.info, PC_ERROR_VERSION, "a member that this library does not know");
+}
+
+TEST(Input, HandlesAreChecked) {
+    Subject subject;
+    auto needs = pc::make<pc_frame_needs>();
+    auto counters = pc::make<pc_counters>();
+    size_t size = 0;
+    const auto commands = reinterpret_cast<VkCommandBuffer>(&size);  // not looked at
+    const auto all = [&](pc_vk_instance* instance, pc_chain* chain, const pc_vk_frame* frame,
+                         bool of_instance) {
+        const auto expect = [](pc_result code) {
+            EXPECT_EQ(code, PC_ERROR_ARGUMENT);
+            EXPECT_STRNE(pc_error(), "");
+        };
+        expect(pc_vk_prepare(instance, chain, frame, 1));
+        expect(pc_vk_run(instance, chain, frame, commands));
+        expect(pc_vk_query_frame(instance, chain, frame, &needs));
+        if (!of_instance) return;
+        expect(pc_vk_count(instance, &counters));
+        expect(pc_vk_explain(instance, nullptr, &size));
+        EXPECT_STREQ(pc_vk_last_error(instance), "no such instance");
+        pc_vk_destroy(instance);
+    };
+    pc_vk_instance* const good = subject.instance.get();
+    pc_chain* const chain = subject.chain.get();
+    all(nullptr, chain, &subject.frame.vk, true);
+    all(reinterpret_cast<pc_vk_instance*>(chain), chain, &subject.frame.vk, true);
+    all(good, nullptr, &subject.frame.vk, false);
+    all(good, reinterpret_cast<pc_chain*>(good), &subject.frame.vk, false);
+    all(good, chain, nullptr, false);
+    // An instance of GL is none of Vulkan, and the other way round.
+    const auto gl = instance();
+    all(reinterpret_cast<pc_vk_instance*>(gl.get()), chain, &subject.frame.vk, true);
+    auto gl_counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_count(reinterpret_cast<pc_instance*>(good), &gl_counters), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(pc_vk_run(good, chain, &subject.frame.vk, nullptr), PC_ERROR_ARGUMENT);
+    EXPECT_STREQ(pc_vk_last_error(good), "command_buffer is NULL");
+    EXPECT_EQ(pc_vk_query_frame(good, chain, &subject.frame.vk, nullptr), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(pc_vk_count(good, nullptr), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(pc_vk_explain(good, nullptr, nullptr), PC_ERROR_ARGUMENT);
+    pc_vk_instance* const destroyed = subject.instance.release();
+    pc_vk_destroy(destroyed);
+    all(destroyed, chain, &subject.frame.vk, true);
+}
+
+// Every mistake in a frame: the result, the member in the text, the output as it was, and no
+// command recorded, so that the run after it is right.
+TEST(Input, FramesAreRefusedWithASentence) {
+    Subject subject;
+    const pc_vk_frame good = subject.frame.vk;
+    const pc_frame good_values = subject.frame.frame;
+    const HostImage single(VK_FORMAT_R32_SFLOAT, kWidth, kHeight);
+    const auto refused = [&](pc_result code, const char* text,
+                             const std::function<void(pc_vk_frame&, pc_frame&)>& change) {
+        pc_vk_frame frame = good;
+        pc_frame values = good_values;
+        frame.values = &values;
+        change(frame, values);
+        EXPECT_EQ(pc_vk_prepare(subject.instance.get(), subject.chain.get(), &frame, 1), code)
+            << text;
+        EXPECT_EQ(run(subject.instance, subject.chain, frame), code) << text;
+        EXPECT_THAT(pc_error(), HasSubstr(text));
+        EXPECT_STREQ(pc_error(), pc_vk_last_error(subject.instance.get()));
+    };
+    using Frame = pc_vk_frame;
+    using Values = pc_frame;
+    refused(PC_ERROR_VERSION, "pc_vk_frame.struct_size is 8",
+            [](Frame& frame, Values&) { frame.struct_size = 8; });
+    refused(PC_ERROR_VERSION, "pc_vk_frame.flags: 1",
+            [](Frame& frame, Values&) { frame.flags = 1; });
+    refused(PC_ERROR_ARGUMENT, "pc_vk_frame.values is NULL",
+            [](Frame& frame, Values&) { frame.values = nullptr; });
+    refused(PC_ERROR_VERSION, "pc_frame.flags: 2147483648",
+            [](Frame&, Values& values) { values.flags = 1u << 31; });
+    refused(PC_ERROR_ARGUMENT, "values: motion is a GL texture",
+            [](Frame&, Values& values) { values.motion.name = 3; });
+    refused(PC_ERROR_ARGUMENT, "values: barriers is not 0",
+            [](Frame&, Values& values) { values.barriers = 8; });
+    refused(PC_ERROR_ARGUMENT, "values: a pc_slice is not 0",
+            [](Frame&, Values& values) { values.depth_slice.layer = 1; });
+    refused(PC_ERROR_INPUT, "color: view is VK_NULL_HANDLE",
+            [](Frame& frame, Values&) { frame.color.view = VK_NULL_HANDLE; });
+    refused(PC_ERROR_INPUT, "output: view is VK_NULL_HANDLE",
+            [](Frame& frame, Values&) { frame.output.view = VK_NULL_HANDLE; });
+    refused(PC_ERROR_INPUT, "motion.format: VkFormat 105 is not one of",
+            [](Frame& frame, Values&) { frame.motion.format = VK_FORMAT_R32G32B32_SINT; });
+    refused(PC_ERROR_INPUT, "color: VK_FORMAT_R32_SFLOAT has fewer than the 3 channels",
+            [&](Frame& frame, Values&) { frame.color = single; });
+    refused(PC_ERROR_INPUT, "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written",
+            [](Frame& frame, Values&) { frame.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
+    refused(PC_ERROR_INPUT, "output.layout: VkImageLayout 5", [](Frame& frame, Values&) {
+        frame.output.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    });
+    refused(PC_ERROR_INPUT, "depth.layout: an image of VK_FORMAT_R32_SFLOAT cannot be read in",
+            [](Frame& frame, Values&) { frame.depth.layout = VK_IMAGE_LAYOUT_UNDEFINED; });
+    refused(PC_ERROR_INPUT, "motion.layout: an image of", [](Frame& frame, Values&) {
+        frame.motion.layout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    });
+    refused(PC_ERROR_INPUT, "output.layout: it is not that of color", [](Frame& frame, Values&) {
+        frame.output = frame.color;
+        frame.color.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    });
+    refused(PC_ERROR_INPUT, "color: its size is 0x24",
+            [](Frame& frame, Values& values) { frame.color.width = 0, values.width = kWidth; });
+    refused(PC_ERROR_INPUT, "the frame is 0x24",
+            [](Frame& frame, Values&) { frame.color.width = 0; });
+    refused(PC_ERROR_INPUT, "output: a frame of 40x24 at 1, 0 is not inside its 40x24 texels",
+            [](Frame& frame, Values&) { frame.output.x = 1; });
+    refused(PC_ERROR_INPUT, "is not inside its",
+            [](Frame& frame, Values&) { frame.depth.y = std::numeric_limits<int32_t>::min(); });
+    refused(
+        PC_ERROR_INPUT, "the frame is 41x24; pc_vk_create_info states 40x24 at most",
+        [](Frame& frame, Values&) {
+            for (pc_vk_image* image : {&frame.color, &frame.depth, &frame.motion, &frame.output})
+                image->width = kWidth + 1;
+        });
+    refused(PC_ERROR_CHAIN, "near_clip is nan",
+            [](Frame&, Values& values) { values.near_clip = std::nanf(""); });
+    refused(PC_ERROR_ARGUMENT, "debug_view: this frame's plan has no texture",
+            [](Frame&, Values& values) { values.debug_view = "nothing"; });
+
+    // A place in focus has to be found on the device, which only GL does.
+    const auto focus = chain("depth_of_field");
+    EXPECT_EQ(pc_chain_set_point(focus.get(), 0, "focus_at", 0.5, 0.5), PC_OK);
+    EXPECT_EQ(pc_vk_prepare(subject.instance.get(), focus.get(), &good, 1), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("set focus_distance instead"));
+
+    // Without pc_vk_prepare(), the member.
+    pc_frame values = good_values;
+    values.debug_view = "host.color";
+    pc_vk_frame frame = good;
+    frame.values = &values;
+    EXPECT_EQ(run(subject.instance, subject.chain, frame), PC_ERROR_PREPARE);
+    EXPECT_THAT(pc_error(),
+                HasSubstr("debug_view: pc_prepare() was not called with \"host.color\""));
+
+    ImageF untouched = subject.frame.output.read();
+    for (const float value : untouched.data) ASSERT_EQ(value, 0);
+    EXPECT_EQ(run(subject.instance, subject.chain, good), PC_OK) << pc_error();
+    EXPECT_FALSE(equal_bits(subject.frame.output.read(), untouched));
+}
+
+TEST(Input, ValidationRefusesSingularMatrices) {
+    Subject subject;
+    auto info = vk_info(kWidth, kHeight);
+    info.flags = PC_VALIDATE;
+    const auto strict = vk_instance(info);
+    subject.frame.frame.view_projection[0] = subject.frame.frame.other_view_projection[0] = 1;
+    EXPECT_EQ(pc_vk_prepare(strict.get(), subject.chain.get(), &subject.frame.vk, 1),
+              PC_ERROR_INPUT);
+    EXPECT_STREQ(pc_error(),
+                 "view_projection: is singular; give world to clip space, columns first");
+}
+
+// Two threads on one instance: one of them is refused.
+TEST(Input, OneCallAtATime) {
+    Subject subject;
+    static pc_vk_instance* shared;
+    static pc_result other;
+    auto info = vk_info(kWidth, kHeight);
+    info.log = [](void*, int, const char*) {
+        std::thread([] {
+            auto counters = pc::make<pc_counters>();
+            other = pc_vk_count(shared, &counters);
+        }).join();
+        pc_vk_destroy(shared);  // within a call on it: refused
+    };
+    const auto logging = vk_instance(info);
+    shared = logging.get();
+    other = PC_OK;
+    EXPECT_EQ(pc_vk_run(shared, subject.chain.get(), &subject.frame.vk, nullptr),
+              PC_ERROR_ARGUMENT);
+    EXPECT_EQ(other, PC_ERROR_ARGUMENT);
+    prepare(logging, subject.chain, subject.frame.vk);
+}
+
+// Sizes of 1 and the device's limit.
+TEST(Input, TheSmallestAndTheLargestSize) {
+    VkPhysicalDeviceProperties properties;
+    vkGetPhysicalDeviceProperties(Vulkan::get().physical, &properties);
+    const uint32_t limit = properties.limits.maxImageDimension2D;
+    const auto made = chain("fxaa");
+    for (const auto& [width, height] : {std::pair(1, 1), {int(limit), 1}, {1, int(limit)}}) {
+        const auto canonical = canonical_frame(16, 16);
+        FramePlanes planes;
+        for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
+            planes[role] = ImageF(width, height, channels_of(role), 0.25f);
+        VkFrame frame(planes, canonical.frame);
+        const auto vulkan = vk_instance(uint32_t(width), uint32_t(height));
+        const ImageF result = filtered(vulkan, made, frame);
+        for (size_t i = 0; i < result.data.size(); ++i)
+            ASSERT_EQ(result.data[i], 0.25f) << i / 4 << " of " << width << "x" << height;
+    }
+}
+
+// SPIR-V of a store is used; damaged bytes are not.
+TEST(Input, ProgramsAreStored) {
+    static std::map<std::string, std::string> all;
+    static int loads = 0;
+    all.clear();
+    auto info = vk_info(kWidth, kHeight);
+    info.store_program = [](void*, const char* key, const void* bytes, size_t size) {
+        all[key] = std::string(static_cast<const char*>(bytes), size);
+    };
+    info.load_program = [](void*, const char* key, void* bytes, size_t room) {
+        const auto found = all.find(key);
+        if (found == all.end()) return size_t(0);
+        if (room >= found->second.size()) {
+            std::copy(found->second.begin(), found->second.end(), static_cast<char*>(bytes));
+            ++loads;
+        }
+        return found->second.size();
+    };
+    Subject subject;
+    const auto loaded = [&](ImageF& result) {
+        const auto vulkan = vk_instance(info);
+        result = filtered(vulkan, subject.chain, subject.frame);
+        auto counters = pc::make<pc_counters>();
+        EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
+        EXPECT_EQ(counters.programs, all.size());
+        return counters.programs_loaded;
+    };
+    ImageF first, second;
+    EXPECT_EQ(loaded(first), 0u);
+    EXPECT_GT(all.size(), 10u);
+    EXPECT_EQ(loaded(second), all.size());
+    EXPECT_TRUE(equal_bits(first, second));
+    for (auto& [key, bytes] : all) bytes[bytes.size() / 2] ^= 4;
+    EXPECT_EQ(loaded(second), 0u);
+    EXPECT_TRUE(equal_bits(first, second));
+    for (auto& [key, bytes] : all) bytes.resize(bytes.size() / 2);
+    EXPECT_EQ(loaded(second), 0u);
+}
+
+// One program a call until none is left.
+TEST(Input, PreparationNeedNotWait) {
+    Subject subject;
+    const auto vulkan = vk_instance(kWidth, kHeight);
+    auto needs = pc::make<pc_frame_needs>();
+    int pending = 0;
+    pc_result code = PC_PENDING;
+    for (; code == PC_PENDING; ++pending) {
+        EXPECT_EQ(pc_vk_query_frame(vulkan.get(), subject.chain.get(), &subject.frame.vk, &needs),
+                  PC_OK);
+        EXPECT_EQ(needs.programs_to_compile + uint32_t(pending), needs.programs);
+        code = pc_vk_prepare(vulkan.get(), subject.chain.get(), &subject.frame.vk, 0);
+    }
+    EXPECT_EQ(code, PC_OK) << pc_error();
+    EXPECT_EQ(uint32_t(pending), needs.programs);
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_vk_count(vulkan.get(), &counters), PC_OK);
+    EXPECT_EQ(counters.textures_alive, needs.textures);
+    EXPECT_EQ(counters.texture_bytes, needs.texture_bytes);
+    size_t size = 0;
+    EXPECT_EQ(run(vulkan, subject.chain, subject.frame.vk), PC_OK);
+    EXPECT_EQ(pc_vk_explain(vulkan.get(), nullptr, &size), PC_ERROR_ARGUMENT);
+    std::string text(size, '\0');
+    EXPECT_EQ(pc_vk_explain(vulkan.get(), text.data(), &size), PC_OK);
+    EXPECT_THAT(text, HasSubstr("\"gather\""));
+}
+
+// That the layers are at work, with synchronization: otherwise no test above means anything.
+TEST(Layers, SeeMistakes) {
+    Subject subject;
+    auto& messages = Vulkan::get().messages;
+    // The host uses the output in its command buffer, and forgets the barrier.
+    Vulkan::get().run([&](VkCommandBuffer commands) {
+        full_barrier(commands);
+        EXPECT_EQ(
+            pc_vk_run(subject.instance.get(), subject.chain.get(), &subject.frame.vk, commands),
+            PC_OK);
+        const VkClearColorValue black = {};
+        const VkImageSubresourceRange all = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
+        vkCmdClearColorImage(commands, subject.frame.output.handle(), VK_IMAGE_LAYOUT_GENERAL,
+                             &black, 1, &all);
+    });
+    ASSERT_FALSE(messages.empty());
+    EXPECT_THAT(messages[0], HasSubstr("SYNC-HAZARD-WRITE-AFTER-WRITE"));
+    messages.clear();
+    // It states a layout in which the image is not.
+    subject.frame.vk.motion.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    EXPECT_EQ(run(subject.instance, subject.chain, subject.frame.vk), PC_OK);
+    ASSERT_FALSE(messages.empty());
+    messages.clear();
+    // Two runs in flight are stated, and a third is recorded: the sets of the first change.
+    subject.frame.vk.motion.layout = VK_IMAGE_LAYOUT_GENERAL;
+    const HostImage others[] = {{VK_FORMAT_R32G32B32A32_SFLOAT, kWidth, kHeight},
+                                {VK_FORMAT_R32G32B32A32_SFLOAT, kWidth, kHeight}};
+    VkCommandBuffer commands[3];
+    for (int i = 0; i < 3; ++i) {
+        commands[i] = Vulkan::get().begin();
+        full_barrier(commands[i]);
+        if (i > 0) subject.frame.vk.output = others[i - 1];
+        EXPECT_EQ(
+            pc_vk_run(subject.instance.get(), subject.chain.get(), &subject.frame.vk, commands[i]),
+            PC_OK);
+    }
+    VkFence fences[3];
+    for (int i = 2; i >= 0; --i) fences[i] = Vulkan::get().submit(commands[i]);
+    for (int i = 0; i < 3; ++i) Vulkan::get().wait_for(fences[i], commands[i]);
+    EXPECT_FALSE(messages.empty());
+    messages.clear();
+}
+
+}  // namespace
+}  // namespace postchain::test

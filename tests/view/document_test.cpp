@@ -39,7 +39,7 @@ TEST(Document, UndoAndRedoLeadThroughEveryState) {
     const std::string first = document.chain().text();
     EXPECT_TRUE(document.set(0, "samples", int64_t(8)).ok());
     EXPECT_TRUE(document.move(2, 0).ok());
-    EXPECT_TRUE(document.remove(1).ok());
+    EXPECT_TRUE(document.erase(1).ok());
     EXPECT_TRUE(document.add("fxaa", 1).ok());
     EXPECT_EQ(document.chain().types(), (std::vector<std::string>{"fxaa", "fxaa", "motion_blur"}));
     const std::string last = document.chain().text();
@@ -77,7 +77,7 @@ TEST(Document, AFaultyValueChangesNothing) {
     EXPECT_EQ(document.set(9, "samples", int64_t(1)).code(), StatusCode::chain);
     EXPECT_EQ(document.set_camera("f_stop", -1.0).code(), StatusCode::chain);
     EXPECT_EQ(document.add("no_such_pass", 0).code(), StatusCode::chain);
-    EXPECT_EQ(document.remove(3).code(), StatusCode::chain);
+    EXPECT_EQ(document.erase(3).code(), StatusCode::chain);
     EXPECT_EQ(document.set_focus_key(1, 0).code(), StatusCode::chain);
     EXPECT_TRUE(document.set(0, "samples", int64_t(16)).ok()) << "the value that it has";
     EXPECT_EQ(document.revision(), revision);
@@ -161,7 +161,7 @@ TEST(ChainText, PassesThatAreOffBecomeComments) {
 
 // Whatever the text is like, the saved one is the document's chain.
 TEST(ChainText, EveryFormOfAFileIsSaved) {
-    for (const std::string text :
+    for (const std::string& text :
          {std::string("{\"postchain\": 1, \"passes\": [{\"fxaa\": {}}, \"motion_blur\"]}"),
           std::string("# top\npostchain: 1\npasses: [fxaa, motion_blur]\n"),
           std::string("postchain: 1\npasses:\n- fxaa\n- motion_blur: {samples:\n   9}\n"),

@@ -91,7 +91,11 @@ TEST(Paint, VectorsHaveTheHueOfTheirDirection) {
         return std::vector<int>{rgba->at(x, 0, 0), rgba->at(x, 0, 1), rgba->at(x, 0, 2)};
     };
     EXPECT_EQ(pixel(0), (std::vector<int>{255, 0, 0}));
-    EXPECT_THAT(pixel(1), ::testing::Pointwise(::testing::Truly([](const auto& p) { return std::abs(std::get<0>(p) - std::get<1>(p)) < 2; }), {0, 128, 128}));
+    EXPECT_THAT(pixel(1),
+                ::testing::Pointwise(::testing::Truly([](const auto& p) {
+                                         return std::abs(std::get<0>(p) - std::get<1>(p)) < 2;
+                                     }),
+                                     {0, 128, 128}));
     EXPECT_EQ(pixel(2), (std::vector<int>{0, 0, 0}));
     EXPECT_NE(pixel(3), pixel(0));
 }

@@ -28,7 +28,7 @@
 #include "tools/apps/postchain/stress.h"
 #include "tools/apps/postchain/study.h"
 #include "tools/apps/postchain/view.h"
-#include "tools/apps/view/view_options.h"
+#include "tools/apps/postchain/view_options.h"
 
 namespace postchain {
 namespace {

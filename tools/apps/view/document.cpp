@@ -181,7 +181,7 @@ Status Document::add(std::string_view type, size_t position) {
     return Status();
 }
 
-Status Document::remove(size_t link) {
+Status Document::erase(size_t link) {
     if (link >= chain().links.size()) return no_pass(link);
     DocumentState next = state().clone();
     const std::string name = next.chain.links[link].type->name;

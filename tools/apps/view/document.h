@@ -46,7 +46,7 @@ class Document {
     // Sets the chain's camera, and unsets the passes' own values of this name.
     Status set_camera(std::string_view key, const ParameterValue& value);
     Status add(std::string_view type, size_t position);
-    Status remove(size_t link);
+    Status erase(size_t link);
     Status move(size_t from, size_t to);
     // `order`: every index once.
     Status reorder(const std::vector<size_t>& order);

@@ -70,7 +70,7 @@ Status write_frames(const ExportJob& job, Executor& executor, const std::string&
     if (!output.ok()) return output.status();
     sequence::RunSettings settings = job.run;
     settings.output = std::move(*output);
-    settings.on_existing = job.replace ? io::OnExisting::overwrite : io::OnExisting::fail;
+    settings.on_existing = on_existing(job.replace);
     settings.watch.reset();
     int done = 0;
     for (const int frame : job.frames) {
@@ -127,8 +127,8 @@ Status write_sheet(const ExportJob& job, FrameFilter& filter, const std::atomic<
 
 Status write_movie(const ExportJob& job, FrameFilter& filter, const std::atomic<bool>& stop,
                    const std::function<void(int)>& progress) {
-    const auto permitted = permit(job.run, job.path, "the movie", job.replace);
-    if (!permitted.ok()) return permitted.status();
+    auto made = new_file(job.run, job.path, "the movie", job.replace);
+    if (!made.ok()) return made.status();
     std::unique_ptr<Movie> movie;
     int done = 0;
     for (const int frame : job.frames) {
@@ -136,14 +136,14 @@ Status write_movie(const ExportJob& job, FrameFilter& filter, const std::atomic<
         const auto shown = filter.shown(frame, job.display);
         if (!shown.ok()) return shown.status();
         if (!movie) {
-            auto opened = Movie::open(job.path, shown->width, shown->height, job.fps);
+            auto opened = Movie::open(std::move(made->file), shown->width, shown->height, job.fps);
             if (!opened.ok()) return opened.status();
             movie = std::move(*opened);
         }
         if (Status status = movie->add(*shown); !status.ok()) return status;
         progress(++done);
     }
-    return movie->finish(*permitted);
+    return movie->finish(made->on_existing);
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ void FilterWorker::submit(FilterRequest request) {
     {
         const std::lock_guard lock(mutex_);
         next_ = std::move(request);
-        if (running_) stop_ = true;
+        if (running_ && may_stop_) stop_ = true;
     }
     changed_.notify_all();
 }
@@ -90,6 +90,7 @@ void FilterWorker::work(const egl::ContextOptions& given, Status* started) {
         FilterRequest request = std::move(*next_);
         next_.reset();
         running_ = true;
+        may_stop_ = request.may_stop;
         stop_ = false;
         lock.unlock();
         FilterResult result = filter(std::move(request));

@@ -1,8 +1,8 @@
-// Filters frames on a thread and GL context of its own. Requests never wait: a new one stops the
-// one that runs.
+// Filters frames on a thread and GL context of its own.
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <functional>
 #include <map>
@@ -30,8 +30,10 @@ struct FilterRequest {
     uint64_t id = 0;
     SharedFrame source;
     std::shared_ptr<const Chain> chain;
-    double scale = 1;     // of both sides; 1: as `postchain run` filters it
-    std::string texture;  // also read back: a texture of the plan, or kFillMask; empty: none
+    double scale = 1;       // of both sides; 1: as `postchain run` filters it
+    std::string texture;    // also read back: a texture of the plan, or kFillMask; empty: none
+    bool may_stop = false;  // a later request stops it
+    std::chrono::steady_clock::time_point since = {};  // of the change that it answers
 };
 
 struct FilterResult {
@@ -58,7 +60,8 @@ class FilterWorker {
     FilterWorker(const FilterWorker&) = delete;
     FilterWorker& operator=(const FilterWorker&) = delete;
 
-    // Replaces requests that have not begun, and stops the one that runs.
+    // Replaces a request that has not begun, and stops the one that runs if that may_stop: quick
+    // ones are finished, so that a drag shows pictures while the hand moves.
     void submit(FilterRequest request);
     // Nothing waits, nothing runs.
     bool idle() const;
@@ -88,7 +91,7 @@ class FilterWorker {
     std::condition_variable changed_;
     bool started_ = false;
     bool end_ = false;
-    bool running_ = false;
+    bool running_ = false, may_stop_ = false;
     std::atomic<bool> stop_ = false;
     std::optional<FilterRequest> next_;
     std::vector<FilterResult> results_;

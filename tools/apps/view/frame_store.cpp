@@ -21,9 +21,14 @@ uint64_t bytes_of(const sequence::SourceFrame& frame) {
     return bytes;
 }
 
-std::vector<io::FileStamp> stamps_of(const std::map<Role, std::string>& files) {
+// Of the files of a frame and of its neighbors.
+std::vector<io::FileStamp> stamps_of(int frame,
+                                     const std::map<int, std::map<Role, std::string>>& files) {
     std::vector<io::FileStamp> stamps;
-    for (const auto& [role, path] : files) stamps.push_back(io::FileStamp::of(path));
+    for (int number = frame - 1; number <= frame + 1; ++number)
+        if (const auto found = files.find(number); found != files.end())
+            for (const auto& [role, path] : found->second)
+                stamps.push_back(io::FileStamp::of(path));
     return stamps;
 }
 
@@ -107,29 +112,20 @@ void FrameStore::scan() {
     std::map<int, std::vector<io::FileStamp>> stamps;
     {
         const std::lock_guard lock(mutex_);
-        for (const auto& [frame, kept] : kept_)
-            if (files.contains(frame)) stamps[frame] = {};
+        for (const auto& [frame, kept] : kept_) stamps[frame];
     }
-    for (auto& [frame, of_frame] : stamps) of_frame = stamps_of(files.at(frame));
-    bool changed = false, reread = false;
+    for (auto& [frame, of_frame] : stamps) of_frame = stamps_of(frame, files);
+    bool changed = false;
     {
         const std::lock_guard lock(mutex_);
-        changed = files != files_;
-        reread = changed;
-        // A frame is read again if its files have changed, or those of a neighbor.
-        std::erase_if(kept_, [&](const auto& entry) {
-            const auto& now = stamps[entry.first];
-            const bool stale = now.empty() || now != entry.second.stamps;
-            const auto comes_or_goes = [&](int frame) {
-                return files.contains(frame) != files_.contains(frame);
-            };
-            reread = reread || stale;
-            return stale || comes_or_goes(entry.first - 1) || comes_or_goes(entry.first + 1);
+        const size_t stale = std::erase_if(kept_, [&](const auto& entry) {
+            return !files.contains(entry.first) || stamps[entry.first] != entry.second.stamps;
         });
+        changed = stale > 0 || files != files_;
         files_ = std::move(files);
-        if (reread) ++revision_;
+        if (changed) ++revision_;
     }
-    if (reread) {
+    if (changed) {
         reader_.reset();
         wake_();
     }
@@ -175,7 +171,7 @@ void FrameStore::read(int frame, const std::shared_ptr<const Chain>& chain) {
         reads_ = chain;
     }
     Kept kept;
-    kept.stamps = stamps_of(files);
+    kept.stamps = stamps_of(frame, *on_disk);
     try {
         auto inputs = reader_->open(frame, files);
         kept.status = inputs.status();

@@ -12,8 +12,9 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/apps/view/view_options.h"
+#include "tools/apps/postchain/view_options.h"
 #include "tools/apps/view/window.h"
+#include "tools/measure/scenes/scene.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain {
@@ -30,6 +31,39 @@ Result<std::array<int, 2>> size_of(const std::string& text) {
     }
     return Status(StatusCode::usage, "--size: '" + text + "' is not WIDTHxHEIGHT");
 }
+
+constexpr std::string_view kScene = "scene:";
+
+// A generated scene, rendered into a folder that lives as long as this.
+class RenderedScene {
+  public:
+    ~RenderedScene() {
+        std::error_code ignored;
+        if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+    }
+    // Replaces input and camera by the scene's files. Errors: those of write_scene().
+    Status render(Options& options) {
+        std::string name = (std::filesystem::temp_directory_path() / "postchain-view-XXXXXX");
+        if (!mkdtemp(name.data()))
+            return Status(StatusCode::output, name + ": folder of the scene cannot be created");
+        folder_ = name;
+        scenes::SceneRequest request;
+        request.name = options.job.input.substr(kScene.size());
+        request.folder = folder_ + "/scene";
+        request.frames = {1, 2, 3, 4, 5, 6, 7, 8};
+        if (auto model = scenes::model_for(request); !model.ok()) return model.status();
+        const auto context = context_options_of(options);
+        if (!context.ok()) return context.status();
+        auto renderer = scenes::SceneRenderer::create(*context);
+        if (!renderer.ok()) return renderer.status();
+        options.job.input = request.folder + "/gbuf.####.exr";
+        if (options.job.camera.empty()) options.job.camera = request.folder + "/camera.json";
+        return scenes::write_scene(**renderer, request);
+    }
+
+  private:
+    std::string folder_;
+};
 
 Result<view::SessionSettings> session_of(const Options& options, const ViewOptions& view) {
     view::SessionSettings session;
@@ -92,6 +126,9 @@ int view_command(int argc, char** argv) {
         return kExitUsage;
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
+    RenderedScene scene;
+    if (options.job.input.starts_with(kScene))
+        if (Status status = scene.render(options); !status.ok()) return fail(status);
     auto session = session_of(options, view);
     if (!session.ok()) return fail(session.status());
     const auto size = size_of(view.size);

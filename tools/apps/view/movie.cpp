@@ -32,11 +32,9 @@ void close_end(int& end) {
 
 }  // namespace
 
-Result<std::unique_ptr<Movie>> Movie::open(const std::string& path, int width, int height,
-                                           double fps) {
-    auto file = io::AtomicFile::create(path);
-    if (!file.ok()) return file.status();
-    std::unique_ptr<Movie> movie(new Movie(std::move(*file)));
+Result<std::unique_ptr<Movie>> Movie::open(io::AtomicFile file, int width, int height, double fps) {
+    const std::string path = file.path();
+    std::unique_ptr<Movie> movie(new Movie(std::move(file)));
     movie->width_ = width;
     movie->height_ = height;
     Pipe in, out;

@@ -14,8 +14,8 @@ namespace postchain::view {
 
 class Movie {
   public:
-    // Errors (output): ffmpeg is not installed; those of AtomicFile::create().
-    static Result<std::unique_ptr<Movie>> open(const std::string& path, int width, int height,
+    // Errors (output): ffmpeg is not installed.
+    static Result<std::unique_ptr<Movie>> open(io::AtomicFile file, int width, int height,
                                                double fps);
     ~Movie();  // without finish(): writes nothing
     Movie(const Movie&) = delete;

@@ -4,23 +4,33 @@
 
 namespace postchain::view {
 
-Result<io::OnExisting> permit(const sequence::RunSettings& settings, const std::string& path,
-                              const std::string& what, bool replace) {
+io::OnExisting on_existing(bool replace) {
+    return replace ? io::OnExisting::overwrite : io::OnExisting::fail;
+}
+
+Result<NewFile> new_file(const sequence::RunSettings& settings, const std::string& path,
+                         const std::string& what, bool replace) {
     if (path.empty()) return Status(StatusCode::usage, what + ": give it a file name");
-    io::OutputFiles files(replace ? io::OnExisting::overwrite : io::OnExisting::fail, "replace");
+    io::OutputFiles files(on_existing(replace), "replace");
     for (const auto& [role, pattern] : settings.input.patterns) files.read(pattern, "the input");
     for (const io::InputFile& file : settings.other_inputs)
         if (file.path != path || !replace) files.read(file);
     files.write(io::OutputFile{path, what, "name another file"});
     if (Status status = files.check(); !status.ok()) return status;
-    return files.permit(path);
+    files.remove_left_temporaries();
+    const auto permitted = files.permit(path);
+    if (!permitted.ok()) return permitted.status();
+    auto file = io::AtomicFile::create(path);
+    if (!file.ok()) return file.status();
+    return NewFile{std::move(*file), *permitted};
 }
 
 Status save_text(const sequence::RunSettings& settings, const std::string& path,
                  const std::string& text, const std::string& what, bool replace) {
-    const auto permitted = permit(settings, path, what, replace);
-    if (!permitted.ok()) return permitted.status();
-    return io::atomic_write_text(path, text, *permitted).status();
+    auto made = new_file(settings, path, what, replace);
+    if (!made.ok()) return made.status();
+    if (Status status = made->file.write(text.data(), text.size()); !status.ok()) return status;
+    return made->file.commit(made->on_existing).status();
 }
 
 Result<std::string> camera_with_focus(const std::string& camera, const Camera& values,

@@ -8,10 +8,17 @@
 
 namespace postchain::view {
 
-// The rules for one file that is not a frame of a run. `replace`: an existing file may be replaced.
-// Errors (usage, output): it is an input, or exists.
-Result<io::OnExisting> permit(const sequence::RunSettings& settings, const std::string& path,
-                              const std::string& what, bool replace);
+// The user's choice.
+io::OnExisting on_existing(bool replace);
+
+// A file that is not a frame of a run, and what its commit() may do. Errors (usage, output): it is
+// an input, or exists and `replace` is not set.
+struct NewFile {
+    io::AtomicFile file;
+    io::OnExisting on_existing;
+};
+Result<NewFile> new_file(const sequence::RunSettings& settings, const std::string& path,
+                         const std::string& what, bool replace);
 Status save_text(const sequence::RunSettings& settings, const std::string& path,
                  const std::string& text, const std::string& what, bool replace);
 

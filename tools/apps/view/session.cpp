@@ -5,6 +5,9 @@
 #include <filesystem>
 
 #include "passes/registry.h"
+#include "tools/apps/view/chain_text.h"
+#include "tools/apps/view/save.h"
+#include "tools/apps/view/session_values.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::view {
@@ -16,6 +19,7 @@ constexpr auto kWatchInterval = std::chrono::milliseconds(500);
 constexpr auto kRest = std::chrono::milliseconds(120);  // without changes, until a picture refines
 constexpr double kDraftMs = 60;                         // time of a draft that is aimed at
 constexpr double kLeastScale = 1.0 / 8;
+constexpr uint64_t kManyPixels = 1'000'000;
 constexpr size_t kMessages = 50;
 constexpr size_t kLatencies = 200;
 
@@ -198,22 +202,24 @@ bool Session::take_results(Clock::time_point now) {
                 say("chain B: " + result.status.message(), true);
             continue;
         }
-        if (result.request.id != request_id_) continue;
+        // During a drag each result is of a former value, and shown nevertheless.
+        const bool current = result.request.id == request_id_;
+        if (!current && (result.request.id < shown_.request || !result.status.ok())) continue;
         const bool draft = result.request.scale < 1;
-        (draft ? draft_seen_ : full_seen_) = true;
-        if (full_seen_) draft_seen_ = true;
-        filter_status_ = result.status;
+        if (current) {
+            (draft ? draft_seen_ : full_seen_) = true;
+            draft_seen_ = true;
+            filter_status_ = result.status;
+        }
         if (!result.status.ok()) {
             // Another scale would fail as well.
-            draft_seen_ = full_sent_ = full_seen_ = true;
+            full_sent_ = full_seen_ = true;
             say(result.status.message(), true);
-            change_.reset();
-            refine_.reset();
             continue;
         }
         const double scale = result.request.scale;
         full_ms_ = result.milliseconds / (scale * scale);
-        shown_key_ = wanted_;
+        shown_key_ = current ? wanted_ : Key();
         shown_ = {.frame = result.request.source->description.frame_number,
                   .draft = draft,
                   .color = result.color,
@@ -224,18 +230,20 @@ bool Session::take_results(Clock::time_point now) {
                   .times = std::move(result.times),
                   .work_done = std::move(result.work_done),
                   .counters = result.counters,
-                  .milliseconds = result.milliseconds};
+                  .milliseconds = result.milliseconds,
+                  .request = result.request.id,
+                  .since = result.request.since};
     }
     if (auto painted = painter_->take()) {
         changed = true;
         if (!painted->status.ok()) say(painted->status.message(), true);
-        if (painted->id == in_paint_.id && painted->image) {
-            if (change_) keep(latencies_.draft, ms_between(*change_, now));
-            change_.reset();
-            if (!in_paint_.draft && refine_) {
-                keep(latencies_.refined, ms_between(*refine_, now));
-                refine_.reset();
-            }
+        if (painted->id == in_paint_.job && painted->image) {
+            const double ms = ms_between(in_paint_.since, now);
+            if (std::exchange(first_seen_, in_paint_.request) != in_paint_.request)
+                keep(latencies_.draft, ms);
+            if (!in_paint_.draft &&
+                std::exchange(refined_seen_, in_paint_.request) != in_paint_.request)
+                keep(latencies_.refined, ms);
         }
         if (!painted->image) painted->image = painted_.image;
         painted_ = std::move(*painted);
@@ -245,7 +253,8 @@ bool Session::take_results(Clock::time_point now) {
 }
 
 double Session::draft_scale() const {
-    if (full_ms_ <= 0) return 0.5;
+    if (full_ms_ <= 0)  // of an unknown chain
+        return source_ && source_->description.pixels() > kManyPixels ? 0.25 : 0.5;
     const double fitting = std::sqrt(kDraftMs / full_ms_);
     double scale = 1;
     while (scale > kLeastScale && scale > fitting) scale /= 2;
@@ -253,7 +262,7 @@ double Session::draft_scale() const {
 }
 
 std::string Session::texture_to_read() const {
-    const auto names = planes();
+    const auto names = planes_of(*this);
     if (view_.plane == "result" ||
         std::find(names.begin(), names.end(), view_.plane) != names.end())
         return "";
@@ -264,10 +273,6 @@ void Session::request(Clock::time_point now) {
     if (!source_) return;
     const Key key{source_, document_.revision(), texture_to_read(), shaders_};
     if (key != wanted_) {
-        // Another texture of the same frame is no change of the picture.
-        if (key.source != wanted_.source || key.revision != wanted_.revision) {
-            change_ = refine_ = now;
-        }
         wanted_ = key;
         wanted_since_ = now;
         ++request_id_;
@@ -278,7 +283,9 @@ void Session::request(Clock::time_point now) {
                          .source = source_,
                          .chain = chain_,
                          .scale = scale,
-                         .texture = key.texture});
+                         .texture = key.texture,
+                         .may_stop = scale >= 1 && draft_scale() < 1,
+                         .since = wanted_since_});
         other_sent_ = false;
     };
     const double scale = draft_scale();
@@ -305,7 +312,8 @@ void Session::request_other() {
     }
     if (other_sent_ || other_seen_ == other_revision_ || !worker_->idle()) return;
     other_sent_ = true;
-    worker_->submit({.id = 0, .source = source_, .chain = other_, .scale = 1, .texture = ""});
+    worker_->submit(
+        {.id = 0, .source = source_, .chain = other_, .scale = 1, .texture = "", .may_stop = true});
 }
 
 void Session::hold_chain() {
@@ -354,7 +362,7 @@ bool Session::paint_due(Clock::time_point) {
     }
     if (view_.limits && source_) {
         const auto depth = source_->planes.find(Role::inverse_depth);
-        if (const auto limits = sharp_limits(); limits && depth != source_->planes.end()) {
+        if (const auto limits = sharp_limits(*this); limits && depth != source_->planes.end()) {
             job.inverse_depth = depth->second;
             job.sharp_from = (*limits)[0];
             job.sharp_to = (*limits)[1];
@@ -368,10 +376,10 @@ bool Session::paint_due(Clock::time_point) {
     if (key == paint_key_) return false;
     paint_key_ = std::move(key);
     job.id = ++paint_id_;
-    in_paint_ = {job.id,
-                 !result || image != shown_.color || shown_.draft || !(shown_key_ == wanted_)};
-    // A picture of the former settings does not answer the change.
-    if (!(shown_key_ == wanted_)) in_paint_.id = 0;
+    in_paint_ = {.job = result && image == shown_.color ? job.id : 0,
+                 .request = shown_.request,
+                 .draft = shown_.draft,
+                 .since = shown_.since};
     painter_->submit(std::move(job));
     return false;
 }
@@ -382,6 +390,29 @@ bool Session::at_rest() const {
     if (!(wanted_.source == source_ && wanted_.revision == document_.revision() && full_seen_))
         return false;
     return !compares_with(With::other_chain) || !other_ || other_seen_ == other_revision_;
+}
+
+Status Session::save_chain(const std::string& path, bool replace) {
+    if (path.ends_with(".json"))
+        return Status(StatusCode::output, path + ": chains are saved as YAML; name a .yaml file");
+    const ChainFileText saved = chain_file_text(chain_text_, document_);
+    sequence::RunSettings settings = settings_.run;
+    // The open chain file is the only input that is replaced by its own new text.
+    std::erase_if(settings.other_inputs,
+                  [&](const io::InputFile& file) { return file.path == settings_.chain_name; });
+    const bool own = settings_.chain_is_file && path == settings_.chain_name;
+    if (Status status = save_text(settings, path, saved.text, "the chain file", replace || own);
+        !status.ok())
+        return status;
+    chain_text_ = saved.text;
+    settings_.chain_name = path;
+    settings_.chain_is_file = true;
+    chain_stamp_ = io::FileStamp::of(path);
+    document_.saved(true);
+    say(path + (saved.kept ? ": saved" : ": saved, written anew below its first comments"));
+    if (!document_.state().focus_keys.empty())
+        say("the focus keys are not in the chain file: save the camera file too");
+    return Status();
 }
 
 }  // namespace postchain::view

@@ -70,6 +70,8 @@ struct Shown {
     std::vector<WorkDone> work_done;
     ExecutorCounters counters;
     double milliseconds = 0;
+    uint64_t request = 0;
+    Clock::time_point since;  // of the change that it answers
 };
 
 class Session {
@@ -111,34 +113,17 @@ class Session {
     // Why the picture is not of the current settings; empty: it is.
     std::string trouble() const;
 
-    // The values of each plane at a pixel of the frame, "depth 2.5".
-    std::vector<std::pair<std::string, std::string>> values_at(int x, int y) const;
-    // Planes of the frame that a view can show.
-    std::vector<std::string> planes() const;
-    // The camera that the chain works with on this frame.
-    Camera camera() const;
-
-    // The distance at a pixel of the frame; empty: unknown or the sky.
-    std::optional<double> distance_at(int x, int y) const;
-    // Errors (input): no depth, or the sky.
-    Status focus_at_pixel(int x, int y);
-    // Keys at the first and the last frame, with the distances at two pixels of this one.
-    Status focus_pull(std::array<int, 2> from, std::array<int, 2> to);
-    // Limits of sharpness, scene units, as the chain's lens has them; empty: no pass with a lens.
-    std::optional<std::array<double, 2>> sharp_limits() const;
-    // Positions of the surface at a pixel while the shutter is open, pixels of the frame; empty: no
-    // motion vectors.
-    std::vector<std::array<double, 2>> motion_path(int x, int y) const;
+    // The chain at this frame; null before the first tick().
+    const std::shared_ptr<const Chain>& chain() const { return chain_; }
 
     // Compares from now on with the chain as it is.
     void hold_chain();
     bool has_other_chain() const { return other_ != nullptr; }
     bool has_truth() const { return truth_ != nullptr; }
 
-    // The file, or where a shipped chain is saved to; writes it. Errors (output).
+    // Writes the chain file, which is the open one from then on. Errors: those of new_file().
     Status save_chain(const std::string& path, bool replace);
     // The camera file with the focus of every frame. Errors (output).
-    Status save_camera(const std::string& path, bool replace) const;
     const SessionSettings& settings() const { return settings_; }
     const std::string& renderer() const { return worker_->renderer(); }
     uint64_t frame_bytes() const { return store_->bytes(); }
@@ -221,13 +206,14 @@ class Session {
         bool operator==(const PaintKey&) const = default;
     };
     PaintKey paint_key_;
-    std::optional<Clock::time_point> change_;  // waits for its first picture
-    std::optional<Clock::time_point> refine_;  // and for its refined one
+    // The result in the newest paint job, whose latency is measured.
     struct InPaint {
-        uint64_t id = 0;
+        uint64_t job = 0, request = 0;
         bool draft = true;
+        Clock::time_point since;
     };
     InPaint in_paint_;
+    uint64_t first_seen_ = 0, refined_seen_ = 0;  // requests whose latency is known
     Latencies latencies_;
 
     std::deque<Message> messages_;

@@ -50,7 +50,7 @@ std::string state_json(const Session& session, const Ui& ui) {
     json["interface"] = times_json(ui.interface_ms());
     json["draft_latency"] = times_json(session.latencies().draft);
     json["refined_latency"] = times_json(session.latencies().refined);
-    for (const auto& [name, place] : ui.places()) json["places"][name] = place;
+    for (const auto& [name, place] : ui.context().places) json["places"][name] = place;
     return io::json_text(json, 1) + "\n";
 }
 

@@ -9,9 +9,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/apps/view/save.h"
 #include "tools/apps/view/state_file.h"
 #include "tools/apps/view/ui.h"
-#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::view {
 namespace {
@@ -169,8 +169,8 @@ class Loop {
         const std::string text = state_json(session_, ui_);
         if (text == state_) return Status();
         state_ = text;
-        return io::atomic_write_text(settings_.state_file, text, io::OnExisting::overwrite)
-            .status();
+        return save_text(session_.settings().run, settings_.state_file, text, "the state file",
+                         true);
     }
 
     GLFWwindow* window_;

@@ -1,4 +1,4 @@
-#include "tools/apps/view/view_options.h"
+#include "tools/apps/postchain/view_options.h"
 
 #include <CLI/CLI.hpp>
 

@@ -1,4 +1,5 @@
-// The chain: the values that matter first, its passes, and every parameter of one.
+#include "tools/apps/view/chain_panel.h"
+
 #include <imgui_stdlib.h>
 
 #include <algorithm>
@@ -6,7 +7,7 @@
 #include <numeric>
 
 #include "config/chain_find.h"
-#include "tools/apps/view/ui.h"
+#include "tools/apps/view/session_values.h"
 
 namespace postchain::view {
 namespace {
@@ -81,8 +82,7 @@ bool number_widget(const Parameter& row, const ParameterValue& now, ParameterVal
     return changed;
 }
 
-}  // namespace
-
+// True if the value was changed, to `value`.
 bool parameter_widget(const Parameter& row, const ParameterValue& now, ParameterValue& value) {
     if (now == ParameterValue() && row.type != ParameterType::text) {
         if (!ImGui::Button("set", {ImGui::GetContentRegionAvail().x, 0})) return false;
@@ -128,12 +128,14 @@ bool parameter_widget(const Parameter& row, const ParameterValue& now, Parameter
     return false;
 }
 
-void Ui::chain_tab() {
+}  // namespace
+
+void ChainPanel::draw() {
     main_values();
     ImGui::Separator();
     link_list();
     ImGui::Separator();
-    Document& document = session_.document();
+    Document& document = ui_.session.document();
     const Chain& chain = document.chain();
     if (selected_ < chain.links.size()) {
         const size_t link = selected_;
@@ -152,34 +154,34 @@ void Ui::chain_tab() {
     }
 }
 
-void Ui::camera_slider(const char* key, const char* label, double least, double most,
-                       const char* format, bool logarithmic, std::optional<double> value) {
+void ChainPanel::camera_slider(const char* key, const char* label, double least, double most,
+                               const char* format, bool logarithmic, std::optional<double> value) {
     auto number = float(value.value_or(least));
-    ImGui::SetNextItemWidth(-72 * scale_);
+    ImGui::SetNextItemWidth(-72 * ui_.scale);
     const bool changed =
         ImGui::SliderFloat(label, &number, float(least), float(most), value ? format : "not known",
                            logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
-    mark(key);
-    gesture();
+    ui_.mark(key);
+    ui_.gesture();
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip("%s", camera_parameters().find(key)->help.c_str());
     if (!changed) return;
     // Of keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
-        !session_.document().state().focus_keys.empty())
-        return say(session_.document().set_focus_key(session_.frame(), double(number)));
-    say(session_.document().set_camera(key, double(number)));
+        !ui_.session.document().state().focus_keys.empty())
+        return ui_.say(ui_.session.document().set_focus_key(ui_.session.frame(), double(number)));
+    ui_.say(ui_.session.document().set_camera(key, double(number)));
 }
 
-void Ui::main_values() {
-    const Camera camera = session_.camera();
+void ChainPanel::main_values() {
+    const Camera camera = camera_of(ui_.session);
     const double shutter = camera.shutter_frames.value_or(kDefaultShutterFrames);
     char format[48];
     std::snprintf(format, sizeof(format), "%%.3f frames (%.0f deg)", 360 * shutter);
     camera_slider("shutter_frames", "shutter", 0, 1, format, false, shutter);
     camera_slider("f_stop", "f-stop", 0.7, 32, "f/%.2f", true, camera.f_stop);
     double nearest = 0.05, farthest = 1000;
-    if (const SharedFrame source = session_.source()) {
+    if (const SharedFrame source = ui_.session.source()) {
         const FrameBounds& bounds = source->description.bounds;
         if (std::isfinite(bounds.max_inverse_depth) && bounds.max_inverse_depth > 0)
             nearest = 0.5 / bounds.max_inverse_depth;
@@ -188,7 +190,7 @@ void Ui::main_values() {
     camera_slider("focus_distance", "focus", nearest, std::max(farthest, nearest * 2), "%.3f units",
                   true, camera.focus_distance);
     int samples = 0, most = 256;
-    for (const ChainLink& link : session_.document().chain().links) {
+    for (const ChainLink& link : ui_.session.document().chain().links) {
         const Parameter* row = link.type->parameters->find("samples");
         if (!row || !link.type->parameters->unread(*row, link.pass->parameters()).empty()) continue;
         samples = int(number_of(row->get(link.pass->parameters())));
@@ -196,23 +198,24 @@ void Ui::main_values() {
         break;
     }
     ImGui::BeginDisabled(samples == 0);
-    ImGui::SetNextItemWidth(-72 * scale_);
+    ImGui::SetNextItemWidth(-72 * ui_.scale);
     const bool changed = ImGui::SliderInt("samples", &samples, 1, std::max(most, samples),
                                           "%d per pixel", ImGuiSliderFlags_Logarithmic);
-    mark("samples");
-    gesture();
+    ui_.mark("samples");
+    ui_.gesture();
     ImGui::EndDisabled();
     if (changed) {
-        Status status = session_.document().set_in_all("samples", int64_t(samples));
+        Status status = ui_.session.document().set_in_all("samples", int64_t(samples));
         // Some passes take odd numbers only.
-        if (!status.ok()) status = session_.document().set_in_all("samples", int64_t(samples | 1));
-        say(status);
+        if (!status.ok())
+            status = ui_.session.document().set_in_all("samples", int64_t(samples | 1));
+        ui_.say(status);
     }
     order_and_tier();
 }
 
-void Ui::order_and_tier() {
-    Document& document = session_.document();
+void ChainPanel::order_and_tier() {
+    Document& document = ui_.session.document();
     const Chain& chain = document.chain();
     const auto name_of_order = [&](const std::vector<size_t>& order) {
         std::string text;
@@ -222,9 +225,9 @@ void Ui::order_and_tier() {
     };
     std::vector<size_t> order(chain.links.size());
     std::iota(order.begin(), order.end(), size_t(0));
-    ImGui::SetNextItemWidth(-72 * scale_);
+    ImGui::SetNextItemWidth(-72 * ui_.scale);
     const bool orders = ImGui::BeginCombo("order", name_of_order(order).c_str());
-    mark("order");
+    ui_.mark("order");
     if (orders) {
         if (order.size() > kMostOrders) {
             ImGui::TextDisabled("drag the passes below");
@@ -232,17 +235,17 @@ void Ui::order_and_tier() {
             do {
                 const std::string name = name_of_order(order);
                 if (ImGui::Selectable(name.c_str())) {
-                    say(document.reorder(order));
+                    ui_.say(document.reorder(order));
                     break;
                 }
-                mark("order " + name);
+                ui_.mark("order " + name);
             } while (std::next_permutation(order.begin(), order.end()));
         }
         ImGui::EndCombo();
     }
-    ImGui::SetNextItemWidth(-72 * scale_);
+    ImGui::SetNextItemWidth(-72 * ui_.scale);
     const bool tiers = ImGui::BeginCombo("quality", "passes of ...");
-    mark("quality");
+    ui_.mark("quality");
     if (tiers) {
         for (const std::string& name : shipped_chains()) {
             if (ImGui::Selectable(name.c_str())) {
@@ -250,28 +253,28 @@ void Ui::order_and_tier() {
                 if (shipped.ok())
                     document.take_passes(shipped->chain, name);
                 else
-                    say(shipped.status());
+                    ui_.say(shipped.status());
             }
-            mark("quality " + name);
+            ui_.mark("quality " + name);
         }
         ImGui::EndCombo();
     }
 }
 
-void Ui::link_list() {
-    Document& document = session_.document();
+void ChainPanel::link_list() {
+    Document& document = ui_.session.document();
     for (size_t i = 0; i < document.chain().links.size(); ++i) {
         ImGui::PushID(int(i));
         const std::string name = document.chain().links[i].type->name;
         bool on = !document.state().off[i];
-        if (ImGui::Checkbox("##on", &on)) say(document.switch_off(i, !on));
-        mark(concat("on ", i));
+        if (ImGui::Checkbox("##on", &on)) ui_.say(document.switch_off(i, !on));
+        ui_.mark(concat("on ", i));
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("switch the pass on or off");
         ImGui::SameLine();
         if (ImGui::Selectable(name.c_str(), selected_ == i, 0,
-                              {ImGui::GetContentRegionAvail().x - 30 * scale_, 0}))
+                              {ImGui::GetContentRegionAvail().x - 30 * ui_.scale, 0}))
             selected_ = i;
-        mark(concat("pass ", i));
+        ui_.mark(concat("pass ", i));
         const float top = ImGui::GetItemRectMin().y, bottom = ImGui::GetItemRectMax().y;
         if (ImGui::IsItemActivated()) {
             drag_link_ = int(i);
@@ -283,15 +286,15 @@ void Ui::link_list() {
         const float mouse = ImGui::GetIO().MousePos.y;
         ImGui::SameLine();
         const bool removes = ImGui::SmallButton("x");
-        mark(concat("remove ", i));
+        ui_.mark(concat("remove ", i));
         if (ImGui::IsItemHovered()) ImGui::SetTooltip("remove the pass");
         ImGui::PopID();
         if (removes) {
-            say(document.remove(i));
+            ui_.say(document.erase(i));
             break;
         }
         if (held && int(i) != drag_link_ && mouse > top && mouse < bottom) {
-            say(document.move(size_t(drag_link_), i));
+            ui_.say(document.move(size_t(drag_link_), i));
             drag_link_ = int(i);
             selected_ = i;
             break;
@@ -303,27 +306,27 @@ void Ui::link_list() {
     }
     if (ImGui::Selectable("camera", selected_ >= document.chain().links.size()))
         selected_ = document.chain().links.size();
-    mark("camera");
+    ui_.mark("camera");
     ImGui::SetNextItemWidth(-1);
     const bool adds = ImGui::BeginCombo("##add", "add a pass");
-    mark("add");
+    ui_.mark("add");
     if (adds) {
         for (const PassType& type : document.registry().types()) {
             if (ImGui::Selectable(type.name.c_str()))
-                say(document.add(type.name, document.chain().links.size()));
-            mark("add " + type.name);
+                ui_.say(document.add(type.name, document.chain().links.size()));
+            ui_.mark("add " + type.name);
             if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", type.help.c_str());
         }
         ImGui::EndCombo();
     }
 }
 
-void Ui::rows(const ParameterTable& table, ConstParameterRef values,
-              const std::function<Status(const std::string&, const ParameterValue&)>& set) {
+void ChainPanel::rows(const ParameterTable& table, ConstParameterRef values,
+                      const std::function<Status(const std::string&, const ParameterValue&)>& set) {
     if (!ImGui::BeginTable("rows", 3, ImGuiTableFlags_SizingFixedFit)) return;
     ImGui::TableSetupColumn("key", ImGuiTableColumnFlags_WidthStretch, 0.47f);
     ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch, 0.53f);
-    ImGui::TableSetupColumn("reset", ImGuiTableColumnFlags_WidthFixed, 18 * scale_);
+    ImGui::TableSetupColumn("reset", ImGuiTableColumnFlags_WidthFixed, 18 * ui_.scale);
     std::optional<std::pair<std::string, ParameterValue>> change;
     for (const Parameter& row : table.rows()) {
         ImGui::PushID(row.key.c_str());
@@ -343,12 +346,12 @@ void Ui::rows(const ParameterTable& table, ConstParameterRef values,
         ImGui::SetNextItemWidth(-1);
         ImGui::BeginDisabled(!unread.empty());
         if (parameter_widget(row, now, value)) change = {row.key, value};
-        mark("row " + row.key);
-        gesture();
+        ui_.mark("row " + row.key);
+        ui_.gesture();
         ImGui::EndDisabled();
         if (hovers || ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) {
             ImGui::BeginTooltip();
-            ImGui::PushTextWrapPos(380 * scale_);
+            ImGui::PushTextWrapPos(380 * ui_.scale);
             ImGui::TextUnformatted(row.full_help().c_str());
             ImGui::TextDisabled("%s%s; default %s", row.domain().c_str(),
                                 row.unit.empty() ? "" : (", " + row.unit).c_str(),
@@ -362,14 +365,14 @@ void Ui::rows(const ParameterTable& table, ConstParameterRef values,
         ImGui::TableNextColumn();
         if (now != row.default_value) {
             if (ImGui::SmallButton("<")) change = {row.key, row.default_value};
-            mark("reset " + row.key);
+            ui_.mark("reset " + row.key);
             if (ImGui::IsItemHovered())
                 ImGui::SetTooltip("back to %s", text_of(row.default_value).c_str());
         }
         ImGui::PopID();
     }
     ImGui::EndTable();
-    if (change) say(set(change->first, change->second));
+    if (change) ui_.say(set(change->first, change->second));
 }
 
 }  // namespace postchain::view

@@ -44,6 +44,11 @@ void InspectPanel::note_times() {
 }
 
 void InspectPanel::add_interface_ms(double ms) {
+    // The first ones compile the interface's own programs and answer nothing.
+    if (first_ > 0) {
+        --first_;
+        return;
+    }
     interface_ms_.push_back(ms);
     if (interface_ms_.size() > kInterfaceHistory) interface_ms_.pop_front();
     slowest_ms_ = std::max(slowest_ms_, ms);
@@ -126,9 +131,9 @@ void InspectPanel::draw_times() {
         ImGui::TextUnformatted(time.name.c_str());
     }
     const uint64_t textures = shown.counters.texture_bytes_peak;
-    ImGui::Text("textures %s, %d alive; frames kept %s", sequence::bytes_text(textures).c_str(),
-                int(shown.counters.textures_alive),
-                sequence::bytes_text(ui_.session.frame_bytes()).c_str());
+    ImGui::TextWrapped("textures %s, %d alive; frames kept %s",
+                       sequence::bytes_text(textures).c_str(), int(shown.counters.textures_alive),
+                       sequence::bytes_text(ui_.session.frame_bytes()).c_str());
     if (!interface_ms_.empty())
         ImGui::Text("interface %.1f ms, slowest %.1f ms", interface_ms_.back(), slowest_ms_);
     ImGui::TextWrapped("%s", ui_.session.renderer().c_str());

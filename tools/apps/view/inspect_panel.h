@@ -28,6 +28,7 @@ class InspectPanel {
     std::deque<float> history_;
     std::map<std::string, std::deque<float>> step_history_;
     uint64_t in_history_ = 0;  // the last request
+    int first_ = 3;
     std::deque<double> interface_ms_;
     double slowest_ms_ = 0;
 };

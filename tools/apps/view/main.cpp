@@ -42,7 +42,8 @@ class RenderedScene {
         if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
     }
     // Replaces input and camera by the scene's files. Errors: those of write_scene().
-    Status render(Options& options) {
+    Status render(Options& options, const egl::ContextOptions& context,
+                  const std::atomic<bool>& stop) {
         std::string name = (std::filesystem::temp_directory_path() / "postchain-view-XXXXXX");
         if (!mkdtemp(name.data()))
             return Status(StatusCode::output, name + ": folder of the scene cannot be created");
@@ -50,23 +51,30 @@ class RenderedScene {
         scenes::SceneRequest request;
         request.name = options.job.input.substr(kScene.size());
         request.folder = folder_ + "/scene";
-        request.frames = {1, 2, 3, 4, 5, 6, 7, 8};
+        request.frames = {1, 2, 3, 4, 5, 6};
+        request.sharp_samples = 1;  // `gbuf` is shown
         if (auto model = scenes::model_for(request); !model.ok()) return model.status();
-        const auto context = context_options_of(options);
-        if (!context.ok()) return context.status();
-        auto renderer = scenes::SceneRenderer::create(*context);
+        auto renderer = scenes::SceneRenderer::create(context);
         if (!renderer.ok()) return renderer.status();
         options.job.input = request.folder + "/gbuf.####.exr";
         if (options.job.camera.empty()) options.job.camera = request.folder + "/camera.json";
-        return scenes::write_scene(**renderer, request);
+        const Status status =
+            scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
+                log::progress(concat("rendering ", request.name, ", frame ", progress.frame));
+                return !stop;
+            });
+        log::progress("");
+        return status;
     }
 
   private:
     std::string folder_;
 };
 
-Result<view::SessionSettings> session_of(const Options& options, const ViewOptions& view) {
+Result<view::SessionSettings> session_of(const Options& options, const ViewOptions& view,
+                                         const egl::ContextOptions& context) {
     view::SessionSettings session;
+    session.context = context;
     auto text = find_chain(options.chain);
     if (!text.ok()) return text.status();
     auto chain = load_chain_of(options);
@@ -105,9 +113,6 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
         session.shaders = view.shaders;
     }
     if (!view.frame.empty()) session.frame = std::atoi(view.frame.c_str());
-    auto context = context_options_of(options);
-    if (!context.ok()) return context.status();
-    session.context = std::move(*context);
     return session;
 }
 
@@ -126,14 +131,19 @@ int view_command(int argc, char** argv) {
         return kExitUsage;
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
+    const auto context = context_options_of(options);
+    if (!context.ok()) return fail(context.status());
+    const StopOnSignal stop;
     RenderedScene scene;
-    if (options.job.input.starts_with(kScene))
-        if (Status status = scene.render(options); !status.ok()) return fail(status);
-    auto session = session_of(options, view);
+    if (options.job.input.starts_with(kScene)) {
+        const Status status = scene.render(options, *context, stop.flag());
+        if (stop.asked()) return stop.exit_code();
+        if (!status.ok()) return fail(status);
+    }
+    auto session = session_of(options, view, *context);
     if (!session.ok()) return fail(session.status());
     const auto size = size_of(view.size);
     if (!size.ok()) return fail(size.status());
-    const StopOnSignal stop;
     const Status status = view::show_window(std::move(*session),
                                             {*size, view.ui_scale, view.state_file}, stop.flag());
     if (!status.ok()) return fail(status);

@@ -80,7 +80,7 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
 }
 
 void Session::say(const std::string& text, bool error) {
-    if (!messages_.empty() && messages_.back().text == text) return;
+    std::erase_if(messages_, [&](const Message& message) { return message.text == text; });
     messages_.push_back({error, text});
     if (messages_.size() > kMessages) messages_.pop_front();
 }
@@ -337,6 +337,7 @@ bool Session::paint_due(Clock::time_point) {
         image = source_->planes.at(Role::color);
     if (!image) return false;
     PaintJob job;
+    std::string fault;
     job.image = image;
     job.look = view_.plane == kFillMask ? Look::shares : look_of(image->channels);
     job.view = view_.display;
@@ -347,14 +348,13 @@ bool Session::paint_due(Clock::time_point) {
             const SharedFrame truth = truth_->find(frame_);
             if (truth) job.other = truth->planes.at(Role::color);
             if (const Status status = truth_->failure(frame_); !status.ok())
-                say("ground truth: " + status.message(), true);
+                fault = "ground truth: " + status.message();
         }
         const FrameDescription& frame = source_->description;
         if (job.other && (job.other->width != frame.width || job.other->height != frame.height)) {
-            say(concat("ground truth: ", job.other->width, "x", job.other->height,
-                       " pixels, the frame has ", frame.width, "x", frame.height,
-                       "; give one of the same size"),
-                true);
+            fault = concat("ground truth: ", job.other->width, "x", job.other->height,
+                           " pixels, the frame has ", frame.width, "x", frame.height,
+                           "; give one of the same size");
             job.other = nullptr;
         }
         if (view_.compare == Compare::difference) job.map = view_.map;
@@ -368,12 +368,19 @@ bool Session::paint_due(Clock::time_point) {
             job.sharp_to = (*limits)[1];
         }
     }
-    PaintKey key{job.image,         job.other,
-                 job.inverse_depth, job.view.exposure_stops,
-                 job.sharp_from,    job.sharp_to,
-                 job.view.curve,    job.view.view,
-                 job.map,           job.other ? job.visible : Rect()};
+    PaintKey key{job.image,
+                 job.other,
+                 job.inverse_depth,
+                 job.view.exposure_stops,
+                 job.sharp_from,
+                 job.sharp_to,
+                 job.view.curve,
+                 job.view.view,
+                 job.map,
+                 job.other ? job.visible : Rect(),
+                 fault};
     if (key == paint_key_) return false;
+    if (!fault.empty() && fault != paint_key_.fault) say(fault, true);
     paint_key_ = std::move(key);
     job.id = ++paint_id_;
     in_paint_ = {.job = result && image == shown_.color ? job.id : 0,

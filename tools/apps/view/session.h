@@ -203,6 +203,7 @@ class Session {
         std::optional<io::DisplayView> ocio;
         std::string map;
         Rect visible;
+        std::string fault;
         bool operator==(const PaintKey&) const = default;
     };
     PaintKey paint_key_;

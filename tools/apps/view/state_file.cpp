@@ -14,7 +14,7 @@ io::Json times_json(const std::deque<double>& times) {
     if (sorted.empty()) return io::Json::object();
     return {{"count", sorted.size()},
             {"median_ms", sorted[sorted.size() / 2]},
-            {"p95_ms", sorted[(sorted.size() - 1) * 95 / 100]},
+            {"p95_ms", sorted[(sorted.size() * 95 + 99) / 100 - 1]},
             {"max_ms", sorted.back()},
             {"last_ms", times.back()}};
 }

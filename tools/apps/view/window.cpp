@@ -87,6 +87,7 @@ class Interface {
         ImGui::StyleColorsDark(&style);
         style.Colors[ImGuiCol_WindowBg] = {0.09f, 0.09f, 0.10f, 1};
         style.Colors[ImGuiCol_TextDisabled] = {0.68f, 0.68f, 0.70f, 1};
+        style.Colors[ImGuiCol_PopupBg] = {0.12f, 0.12f, 0.14f, 1};
         style.WindowRounding = 0;
         style.ScaleAllSizes(scale);
         ImGui::GetStyle() = style;

@@ -176,7 +176,7 @@ TEST(ChainText, EveryFormOfAFileIsSaved) {
         const ChainFile again = parse_chain(saved.text, "saved", builtin_passes());
         EXPECT_TRUE(again.status().ok()) << saved.text;
         EXPECT_EQ(again.chain.text(), document.chain().text()) << saved.text;
-        if (text.starts_with("# top")) EXPECT_TRUE(saved.text.starts_with("# top\n")) << saved.text;
+        EXPECT_EQ(saved.text.starts_with("# top\n"), text.starts_with("# top\n")) << saved.text;
     }
 }
 

@@ -126,13 +126,16 @@ TEST_F(SessionTest, AHeldSliderShowsDrafts) {
     settings_.run.input = *io::InputSpec::parse(path("large/in.####.exr"));
     open();
     // Much more work than a draft may take.
-    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(256)).ok());
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(64)).ok());
     settle();
+    const std::chrono::duration<double, std::milli> whole(session_->shown().milliseconds);
     session_->document().begin_gesture();
     EXPECT_TRUE(session_->document().set_camera("f_stop", 1.0).ok());
     ASSERT_TRUE(
         wait_for([&] { return session_->shown().draft && session_->shown().color->width < 320; }));
-    const auto end = Clock::now() + std::chrono::seconds(1);
+    // Time enough for a whole picture.
+    const auto end = Clock::now() + std::chrono::milliseconds(500) +
+                     std::chrono::duration_cast<Clock::duration>(4 * whole);
     EXPECT_TRUE(wait_for([&] { return Clock::now() > end; }));
     EXPECT_TRUE(session_->shown().draft) << "the hand does not rest";
     session_->document().end_gesture();

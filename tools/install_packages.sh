@@ -10,12 +10,13 @@ packages=(
     libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools zlib1g-dev libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
     libsqlite3-dev prometheus-cpp-dev libboost-dev curl
+    libglfw3-dev libimgui-dev # of postchain view; without them the rest is built
 )
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
         glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers
-        dpkg-dev file libglfw3-dev libogre-1.12-dev xvfb slurmctld slurmd slurm-client munge prometheus
+        dpkg-dev file libogre-1.12-dev xvfb xdotool slurmctld slurmd slurm-client munge prometheus
         python3 chromium chromium-driver
     )
 fi

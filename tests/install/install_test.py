@@ -57,10 +57,17 @@ def compilers():
     return [pair for pair in pairs if shutil.which(pair[0]) and shutil.which(pair[1])]
 
 
+def has_viewer(options):
+    """It is built if GLFW and Dear ImGui are installed."""
+    return (options.build / "tools/apps/postchain/postchain-view").exists()
+
+
 def tree(options):
     shutil.rmtree(options.prefix, ignore_errors=True)
     components = ["library", "dev"] + ([] if options.core else ["config", "command"])
     components += ["vulkan"] if options.vulkan else []
+    if has_viewer(options):
+        components.append("view")
     for component in components:
         call("cmake", "--install", options.build, "--prefix", options.prefix, "--component",
              component)
@@ -249,6 +256,8 @@ def packages(options):
                     f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
     if options.vulkan:
         has[f"libpostchain-vk{so}"] = f"libpostchain_vk.so.{options.version}"
+    if has_viewer(options):
+        has["postchain-view"] = "bin/postchain-view"
     expect_equal(set(held), set(has), "packages")
     for package, file in has.items():
         for other, (files, _) in held.items():
@@ -260,6 +269,10 @@ def packages(options):
     if not options.core:
         assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
         assert f"libpostchain{so} (= " in held[f"libpostchain-config{so}"][1]
+    if has_viewer(options):
+        assert "postchain (= " in held["postchain-view"][1], held["postchain-view"][1]
+        assert "libglfw3" in held["postchain-view"][1], held["postchain-view"][1]
+        assert "libglfw3" not in held["postchain"][1], held["postchain"][1]
     use_unpacked(options, folder, set(has))
 
 

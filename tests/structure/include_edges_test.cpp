@@ -38,7 +38,7 @@ const std::vector<std::vector<std::string>>& layers() {
 // others belong to the standard library and the system.
 const Edges& allowed_libraries() {
     static const Edges edges = {
-        {"epoxy", {"chain", "tools/measure/scenes", "tools/samples"}},
+        {"epoxy", {"chain", "tools/measure/scenes", "tools/apps/view", "tools/samples"}},
         {"glm", {"shaders", "chain/guest", "tools/measure/scenes"}},
         {"OpenEXR", {"tools/sequence/exr", "tools/apps"}},
         {"Imath", {"tools/sequence/exr"}},
@@ -52,11 +52,13 @@ const Edges& allowed_libraries() {
         {"libdeflate.h", {"tools/sequence/exr"}},
         {"CLI", {"tools/apps"}},
         {"spdlog", {"tools/apps"}},
-        {"GLFW", {}},
+        {"GLFW", {"tools/apps/view"}},
         {"boost", {"tools/service/http"}},
         {"sqlite3.h", {"tools/service/store"}},
         {"prometheus", {"tools/service/work"}},
-        {"imgui.h", {}},
+        {"imgui.h", {"tools/apps/view"}},
+        {"imgui_stdlib.h", {"tools/apps/view"}},
+        {"backends", {"tools/apps/view"}},
         {"gtest", {}},
         {"gmock", {}},
         {"benchmark", {}},

@@ -86,6 +86,7 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
          "removes a report or study that is replaced"},
         {"tools/sequence/files/claim.cpp", "a lock among processes, nothing is written to it"},
         {"tools/apps/postchain/selftest.cpp", "removes the folder that it has made"},
+        {"tools/apps/view/main.cpp", "removes the folder of a scene that it has rendered"},
         {"tools/apps/postchain/main.cpp", "/dev/null for streams that are closed"},
     };
     std::set<std::string> met;
@@ -122,6 +123,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/apps/postchain/diff.cpp", 2},        // maps
         {"tools/apps/postchain/selftest.cpp", 1},    // in its own folder
         {"tools/apps/postchain/sheet.cpp", 1},
+        {"tools/apps/view/save.cpp", 1},  // chain, camera, image, sheet, movie, state of the viewer
         {"tools/apps/postchain/stress.cpp", 1},
         {"tools/measure/report/report.cpp", 1},     // json, csv, md, images of the page, chains
         {"tools/measure/report/images.cpp", 2},     // images/
@@ -149,20 +151,20 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    // run, ab and bench, study, scene, diff, selftest, sheet, stress
-    EXPECT_EQ(checks.size(), 8u);
+    // run, ab and bench, study, scene, diff, selftest, sheet, stress, view
+    EXPECT_EQ(checks.size(), 9u);
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 
 // Only the one place, and the words of an option, may allow replacing a file.
 TEST(Writers, OnlyOnePlaceSaysOverwrite) {
-    const std::set<std::string> allowed = {"tools/sequence/files/atomic_file.cpp",
-                                           "tools/sequence/files/output_files.cpp",
-                                           "tools/apps/postchain/options.cpp",
-                                           // Its own report, continued after a crash.
-                                           "tools/service/work/experiment_work.cpp",
-                                           // Its own results, in a folder with the mark of a study.
-                                           "tools/measure/study/task.cpp"};
+    const std::set<std::string> allowed = {
+        "tools/sequence/files/atomic_file.cpp", "tools/sequence/files/output_files.cpp",
+        "tools/apps/postchain/options.cpp", "tools/apps/view/save.cpp",
+        // Its own report, continued after a crash.
+        "tools/service/work/experiment_work.cpp",
+        // Its own results, in a folder with the mark of a study.
+        "tools/measure/study/task.cpp"};
     static const std::regex says(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     size_t met = 0;
     for (const auto& [file, lines] : sources())

@@ -27,6 +27,8 @@
 #include "tools/apps/postchain/sheet.h"
 #include "tools/apps/postchain/stress.h"
 #include "tools/apps/postchain/study.h"
+#include "tools/apps/postchain/view.h"
+#include "tools/apps/postchain/view_options.h"
 
 namespace postchain {
 namespace {
@@ -67,6 +69,7 @@ int command(int argc, char** argv) {
     StressOptions stress;
     ServeOptions serve;
     StudyOptions study;
+    ViewOptions view;
     std::string selftest_only, plan_format = "text", plan_calibration, passes_format = "text";
     const ParameterTable& job = job_parameters();
 
@@ -120,6 +123,10 @@ int command(int argc, char** argv) {
     inspect->get_option("--input")->required(false);
     inspect->add_option("IN", options.job.input,
                         "frame or pattern, as for --input, or a folder, to list its sequences");
+
+    CLI::App* view_app = app.add_subcommand(
+        "view", "show a sequence through a chain in a window, and edit the chain");
+    add_view(*view_app, options, view);
 
     CLI::App* diff_app =
         app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
@@ -184,6 +191,7 @@ int command(int argc, char** argv) {
     if (*pilot) log::warning(former_name_text("--pilot", "--calibration"));
     if (*plan) return plan_subcommand(options, plan_format, plan_calibration);
     if (*inspect) return inspect_subcommand(options);
+    if (*view_app) return view_subcommand(argc, argv);
     if (*diff_app) return diff_subcommand(options, diff);
     if (*sheet_app) return sheet_subcommand(options, sheet);
     if (*scene_app) return scene_subcommand(options, scene);

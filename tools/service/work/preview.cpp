@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/layers.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/run/reduced_frame.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::service {
@@ -12,78 +12,7 @@ namespace {
 
 constexpr int kThumbnailSide = 320;
 
-int reduced_side(int side, double scale) {
-    return std::max(1, int(std::lround(side * scale)));
-}
-
-// Scales the passes' lengths in pixels, unless the result is out of the row's range.
-void reduce_lengths(Chain& chain, double scale) {
-    for (ChainLink& link : chain.links)
-        for (const Parameter& row : link.type->parameters->rows()) {
-            if (row.unit != "px") continue;
-            const ParameterValue value = row.get(link.pass->parameters());
-            ParameterValue reduced;
-            if (const auto* whole = std::get_if<int64_t>(&value))
-                reduced = int64_t(std::llround(double(*whole) * scale));
-            else if (const auto* number = std::get_if<double>(&value))
-                reduced = *number * scale;
-            if (row.check(reduced).ok() && reduced != ParameterValue())
-                row.set(link.pass->parameters(), reduced);
-        }
-}
-
-Role role_in_its_frame(Role role) {
-    for (const Neighbor neighbor : kNeighbors)
-        for (const Role own : kNeighborRoles)
-            if (role_of(neighbor, own) == role) return own;
-    return role;
-}
-
-// A stack of planes, one below the other, each reduced by mean.
-ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int height) {
-    std::vector<ImageF> planes;
-    for (int i = 0; i < stack.height / height_of_each; ++i)
-        planes.push_back(mean_reduced(plane_of_stack(stack, i, height_of_each), width, height));
-    return stack_planes(planes);
-}
-
 }  // namespace
-
-ImageF mean_reduced(const ImageF& image, int width, int height) {
-    // Rows, then columns. A weight is the covered fraction of a source pixel.
-    const auto reduce = [](int from, int to, int at, const auto& add) {
-        const double step = double(from) / to;
-        const double begin = at * step, end = begin + step;
-        for (int i = int(begin); i < from && i < end; ++i)
-            add(i, (std::min(end, i + 1.0) - std::max(begin, double(i))) / step);
-    };
-    const int channels = image.channels;
-    ImageF narrow(width, image.height, channels);
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < width; ++x)
-            reduce(image.width, width, x, [&](int from, double weight) {
-                for (int c = 0; c < channels; ++c)
-                    narrow.at(x, y, c) += float(weight) * image.at(from, y, c);
-            });
-    ImageF reduced(width, height, channels);
-    for (int y = 0; y < height; ++y)
-        reduce(image.height, height, y, [&](int from, double weight) {
-            for (int i = 0; i < width * channels; ++i)
-                reduced.pixel(0, y)[i] += float(weight) * narrow.pixel(0, from)[i];
-        });
-    return reduced;
-}
-
-ImageF middle_reduced(const ImageF& image, int width, int height) {
-    ImageF reduced(width, height, image.channels);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) {
-            const int from_x = std::min(image.width - 1, int((x + 0.5) * image.width / width));
-            const int from_y = std::min(image.height - 1, int((y + 0.5) * image.height / height));
-            std::copy_n(image.pixel(from_x, from_y), image.channels, reduced.pixel(x, y));
-        }
-    return reduced;
-}
 
 Result<PreparedPreview> prepare_preview(JobRequest& request) {
     Chain& chain = request.chain.chain;
@@ -103,37 +32,10 @@ Result<PreparedPreview> prepare_preview(JobRequest& request) {
     if (!inputs.ok()) return inputs.status();
     auto source = reader.read(*inputs);
     if (!source.ok()) return source.status();
-    FrameDescription& frame = source->description;
-    frame.frame_number = request.frame;
+    source->description.frame_number = request.frame;
     if (request.scale < 1) {
-        const int width = reduced_side(frame.width, request.scale);
-        const int height = reduced_side(frame.height, request.scale);
-        const float scale_x = float(width) / float(frame.width);
-        const float scale_y = float(height) / float(frame.height);
-        for (auto& [role, plane] : source->planes) {
-            const Role own = role_in_its_frame(role);
-            ImageF reduced = own == Role::color ? mean_reduced(*plane, width, height)
-                             : own == Role::mattes
-                                 ? stack_reduced(*plane, frame.height, width, height)
-                                 : middle_reduced(*plane, width, height);
-            if (own == Role::motion || own == Role::motion_back)
-                for (size_t i = 0; i < reduced.pixels(); ++i) {
-                    reduced.data[2 * i] *= scale_x;
-                    reduced.data[2 * i + 1] *= scale_y;
-                }
-            plane = std::make_shared<const ImageF>(std::move(reduced));
-        }
-        reduce_lengths(chain, request.scale);
-        frame.width = width;
-        frame.height = height;
-        frame.display_width = reduced_side(frame.display_width, request.scale);
-        frame.display_height = reduced_side(frame.display_height, request.scale);
-        frame.origin_x = int(std::lround(frame.origin_x * request.scale));
-        frame.origin_y = int(std::lround(frame.origin_y * request.scale));
-        const double speed_scale = std::max(scale_x, scale_y);
-        frame.bounds.max_speed_px *= speed_scale;
-        frame.bounds.max_speed_back_px *= speed_scale;
-        frame.bounds.color_is_half = false;
+        sequence::reduce_frame(*source, request.scale);
+        sequence::reduce_lengths(chain, request.scale);
     }
     auto plan = sequence::plan_source_frame(chain, *source, settings.plan);
     if (!plan.ok()) return plan.status();
@@ -150,7 +52,8 @@ Result<std::string> thumbnail_of(const std::string& path, int frame,
     const double scale =
         std::min(1.0, double(kThumbnailSide) / std::max(color.width, color.height));
     return io::encode_png_preview(
-        mean_reduced(color, reduced_side(color.width, scale), reduced_side(color.height, scale)));
+        sequence::mean_reduced(color, sequence::reduced_side(color.width, scale),
+                               sequence::reduced_side(color.height, scale)));
 }
 
 }  // namespace postchain::service

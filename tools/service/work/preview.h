@@ -3,17 +3,11 @@
 
 #include <string>
 
-#include "chain/image.h"
 #include "chain/plan.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/service/work/job_request.h"
 
 namespace postchain::service {
-
-// Reduces an image to at least 1x1: each pixel is the mean of the area that it covers.
-ImageF mean_reduced(const ImageF& image, int width, int height);
-// Reduces an image: each pixel is the center pixel of its area, so that surfaces are not mixed.
-ImageF middle_reduced(const ImageF& image, int width, int height);
 
 struct PreparedPreview {
     Plan plan;

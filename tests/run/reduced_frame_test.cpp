@@ -1,9 +1,9 @@
 // Reduction of frames.
-#include "tools/service/work/preview.h"
+#include "tools/sequence/run/reduced_frame.h"
 
 #include <gtest/gtest.h>
 
-namespace postchain::service {
+namespace postchain::sequence {
 namespace {
 
 ImageF row(std::vector<float> values) {
@@ -42,4 +42,4 @@ TEST(Reduced, DepthsAreNeverMixed) {
 }
 
 }  // namespace
-}  // namespace postchain::service
+}  // namespace postchain::sequence

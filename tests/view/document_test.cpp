@@ -1,0 +1,189 @@
+// The edited chain: undo, gestures, focus keys, and its file's text.
+#include "tools/apps/view/document.h"
+
+#include <gtest/gtest.h>
+
+#include "config/chain_file.h"
+#include "passes/registry.h"
+#include "tools/apps/view/chain_text.h"
+
+namespace postchain::view {
+namespace {
+
+Document opened(const std::string& text) {
+    ChainFile file = parse_chain(text, "chain.yaml", builtin_passes());
+    EXPECT_TRUE(file.status().ok()) << text;
+    return Document(builtin_passes(), std::move(file.chain));
+}
+
+const char* const kText = R"(# A chain with comments.
+postchain: 1
+camera:
+  f_stop: 2.8   # wide open
+  focus_distance: 3
+passes:
+  # First the lens.
+  - depth_of_field: {samples: 16, method: inverse_warp}   # sixteen
+  # Then the shutter,
+  # with many samples.
+  - motion_blur:
+      # an odd number
+      samples: 25
+      mode: inverse_warp
+  - fxaa
+# The end.
+)";
+
+TEST(Document, UndoAndRedoLeadThroughEveryState) {
+    Document document = opened(kText);
+    const std::string first = document.chain().text();
+    EXPECT_TRUE(document.set(0, "samples", int64_t(8)).ok());
+    EXPECT_TRUE(document.move(2, 0).ok());
+    EXPECT_TRUE(document.erase(1).ok());
+    EXPECT_TRUE(document.add("fxaa", 1).ok());
+    EXPECT_EQ(document.chain().types(), (std::vector<std::string>{"fxaa", "fxaa", "motion_blur"}));
+    const std::string last = document.chain().text();
+    EXPECT_EQ(document.undo_name(), "add fxaa");
+    for (int i = 0; i < 4; ++i) document.undo();
+    EXPECT_FALSE(document.can_undo());
+    EXPECT_EQ(document.chain().text(), first);
+    EXPECT_FALSE(document.changed());
+    while (document.can_redo()) document.redo();
+    EXPECT_EQ(document.chain().text(), last);
+    EXPECT_TRUE(document.changed());
+    document.undo();
+    EXPECT_TRUE(document.switch_off(0, true).ok());
+    EXPECT_FALSE(document.can_redo()) << "an edit ends what could be done again";
+}
+
+TEST(Document, AGestureIsOneStep) {
+    Document document = opened(kText);
+    document.begin_gesture();
+    for (const double stop : {3.0, 4.0, 5.6}) EXPECT_TRUE(document.set_camera("f_stop", stop).ok());
+    document.end_gesture();
+    EXPECT_TRUE(document.set_camera("f_stop", 8.0).ok());
+    document.undo();
+    EXPECT_EQ(document.chain().camera.f_stop, 5.6);
+    document.undo();
+    EXPECT_EQ(document.chain().camera.f_stop, 2.8);
+    EXPECT_FALSE(document.can_undo());
+}
+
+TEST(Document, AFaultyValueChangesNothing) {
+    Document document = opened(kText);
+    const uint64_t revision = document.revision();
+    EXPECT_EQ(document.set(0, "samples", int64_t(-1)).code(), StatusCode::chain);
+    EXPECT_EQ(document.set(0, "sampels", int64_t(1)).code(), StatusCode::chain);
+    EXPECT_EQ(document.set(9, "samples", int64_t(1)).code(), StatusCode::chain);
+    EXPECT_EQ(document.set_camera("f_stop", -1.0).code(), StatusCode::chain);
+    EXPECT_EQ(document.add("no_such_pass", 0).code(), StatusCode::chain);
+    EXPECT_EQ(document.erase(3).code(), StatusCode::chain);
+    EXPECT_EQ(document.set_focus_key(1, 0).code(), StatusCode::chain);
+    EXPECT_TRUE(document.set(0, "samples", int64_t(16)).ok()) << "the value that it has";
+    EXPECT_EQ(document.revision(), revision);
+}
+
+TEST(Document, TheCamerasValueCountsForEveryPass) {
+    Document document =
+        opened("postchain: 1\npasses:\n  - depth_of_field: {focus_at: [0.5, 0.5], f_stop: 4}\n");
+    EXPECT_TRUE(document.set_camera("focus_distance", 2.0).ok());
+    EXPECT_TRUE(document.set_camera("f_stop", 8.0).ok());
+    const std::string text = document.chain().links[0].text();
+    EXPECT_EQ(text.find("focus_at=["), std::string::npos) << text;
+    EXPECT_EQ(text.find("f_stop=4"), std::string::npos) << text;
+    EXPECT_EQ(document.chain().camera.focus_distance, 2.0);
+}
+
+TEST(Document, KeysGiveEachFrameItsFocus) {
+    EXPECT_DOUBLE_EQ(focus_at({{10, 1.0}, {20, 2.0}}, 15), 1 / 0.75) << "linear in 1/distance";
+    EXPECT_DOUBLE_EQ(focus_at({{10, 1.0}, {20, 2.0}}, 5), 1);
+    EXPECT_DOUBLE_EQ(focus_at({{10, 1.0}, {20, 2.0}}, 99), 2);
+    Document document = opened(kText);
+    EXPECT_TRUE(document.set_focus_key(10, 1).ok());
+    EXPECT_TRUE(document.set_focus_key(20, 2).ok());
+    EXPECT_EQ(document.chain_at(10).camera.focus_distance, 1.0);
+    EXPECT_EQ(document.chain_at(20).camera.focus_distance, 2.0);
+    EXPECT_FALSE(document.chain_to_save().camera.focus_distance);
+    document.undo();
+    document.undo();
+    EXPECT_EQ(document.chain_at(10).camera.focus_distance, 3.0);
+}
+
+TEST(Document, PassesThatAreOffDoNotFilter) {
+    Document document = opened(kText);
+    EXPECT_TRUE(document.switch_off(1, true).ok());
+    EXPECT_EQ(document.chain_at(0).types(), (std::vector<std::string>{"depth_of_field", "fxaa"}));
+    EXPECT_EQ(document.chain().links.size(), 3u);
+}
+
+TEST(ChainText, EditsKeepCommentsAndOrder) {
+    Document document = opened(kText);
+    EXPECT_TRUE(document.set(0, "samples", int64_t(64)).ok());
+    EXPECT_TRUE(document.set(1, "samples", int64_t(27)).ok());
+    EXPECT_TRUE(document.set(1, "shutter_frames", 0.25).ok());
+    EXPECT_TRUE(document.set(2, "mode", std::string("directional")).ok());
+    EXPECT_TRUE(document.set_camera("f_stop", 4.0).ok());
+    EXPECT_TRUE(document.move(1, 0).ok());
+    const ChainFileText saved = chain_file_text(kText, document);
+    EXPECT_TRUE(saved.kept);
+    EXPECT_EQ(saved.text, R"(# A chain with comments.
+postchain: 1
+camera:
+  f_stop: 4   # wide open
+  focus_distance: 3
+passes:
+  # Then the shutter,
+  # with many samples.
+  - motion_blur:
+      # an odd number
+      shutter_frames: 0.25
+      samples: 27
+      mode: inverse_warp
+  # First the lens.
+  - depth_of_field: {samples: 64, method: inverse_warp}   # sixteen
+  - fxaa: {mode: directional}
+# The end.
+)");
+}
+
+TEST(ChainText, PassesThatAreOffBecomeComments) {
+    Document document = opened(kText);
+    EXPECT_TRUE(document.switch_off(0, true).ok());
+    EXPECT_TRUE(document.add("fxaa", 3).ok());
+    const ChainFileText saved = chain_file_text(kText, document);
+    EXPECT_TRUE(saved.kept);
+    EXPECT_NE(saved.text.find("\n#   - depth_of_field: {samples: 16"), std::string::npos)
+        << saved.text;
+    EXPECT_TRUE(saved.text.ends_with("  - fxaa\n  - fxaa\n# The end.\n")) << saved.text;
+    document.saved(true);
+    EXPECT_FALSE(document.changed());
+}
+
+// Whatever the text is like, the saved one is the document's chain.
+TEST(ChainText, EveryFormOfAFileIsSaved) {
+    for (const std::string& text :
+         {std::string("{\"postchain\": 1, \"passes\": [{\"fxaa\": {}}, \"motion_blur\"]}"),
+          std::string("# top\npostchain: 1\npasses: [fxaa, motion_blur]\n"),
+          std::string("postchain: 1\npasses:\n- fxaa\n- motion_blur: {samples:\n   9}\n"),
+          std::string("passes:\n  - \"fxaa\"\n  - motion_blur\npostchain: 1\n"),
+          std::string("# \xc3\xa4\npostchain: 1\npasses:\n  - fxaa\n  - motion_blur: {samples: 9} "
+                      "# \xc3\xb6\n")}) {
+        Document document = opened(text);
+        EXPECT_TRUE(document.set(1, "samples", int64_t(33)).ok());
+        EXPECT_TRUE(document.move(0, 1).ok());
+        EXPECT_TRUE(document.set_camera("f_stop", 1.5).ok());
+        const ChainFileText saved = chain_file_text(text, document);
+        const ChainFile again = parse_chain(saved.text, "saved", builtin_passes());
+        EXPECT_TRUE(again.status().ok()) << saved.text;
+        EXPECT_EQ(again.chain.text(), document.chain().text()) << saved.text;
+        EXPECT_EQ(saved.text.starts_with("# top\n"), text.starts_with("# top\n")) << saved.text;
+    }
+}
+
+TEST(ChainText, AnUnchangedChainIsTheSameText) {
+    const Document document = opened(kText);
+    EXPECT_EQ(chain_file_text(kText, document).text, kText);
+}
+
+}  // namespace
+}  // namespace postchain::view

@@ -1,0 +1,473 @@
+// A session without a window: what is shown is what `run` writes, drafts, files that change, bad
+// input, and what is saved.
+#include "tools/apps/view/session.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <thread>
+
+#include "config/chain_file.h"
+#include "passes/registry.h"
+#include "tests/command/frames.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
+#include "tools/apps/view/export.h"
+#include "tools/apps/view/session_values.h"
+#include "tools/sequence/run/run_sequence.h"
+
+namespace postchain::view {
+namespace {
+
+namespace fs = std::filesystem;
+using test::write_text;
+
+constexpr const char* kJoint =
+    "# joint\npostchain: 1\n"
+    "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
+    " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
+    "passes:\n  - joint_blur: {samples: 8}\n  - fxaa\n";
+constexpr auto kPatience = std::chrono::seconds(120);
+
+class SessionTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        test::write_sequence(folder_.path(), {1, 2, 3}, 64, 48);
+        write_text(folder_.path("chain.yaml"), kJoint);
+        settings_.run.input = *io::InputSpec::parse(folder_.path("in.####.exr"));
+        settings_.run.version = "test";
+        settings_.chain_name = folder_.path("chain.yaml");
+        settings_.chain_is_file = true;
+        settings_.chain_text = kJoint;
+        settings_.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
+        settings_.context.device = egl::ContextOptions::kSoftware;
+    }
+    void open() {
+        auto session = Session::open(std::move(settings_), [] {});
+        ASSERT_TRUE(session.ok()) << session.status().message();
+        session_ = std::move(*session);
+    }
+    bool wait_for(const std::function<bool()>& holds) {
+        const auto end = Clock::now() + kPatience;
+        while (Clock::now() < end) {
+            session_->tick();
+            if (holds()) return true;
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        }
+        return false;
+    }
+    void settle() {
+        ASSERT_TRUE(wait_for([&] { return session_->at_rest(); })) << session_->trouble();
+    }
+    bool says(const std::string& text) const {
+        for (const Message& message : session_->messages())
+            if (message.text.find(text) != std::string::npos) return true;
+        return false;
+    }
+    std::string path(const std::string& name) const { return folder_.path(name); }
+    // The color that `run` writes with the session's chain.
+    ImageF as_run(int frame) {
+        fs::create_directories(path("run"));
+        sequence::RunSettings settings = session_->settings().run;
+        settings.output = *io::PathPattern::parse(path("run/o.####.exr"));
+        settings.on_existing = io::OnExisting::overwrite;
+        settings.frames = io::FrameRange{{frame}};
+        egl::ContextOptions options;
+        options.device = egl::ContextOptions::kSoftware;
+        auto context = egl::Context::create(options);
+        EXPECT_TRUE(context.ok());
+        Executor executor((*context)->device());
+        const auto summary = sequence::run_sequence(
+            session_->document().chain_at(frame), settings, executor, "",
+            [](const auto&, const auto&) {}, nullptr);
+        EXPECT_TRUE(summary.ok() && summary->failed == 0);
+        return test::read_color(settings.output.format(frame));
+    }
+
+    test::TempFolder folder_;
+    SessionSettings settings_;
+    std::unique_ptr<Session> session_;
+};
+
+TEST_F(SessionTest, ARefinedPictureIsWhatRunWrites) {
+    open();
+    settle();
+    EXPECT_EQ(session_->frame(), 1);
+    for (const int frame : {1, 2, 3}) {
+        session_->go_to(frame);
+        settle();
+        ASSERT_FALSE(session_->shown().draft);
+        EXPECT_EQ(session_->shown().frame, frame);
+        EXPECT_EQ(session_->shown().color->data, as_run(frame).data) << frame;
+    }
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(12)).ok());
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(3).data) << "after an edit";
+    EXPECT_TRUE(session_->document().switch_off(0, true).ok());
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(3).data) << "without a pass";
+}
+
+TEST_F(SessionTest, ADraftComesFirst) {
+    open();
+    ASSERT_TRUE(wait_for([&] { return session_->shown().color != nullptr; }));
+    EXPECT_TRUE(session_->shown().draft);
+    EXPECT_EQ(session_->shown().color->width, 32);
+    settle();
+    EXPECT_EQ(session_->shown().color->width, 64);
+    EXPECT_EQ(session_->latencies().refined.size(), 1u);
+}
+
+TEST_F(SessionTest, AHeldSliderShowsDrafts) {
+    fs::create_directory(path("large"));
+    test::write_sequence(path("large"), {1}, 320, 240);
+    settings_.run.input = *io::InputSpec::parse(path("large/in.####.exr"));
+    open();
+    // Much more work than a draft may take.
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(64)).ok());
+    settle();
+    const std::chrono::duration<double, std::milli> whole(session_->shown().milliseconds);
+    session_->document().begin_gesture();
+    EXPECT_TRUE(session_->document().set_camera("f_stop", 1.0).ok());
+    ASSERT_TRUE(
+        wait_for([&] { return session_->shown().draft && session_->shown().color->width < 320; }));
+    // Time enough for a whole picture.
+    const auto end = Clock::now() + std::chrono::milliseconds(500) +
+                     std::chrono::duration_cast<Clock::duration>(4 * whole);
+    EXPECT_TRUE(wait_for([&] { return Clock::now() > end; }));
+    EXPECT_TRUE(session_->shown().draft) << "the hand does not rest";
+    session_->document().end_gesture();
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+}
+
+TEST_F(SessionTest, FocusFollowsAClick) {
+    open();
+    settle();
+    // make_planes(): a square at distance 2 before a ground at distance 6.
+    ASSERT_TRUE(distance_at(*session_, 0, 0));
+    EXPECT_FLOAT_EQ(float(*distance_at(*session_, 0, 0)), 6);
+    EXPECT_TRUE(focus_at_pixel(*session_, 0, 0).ok());
+    EXPECT_NEAR(*session_->document().chain().camera.focus_distance, 6, 1e-5);
+    settle();
+    const auto limits = sharp_limits(*session_);
+    ASSERT_TRUE(limits);
+    EXPECT_LT((*limits)[0], 6);
+    EXPECT_GT((*limits)[1], 6);
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+    session_->document().undo();
+    EXPECT_EQ(session_->document().chain().camera.focus_distance, 2);
+    EXPECT_EQ(focus_at_pixel(*session_, -1, 0).code(), StatusCode::input);
+}
+
+TEST_F(SessionTest, AFocusPullIsOneStepAndGoesIntoTheCameraFile) {
+    open();
+    settle();
+    int square = 0;
+    while (square < 64 && distance_at(*session_, square, 24) != 2.0) ++square;
+    ASSERT_LT(square, 64);
+    ASSERT_TRUE(focus_pull(*session_, {square, 24}, {0, 0}).ok());
+    EXPECT_EQ(session_->document().chain_at(1).camera.focus_distance, 2);
+    EXPECT_NEAR(*session_->document().chain_at(2).camera.focus_distance, 3, 1e-5);
+    EXPECT_TRUE(save_camera(*session_, path("camera.json"), false).ok());
+    const auto file = load_camera(path("camera.json"));
+    ASSERT_TRUE(file.ok());
+    EXPECT_NEAR(*file->camera_for(2, {}).focus_distance, 3, 1e-5);
+    EXPECT_EQ(save_camera(*session_, path("camera.json"), false).code(), StatusCode::output);
+    session_->document().undo();
+    EXPECT_FALSE(session_->document().can_undo());
+}
+
+TEST_F(SessionTest, TheMotionPathFollowsTheVectors) {
+    open();
+    settle();
+    const auto path_of_ground = motion_path(*session_, 0, 0);
+    ASSERT_GT(path_of_ground.size(), 2u);
+    // The ground moves by (-2, 1) pixels per frame; the shutter is open for half of one.
+    EXPECT_NEAR(path_of_ground.front()[0], 0.5 + 0.5, 1e-5);
+    EXPECT_NEAR(path_of_ground.back()[0], 0.5 - 0.5, 1e-5);
+    EXPECT_NEAR(path_of_ground.back()[1], 0.5 + 0.25, 1e-5);
+}
+
+TEST_F(SessionTest, AnyTextureOfThePlanAndTheFillMask) {
+    open();
+    settle();
+    const auto plan = session_->shown().plan;
+    int shown = 0;
+    for (const PlanTexture& texture : plan->textures) {
+        if (texture.imported || texture.format == Format::work_list) continue;
+        session_->view().plane = texture.name;
+        settle();
+        ASSERT_TRUE(session_->shown().texture) << texture.name;
+        EXPECT_EQ(session_->shown().texture->width, texture.width);
+        EXPECT_TRUE(session_->painted().image) << texture.name;
+        ++shown;
+    }
+    EXPECT_GT(shown, 3);
+    session_->view().plane = kFillMask;
+    settle();
+    ASSERT_TRUE(session_->shown().texture);
+    const ImageF& mask = *session_->shown().texture;
+    for (size_t i = 0; i < mask.pixels(); ++i)
+        ASSERT_NEAR(mask.data[4 * i] + mask.data[4 * i + 1] + mask.data[4 * i + 2], 1, 1e-4);
+    for (const std::string& plane : planes_of(*session_)) {
+        session_->view().plane = plane;
+        settle();
+        EXPECT_TRUE(session_->painted().image) << plane;
+    }
+}
+
+TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {
+    fs::create_directory(path("truth"));
+    test::write_sequence(path("truth"), {1, 2, 3}, 64, 48);
+    settings_.truth = settings_.run;
+    settings_.truth->input = *io::InputSpec::parse(path("truth/in.####.exr"));
+    open();
+    settle();
+    session_->view().compare = Compare::difference;
+    session_->hold_chain();
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(2)).ok());
+    for (const With with : {With::before, With::other_chain, With::truth}) {
+        session_->view().with = with;
+        settle();
+        ASSERT_TRUE(wait_for([&] { return session_->painted().other && session_->at_rest(); }));
+        EXPECT_FALSE(session_->painted().metrics.empty());
+        EXPECT_TRUE(session_->painted().map) << int(with);
+    }
+}
+
+TEST_F(SessionTest, AGroundTruthOfAnotherSizeIsNotCompared) {
+    fs::create_directory(path("truth"));
+    test::write_sequence(path("truth"), {1, 2, 3}, 32, 24);
+    settings_.truth = settings_.run;
+    settings_.truth->input = *io::InputSpec::parse(path("truth/in.####.exr"));
+    open();
+    session_->view().compare = Compare::wipe;
+    session_->view().with = With::truth;
+    ASSERT_TRUE(wait_for([&] {
+        return says(
+            "ground truth: 32x24 pixels, the frame has 64x48; give one of the same "
+            "size");
+    }));
+    settle();
+    EXPECT_FALSE(session_->painted().other);
+    EXPECT_TRUE(session_->painted().image);
+}
+
+TEST_F(SessionTest, ASequenceThatGrowsAndLosesFrames) {
+    open();
+    settle();
+    test::write_sequence(folder_.path(), {4}, 64, 48);
+    ASSERT_TRUE(wait_for([&] { return session_->frames().size() == 4; }));
+    session_->step(-1);
+    EXPECT_EQ(session_->frame(), 4);
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(4).data);
+    session_->go_to(3);
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(3).data) << "with the frame after it";
+    fs::remove(path("in.0002.exr"));
+    ASSERT_TRUE(wait_for([&] { return session_->frames().size() == 3; }));
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(3).data) << "without the frame before it";
+    // A neighbor is rendered anew.
+    test::write_sequence(folder_.path(), {4}, 64, 48, {.convention = "nuke"});
+    const SharedFrame former = session_->source();
+    ASSERT_TRUE(wait_for([&] { return session_->source() && session_->source() != former; }));
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(3).data);
+    // The frame that is shown is removed.
+    fs::remove(path("in.0003.exr"));
+    ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
+    EXPECT_NE(session_->trouble().find("in.0003.exr: frame is not on disk"), std::string::npos)
+        << session_->trouble();
+    session_->go_to(4);
+    settle();
+    EXPECT_EQ(session_->trouble(), "");
+}
+
+TEST_F(SessionTest, AnUnreadableFrameDoesNotEndTheSession) {
+    write_text(path("in.0002.exr"), "no image");
+    open();
+    session_->go_to(2);
+    ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
+    EXPECT_NE(session_->trouble().find("in.0002.exr"), std::string::npos);
+    session_->go_to(3);
+    settle();
+    EXPECT_EQ(session_->trouble(), "");
+    EXPECT_TRUE(session_->shown().color);
+}
+
+TEST_F(SessionTest, AnEmptyFolderIsOpenedWhenItsFirstFrameIsThere) {
+    settings_.run.input = *io::InputSpec::parse(path("later.####.exr"));
+    open();
+    settle();
+    EXPECT_TRUE(says("later.####.exr"));
+    fs::copy_file(path("in.0002.exr"), path("later.0007.exr"));
+    ASSERT_TRUE(wait_for([&] { return session_->shown().color != nullptr; }));
+    EXPECT_EQ(session_->frame(), 7);
+}
+
+TEST_F(SessionTest, AFrameLargerThanMemorySaysSo) {
+    settings_.run.source.max_memory = 1000;
+    open();
+    ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
+    EXPECT_NE(session_->trouble().find("memory"), std::string::npos) << session_->trouble();
+}
+
+TEST_F(SessionTest, AChainThatCannotRunKeepsThePicture) {
+    open();
+    settle();
+    const auto before = session_->painted().image;
+    // A lens that this frame does not know.
+    EXPECT_TRUE(session_->document().set_camera("focal_length_mm", ParameterValue()).ok());
+    ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
+    EXPECT_NE(session_->trouble().find("focal_length_mm"), std::string::npos);
+    settle();
+    EXPECT_TRUE(session_->painted().image) << "the frame as it is";
+    session_->document().undo();
+    settle();
+    EXPECT_EQ(session_->trouble(), "");
+    EXPECT_EQ(session_->painted().image->data, before->data);
+}
+
+TEST_F(SessionTest, TheChainFileIsReloaded) {
+    open();
+    settle();
+    std::string text = kJoint;
+    text.replace(text.find("samples: 8"), 10, "samples: x");
+    write_text(path("chain.yaml"), text);
+    ASSERT_TRUE(wait_for([&] { return says("chain.yaml:5:"); })) << "the line of the fault";
+    EXPECT_FALSE(session_->document().can_undo()) << "the chain stays";
+    text.replace(text.find("samples: x"), 10, "samples: 16");
+    write_text(path("chain.yaml"), text);
+    ASSERT_TRUE(wait_for([&] { return session_->document().can_undo(); }));
+    EXPECT_FALSE(session_->document().changed());
+    settle();
+    EXPECT_EQ(session_->shown().color->data, as_run(1).data);
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(4)).ok());
+    ASSERT_TRUE(session_->save_chain(path("chain.yaml"), false).ok());
+    text.replace(text.find("samples: 16"), 11, "samples: 4");
+    EXPECT_EQ(test::read_text(path("chain.yaml")), text) << "comments are kept";
+    EXPECT_EQ(session_->save_chain(path("in.0001.exr"), true).code(), StatusCode::usage)
+        << "an input is never replaced";
+    EXPECT_EQ(session_->save_chain(path("chain.json"), true).code(), StatusCode::output);
+}
+
+TEST_F(SessionTest, ChangesLeakNoTextures) {
+    open();
+    settle();
+    uint64_t alive = 0;
+    for (int i = 0; i < 12; ++i) {
+        EXPECT_TRUE(session_->document().set_camera("f_stop", 1.4 + 0.1 * i).ok());
+        session_->step(1);
+        settle();
+        if (i == 5) alive = session_->shown().counters.textures_alive;
+    }
+    EXPECT_LE(session_->shown().counters.textures_alive, alive);
+}
+
+TEST_F(SessionTest, ShadersAreCompiledAgain) {
+    const std::string shaders = path("shaders");
+    fs::copy(std::string(POSTCHAIN_SOURCE_DIR) + "/shaders", shaders, fs::copy_options::recursive);
+    setenv("POSTCHAIN_SHADER_DIR", shaders.c_str(), 1);
+    settings_.shaders = shaders;
+    open();
+    unsetenv("POSTCHAIN_SHADER_DIR");
+    settle();
+    const auto good = session_->shown().color;
+    const std::string file = shaders + "/fxaa/fxaa.comp";
+    const std::string text = test::read_text(file);
+    ASSERT_NE(text, "");
+    write_text(file, text + "\nthis is no GLSL\n");
+    ASSERT_TRUE(wait_for([&] { return says("fxaa/fxaa.comp"); }));
+    bool line = false;
+    const auto lines = std::count(text.begin(), text.end(), '\n') + 2;
+    for (const Message& message : session_->messages())
+        line = line || message.text.find(std::to_string(lines)) != std::string::npos;
+    EXPECT_TRUE(line) << "line " << lines;
+    settle();
+    EXPECT_EQ(session_->shown().color->data, good->data) << "by the last good program";
+    session_->clear_messages();
+    write_text(file, text);
+    ASSERT_TRUE(wait_for([&] { return says("shaders changed"); }));
+    settle();
+    EXPECT_EQ(session_->trouble(), "");
+}
+
+class ExportTest : public SessionTest {
+  protected:
+    ExportJob job_of(ExportKind kind, const std::string& name) {
+        ExportJob job;
+        job.kind = kind;
+        job.path = path(name);
+        job.frames = session_->frames();
+        for (const int frame : job.frames)
+            job.chains[frame] = std::make_shared<const Chain>(session_->document().chain_at(frame));
+        job.run = session_->settings().run;
+        job.context.device = egl::ContextOptions::kSoftware;
+        return job;
+    }
+    Status write(const ExportJob& job) {
+        return run_export(job, stop_, [&](int done) { done_ = done; });
+    }
+    std::atomic<bool> stop_ = false;
+    int done_ = 0;
+};
+
+TEST_F(ExportTest, FramesAreThoseOfRun) {
+    open();
+    settle();
+    fs::create_directory(path("out"));
+    const ExportJob job = job_of(ExportKind::frames, "out/o.####.exr");
+    ASSERT_TRUE(write(job).ok());
+    EXPECT_EQ(done_, 3);
+    EXPECT_EQ(test::read_color(path("out/o.0002.exr")).data, as_run(2).data);
+    EXPECT_EQ(write(job).code(), StatusCode::output) << "not without replace";
+    EXPECT_EQ(write(job_of(ExportKind::frames, "in.####.exr")).code(), StatusCode::usage);
+}
+
+TEST_F(ExportTest, ImagesAndSheet) {
+    open();
+    settle();
+    ASSERT_TRUE(write(job_of(ExportKind::png, "shown.png")).ok());
+    ASSERT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
+    for (const char* name : {"shown.png", "sheet.png"})
+        EXPECT_TRUE(test::read_text(path(name)).starts_with("\x89PNG")) << name;
+    EXPECT_EQ(write(job_of(ExportKind::png, "shown.png")).code(), StatusCode::output);
+    stop_ = true;
+    EXPECT_EQ(write(job_of(ExportKind::sheet, "other.png")).code(), StatusCode::canceled);
+}
+
+// A command in the place of ffmpeg, which writes its words and the number of bytes that it got.
+TEST_F(ExportTest, AMovieIsWrittenByFfmpeg) {
+    open();
+    settle();
+    const std::string path_before = std::getenv("PATH");
+    fs::create_directory(path("bin"));
+    setenv("PATH", path("bin").c_str(), 1);
+    const Status missing = write(job_of(ExportKind::movie, "movie.mp4"));
+    setenv("PATH", path_before.c_str(), 1);
+    EXPECT_EQ(missing.code(), StatusCode::output);
+    EXPECT_NE(missing.message().find("install ffmpeg"), std::string::npos) << missing.message();
+    EXPECT_FALSE(fs::exists(path("movie.mp4")));
+
+    write_text(path("bin/ffmpeg"), "#!/bin/sh\necho \"$@\"\nwc -c\n");
+    chmod(path("bin/ffmpeg").c_str(), 0755);
+    setenv("PATH", (path("bin") + ":" + path_before).c_str(), 1);
+    const Status written = write(job_of(ExportKind::movie, "movie.mp4"));
+    write_text(path("bin/ffmpeg"), "#!/bin/sh\ncat >/dev/null\nexit 1\n");
+    const Status failed = write(job_of(ExportKind::movie, "other.mp4"));
+    setenv("PATH", path_before.c_str(), 1);
+    ASSERT_TRUE(written.ok()) << written.message();
+    const std::string text = test::read_text(path("movie.mp4"));
+    EXPECT_NE(text.find("-video_size 64x48 -framerate 24"), std::string::npos) << text;
+    EXPECT_NE(text.find(std::to_string(3 * 3 * 64 * 48)), std::string::npos) << text;
+    EXPECT_EQ(failed.code(), StatusCode::output);
+    EXPECT_FALSE(fs::exists(path("other.mp4")));
+}
+
+}  // namespace
+}  // namespace postchain::view

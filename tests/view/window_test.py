@@ -1,0 +1,335 @@
+"""Drives the viewer under Xvfb: window_test.py POSTCHAIN WORK
+
+Opens a generated sequence, then reorders, changes, compares, focuses by click, undoes and saves, by
+mouse and keyboard (xdotool). Asserts the pixels on the screen (Xvfb's framebuffer file) against those
+that `postchain run --png` writes, the viewer's state file, and the saved chain.
+"""
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import time
+import zlib
+
+COMMAND = os.path.abspath(sys.argv[1])
+WORK = pathlib.Path(sys.argv[2])
+PATIENCE_S = 240
+CHAIN = """# The chain of this test.
+postchain: 1
+passes:
+  # Shutter and lens in one.
+  - joint_blur: {samples: 8}
+  # Edges last.
+  - fxaa
+"""
+
+
+def check(holds, what):
+    if not holds:
+        raise AssertionError(what)
+
+
+def run(*words, code=0, env=None):
+    done = subprocess.run([COMMAND, *words], capture_output=True, text=True, env=env, timeout=PATIENCE_S)
+    check(done.returncode == code, f"{words}: exit code {done.returncode}\n{done.stderr}")
+    return done.stderr
+
+
+def read_png(path):
+    """Width, height and rows of RGB bytes of an 8-bit RGB file."""
+    data = path.read_bytes()
+    at, packed = 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + size]
+        if kind == b"IHDR":
+            width, height, bits, color = struct.unpack(">IIBB", body[:10])
+            check((bits, color) == (8, 2), "an RGB image of 8 bits")
+        if kind == b"IDAT":
+            packed += body
+        at += 12 + size
+    raw, stride, rows, before = zlib.decompress(packed), 3 * width, [], bytes(3 * width)
+    for y in range(height):
+        filter_type, line = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
+        for x in range(stride):
+            a = line[x - 3] if x >= 3 else 0
+            b, c = before[x], before[x - 3] if x >= 3 else 0
+            if filter_type == 1:
+                guess = a
+            elif filter_type == 2:
+                guess = b
+            elif filter_type == 3:
+                guess = (a + b) // 2
+            elif filter_type == 4:
+                p = a + b - c
+                guess = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
+            else:
+                guess = 0
+            line[x] = (line[x] + guess) & 255
+        before = bytes(line)
+        rows.append(before)
+    return width, height, rows
+
+
+class Display:
+    def __init__(self, width, height):
+        self.folder = WORK / f"screen_{width}"
+        self.folder.mkdir()
+        read, write = os.pipe()
+        self.server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp",
+             "-noreset", "-fbdir", str(self.folder)], pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        number = ""
+        while not number.endswith("\n"):
+            number += os.read(read, 16).decode()
+        number = number.strip()
+        os.close(read)
+        self.env = dict(os.environ, DISPLAY=f":{number}", LIBGL_ALWAYS_SOFTWARE="1")
+        self.env.pop("WAYLAND_DISPLAY", None)
+
+    def close(self):
+        self.server.terminate()
+        self.server.wait()
+
+    def tool(self, *words):
+        subprocess.run(["xdotool", *map(str, words)], env=self.env, check=True, timeout=PATIENCE_S)
+
+    def rows(self, x, y, width, height):
+        """RGB bytes of each row of a rectangle, from the XWD file of the framebuffer."""
+        data = (self.folder / "Xvfb_screen0").read_bytes()
+        header = struct.unpack(">25I", data[:100])
+        start = header[0] + 12 * header[19]
+        check(header[11] == 32, "32 bits a pixel")
+        rows = []
+        for row in range(y, y + height):
+            at = start + row * header[12] + 4 * x
+            line = data[at:at + 4 * width]
+            rgb = bytearray(3 * width)
+            rgb[0::3], rgb[1::3], rgb[2::3] = line[2::4], line[1::4], line[0::4]
+            rows.append(bytes(rgb))
+        return rows
+
+
+class Viewer:
+    def __init__(self, display, *words):
+        self.display = display
+        self.state_file = WORK / "state.json"
+        self.state_file.unlink(missing_ok=True)
+        self.process = subprocess.Popen(
+            [COMMAND, "view", *map(str, words), "--state-file", str(self.state_file), "--device",
+             "software"], env=display.env)
+        self.wait("is opened and refined", lambda s: s["at_rest"] and not s["draft"] and s["filter_ms"] > 0)
+
+    def state(self):
+        try:
+            return json.loads(self.state_file.read_text())
+        except (FileNotFoundError, json.JSONDecodeError):
+            return None
+
+    def wait(self, what, holds):
+        end = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end:
+            state = self.state()
+            check(self.process.poll() is None, f"{what}: the viewer has ended")
+            if state and holds(state):
+                return state
+            time.sleep(0.05)
+        raise AssertionError(f"{what}: {json.dumps(self.state())[:3000]}")
+
+    def refined(self, what, holds=lambda s: True):
+        self.wait(what, holds)
+        # The state of rest that follows the change, not one from before it.
+        time.sleep(0.5)
+        return self.wait(what, lambda s: s["at_rest"] and not s["draft"] and holds(s))
+
+    def center(self, place):
+        x, y, width, height = self.wait(place + " is there", lambda s: place in s["places"])["places"][place]
+        return int(x + width / 2), int(y + height / 2)
+
+    def move(self, x, y):
+        self.display.tool("mousemove", x, y)
+        time.sleep(0.3)
+
+    def click(self, place):
+        self.move(*self.center(place))
+        self.display.tool("mousedown", 1)
+        time.sleep(0.2)
+        self.display.tool("mouseup", 1)
+        time.sleep(0.3)
+
+    def drag(self, start, end):
+        self.move(*start)
+        self.display.tool("mousedown", 1)
+        for i in range(1, 9):
+            self.move(*[round(a + (b - a) * i / 8) for a, b in zip(start, end)])
+        self.display.tool("mouseup", 1)
+        time.sleep(0.3)
+
+    def key(self, key):
+        self.display.tool("keydown", key)
+        time.sleep(0.2)
+        self.display.tool("keyup", key)
+        time.sleep(0.2)
+
+    def chord(self, *keys):
+        for key in keys:
+            self.display.tool("keydown", key)
+            time.sleep(0.2)
+        for key in reversed(keys):
+            self.display.tool("keyup", key)
+            time.sleep(0.2)
+
+    def picture(self):
+        """The image on the screen at 1:1, without what is drawn into its corners."""
+        state = self.state()
+        check(abs(state["zoom"] - 1) < 1e-9, f"1:1, not {state['zoom']}")
+        x, y = [round(v) for v in state["pixel_0_0"]]
+        return self.display.rows(x, y, 320, 180)
+
+
+def of_run(chain, name):
+    run("run", str(chain), "-i", str(WORK / "scene/gbuf.####.exr"), "--camera",
+        str(WORK / "scene/camera.json"), "--frames", "2", "--png", "-o", str(WORK / f"{name}.####.exr"),
+        "--device", "software")
+    return read_png(WORK / f"{name}.0002.png")[2]
+
+
+def session(display):
+    chain = WORK / "chain.yaml"
+    chain.write_text(CHAIN)
+    viewer = Viewer(display, chain, "-i", WORK / "scene/gbuf.####.exr", "--camera",
+                    WORK / "scene/camera.json", "--frame", "2")
+    # Over the panels, so that no value under the cursor is drawn.
+    viewer.move(1270, 790)
+    viewer.key("1")
+    state = viewer.refined("1:1", lambda s: s["zoom"] == 1)
+    check(viewer.picture() == of_run(chain, "first"), "the screen shows what run writes")
+
+    # Reorder by dragging.
+    viewer.drag(viewer.center("pass 0"), viewer.center("pass 1"))
+    viewer.move(1270, 790)
+    state = viewer.refined("fxaa first", lambda s: s["chain"].find("fxaa") < s["chain"].find("joint_blur"))
+    reordered = viewer.picture()
+    check(reordered != of_run(chain, "again"), "another order is another picture")
+
+    # Change a value with its slider.
+    x, y, width, height = state["places"]["f_stop"]
+    viewer.drag((int(x + width * 0.2), int(y + height / 2)), (int(x + width * 0.6), int(y + height / 2)))
+    viewer.move(1270, 790)
+    viewer.refined("f-stop", lambda s: "f_stop: " in s["chain"])
+    changed = viewer.picture()
+    check(changed != reordered, "another f-stop is another picture")
+
+    # Compare: the left half is the result, the right half the frame before the chain.
+    viewer.key("w")
+    state = viewer.refined("wipe", lambda s: s["compare"] == 1 and "psnr" in s["metrics"])
+    wiped = viewer.picture()
+    check(all(a[:3 * 80] == b[:3 * 80] for a, b in zip(wiped[:40], changed[:40])), "left: the result")
+    check(any(a[3 * 240:] != b[3 * 240:] for a, b in zip(wiped[:40], changed[:40])), "right: before")
+    viewer.key("w")
+    viewer.refined("no wipe", lambda s: s["compare"] == 0)
+
+    # Focus by click, on the hub of the wheel in the middle.
+    viewer.key("f")
+    x, y = [round(v) for v in viewer.state()["pixel_0_0"]]
+    hub_x, hub_y = x + int(320 * 0.525), y + int(180 * 0.465)
+    viewer.move(hub_x, hub_y)
+    viewer.display.tool("mousedown", 1)
+    time.sleep(0.2)
+    viewer.display.tool("mouseup", 1)
+    viewer.key("f")
+    viewer.move(1270, 790)
+    state = viewer.refined("focus", lambda s: "focus_distance: " in s["chain"])
+    distance = float(re.search(r"focus_distance: (\S+)", state["chain"]).group(1))
+    check(abs(distance - 1.3) < 0.02, f"the hub is at 1.3, not at {distance}")
+
+    # Undo the focus, and do it again.
+    viewer.chord("ctrl", "z")
+    viewer.refined("undo", lambda s: "focus_distance: " not in s["chain"])
+    check(viewer.picture() == changed, "undo leads back to the picture")
+    viewer.chord("ctrl", "y")
+    viewer.refined("redo", lambda s: "focus_distance: " in s["chain"])
+    last = viewer.picture()
+
+    # Save.
+    viewer.chord("ctrl", "s")
+    viewer.wait("saved", lambda s: not s["changed"])
+    text = chain.read_text()
+    check(text.startswith("# The chain of this test.\n"), text)
+    check(text.index("# Edges last.") < text.index("- fxaa") < text.index("# Shutter and lens"), text)
+    check("joint_blur: {samples: 8}" in text and "f_stop: " in text, text)
+    check(last == of_run(chain, "saved"), "run with the saved file writes what is on the screen")
+
+    # A window of one pixel, and back.
+    before = viewer.state()
+    window = subprocess.run(["xdotool", "search", "--name", "postchain view"], env=display.env,
+                            capture_output=True, text=True, check=True).stdout.split()[0]
+    for size in [(1, 1), (700, 500), (1, 700), (1280, 800)]:
+        display.tool("windowsize", window, *size)
+        time.sleep(0.6)
+    state = viewer.refined("sized", lambda s: "save" in s["places"])
+    check(state["textures_alive"] == before["textures_alive"], "resizing makes no textures")
+    for name in ["interface", "draft_latency", "refined_latency"]:
+        print(name, state[name])
+    check(state["interface"]["median_ms"] < 5 * 33, "the interface answers")
+
+    viewer.chord("ctrl", "q")
+    check(viewer.process.wait(PATIENCE_S) == 0, "closed")
+
+
+def layout(display, width, height):
+    """Nothing is cut off: every widget is within the window."""
+    viewer = Viewer(display, "balanced", "-i", WORK / "scene/gbuf.####.exr", "--camera",
+                    WORK / "scene/camera.json", "--size", f"{width}x{height}")
+    for tab in ["Compare", "Inspect", "Save", "Chain"]:
+        viewer.click("tab " + tab)
+        for name, (x, y, w, h) in viewer.refined(tab)["places"].items():
+            if not name.startswith(("row ", "reset ")):  # these scroll
+                check(x >= 0 and y >= 0 and x + w <= width and y + h <= height, f"{tab}: {name}")
+    viewer.process.send_signal(signal.SIGTERM)
+    check(viewer.process.wait(PATIENCE_S) == 143, "ended by a signal")
+
+
+def bad_input(display):
+    frame = str(WORK / "scene/gbuf.####.exr")
+    words = ["view", "balanced", "-i", frame, "--device", "software"]
+    blind = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    text = run(*words, code=6, env=blind)
+    check("no window can be opened" in text and "postchain serve" in text, text)
+    text = run(*words, code=6, env=dict(display.env, MESA_GL_VERSION_OVERRIDE="4.3"))
+    check("4.5" in text, text)
+    text = run("view", "no_such_chain", "-i", frame, code=3, env=display.env)
+    check("no_such_chain" in text, text)
+    text = run("view", "balanced", code=2, env=display.env)
+    check("--input" in text, text)
+    alone = WORK / "alone"
+    alone.mkdir()
+    shutil.copy(COMMAND, alone / "postchain")
+    done = subprocess.run([alone / "postchain", *words], capture_output=True, text=True, env=display.env)
+    check(done.returncode == 6 and "postchain-view" in done.stderr and "libimgui-dev" in done.stderr,
+          done.stderr)
+
+
+def main():
+    shutil.rmtree(WORK, ignore_errors=True)
+    WORK.mkdir(parents=True)
+    run("scene", "wheels", "-o", str(WORK / "scene"), "--size", "320x180", "--frames", "1-3", "--device",
+        "software")
+    for width, height in [(1280, 800), (1920, 1080)]:
+        display = Display(width, height)
+        try:
+            if width == 1280:
+                session(display)
+                bad_input(display)
+            layout(display, width, height)
+        finally:
+            display.close()
+
+
+main()

@@ -1,0 +1,279 @@
+#include "tools/apps/view/chain_text.h"
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+#include <tuple>
+
+#include "config/chain_file.h"
+#include "config/text_tree.h"
+
+namespace postchain::view {
+namespace {
+
+using Rows = std::vector<std::pair<std::string, std::string>>;  // key and YAML text
+
+std::vector<std::string> lines_of(const std::string& text) {
+    std::vector<std::string> lines;
+    for (size_t at = 0; at < text.size();) {
+        const size_t end = std::min(text.find('\n', at), text.size());
+        lines.push_back(text.substr(at, end - at));
+        at = end + 1;
+    }
+    return lines;
+}
+
+bool is_comment(const std::string& line) {
+    const size_t first = line.find_first_not_of(" \t\r");
+    return first == std::string::npos || line[first] == '#';
+}
+
+// The lines "key: value" of write_chain() that are indented by `indent`.
+Rows rows_in(const std::string& text, const std::string& indent) {
+    Rows rows;
+    for (const std::string& line : lines_of(text)) {
+        const size_t colon = line.find(": ");
+        if (colon == std::string::npos || !line.starts_with(indent) || line[indent.size()] == ' ' ||
+            line[indent.size()] == '-')
+            continue;
+        rows.emplace_back(line.substr(indent.size(), colon - indent.size()),
+                          line.substr(colon + 2));
+    }
+    return rows;
+}
+
+Rows rows_of(const ChainLink& link) {
+    Chain one;
+    one.links.push_back(link.clone());
+    return rows_in(write_chain(one), "      ");
+}
+
+Rows rows_of(const Camera& camera) {
+    Chain one;
+    one.camera = camera;
+    return rows_in(write_chain(one), "  ");
+}
+
+const std::string* find(const Rows& rows, const std::string& key) {
+    for (const auto& row : rows)
+        if (row.first == key) return &row.second;
+    return nullptr;
+}
+
+// The rows of `rows` whose value is another one than in `than`.
+Rows others(const Rows& rows, const Rows& than) {
+    Rows changed;
+    for (const auto& row : rows)
+        if (const std::string* old = find(than, row.first); !old || *old != row.second)
+            changed.push_back(row);
+    return changed;
+}
+
+std::string in_braces(const Rows& rows) {
+    std::string text;
+    for (const auto& [key, value] : rows) text += (text.empty() ? "" : ", ") + key + ": " + value;
+    return text;
+}
+
+std::string entry_line(const ChainLink& link, const std::string& indent) {
+    ChainLink plain;
+    plain.type = link.type;
+    plain.pass = link.type->create();
+    const Rows rows = others(rows_of(link), rows_of(plain));
+    return indent + "- " + link.type->name + (rows.empty() ? "" : ": {" + in_braces(rows) + "}");
+}
+
+// Edits of lines, applied from the last to the first.
+class LineEdits {
+  public:
+    explicit LineEdits(std::vector<std::string>& lines) : lines_(lines) {}
+    // `column` counts characters from 1; false if `old` is not at this place.
+    bool replace(int line, int column, const std::string& old, const std::string& text) {
+        const std::string& at = lines_[size_t(line) - 1];
+        size_t byte = 0;
+        for (int i = 1; i < column && byte < at.size(); ++i) do
+                ++byte;
+            while (byte < at.size() && (uint8_t(at[byte]) & 0xc0) == 0x80);
+        if (at.compare(byte, old.size(), old) != 0) return false;
+        edits_.emplace_back(line, byte, old.size(), text);
+        return true;
+    }
+    void apply() {
+        std::stable_sort(edits_.begin(), edits_.end(), [](const auto& a, const auto& b) {
+            return std::tie(std::get<0>(a), std::get<1>(a)) >
+                   std::tie(std::get<0>(b), std::get<1>(b));
+        });
+        for (const auto& [line, byte, length, text] : edits_)
+            lines_[size_t(line) - 1].replace(byte, length, text);
+    }
+
+  private:
+    std::vector<std::string>& lines_;
+    std::vector<std::tuple<int, size_t, size_t, std::string>> edits_;
+};
+
+// Changes the values of a map in its text. False: it cannot be done in place.
+bool edit_map(const TextNode& map, const Rows& old_rows, const Rows& new_rows,
+              const std::vector<std::string>& lines, LineEdits& edits) {
+    for (const TextEntry& entry : map.entries)
+        if (!find(new_rows, entry.key.text) && find(old_rows, entry.key.text)) return false;
+    Rows added;
+    for (const auto& row : others(new_rows, old_rows)) {
+        const TextNode* value = map.find(row.first);
+        if (!value) {
+            added.push_back(row);
+        } else if (!value->is_scalar() || value->quoted ||
+                   !edits.replace(value->line, value->column, value->text, row.second)) {
+            return false;
+        }
+    }
+    if (added.empty()) return true;
+    if (map.entries.empty()) return false;
+    const TextNode& first = map.entries[0].key;
+    if (lines[size_t(map.line) - 1].find('{') != std::string::npos &&
+        edits.replace(map.line, map.column, "{", "{" + in_braces(added) + ", "))
+        return true;
+    std::string text;
+    for (const auto& [key, value] : added)
+        text += key + ": " + value + "\n" + std::string(size_t(first.column) - 1, ' ');
+    return edits.replace(first.line, first.column, first.text, text + first.text);
+}
+
+// Changes the values of a pass in its text.
+bool edit_entry(const TextNode& item, const ChainLink& old_link, const ChainLink& link,
+                const std::vector<std::string>& lines, LineEdits& edits) {
+    const Rows old_rows = rows_of(old_link), new_rows = rows_of(link);
+    if (old_rows == new_rows) return true;
+    if (item.is_scalar())
+        return edits.replace(item.line, item.column, item.text,
+                             item.text + ": {" + in_braces(others(new_rows, old_rows)) + "}");
+    if (item.entries.size() != 1 || !item.entries[0].value.is_map()) return false;
+    return edit_map(item.entries[0].value, old_rows, new_rows, lines, edits);
+}
+
+bool edit_camera(const TextNode& root, const Camera& old_camera, const Camera& camera,
+                 const std::vector<std::string>& lines, LineEdits& edits) {
+    const Rows old_rows = rows_of(old_camera), new_rows = rows_of(camera);
+    if (old_rows == new_rows) return true;
+    if (const TextNode* map = root.find("camera"))
+        return map->is_map() && edit_map(*map, old_rows, new_rows, lines, edits);
+    for (const TextEntry& entry : root.entries) {
+        if (entry.key.text != "passes") continue;
+        return edits.replace(entry.key.line, entry.key.column, "passes",
+                             "camera: {" + in_braces(new_rows) + "}\npasses");
+    }
+    return false;
+}
+
+// The lines of the file's passes, each with the comments above it.
+struct Blocks {
+    size_t first = 0, end = 0;  // lines, from 0
+    struct Block {
+        size_t begin = 0, content = 0, end = 0;
+    };
+    std::vector<Block> blocks;
+    std::string indent;
+};
+
+std::optional<Blocks> blocks_of(const TextNode& root, const std::vector<std::string>& lines) {
+    const TextNode* passes = root.find("passes");
+    if (!passes || !passes->is_list() || passes->items.empty()) return {};
+    Blocks found;
+    int key_line = 0, next_line = int(lines.size()) + 1;
+    for (const TextEntry& entry : root.entries)
+        if (entry.key.text == "passes") key_line = entry.key.line;
+    for (const TextEntry& entry : root.entries)
+        if (entry.key.line > key_line) next_line = std::min(next_line, entry.key.line);
+    for (const TextNode& item : passes->items) {
+        const std::string& line = lines[size_t(item.line) - 1];
+        const size_t dash = line.find_first_not_of(' ');
+        if (item.line <= key_line || dash == std::string::npos || line[dash] != '-') return {};
+        found.indent = line.substr(0, dash);
+        found.blocks.push_back({.content = size_t(item.line) - 1});
+    }
+    size_t begin = size_t(key_line);
+    for (size_t i = 0; i < found.blocks.size(); ++i) {
+        Blocks::Block& block = found.blocks[i];
+        block.begin = begin;
+        block.end =
+            i + 1 < found.blocks.size() ? found.blocks[i + 1].content : size_t(next_line) - 1;
+        if (block.content < begin) return {};
+        while (block.end > block.content + 1 && is_comment(lines[block.end - 1])) --block.end;
+        begin = block.end;
+    }
+    found.first = size_t(key_line);
+    found.end = begin;
+    return found;
+}
+
+std::optional<std::string> edited(const std::string& old_text, const Document& document) {
+    const TextTree tree = read_text_tree(old_text, "");
+    const ChainFile old = parse_chain(old_text, "", document.registry());
+    if (!tree.diagnostics.empty() || !old.status().ok()) return {};
+    std::vector<std::string> lines = lines_of(old_text);
+    const auto blocks = blocks_of(tree.root, lines);
+    if (!blocks || blocks->blocks.size() != old.chain.links.size()) return {};
+    const DocumentState& state = document.state();
+    const TextNode& items = *tree.root.find("passes");
+    LineEdits edits(lines);
+    // Which blocks cannot be changed in place, and are replaced by a line.
+    std::vector<std::string> anew(state.entry.size());
+    for (size_t i = 0; i < state.entry.size(); ++i) {
+        const ChainLink& link = state.chain.links[i];
+        const auto entry = size_t(state.entry[i]);
+        LineEdits one(lines);
+        const bool from_file =
+            state.entry[i] >= 0 && entry < old.chain.links.size() &&
+            old.chain.links[entry].type == link.type &&
+            edit_entry(items.items[entry], old.chain.links[entry], link, lines, one);
+        if (from_file)
+            edit_entry(items.items[entry], old.chain.links[entry], link, lines, edits);
+        else
+            anew[i] = entry_line(link, blocks->indent);
+    }
+    const Camera camera = document.chain_to_save().camera;
+    if (!edit_camera(tree.root, old.chain.camera, camera, lines, edits)) return {};
+    edits.apply();
+
+    std::string text;
+    const auto put = [&](size_t from, size_t to, const std::string& before = "") {
+        for (size_t i = from; i < to; ++i) text += before + lines[i] + "\n";
+    };
+    put(0, blocks->first);
+    bool any = false;
+    for (size_t i = 0; i < state.entry.size(); ++i) {
+        const std::string mark = state.off[i] ? "# " : "";
+        any = any || !state.off[i];
+        if (state.entry[i] >= 0) {
+            const Blocks::Block& block = blocks->blocks[size_t(state.entry[i])];
+            put(block.begin, block.content);
+            if (anew[i].empty()) put(block.content, block.end, mark);
+        }
+        if (!anew[i].empty()) text += mark + anew[i] + "\n";
+    }
+    if (!any) return {};
+    put(blocks->end, lines.size());
+    return text;
+}
+
+}  // namespace
+
+ChainFileText chain_file_text(const std::string& old_text, const Document& document) {
+    const Chain chain = document.chain_to_save();
+    if (auto text = edited(old_text, document)) {
+        const ChainFile again = parse_chain(*text, "", document.registry());
+        if (again.status().ok() && again.chain.text() == chain.text()) return {*text, true};
+    }
+    std::string text;
+    for (const std::string& line : lines_of(old_text)) {
+        if (!is_comment(line)) break;
+        text += line + "\n";
+    }
+    text += write_chain(chain);
+    const DocumentState& state = document.state();
+    for (size_t i = 0; i < state.off.size(); ++i)
+        if (state.off[i]) text += "# " + entry_line(state.chain.links[i], "  ") + "\n";
+    return {text, false};
+}
+
+}  // namespace postchain::view

@@ -1,0 +1,262 @@
+#include "tools/apps/view/document.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "config/chain_file.h"
+
+namespace postchain::view {
+namespace {
+
+constexpr size_t kMostStates = 500;
+
+Status no_pass(size_t link) {
+    return Status(StatusCode::chain, concat("the chain has no pass ", link));
+}
+
+}  // namespace
+
+DocumentState DocumentState::clone() const {
+    return {chain.clone(), off, entry, focus_keys};
+}
+
+double focus_at(const std::map<int, double>& keys, int frame) {
+    const auto after = keys.lower_bound(frame);
+    if (after == keys.end()) return std::prev(after)->second;
+    if (after == keys.begin() || after->first == frame) return after->second;
+    const auto before = std::prev(after);
+    const double t = double(frame - before->first) / double(after->first - before->first);
+    return 1 / ((1 - t) / before->second + t / after->second);
+}
+
+Document::Document(const PassRegistry& registry, Chain chain) : registry_(registry) {
+    DocumentState state;
+    state.off.assign(chain.links.size(), false);
+    state.entry.resize(chain.links.size());
+    std::iota(state.entry.begin(), state.entry.end(), 0);
+    state.chain = std::move(chain);
+    states_.push_back(std::make_shared<const DocumentState>(std::move(state)));
+    names_.push_back("");
+    saved_ = states_[0];
+}
+
+bool Document::same(const DocumentState& a, const DocumentState& b) const {
+    return a.off == b.off && a.focus_keys == b.focus_keys &&
+           write_chain(a.chain) == write_chain(b.chain) && a.chain.text() == b.chain.text();
+}
+
+void Document::push(DocumentState state, const std::string& name) {
+    if (same(state, *states_[at_])) return;
+    states_.resize(at_ + 1);
+    names_.resize(at_ + 1);
+    if (gesture_ && gesture_pushed_) {
+        states_.pop_back();
+        names_.pop_back();
+    }
+    states_.push_back(std::make_shared<const DocumentState>(std::move(state)));
+    names_.push_back(name);
+    if (states_.size() > kMostStates) {
+        states_.erase(states_.begin());
+        names_.erase(names_.begin());
+    }
+    at_ = states_.size() - 1;
+    gesture_pushed_ = gesture_;
+    ++revision_;
+}
+
+void Document::begin_gesture() {
+    if (!gesture_) gesture_pushed_ = false;
+    gesture_ = true;
+}
+
+void Document::end_gesture() {
+    gesture_ = gesture_pushed_ = false;
+}
+
+void Document::undo() {
+    if (!can_undo()) return;
+    end_gesture();
+    --at_;
+    ++revision_;
+}
+
+void Document::redo() {
+    if (!can_redo()) return;
+    end_gesture();
+    ++at_;
+    ++revision_;
+}
+
+void Document::saved(bool entries) {
+    if (entries) {
+        DocumentState state = states_[at_]->clone();
+        int next = 0;
+        for (size_t i = 0; i < state.entry.size(); ++i) state.entry[i] = state.off[i] ? -1 : next++;
+        states_[at_] = std::make_shared<const DocumentState>(std::move(state));
+    }
+    saved_ = states_[at_];
+    end_gesture();
+}
+
+Chain Document::chain_at(int frame) const {
+    Chain chain = chain_to_save();
+    if (!state().focus_keys.empty())
+        chain.camera.focus_distance = focus_at(state().focus_keys, frame);
+    return chain;
+}
+
+Chain Document::chain_to_save() const {
+    Chain chain = state().chain.clone();
+    for (size_t i = chain.links.size(); i-- > 0;)
+        if (state().off[i]) chain.links.erase(chain.links.begin() + std::ptrdiff_t(i));
+    if (!state().focus_keys.empty()) chain.camera.focus_distance.reset();
+    return chain;
+}
+
+Status Document::set(size_t link, std::string_view key, const ParameterValue& value) {
+    if (link >= chain().links.size()) return no_pass(link);
+    DocumentState next = state().clone();
+    ChainLink& one = next.chain.links[link];
+    if (link_parameters().find(key)) {
+        if (Status status = link_parameters().set(&one, key, value); !status.ok()) return status;
+        if (Status status = one.check_matte(); !status.ok()) return status;
+    } else {
+        const ParameterTable& table = *one.type->parameters;
+        if (Status status = table.set(one.pass->parameters(), key, value); !status.ok())
+            return status;
+        if (Status status = table.check(one.pass->parameters()); !status.ok()) return status;
+    }
+    push(std::move(next), concat(one.type->name, ".", key));
+    return Status();
+}
+
+Status Document::set_in_all(std::string_view key, const ParameterValue& value) {
+    DocumentState next = state().clone();
+    for (ChainLink& link : next.chain.links) {
+        const ParameterTable& table = *link.type->parameters;
+        const Parameter* row = table.find(key);
+        if (!row || !table.unread(*row, link.pass->parameters()).empty()) continue;
+        if (Status status = table.set(link.pass->parameters(), key, value); !status.ok())
+            return status;
+    }
+    push(std::move(next), std::string(key));
+    return Status();
+}
+
+Status Document::set_camera(std::string_view key, const ParameterValue& value) {
+    DocumentState next = state().clone();
+    if (Status status = camera_parameters().set(&next.chain.camera, key, value); !status.ok())
+        return status;
+    if (Status status = camera_parameters().check(&next.chain.camera); !status.ok()) return status;
+    for (ChainLink& link : next.chain.links) {
+        for (const Parameter& row : link.type->parameters->rows()) {
+            // A place that is in focus is another way to state the distance.
+            const bool other_focus = key == "focus_distance" && row.excludes == key;
+            if (row.optional && (row.key == key || other_focus))
+                row.set(link.pass->parameters(), ParameterValue());
+        }
+    }
+    if (key == "focus_distance") next.focus_keys.clear();
+    push(std::move(next), concat("camera.", key));
+    return Status();
+}
+
+Status Document::add(std::string_view type, size_t position) {
+    DocumentState next = state().clone();
+    if (next.chain.links.size() >= kMaxPasses)
+        return Status(StatusCode::chain, concat("a chain has at most ", kMaxPasses, " passes"));
+    if (!next.chain.append(registry_, type))
+        return Status(StatusCode::chain, concat("unknown pass '", type, "'"));
+    next.off.push_back(false);
+    next.entry.push_back(-1);
+    position = std::min(position, next.off.size() - 1);
+    std::rotate(next.chain.links.begin() + std::ptrdiff_t(position), next.chain.links.end() - 1,
+                next.chain.links.end());
+    std::rotate(next.off.begin() + std::ptrdiff_t(position), next.off.end() - 1, next.off.end());
+    std::rotate(next.entry.begin() + std::ptrdiff_t(position), next.entry.end() - 1,
+                next.entry.end());
+    push(std::move(next), concat("add ", type));
+    return Status();
+}
+
+Status Document::erase(size_t link) {
+    if (link >= chain().links.size()) return no_pass(link);
+    DocumentState next = state().clone();
+    const std::string name = next.chain.links[link].type->name;
+    next.chain.links.erase(next.chain.links.begin() + std::ptrdiff_t(link));
+    next.off.erase(next.off.begin() + std::ptrdiff_t(link));
+    next.entry.erase(next.entry.begin() + std::ptrdiff_t(link));
+    push(std::move(next), "remove " + name);
+    return Status();
+}
+
+Status Document::move(size_t from, size_t to) {
+    if (from >= chain().links.size()) return no_pass(from);
+    std::vector<size_t> order(chain().links.size());
+    std::iota(order.begin(), order.end(), size_t(0));
+    order.erase(order.begin() + std::ptrdiff_t(from));
+    order.insert(order.begin() + std::ptrdiff_t(std::min(to, order.size())), from);
+    return reorder(order);
+}
+
+Status Document::reorder(const std::vector<size_t>& order) {
+    const DocumentState& now = state();
+    std::vector<size_t> sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    for (size_t i = 0; i < sorted.size(); ++i)
+        if (sorted[i] != i || sorted.size() != now.off.size()) return no_pass(sorted[i]);
+    DocumentState next;
+    next.chain.camera = now.chain.camera;
+    next.focus_keys = now.focus_keys;
+    for (const size_t i : order) {
+        next.chain.links.push_back(now.chain.links[i].clone());
+        next.off.push_back(now.off[i]);
+        next.entry.push_back(now.entry[i]);
+    }
+    push(std::move(next), "order");
+    return Status();
+}
+
+Status Document::switch_off(size_t link, bool off) {
+    if (link >= chain().links.size()) return no_pass(link);
+    DocumentState next = state().clone();
+    next.off[link] = off;
+    push(std::move(next), concat(next.chain.links[link].type->name, off ? " off" : " on"));
+    return Status();
+}
+
+void Document::replace(Chain chain, const std::string& name, bool entries) {
+    DocumentState next;
+    next.off.assign(chain.links.size(), false);
+    next.entry.assign(chain.links.size(), -1);
+    if (entries) std::iota(next.entry.begin(), next.entry.end(), 0);
+    next.focus_keys = state().focus_keys;
+    next.chain = std::move(chain);
+    push(std::move(next), name);
+}
+
+void Document::take_passes(const Chain& chain, const std::string& name) {
+    Chain next = chain.clone();
+    next.camera = state().chain.camera;
+    replace(std::move(next), name, false);
+}
+
+Status Document::set_focus_key(int frame, double distance) {
+    if (!std::isfinite(distance) || distance <= 0)
+        return Status(StatusCode::chain,
+                      concat("focus_distance: ", distance, " is not a distance above 0"));
+    DocumentState next = state().clone();
+    next.focus_keys[frame] = distance;
+    push(std::move(next), concat("focus key ", frame));
+    return Status();
+}
+
+void Document::remove_focus_key(int frame) {
+    DocumentState next = state().clone();
+    next.focus_keys.erase(frame);
+    push(std::move(next), concat("remove focus key ", frame));
+}
+
+}  // namespace postchain::view

@@ -1,0 +1,165 @@
+// postchain-view: the program that `postchain view` starts.
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+
+#include "config/chain_find.h"
+#include "passes/registry.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/apps/postchain/view_options.h"
+#include "tools/apps/view/window.h"
+#include "tools/measure/scenes/scene.h"
+#include "tools/sequence/run/memory.h"
+
+namespace postchain {
+namespace {
+
+Result<std::array<int, 2>> size_of(const std::string& text) {
+    std::array<int, 2> size = {0, 0};
+    const char* end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, size[0]);
+    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
+        const auto height = std::from_chars(width.ptr + 1, end, size[1]);
+        if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0)
+            return size;
+    }
+    return Status(StatusCode::usage, "--size: '" + text + "' is not WIDTHxHEIGHT");
+}
+
+constexpr std::string_view kScene = "scene:";
+
+// A generated scene, rendered into a folder that lives as long as this.
+class RenderedScene {
+  public:
+    ~RenderedScene() {
+        std::error_code ignored;
+        if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+    }
+    // Replaces input and camera by the scene's files. Errors: those of write_scene().
+    Status render(Options& options, const egl::ContextOptions& context,
+                  const std::atomic<bool>& stop) {
+        std::string name = (std::filesystem::temp_directory_path() / "postchain-view-XXXXXX");
+        if (!mkdtemp(name.data()))
+            return Status(StatusCode::output, name + ": folder of the scene cannot be created");
+        folder_ = name;
+        scenes::SceneRequest request;
+        request.name = options.job.input.substr(kScene.size());
+        request.folder = folder_ + "/scene";
+        request.frames = {1, 2, 3, 4, 5, 6};
+        request.sharp_samples = 1;  // `gbuf` is shown
+        if (auto model = scenes::model_for(request); !model.ok()) return model.status();
+        auto renderer = scenes::SceneRenderer::create(context);
+        if (!renderer.ok()) return renderer.status();
+        options.job.input = request.folder + "/gbuf.####.exr";
+        if (options.job.camera.empty()) options.job.camera = request.folder + "/camera.json";
+        const Status status =
+            scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
+                log::progress(concat("rendering ", request.name, ", frame ", progress.frame));
+                return !stop;
+            });
+        log::progress("");
+        return status;
+    }
+
+  private:
+    std::string folder_;
+};
+
+Result<view::SessionSettings> session_of(const Options& options, const ViewOptions& view,
+                                         const egl::ContextOptions& context) {
+    view::SessionSettings session;
+    session.context = context;
+    auto text = find_chain(options.chain);
+    if (!text.ok()) return text.status();
+    auto chain = load_chain_of(options);
+    if (!chain.ok()) return chain.status();
+    session.chain_name = options.chain;
+    session.chain_text = text->text;
+    session.chain_is_file = !text->shipped;
+    session.chain = std::move(chain->chain);
+    auto run = run_settings_of(options);
+    if (!run.ok()) return run.status();
+    session.run = std::move(*run);
+    if (session.chain_is_file)
+        session.run.other_inputs.push_back({options.chain, "the chain file"});
+    if (session.run.source.max_memory == 0)
+        session.run.source.max_memory = sequence::default_memory_limit();
+    if (!view.truth.empty()) {
+        Options truth = options;
+        truth.job.input = view.truth;
+        truth.job.camera = truth.job.profile = truth.job.layer = truth.job.view = "";
+        auto settings = run_settings_of(truth);
+        if (!settings.ok()) return settings.status().at("--truth");
+        session.truth = std::move(*settings);
+    }
+    if (!view.other.empty()) {
+        Options other = options;
+        other.chain = view.other;
+        auto loaded = load_chain_of(other);
+        if (!loaded.ok()) return loaded.status();
+        session.other = std::move(loaded->chain);
+    }
+    if (!view.shaders.empty()) {
+        if (!std::filesystem::is_directory(view.shaders))
+            return Status(StatusCode::usage, "--shaders: " + view.shaders + ": is not a folder");
+        // The executor reads it when it is made.
+        setenv("POSTCHAIN_SHADER_DIR", view.shaders.c_str(), 1);
+        session.shaders = view.shaders;
+    }
+    if (!view.frame.empty()) session.frame = std::atoi(view.frame.c_str());
+    return session;
+}
+
+int view_command(int argc, char** argv) {
+    Options options;
+    ViewOptions view;
+    CLI::App app("Shows a chain over a sequence, and edits it.", "postchain view");
+    add_view(app, options, view);
+    add_logging(app, options);
+    refuse_empty_words(app);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0) return app.exit(error);  // --help
+        log::error(concat(error.what(), "; see postchain view --help"));
+        return kExitUsage;
+    }
+    log::set_up(options.verbose, options.quiet, options.log_format == "json");
+    const auto context = context_options_of(options);
+    if (!context.ok()) return fail(context.status());
+    const StopOnSignal stop;
+    RenderedScene scene;
+    if (options.job.input.starts_with(kScene)) {
+        const Status status = scene.render(options, *context, stop.flag());
+        if (stop.asked()) return stop.exit_code();
+        if (!status.ok()) return fail(status);
+    }
+    auto session = session_of(options, view, *context);
+    if (!session.ok()) return fail(session.status());
+    const auto size = size_of(view.size);
+    if (!size.ok()) return fail(size.status());
+    const Status status = view::show_window(std::move(*session),
+                                            {*size, view.ui_scale, view.state_file}, stop.flag());
+    if (!status.ok()) return fail(status);
+    return stop.asked() ? stop.exit_code() : kExitOk;
+}
+
+}  // namespace
+}  // namespace postchain
+
+int main(int argc, char** argv) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGPIPE, SIG_IGN);
+    try {
+        return postchain::view_command(argc, argv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "postchain: error: unexpected failure: %s\n", error.what());
+        return postchain::kExitSomeFailed;
+    }
+}

@@ -1,0 +1,58 @@
+#include "tools/apps/view/save.h"
+
+#include "tools/sequence/files/parameter_json.h"
+
+namespace postchain::view {
+
+io::OnExisting on_existing(bool replace) {
+    return replace ? io::OnExisting::overwrite : io::OnExisting::fail;
+}
+
+Result<NewFile> new_file(const sequence::RunSettings& settings, const std::string& path,
+                         const std::string& what, bool replace) {
+    if (path.empty()) return Status(StatusCode::usage, what + ": give it a file name");
+    io::OutputFiles files(on_existing(replace), "replace");
+    for (const auto& [role, pattern] : settings.input.patterns) files.read(pattern, "the input");
+    for (const io::InputFile& file : settings.other_inputs)
+        if (file.path != path || !replace) files.read(file);
+    files.write(io::OutputFile{path, what, "name another file"});
+    if (Status status = files.check(); !status.ok()) return status;
+    files.remove_left_temporaries();
+    const auto permitted = files.permit(path);
+    if (!permitted.ok()) return permitted.status();
+    auto file = io::AtomicFile::create(path);
+    if (!file.ok()) return file.status();
+    return NewFile{std::move(*file), *permitted};
+}
+
+Status save_text(const sequence::RunSettings& settings, const std::string& path,
+                 const std::string& text, const std::string& what, bool replace) {
+    auto made = new_file(settings, path, what, replace);
+    if (!made.ok()) return made.status();
+    if (Status status = made->file.write(text.data(), text.size()); !status.ok()) return status;
+    return made->file.commit(made->on_existing).status();
+}
+
+Result<std::string> camera_with_focus(const std::string& camera, const Camera& values,
+                                      const std::map<int, double>& focus) {
+    io::Json json = io::Json::object();
+    if (camera.empty()) {
+        for (const Parameter& row : camera_parameters().rows())
+            if (const ParameterValue value = row.get(&values);
+                row.key != "focus_distance" && value != ParameterValue())
+                json[row.key] = io::json_of(value);
+    } else {
+        json = io::Json::parse(camera, nullptr, false);
+        if (!json.is_object())
+            return Status(StatusCode::input,
+                          "the camera file is not JSON, so that its keys cannot be edited; "
+                          "convert it to JSON");
+    }
+    io::Json& frames = json["frames"];
+    if (!frames.is_object()) frames = io::Json::object();
+    for (const auto& [frame, distance] : focus)
+        frames[std::to_string(frame)]["focus_distance"] = distance;
+    return io::json_text(json, 1) + "\n";
+}
+
+}  // namespace postchain::view

@@ -1,0 +1,105 @@
+#include "tools/apps/view/save_panel.h"
+
+#include <imgui_stdlib.h>
+
+#include "tools/apps/view/session_values.h"
+
+namespace postchain::view {
+
+SavePanel::SavePanel(UiContext& ui, std::function<void()> wake)
+    : ui_(ui), exporter_(std::move(wake)) {
+    const SessionSettings& settings = ui.session.settings();
+    chain_path_ = settings.chain_is_file ? settings.chain_name : settings.chain_name + ".yaml";
+}
+
+bool SavePanel::save_chain() {
+    const Status status = ui_.session.save_chain(chain_path_, replace_);
+    ui_.say(status);
+    return status.ok();
+}
+
+void SavePanel::save_button(const char* name, const char* label, std::string& path,
+                            const char* hint, const std::function<void(const std::string&)>& save) {
+    ImGui::PushID(name);
+    ImGui::TextUnformatted(label);
+    ImGui::SetNextItemWidth(-58 * ui_.scale);
+    ImGui::InputText("##path", &path);
+    ui_.mark(std::string(name) + " path");
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", hint);
+    ImGui::SameLine();
+    if (ImGui::Button("save")) save(path);
+    ui_.mark(std::string("save ") + name);
+    ImGui::PopID();
+}
+
+void SavePanel::start_export(ExportKind kind, const std::string& path) {
+    ExportJob job;
+    job.kind = kind;
+    job.path = path;
+    job.replace = replace_;
+    const bool all = kind == ExportKind::sheet || kind == ExportKind::movie ||
+                     path.find('#') != std::string::npos;
+    job.frames = all ? ui_.session.frames() : std::vector<int>{ui_.session.frame()};
+    for (const int frame : job.frames)
+        job.chains[frame] = std::make_shared<const Chain>(ui_.session.document().chain_at(frame));
+    job.run = ui_.session.settings().run;
+    job.display = ui_.session.view().display;
+    job.fps = ui_.session.fps();
+    job.context = ui_.session.settings().context;
+    if (!exporter_.start(std::move(job))) ui_.session.say("another file is being written", true);
+}
+
+void SavePanel::draw() {
+    ImGui::Checkbox("replace existing files", &replace_);
+    ui_.mark("replace");
+    save_button("chain", "chain file (Ctrl+S)", chain_path_, "comments are kept",
+                [&](const std::string&) { save_chain(); });
+    Document& document = ui_.session.document();
+    if (!document.state().focus_keys.empty()) {
+        ImGui::Separator();
+        ImGui::TextUnformatted("focus keys");
+        for (const auto& [frame, distance] : document.state().focus_keys) {
+            ImGui::PushID(frame);
+            ImGui::Text("frame %d: %.4g", frame, distance);
+            ImGui::SameLine();
+            const bool removes = ImGui::SmallButton("x");
+            ImGui::PopID();
+            if (removes) {
+                document.remove_focus_key(frame);
+                break;
+            }
+        }
+        save_button("camera", "camera file with the keys", camera_path_,
+                    "a focus distance for every frame; use it with --camera",
+                    [&](const std::string& path) {
+                        const Status status = save_camera(ui_.session, path, replace_);
+                        ui_.say(status);
+                        if (status.ok()) ui_.session.say(path + ": saved");
+                    });
+        ImGui::Separator();
+    }
+    save_button("frames", "frame, as postchain run writes it", frames_path_,
+                "a name with #### is of all frames; without, of this one",
+                [&](const std::string& path) { start_export(ExportKind::frames, path); });
+    save_button("png", "frame as PNG, as shown", png_path_, "with exposure and view transform",
+                [&](const std::string& path) { start_export(ExportKind::png, path); });
+    save_button("sheet", "contact sheet of all frames", sheet_path_, "a PNG",
+                [&](const std::string& path) { start_export(ExportKind::sheet, path); });
+    auto fps = float(ui_.session.fps());
+    ImGui::SetNextItemWidth(-58 * ui_.scale);
+    if (ImGui::SliderFloat("##fps", &fps, 1, 120, "%.3g frames per second"))
+        ui_.session.set_fps(double(fps));
+    save_button("movie", "movie of all frames", movie_path_, "an MP4, by the command ffmpeg",
+                [&](const std::string& path) { start_export(ExportKind::movie, path); });
+    const ExportState state = exporter_.state();
+    if (state.running) {
+        ImGui::ProgressBar(state.total > 0 ? float(state.done) / float(state.total) : 0);
+        if (ImGui::Button("stop")) exporter_.cancel();
+    }
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextColored(state.failed ? ImVec4(1, 0.55f, 0.5f, 1) : ImVec4(1, 1, 1, 1), "%s",
+                       state.text.c_str());
+    ImGui::PopTextWrapPos();
+}
+
+}  // namespace postchain::view

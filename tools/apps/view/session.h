@@ -1,0 +1,227 @@
+// One open chain over one sequence: joins document, frames, filter and paint. No window; tick()
+// does what is due and never waits.
+//
+//   Document, frame --FilterRequest--> FilterWorker --> FilterResult --PaintJob--> Painter -->
+//   Painted
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config/chain_file.h"
+#include "tools/apps/view/document.h"
+#include "tools/apps/view/filter_worker.h"
+#include "tools/apps/view/frame_store.h"
+#include "tools/apps/view/paint.h"
+
+namespace postchain::view {
+
+using Clock = std::chrono::steady_clock;
+
+struct SessionSettings {
+    std::string chain_name;  // as given: a file or a shipped chain
+    std::string chain_text;
+    bool chain_is_file = false;
+    Chain chain;
+    sequence::RunSettings run;
+    std::optional<sequence::RunSettings> truth;
+    std::optional<Chain> other;  // compared with the chain
+    egl::ContextOptions context;
+    std::string shaders;  // folder that is watched; empty: none
+    std::optional<int> frame;
+    uint64_t memory = 0;  // bytes for frames; 0: a quarter of the machine's
+};
+
+enum class Compare { off, wipe, flip, difference };
+enum class With { before, other_chain, truth };
+
+// What the window shows. Changed directly by the user interface.
+struct ViewChoice {
+    std::string plane = "result";  // "result", a name of planes(), kFillMask or a plan's texture
+    io::PreviewOptions display;
+    Compare compare = Compare::off;
+    With with = With::before;
+    std::string map = "flip";
+    bool limits = false;  // of sharpness
+    Rect visible;         // the part on screen, pixels of the frame
+};
+
+struct Message {
+    bool error = false;
+    std::string text;
+};
+
+// A result on the screen.
+struct Shown {
+    int frame = 0;
+    bool draft = true;
+    std::shared_ptr<const ImageF> color;
+    std::shared_ptr<const ImageF> texture;
+    std::string texture_name;
+    std::shared_ptr<const Plan> plan;
+    sequence::ResolvedValues resolved;
+    std::vector<PassTime> times;
+    std::vector<WorkDone> work_done;
+    ExecutorCounters counters;
+    double milliseconds = 0;
+    uint64_t request = 0;
+    Clock::time_point since;  // of the change that it answers
+};
+
+class Session {
+  public:
+    // Errors: those of FilterWorker::start(). `wake` may be called on any thread.
+    static Result<std::unique_ptr<Session>> open(SessionSettings settings,
+                                                 std::function<void()> wake);
+
+    // True if something that is shown has changed.
+    bool tick(Clock::time_point now = Clock::now());
+    // Nothing is under way, and what is shown is refined.
+    bool at_rest() const;
+
+    Document& document() { return document_; }
+    const Document& document() const { return document_; }
+    ViewChoice& view() { return view_; }
+    const ViewChoice& view() const { return view_; }
+
+    int frame() const { return frame_; }
+    void go_to(int frame);  // the nearest frame on disk
+    void step(int frames);  // forth or back in the list, around its ends
+    std::vector<int> frames() const { return store_->frames(); }
+    bool playing() const { return playing_; }
+    void play(bool on);
+    void set_fps(double fps) { fps_ = fps; }
+    double fps() const { return fps_; }
+
+    // Null while it is read.
+    SharedFrame source() const { return source_; }
+    const Shown& shown() const { return shown_; }
+    const std::shared_ptr<const ImageF>& other_image() const { return other_image_; }
+    const Painted& painted() const { return painted_; }
+    // Grows with painted().
+    uint64_t painted_revision() const { return painted_revision_; }
+    // The newest last; errors until they are mended or put away.
+    const std::deque<Message>& messages() const { return messages_; }
+    void say(const std::string& text, bool error = false);
+    void clear_messages() { messages_.clear(); }
+    // Why the picture is not of the current settings; empty: it is.
+    std::string trouble() const;
+
+    // The chain at this frame; null before the first tick().
+    const std::shared_ptr<const Chain>& chain() const { return chain_; }
+
+    // Compares from now on with the chain as it is.
+    void hold_chain();
+    bool has_other_chain() const { return other_ != nullptr; }
+    bool has_truth() const { return truth_ != nullptr; }
+
+    // Writes the chain file, which is the open one from then on. Errors: those of new_file().
+    Status save_chain(const std::string& path, bool replace);
+    // The camera file with the focus of every frame. Errors (output).
+    const SessionSettings& settings() const { return settings_; }
+    const std::string& renderer() const { return worker_->renderer(); }
+    uint64_t frame_bytes() const { return store_->bytes(); }
+
+    // From a change to the paint of its first picture, and of the refined one; ms, the last ones.
+    struct Latencies {
+        std::deque<double> draft, refined;
+    };
+    const Latencies& latencies() const { return latencies_; }
+
+  private:
+    Session(SessionSettings settings, std::function<void()> wake);
+    // What a result is made of: a request for the same is the same.
+    struct Key {
+        SharedFrame source;
+        uint64_t revision = 0;  // of the chain
+        std::string texture;
+        uint64_t shaders = 0;
+        bool operator==(const Key&) const = default;
+    };
+    void watch_files(Clock::time_point now);
+    void reload_chain();
+    void advance(Clock::time_point now);
+    bool take_results(Clock::time_point now);
+    void request(Clock::time_point now);
+    void request_other();
+    bool paint_due(Clock::time_point now);
+    double draft_scale() const;
+    std::shared_ptr<const ImageF> plane_image(const std::string& plane) const;
+    std::string texture_to_read() const;
+    bool compares_with(With with) const {
+        return view_.compare != Compare::off && view_.with == with;
+    }
+
+    SessionSettings settings_;
+    std::function<void()> wake_;
+    Document document_;
+    ViewChoice view_;
+    std::shared_ptr<const Chain> other_;
+    std::unique_ptr<FrameStore> store_, truth_;
+    std::unique_ptr<FilterWorker> worker_;
+    std::unique_ptr<Painter> painter_;
+
+    int frame_ = 0;
+    int direction_ = 1;
+    SharedFrame source_;
+    std::shared_ptr<const Chain> chain_;  // at this frame
+    uint64_t chain_of_ = 0;               // the document's revision of `chain_`
+    int chain_frame_ = 0;
+    bool playing_ = false;
+    double fps_ = 24;
+    Clock::time_point played_at_;
+
+    Key wanted_;
+    uint64_t request_id_ = 0;  // of `wanted_`; 0 is chain B's
+    Clock::time_point wanted_since_;
+    bool draft_sent_ = false, full_sent_ = false, draft_seen_ = false, full_seen_ = false;
+    Shown shown_;
+    Key shown_key_;
+    Status filter_status_;
+    double full_ms_ = 0;  // estimate of a whole frame
+    std::string timed_passes_;
+
+    std::shared_ptr<const ImageF> other_image_;
+    SharedFrame other_source_;
+    uint64_t other_revision_ = 0, other_seen_ = 0;
+    uint64_t other_shaders_ = 0;
+    bool other_sent_ = false;
+
+    Painted painted_;
+    uint64_t painted_revision_ = 0;
+    uint64_t paint_id_ = 0;
+    struct PaintKey {
+        SharedImage image, other, depth;
+        double exposure = 0, from = 0, to = 0;
+        io::ToneCurve curve = {};
+        std::optional<io::DisplayView> ocio;
+        std::string map;
+        Rect visible;
+        std::string fault;
+        bool operator==(const PaintKey&) const = default;
+    };
+    PaintKey paint_key_;
+    // The result in the newest paint job, whose latency is measured.
+    struct InPaint {
+        uint64_t job = 0, request = 0;
+        bool draft = true;
+        Clock::time_point since;
+    };
+    InPaint in_paint_;
+    uint64_t first_seen_ = 0, refined_seen_ = 0;  // requests whose latency is known
+    Latencies latencies_;
+
+    std::deque<Message> messages_;
+    io::FileStamp chain_stamp_;
+    std::string chain_text_;
+    uint64_t shader_stamp_ = 0, shaders_ = 0;
+    Clock::time_point watched_at_;
+};
+
+}  // namespace postchain::view

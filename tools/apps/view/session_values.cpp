@@ -1,0 +1,169 @@
+#include "tools/apps/view/session_values.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "tools/apps/view/save.h"
+
+namespace postchain::view {
+namespace {
+
+constexpr int kPathPoints = 17;
+
+std::string numbers_text(const float* values, int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) {
+        char digits[32];
+        std::snprintf(digits, sizeof(digits), "%s%.4g", i ? "  " : "", double(values[i]));
+        text += digits;
+    }
+    return text;
+}
+
+// The value that a pass with a lens or shutter works with; empty: no pass has it.
+const sequence::ResolvedValue* resolved_value(const sequence::ResolvedValues& resolved,
+                                              const std::string& key) {
+    for (const auto& pass : resolved.passes)
+        for (const auto& value : pass.values)
+            if (value.key == key) return &value;
+    return nullptr;
+}
+
+bool is_own(Role role) {
+    return std::find(kFileRoles.begin(), kFileRoles.end(), role) != kFileRoles.end();
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> values_at(const Session& session, int x, int y) {
+    const SharedFrame source = session.source();
+    std::vector<std::pair<std::string, std::string>> values;
+    if (!source || x < 0 || y < 0 || x >= source->description.width ||
+        y >= source->description.height)
+        return values;
+    const auto add = [&](const std::string& name, const ImageF& image) {
+        const int at_x = x * image.width / source->description.width;
+        const int at_y = y * image.height / source->description.height;
+        values.emplace_back(name, numbers_text(image.pixel(at_x, at_y), image.channels));
+    };
+    if (session.shown().color && session.shown().frame == session.frame())
+        add(session.shown().draft ? "result (draft)" : "result", *session.shown().color);
+    for (const auto& [role, plane] : source->planes) {
+        if (!is_own(role)) continue;
+        if (role != Role::inverse_depth) {
+            add(name_of(role), *plane);
+        } else if (const auto distance = distance_at(session, x, y)) {
+            const auto value = float(*distance);
+            values.emplace_back("depth", numbers_text(&value, 1));
+        } else {
+            values.emplace_back("depth", "sky");
+        }
+    }
+    if (session.shown().texture) add(session.shown().texture_name, *session.shown().texture);
+    return values;
+}
+
+std::vector<std::string> planes_of(const Session& session) {
+    const SharedFrame source = session.source();
+    std::vector<std::string> names;
+    if (!source) return names;
+    for (const auto& [role, plane] : source->planes)
+        if (!is_stacked(role)) names.push_back(name_of(role));
+    return names;
+}
+
+Camera camera_of(const Session& session) {
+    const SharedFrame source = session.source();
+    if (!source) return session.document().chain().camera;
+    return source->description.camera.overlaid_by(
+        session.chain() ? session.chain()->camera : session.document().chain().camera);
+}
+
+std::optional<double> distance_at(const Session& session, int x, int y) {
+    const SharedFrame source = session.source();
+    if (!source) return {};
+    const auto depth = source->planes.find(Role::inverse_depth);
+    if (depth == source->planes.end() || !depth->second->inside(x, y)) return {};
+    const float w = depth->second->at(x, y);
+    if (is_infinitely_far(w) || !std::isfinite(w)) return {};
+    return 1 / double(w);
+}
+
+Status focus_at_pixel(Session& session, int x, int y) {
+    const auto distance = distance_at(session, x, y);
+    if (!distance)
+        return Status(StatusCode::input,
+                      concat("pixel ", x, ", ", y,
+                             " has no distance: it is the sky, or the frame has no depth"));
+    if (!session.document().state().focus_keys.empty())
+        return session.document().set_focus_key(session.frame(), *distance);
+    return session.document().set_camera("focus_distance", *distance);
+}
+
+Status focus_pull(Session& session, std::array<int, 2> from, std::array<int, 2> to) {
+    const auto first = distance_at(session, from[0], from[1]),
+               last = distance_at(session, to[0], to[1]);
+    const auto list = session.frames();
+    if (!first || !last || list.size() < 2)
+        return Status(StatusCode::input,
+                      "a focus pull needs two frames, and two pixels with a distance");
+    session.document().begin_gesture();
+    Status status = session.document().set_focus_key(list.front(), *first);
+    if (status.ok()) status = session.document().set_focus_key(list.back(), *last);
+    session.document().end_gesture();
+    return status;
+}
+
+std::optional<std::array<double, 2>> sharp_limits(const Session& session) {
+    const auto* from = resolved_value(session.shown().resolved, "sharp_from");
+    const auto* to = resolved_value(session.shown().resolved, "sharp_to");
+    if (!from || !to) return {};
+    const auto distance = [](const sequence::ResolvedValue& value) {
+        const auto* number = std::get_if<double>(&value.value);
+        return number ? *number : std::numeric_limits<double>::infinity();
+    };
+    return std::array<double, 2>{distance(*from), distance(*to)};
+}
+
+std::vector<std::array<double, 2>> motion_path(const Session& session, int x, int y) {
+    const SharedFrame source = session.source();
+    if (!source) return {};
+    const auto motion = source->planes.find(Role::motion);
+    if (motion == source->planes.end() || !motion->second->inside(x, y)) return {};
+    const auto back = source->planes.find(Role::motion_back);
+    double shutter = camera_of(session).shutter_frames.value_or(kDefaultShutterFrames);
+    if (const auto* used = resolved_value(session.shown().resolved, "shutter_frames"))
+        if (const auto* frames = std::get_if<double>(&used->value)) shutter = *frames;
+    std::vector<std::array<double, 2>> path;
+    for (int i = 0; i < kPathPoints; ++i) {
+        const double t = shutter * (double(i) / (kPathPoints - 1) - 0.5);
+        const ImageF& vectors =
+            t < 0 && back != source->planes.end() ? *back->second : *motion->second;
+        path.push_back(
+            {x + 0.5 + t * double(vectors.at(x, y, 0)), y + 0.5 + t * double(vectors.at(x, y, 1))});
+    }
+    return path;
+}
+
+Status save_camera(const Session& session, const std::string& path, bool replace) {
+    const SharedFrame source = session.source();
+    if (session.document().state().focus_keys.empty())
+        return Status(StatusCode::usage,
+                      "there are no focus keys to save; set one, or drag a focus pull");
+    std::map<int, double> focus;
+    for (const int frame : session.frames())
+        focus[frame] = focus_at(session.document().state().focus_keys, frame);
+    std::string text;
+    if (const auto& file = session.settings().run.source.camera; file && !file->file_name.empty()) {
+        auto read = read_text_file(file->file_name, StatusCode::input);
+        if (!read.ok()) return read.status();
+        text = std::move(*read);
+    }
+    const auto json = camera_with_focus(text, camera_of(session), focus);
+    if (!json.ok()) return json.status();
+    return save_text(session.settings().run, path, *json, "the camera file", replace);
+}
+
+}  // namespace postchain::view

@@ -1,0 +1,208 @@
+#include "tools/apps/view/ui.h"
+
+#include <algorithm>
+
+#include "tools/apps/view/compare_panel.h"
+#include "tools/apps/view/session_values.h"
+
+namespace postchain::view {
+namespace {
+
+constexpr float kSide = 372, kBottom = 80;  // pixels at scale 1
+
+}  // namespace
+
+void Ui::ask_to_close() {
+    if (ui_.session.document().changed() && !closing_)
+        closing_ = true;
+    else
+        close_ = true;
+}
+
+void Ui::shortcuts() {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput) return;
+    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
+    // GLFW's numbers of letters are those of ASCII.
+    const auto letter = [](char c) { return ImGui::IsKeyPressed(c); };
+    Document& document = ui_.session.document();
+    if (io.KeyCtrl) {
+        if (letter('Z')) io.KeyShift ? document.redo() : document.undo();
+        if (letter('Y')) document.redo();
+        if (letter('S')) save_.save_chain();
+        if (letter('Q')) ask_to_close();
+        return;
+    }
+    if (pressed(ImGuiKey_Space)) ui_.session.play(!ui_.session.playing());
+    if (pressed(ImGuiKey_LeftArrow)) ui_.session.step(-1);
+    if (pressed(ImGuiKey_RightArrow)) ui_.session.step(1);
+    if (letter('0')) picture_.port().fit();
+    if (letter('1')) picture_.port().one_to_one();
+    if (letter('F')) ui_.focus_tool = !ui_.focus_tool;
+    if (letter('L')) ui_.session.view().limits = !ui_.session.view().limits;
+    if (letter('P')) ui_.path = !ui_.path;
+    Compare& compare = ui_.session.view().compare;
+    if (letter('W')) compare = compare == Compare::wipe ? Compare::off : Compare::wipe;
+    if (letter('D')) compare = compare == Compare::difference ? Compare::off : Compare::difference;
+    if (letter('X')) {
+        if (compare != Compare::flip) ui_.flipped = false;
+        compare = Compare::flip;
+        ui_.flipped = !ui_.flipped;
+    }
+}
+
+void Ui::draw(float width, float height, float scale) {
+    ui_.scale = scale;
+    ui_.places.clear();
+    shortcuts();
+    const float side = std::min(kSide * scale, width * 0.6f);
+    const float bottom = std::min(kBottom * scale, height * 0.5f);
+    inspect_.note_times();
+    // A window of a few pixels has no room for panels.
+    if (width < 4 || height < 4) return;
+    picture_.draw(0, 0, width - side, height - bottom);
+    draw_side(width - side, 0, side, height);
+    draw_bottom(0, height - bottom, width - side, bottom);
+    draw_messages(0, 0, width - side);
+    if (closing_) draw_closing(width, height);
+}
+
+void Ui::draw_side(float x, float y, float width, float height) {
+    ImGui::SetNextWindowPos({x, y});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::Begin("side", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    Document& document = ui_.session.document();
+    ImGui::BeginDisabled(!document.can_undo());
+    if (ImGui::Button("undo")) document.undo();
+    ui_.mark("undo");
+    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+        ImGui::SetTooltip("Ctrl+Z: %s", document.undo_name().c_str());
+    ImGui::EndDisabled();
+    ImGui::SameLine();
+    ImGui::BeginDisabled(!document.can_redo());
+    if (ImGui::Button("redo")) document.redo();
+    ui_.mark("redo");
+    if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+        ImGui::SetTooltip("Ctrl+Y: %s", document.redo_name().c_str());
+    ImGui::EndDisabled();
+    ImGui::SameLine();
+    if (ImGui::Button(document.changed() ? "save *" : "save")) save_.save_chain();
+    ui_.mark("save");
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("Ctrl+S: %s", save_.chain_path().c_str());
+    ImGui::SameLine();
+    ImGui::TextDisabled("%s", ui_.session.settings().chain_name.c_str());
+    if (ImGui::BeginTabBar("tabs")) {
+        const auto tab = [&](const char* name, const std::function<void()>& contents) {
+            const bool open = ImGui::BeginTabItem(name);
+            ui_.mark(std::string("tab ") + name);
+            if (!open) return;
+            ImGui::BeginChild(name);
+            contents();
+            ImGui::EndChild();
+            ImGui::EndTabItem();
+        };
+        tab("Chain", [&] { chain_.draw(); });
+        tab("Compare", [&] { draw_compare_panel(ui_); });
+        tab("Inspect", [&] { inspect_.draw(); });
+        tab("Save", [&] { save_.draw(); });
+        ImGui::EndTabBar();
+    }
+    ImGui::End();
+}
+
+void Ui::draw_bottom(float x, float y, float width, float height) {
+    ImGui::SetNextWindowPos({x, y});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::Begin("bottom", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    if (ImGui::Button(ui_.session.playing() ? "stop" : "play"))
+        ui_.session.play(!ui_.session.playing());
+    ui_.mark("play");
+    ImGui::SameLine();
+    const auto frames = ui_.session.frames();
+    if (!frames.empty()) {
+        const auto at = std::lower_bound(frames.begin(), frames.end(), ui_.session.frame());
+        int index = int(std::min(at - frames.begin(), std::ptrdiff_t(frames.size()) - 1));
+        ImGui::SetNextItemWidth(-210 * ui_.scale);
+        const std::string label = concat("frame ", ui_.session.frame());
+        if (ImGui::SliderInt("##frame", &index, 0, int(frames.size()) - 1, label.c_str()))
+            ui_.session.go_to(frames[size_t(std::clamp(index, 0, int(frames.size()) - 1))]);
+        ui_.mark("frame");
+    } else {
+        ImGui::TextDisabled("no frame yet");
+    }
+    ImGui::SameLine(width - 205 * ui_.scale);
+    if (ImGui::Button("fit")) picture_.port().fit();
+    ui_.mark("fit");
+    ImGui::SameLine();
+    if (ImGui::Button("1:1")) picture_.port().one_to_one();
+    ui_.mark("1:1");
+    ImGui::SameLine();
+    const bool rests = ui_.session.at_rest();
+    ImGui::Text("%3.0f%% %s", 100 * picture_.port().zoom(),
+                rests                       ? "refined"
+                : ui_.session.shown().draft ? "draft"
+                                            : "...");
+    std::string values;
+    if (picture_.cursor()) {
+        values = concat((*picture_.cursor())[0], ", ", (*picture_.cursor())[1]);
+        for (const auto& [name, value] :
+             values_at(ui_.session, (*picture_.cursor())[0], (*picture_.cursor())[1]))
+            values += " | " + name + " " + value;
+    } else if (const SharedFrame source = ui_.session.source()) {
+        values = concat(source->description.width, " x ", source->description.height, "   ",
+                        ui_.session.painted().legend);
+    }
+    ImGui::TextWrapped("%s", values.c_str());
+    ImGui::End();
+}
+
+void Ui::draw_messages(float x, float y, float width) {
+    const auto& messages = ui_.session.messages();
+    const std::string trouble = ui_.session.trouble();
+    if (messages.empty() && trouble.empty()) return;
+    ImGui::SetNextWindowPos({x + 8 * ui_.scale, y + 8 * ui_.scale});
+    ImGui::SetNextWindowSize({std::max(width - 16 * ui_.scale, 1.0f), 0});
+    ImGui::SetNextWindowBgAlpha(0.85f);
+    ImGui::Begin("messages", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoFocusOnAppearing);
+    ImGui::PushTextWrapPos(0);
+    if (!trouble.empty()) ImGui::TextColored({1, 0.55f, 0.5f, 1}, "%s", trouble.c_str());
+    const size_t shown = 4;
+    for (size_t i = messages.size() > shown ? messages.size() - shown : 0; i < messages.size();
+         ++i) {
+        if (messages[i].text == trouble) continue;
+        ImGui::TextColored(messages[i].error ? ImVec4(1, 0.55f, 0.5f, 1) : ImVec4(1, 1, 1, 1), "%s",
+                           messages[i].text.c_str());
+    }
+    ImGui::PopTextWrapPos();
+    if (!messages.empty()) {
+        if (ImGui::SmallButton("put away")) ui_.session.clear_messages();
+        ui_.mark("put away");
+    }
+    ImGui::End();
+}
+
+void Ui::draw_closing(float width, float height) {
+    ImGui::SetNextWindowPos({width / 2, height / 2}, ImGuiCond_Always, {0.5f, 0.5f});
+    ImGui::Begin("closing", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
+                     ImGuiWindowFlags_NoSavedSettings);
+    ImGui::TextUnformatted("The chain has changes that are not saved.");
+    if (ImGui::Button("save and close")) {
+        close_ = save_.save_chain();
+        closing_ = false;
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("close")) close_ = true;
+    ui_.mark("close");
+    ImGui::SameLine();
+    if (ImGui::Button("stay")) closing_ = false;
+    ImGui::End();
+}
+
+}  // namespace postchain::view

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import time
@@ -17,6 +18,7 @@ from mathutils import Matrix
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import scene as scenes  # noqa: E402
 
+DOCUMENTS = pathlib.Path(__file__).resolve().parents[2] / "docs"
 FOLDER = sys.argv[sys.argv.index("--") + 1]
 
 
@@ -421,6 +423,39 @@ class Filter(Case):
         bpy.ops.render.render()
         self.assertEqual(bpy.ops.postchain.filter(source="RENDER"), {"FINISHED"})
         self.assertEqual(list(addon().filter.on_disk(self.folder + "/out/render_####.exr")), [-2])
+
+    def test_both_eyes(self):
+        render = self.scene.render
+        render.use_multiview = True
+        render.image_settings.views_format = "INDIVIDUAL"
+        self.scene.frame_end = 1
+        self.render()
+        self.assertEqual(render.image_settings.views_format, "MULTIVIEW")
+        bpy.ops.postchain.filter()
+        for view in ("left", "right"):
+            done = subprocess.run(
+                [os.environ["POSTCHAIN"], "diff", os.path.join(self.folder, "render/shot_0001.exr"),
+                 str(self.out("shot_0001.exr")), "--view", view, "--metric", "psnr", "--json"],
+                capture_output=True, text=True, check=True)
+            self.assertLess(json.loads(done.stdout)["psnr"], 40, view)
+        bpy.ops.postchain.put_back()
+
+    def test_cryptomatte(self):
+        self.scene.postchain.cryptomatte, self.scene.frame_end = True, 1
+        self.render()
+        bpy.ops.postchain.filter()
+        matte, = self.sidecar(1)["layers"]["cryptomattes"]
+        self.assertEqual((matte["name"], matte["ids"]), ("ViewLayer.CryptoObject", 2))
+
+    def test_documented_compositor(self):
+        page = pathlib.Path(DOCUMENTS, "recipes.md").read_text("utf8")
+        code = re.search(r"<!-- compositor -->\n+```python\n(.*?)```", page, re.S)[1]
+        self.render()
+        self.scene.use_nodes = True
+        exec(code, {"bpy": bpy, "scene": self.scene})
+        link, = self.scene.node_tree.nodes["Composite"].inputs["Image"].links
+        self.assertEqual(link.from_node.name, "postchain")
+        self.assertEqual(link.from_socket.name, "Combined")
 
     def test_camera_cut(self):
         second = self.scene.camera.copy()

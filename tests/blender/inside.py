@@ -46,7 +46,7 @@ class Case(unittest.TestCase):
                 self.assertIn(word, outcome())
 
     def problems(self):
-        return addon().prepare.problems(self.scene)
+        return addon().prepare.problems(self.scene, **addon().properties.blurs(self.scene))
 
     def says(self, word, wrong):
         self.assertTrue([text for error, text in self.problems() if word in text and error == wrong],
@@ -333,7 +333,12 @@ class Problems(Case):
     def test_settings_that_cannot_be_filtered(self):
         render = self.scene.render
         render.engine = "BLENDER_WORKBENCH"
-        self.fails(bpy.ops.postchain.prepare, "Workbench has no motion vectors")
+        self.fails(bpy.ops.postchain.prepare, "Workbench has neither depth nor motion vectors")
+        render.engine = "BLENDER_EEVEE"
+        self.says("EEVEE has no motion vectors", wrong=bpy.app.version < (4, 2, 0))
+        self.scene.postchain.order = "LENS"
+        self.assertEqual(self.problems(), [])
+        self.scene.postchain.order = "JOINT"
         render.engine = "CYCLES"
         render.use_border = render.use_crop_to_border = True
         self.says("Crop to Render Region off", wrong=True)
@@ -405,6 +410,12 @@ class Filter(Case):
         self.scene.view_layers[0].use_pass_z = False
         bpy.ops.render.render(animation=True)
         self.fails(bpy.ops.postchain.filter, "shot_0001.exr", "depth")
+        self.scene.view_layers[0].use_pass_z = True
+        self.scene.view_layers[0].use_pass_vector = False
+        bpy.ops.render.render(animation=True)
+        self.fails(bpy.ops.postchain.filter, "shot_0001.exr has no motion vectors", "Prepare")
+        self.scene.postchain.order = "LENS"
+        self.assertEqual(bpy.ops.postchain.filter(), {"FINISHED"})
 
     def test_render_result(self):
         self.fails(bpy.ops.postchain.filter, "not OpenEXR MultiLayer", source="RENDER")

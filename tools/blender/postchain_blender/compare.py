@@ -56,9 +56,7 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
 
     def steps(self, context):
         scene, frame = context.scene, context.scene.frame_current
-        errors = [text for wrong, text in prepare.problems(scene, properties.has_lens(scene)) if wrong]
-        if errors:
-            raise command.CommandError("; ".join(errors))
+        filtering.check(scene)
         chain = properties.chain(scene)
         self._folder = os.path.join(filtering.output_folder(scene), f"ground_truth_{frame:04d}")
         os.makedirs(self._folder, exist_ok=True)

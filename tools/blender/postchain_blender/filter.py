@@ -48,12 +48,23 @@ def ranges(frames):
 
 def check(scene):
     """Raises CommandError if a render of the scene cannot be filtered."""
-    errors = [text for wrong, text in prepare.problems(scene, properties.has_lens(scene)) if wrong]
+    errors = [text for wrong, text in prepare.problems(scene, **properties.blurs(scene)) if wrong]
     if errors:
         raise command.CommandError("; ".join(errors))
+
+
+def check_format(scene):
     if scene.render.image_settings.file_format != "OPEN_EXR_MULTILAYER":
         raise command.CommandError("the file format is not OpenEXR MultiLayer: press Prepare and "
                                    "render again")
+
+
+def check_motion(scene, path):
+    """The command would take the camera's motion for that of all objects."""
+    with open(path, "rb") as file:
+        header = file.read(1 << 20)
+    if properties.blurs(scene)["motion"] and b".Vector." not in header:
+        raise command.CommandError(f"{path} has no motion vectors: press Prepare and render again")
 
 
 def runs(shot, chain):
@@ -117,6 +128,7 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
     def steps(self, context):
         scene = context.scene
         check(scene)
+        check_format(scene)
         pattern = files(scene)
         folder = output_folder(scene)
         if self.source == "RENDER":
@@ -131,6 +143,7 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
                     f"{len(missing)} of {len(frames)} frames have not been rendered (first: "
                     f"{missing[0]}): render the animation to {pattern}, or change the frame range")
         self._input, self._frames = pattern, frames
+        check_motion(scene, on_disk(pattern)[frames[0]])
         self._output = os.path.join(folder, os.path.basename(pattern))
         if self._output == pattern:
             raise command.CommandError(f"the folder {folder} is that of the render: choose another "

@@ -43,7 +43,7 @@ class POSTCHAIN_PT_main(_Panel, bpy.types.Panel):
             _text(context, layout, "Prepare will set: " + "; ".join(row[3] for row in lacking), "INFO")
         elif settings.changes:
             _text(context, layout, f"Prepared: {len(settings.changes)} settings are changed", "CHECKMARK")
-        for wrong, text in prepare.problems(scene, properties.has_lens(scene)):
+        for wrong, text in prepare.problems(scene, **properties.blurs(scene)):
             _text(context, layout, text, "CANCEL" if wrong else "ERROR")
         column = layout.column()
         column.use_property_split = True

@@ -111,9 +111,9 @@ def _animates(block, path):
     return any(curve.data_path == path for curve in curves)
 
 
-def problems(scene, lens=True):
+def problems(scene, lens, motion):
     """[(error?, text)]: why a render of this scene cannot be filtered, or will look different.
-    lens: the chain has depth of field."""
+    lens, motion: the chain has depth of field, motion blur."""
     found = []
     render = scene.render
 
@@ -124,7 +124,10 @@ def problems(scene, lens=True):
         found.append((False, text))
 
     if render.engine == "BLENDER_WORKBENCH":
-        error("Workbench has no motion vectors: choose Cycles or EEVEE as the render engine")
+        error("Workbench has neither depth nor motion vectors: choose Cycles as the render engine")
+    if render.engine == "BLENDER_EEVEE" and bpy.app.version < (4, 2, 0) and motion:
+        error("EEVEE has no motion vectors in this version of Blender: choose Cycles as the render "
+              "engine, or the order 'Depth of field only'")
     if not cameras(scene):
         error("the scene has no camera: choose one in Scene properties, Camera")
     for camera in cameras(scene):
@@ -177,7 +180,7 @@ class POSTCHAIN_OT_prepare(bpy.types.Operator):
 
     def execute(self, context):
         scene = context.scene
-        errors = [text for wrong, text in problems(scene, lens=False) if wrong]
+        errors = [text for wrong, text in problems(scene, lens=False, motion=False) if wrong]
         if errors:
             self.report({"ERROR"}, "\n".join(errors))
             return {"CANCELLED"}

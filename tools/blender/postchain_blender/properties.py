@@ -43,9 +43,11 @@ def shipped(name):
     return passes
 
 
-def has_lens(scene):
-    """Whether the scene's chain has depth of field."""
-    return any(name in ("joint_blur", "depth_of_field") for name, _ in chain(scene)["passes"])
+def blurs(scene):
+    """Whether the scene's chain has depth of field, and motion blur."""
+    names = {name for name, _ in chain(scene)["passes"]}
+    return {"lens": bool(names & {"joint_blur", "depth_of_field"}),
+            "motion": bool(names & {"joint_blur", "motion_blur"})}
 
 
 def chain(scene):

@@ -560,6 +560,16 @@ class Chain(Case):
                                      str(row["default"]) if "allowed" not in row else row["default"]
                                      ) if isinstance(row["default"], str) or "allowed" in row else \
                         self.assertAlmostEqual(value, row["default"], places=5)
+        bpy.ops.postchain.own(name="joint_blur", key="samples")
+        self.assertTrue(self.scene.postchain.joint_blur.is_property_set("samples"))
+        self.assertEqual(self.scene.postchain.joint_blur.samples, 16)  # of the chain `fast`
+        bpy.ops.postchain.own(name="joint_blur", key="f_stop")  # no value yet
+        bpy.ops.postchain.own(name="fxaa", key="preset")
+        self.assertEqual(addon().properties.chain(self.scene)["passes"][1][1]["preset"], 12)
+        bpy.ops.postchain.reset(name="joint_blur", key="samples")
+        self.assertFalse(self.scene.postchain.joint_blur.is_property_set("samples"))
+        bpy.ops.postchain.reset(name="joint_blur")
+        self.assertFalse(self.scene.postchain.joint_blur.is_property_set("f_stop"))
         self.scene.postchain.fxaa.preset = "39"
         self.scene.postchain.fxaa.subpix = 0.5
         self.scene.postchain.fxaa.matte = "cryptomatte:hero"

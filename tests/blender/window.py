@@ -1,4 +1,5 @@
 """Runs inside a Blender with a window: called by window_test.py with a folder after "--"."""
+import json
 import os
 import sys
 import traceback
@@ -62,8 +63,12 @@ def screenshot(name):
 def steps():
     """Each yield lets Blender handle its events and draw."""
     scenes.install()
-    scene = scenes.make(FOLDER, (160, 90))
     addon = sys.modules[scenes.MODULE]
+    bpy.ops.preferences.addon_disable(module=scenes.MODULE)
+    for kind in addon.panel.CLASSES:
+        kind.bl_options = set()  # open
+    scenes.enable()
+    scene = scenes.make(FOLDER, (160, 90))
     yield
     space = split()
     for _ in range(3):  # its tabs are known when it has been drawn
@@ -72,6 +77,18 @@ def steps():
     for _ in range(3):
         yield
     screenshot("before.png")
+    scene.postchain.comparison = json.dumps({"frame": 2, "page": "report/index.html", "rows": [
+        ["as_rendered", "30.00 dB", "0.100", "0.900"], ["filtered", "40.00 dB", "0.050", "0.950"]]})
+    eye, scene.camera = scene.camera, None  # with messages, and every parameter
+    scene.postchain.joint_blur.starts = 3
+    for order in ("LENS_MOTION", "JOINT"):
+        scene.postchain.order = order
+        area("PROPERTIES").tag_redraw()
+        for _ in range(2):
+            yield
+        screenshot(f"{order}.png")
+    scene.camera = eye
+    bpy.ops.postchain.reset(name="joint_blur")
     bpy.ops.postchain.prepare()
     bpy.ops.ed.undo_push(message="Prepare")
     bpy.ops.render.render(animation=True)

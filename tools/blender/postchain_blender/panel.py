@@ -115,7 +115,8 @@ class POSTCHAIN_PT_compare(_Panel, bpy.types.Panel):
 
 
 def _parameters_panel(name, title):
-    """The panel of every parameter of a pass. Dim: not set, the chain decides."""
+    """The panel of every parameter of a pass: those that are set by hand, and the chain's values of
+    the others."""
     def poll(cls, context):
         return any(one == name for one, _ in properties.chain(context.scene)["passes"])
 
@@ -124,11 +125,24 @@ def _parameters_panel(name, title):
         layout.use_property_split = True
         layout.use_property_decorate = False
         group = getattr(context.scene.postchain, name)
-        layout.operator("postchain.reset", icon="LOOP_BACK").name = name
+        values = properties.effective(context.scene, name)
+        layout.operator("postchain.reset", text="Reset All", icon="LOOP_BACK").name = name
         for key in group.kinds:
-            row = layout.row()
-            row.active = group.is_property_set(key)
-            row.prop(group, key)
+            if group.is_property_set(key):
+                row = layout.row(align=True)
+                row.prop(group, key)
+                button = row.operator("postchain.reset", text="", icon="X")
+            else:
+                split = layout.split(factor=0.4)
+                column = split.row()
+                column.alignment = "RIGHT"
+                column.label(text=group.bl_rna.properties[key].name)
+                row = split.row(align=True)
+                shown = row.row()
+                shown.active = False
+                shown.label(text="automatic" if values[key] is None else str(values[key]))
+                button = row.operator("postchain.own", text="", icon="GREASEPENCIL")
+            button.name, button.key = name, key
     return type(f"POSTCHAIN_PT_{name}", (_Panel, bpy.types.Panel), {
         "bl_label": title, "bl_parent_id": "POSTCHAIN_PT_chain", "bl_options": {"DEFAULT_CLOSED"},
         "poll": classmethod(poll), "draw": draw})

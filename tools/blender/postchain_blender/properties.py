@@ -64,6 +64,15 @@ def chain(scene):
     return {"postchain": 1, "passes": passes}
 
 
+def effective(scene, name):
+    """{key: value} of a pass in the scene's chain: the chain's values and the defaults. None: unset."""
+    values = dict(getattr(scene.postchain, name).defaults)
+    for one, own in chain(scene)["passes"]:
+        if one == name:
+            values.update(own)
+    return values
+
+
 def _reads_samples(name, values):
     return name in ("joint_blur", "motion_blur") or (
         name == "depth_of_field" and values.get("method") != "gilham")
@@ -152,7 +161,8 @@ def tables():
 
 def _pass_class(name, rows):
     members = {"__annotations__": {row["key"]: _property(row) for row in rows},
-               "kinds": {row["key"]: _kind(row) for row in rows}}
+               "kinds": {row["key"]: _kind(row) for row in rows},
+               "defaults": {row["key"]: row.get("default") for row in rows}}
     return type(f"POSTCHAIN_PG_{name}", (bpy.types.PropertyGroup,), members)
 
 
@@ -205,16 +215,34 @@ def _settings_class(passes):
     return POSTCHAIN_PG_settings
 
 
+class POSTCHAIN_OT_own(bpy.types.Operator):
+    """Sets this parameter by hand, beginning with its present value"""
+    bl_idname = "postchain.own"
+    bl_label = "Set"
+    bl_options = {"REGISTER", "UNDO"}
+    name: bpy.props.StringProperty()
+    key: bpy.props.StringProperty()
+
+    def execute(self, context):
+        group = getattr(context.scene.postchain, self.name)
+        value = effective(context.scene, self.name).get(self.key)
+        if value is None:
+            value = getattr(group, self.key)
+        setattr(group, self.key, str(value) if group.kinds[self.key] == "allowed" else value)
+        return {"FINISHED"}
+
+
 class POSTCHAIN_OT_reset(bpy.types.Operator):
-    """Removes the parameters of a pass that are set by hand"""
+    """Leaves this parameter to the chain, or all of the pass"""
     bl_idname = "postchain.reset"
     bl_label = "Reset"
     bl_options = {"REGISTER", "UNDO"}
     name: bpy.props.StringProperty()
+    key: bpy.props.StringProperty()
 
     def execute(self, context):
         group = getattr(context.scene.postchain, self.name)
-        for key in group.kinds:
+        for key in [self.key] if self.key else group.kinds:
             group.property_unset(key)
         return {"FINISHED"}
 
@@ -227,7 +255,8 @@ def register():
     passes = {one["name"]: _pass_class(one["name"], one["parameters"] + found["every_pass"])
               for one in found["passes"]}
     settings = _settings_class(passes)
-    for made in (POSTCHAIN_PG_change, *passes.values(), settings, POSTCHAIN_OT_reset):
+    for made in (POSTCHAIN_PG_change, *passes.values(), settings, POSTCHAIN_OT_own,
+                 POSTCHAIN_OT_reset):
         bpy.utils.register_class(made)
         _registered.append(made)
     bpy.types.Scene.postchain = bpy.props.PointerProperty(type=settings)

@@ -117,6 +117,7 @@ class Prepare(Case):
     def test_twice_keeps_the_first_values(self):
         before = self.prepare()
         self.scene.camera.data.dof.use_dof = True
+        self.scene.render.image_settings.file_format = "OPEN_EXR"
         bpy.ops.postchain.prepare()
         self.assertEqual(self.state(), self.PREPARED)
         bpy.ops.postchain.put_back()
@@ -373,7 +374,6 @@ class Filter(Case):
         self.scene.postchain.output = os.path.join(self.folder, "out")
         self.scene.postchain.result = "NODE"
         self.assertEqual(bpy.ops.postchain.filter(), {"FINISHED"})
-        # A camera that stands still has a sky without motion: nothing to warn of.
         self.assertEqual(outcome(), f"INFO\n3 frames are in {self.folder}/out")
         node = self.scene.node_tree.nodes["postchain"]
         self.assertEqual((node.image.source, node.frame_duration, node.frame_start, node.frame_offset),
@@ -404,6 +404,13 @@ class Filter(Case):
         self.scene.postchain.existing = "fail"
         bpy.ops.postchain.reset(name="motion_blur")
         self.fails(bpy.ops.postchain.filter, "shot_0002.exr", "exists")
+
+    def test_a_camera_that_stands_still_has_a_still_sky(self):
+        bpy.data.objects["wall"].hide_render = True  # what is left moves, before the sky
+        self.scene.frame_end = 1
+        self.render()
+        bpy.ops.postchain.filter()
+        self.assertEqual(outcome(), f"INFO\n1 frame is in {self.folder}/out")
 
     def test_missing_pass(self):
         self.render()

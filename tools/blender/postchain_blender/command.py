@@ -221,6 +221,9 @@ class JobOperator:
             return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
+        if self._job not in Job.running:  # ended by cancel_all()
+            self._end(context)
+            return {"CANCELLED"}
         try:
             if self._job.poll():
                 self._end(context)
@@ -228,9 +231,6 @@ class JobOperator:
         except FAILURES as error:
             self._end(context)
             return self._fail(context, error)
-        if self._job not in Job.running:  # cancelled by cancel_all()
-            self._end(context)
-            return {"CANCELLED"}
         context.window_manager.progress_update(int(100 * self._job.share))
         context.workspace.status_text_set(
             f"postchain {100 * self._job.share:.0f} %  {self._job.text}    Esc: cancel")

@@ -52,7 +52,7 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
     of the chain against it. Esc cancels"""
     bl_idname = "postchain.compare"
     bl_label = "Compare with Ground Truth"
-    bl_options = {"REGISTER"}
+    bl_options = {"REGISTER", "UNDO"}
 
     def steps(self, context):
         scene, frame = context.scene, context.scene.frame_current

@@ -119,7 +119,7 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
     """Filters rendered frames with the chain. Esc cancels"""
     bl_idname = "postchain.filter"
     bl_label = "Filter"
-    bl_options = {"REGISTER"}
+    bl_options = {"REGISTER", "UNDO"}
     source: bpy.props.EnumProperty(
         name="Source", default="SEQUENCE",
         items=[("SEQUENCE", "Sequence", "The rendered frames of the frame range, from their files"),

@@ -2,7 +2,7 @@
 of field, beside the error of Blender's nodes with the settings that are best on that ground truth: the
 table of docs/blender.md.
 
-usage: against_nodes.py POSTCHAIN ZIP BLENDER OUT [SCENE ...]   (corridor dancers)
+usage: python3 against_nodes.py POSTCHAIN ZIP BLENDER OUT [SCENE ...]   (corridor dancers)
 
 Renders 480x270 with 64 samples, the ground truth with 256. What is in OUT already is not made again."""
 import json

@@ -104,6 +104,8 @@ class Prepare(Case):
         before = self.state()
         bpy.ops.postchain.prepare()
         self.assertEqual(self.state(), self.PREPARED)
+        texts = [change.text for change in self.scene.postchain.changes]
+        self.assertIn("lens: depth of field off", texts)
         return before
 
     def test_sets_and_puts_back(self):
@@ -357,6 +359,8 @@ class Problems(Case):
         self.says("Sequencer off", wrong=True)
         render.use_sequencer = False
         self.assertEqual(self.problems(), [])
+        self.scene.cycles.motion_blur_position = "END"
+        self.says("not Center on Frame", wrong=False)
         self.scene.camera.data.shift_y = 0.1
         self.says("shifted lens", wrong=False)
         render.pixel_aspect_x = 2

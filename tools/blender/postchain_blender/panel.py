@@ -42,7 +42,8 @@ class POSTCHAIN_PT_main(_Panel, bpy.types.Panel):
         if lacking:
             _text(context, layout, "Prepare will set: " + "; ".join(row[3] for row in lacking), "INFO")
         elif settings.changes:
-            _text(context, layout, f"Prepared: {len(settings.changes)} settings are changed", "CHECKMARK")
+            _text(context, layout, "Prepared: " + "; ".join(one.text for one in settings.changes),
+                  "CHECKMARK")
         for wrong, text in prepare.problems(scene, **properties.blurs(scene)):
             _text(context, layout, text, "CANCEL" if wrong else "ERROR")
         column = layout.column()

@@ -4,6 +4,8 @@ import json
 
 import bpy
 
+from .camera import shutter_position
+
 LOSSY = {"DWAA", "DWAB", "B44", "B44A", "PXR24"}  # of depth and motion vectors too
 PASSES = {"use_pass_z": "depth pass", "use_pass_vector": "motion vector pass",
           "use_pass_cryptomatte_object": "cryptomatte pass"}
@@ -61,13 +63,13 @@ def apply(scene):
     changes = missing(scene)
     before = [_get(scene, camera, path) for camera, path, _, _ in changes]
     recorded = {(change.camera, change.path): change for change in scene.postchain.changes}
-    for (camera, path, value, _), old in zip(changes, before):
+    for (camera, path, value, text), old in zip(changes, before):
         _set(scene, camera, path, value)
         change = recorded.get((camera, path))
         if change is None:
             change = scene.postchain.changes.add()
             change.camera, change.path, change.before = camera, path, json.dumps(old)
-        change.now = json.dumps(value)
+        change.now, change.text = json.dumps(value), text
     return [text for _, _, _, text in changes]
 
 
@@ -163,6 +165,8 @@ def problems(scene, lens, motion):
               "properties, Crop to Render Region off")
     if render.pixel_aspect_x != render.pixel_aspect_y:
         warning("Blender's files do not have the pixel aspect: blur will be too wide or too narrow")
+    if motion and shutter_position(scene) != "CENTER":
+        warning("the shutter's position is not Center on Frame: the filter's shutter is centered")
     if scene.frame_step > 1:
         warning(f"frame step {scene.frame_step}: no frame has its neighbors, so surfaces that are "
                 "hidden behind a blur are estimated")

@@ -172,6 +172,7 @@ class POSTCHAIN_PG_change(bpy.types.PropertyGroup):
     path: bpy.props.StringProperty()
     before: bpy.props.StringProperty()
     now: bpy.props.StringProperty()
+    text: bpy.props.StringProperty()
 
 
 def _items(table):

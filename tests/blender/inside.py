@@ -479,6 +479,14 @@ class Filter(Case):
         self.assertEqual(link.from_node.name, "postchain")
         self.assertEqual(link.from_socket.name, "Combined")
 
+    def test_frame_step(self):
+        self.scene.frame_step, self.scene.postchain.preset = 2, "balanced"
+        self.scene.postchain.samples = 4
+        self.render()
+        bpy.ops.postchain.filter()
+        self.assertEqual(sorted(addon().filter.on_disk(self.folder + "/out/shot_####.exr")), [1, 3])
+        self.assertEqual(len(self.sidecar(3)["plan"]["missing_neighbors"]), 2)
+
     def test_camera_cut(self):
         second = self.scene.camera.copy()
         second.location.x = 5

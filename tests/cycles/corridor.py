@@ -172,8 +172,7 @@ def main():
     build_balls(options.frames)
     view = renderer.View(camera_pose, lambda frame: 2.2, focal_length_mm=40.0, f_stop=0.95,
                          blades=6, rotation_deg=12.0)
-    renderer.render_scene("corridor", "a walk through a colonnade; fence from 0.7 m, leaves from "
-                          "0.6 m, focus 2.2 m, columns to 16 m, sky", view, options)
+    renderer.render_scene("corridor", view, options)
 
 
 main()

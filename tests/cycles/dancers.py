@@ -248,8 +248,7 @@ def main():
     build_lamps()
     build_dancers(options.frames)
     view = renderer.View(lambda t: CAMERA, focus, focal_length_mm=50.0, f_stop=1.0)
-    renderer.render_scene("dancers", "three marionettes at 1.2, 2.3 to 1.8 (in focus) and 3.1 m "
-                          "in front of a mosaic at 4 m", view, options)
+    renderer.render_scene("dancers", view, options)
 
 
 main()

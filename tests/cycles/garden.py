@@ -148,8 +148,7 @@ def main():
     if not options.transparent:
         build_ground()
     view = renderer.View(lambda t: CAMERA, lambda frame: FOCUS, focal_length_mm=45.0, f_stop=1.2)
-    renderer.render_scene("garden", "leaves at 0.9 and 1.5 m before an arm, a windmill and fur at "
-                          "1.7 to 2.1 m (focus: 1.9 m), bulbs at 2.8 m", view, options)
+    renderer.render_scene("garden", view, options)
 
 
 main()

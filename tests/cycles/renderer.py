@@ -4,11 +4,16 @@ import os
 import re
 import sys
 import time
+from math import radians
 
 import bpy
 
 import model
 import request
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools", "blender",
+                             "postchain_blender"))
+import camera  # noqa: E402
 
 
 class View:
@@ -18,9 +23,10 @@ class View:
     def __init__(self, pose, focus, focal_length_mm, f_stop, blades=0, rotation_deg=0.0):
         self.pose = pose
         self.focus = focus
-        self.lens = {"focal_length_mm": focal_length_mm, "sensor_width_mm": 36.0,
-                     "f_stop": f_stop, "aperture_blades": blades,
-                     "aperture_rotation_deg": rotation_deg, "near_clip": 0.05, "far_clip": 60.0}
+        self.focal_length_mm = focal_length_mm
+        self.f_stop = f_stop
+        self.blades = blades
+        self.rotation_deg = rotation_deg
 
 
 def script_options(description):
@@ -35,13 +41,16 @@ def empty_scene():
 
 def _add_camera(view, frames):
     data = bpy.data.cameras.new("camera")
-    data.lens = view.lens["focal_length_mm"]
+    data.lens = view.focal_length_mm
     data.sensor_fit = "HORIZONTAL"
-    data.sensor_width = view.lens["sensor_width_mm"]
-    data.clip_start, data.clip_end = view.lens["near_clip"], view.lens["far_clip"]
-    data.dof.aperture_fstop = view.lens["f_stop"]
-    data.dof.aperture_blades = view.lens["aperture_blades"]
-    data.dof.aperture_rotation = view.lens["aperture_rotation_deg"] * 3.141592653589793 / 180
+    data.sensor_width = 36.0
+    data.clip_start, data.clip_end = 0.05, 60.0
+    data.dof.aperture_fstop = view.f_stop
+    data.dof.aperture_blades = view.blades
+    data.dof.aperture_rotation = radians(view.rotation_deg)
+    for frame in frames:
+        data.dof.focus_distance = view.focus(frame)
+        data.dof.keyframe_insert("focus_distance", frame=frame)
     made = bpy.data.objects.new("camera", data)
     bpy.context.scene.collection.objects.link(made)
     bpy.context.scene.camera = made
@@ -71,14 +80,13 @@ def _set_up(options):
     cycles.sample_clamp_direct = 0
 
 
-def _set_kind(kind, frame, options, lens, view):
+def _set_kind(kind, frame, options, lens):
     shutter, opened, planes = request.KINDS[kind]
     scene = bpy.context.scene
     render, cycles, layer = scene.render, scene.cycles, scene.view_layers[0]
     scene.frame_set(frame)
     render.use_motion_blur = shutter
     lens.dof.use_dof = opened
-    lens.dof.focus_distance = view.focus(frame)
     layer.use_pass_z = layer.use_pass_vector = planes
     cycles.samples = {"gbuf": 1, "sharp": options.sharp_samples}.get(kind, options.samples)
     cycles.use_adaptive_sampling = not planes
@@ -99,25 +107,26 @@ def _frames_in(folder, frames):
     return sorted(found | set(frames))
 
 
-def _write_camera(name, description, view, options):
-    frames = _frames_in(options.out, options.frames)
-    matrices = {frame: [list(row) for row in view.pose(frame)]
-                for frame in range(frames[0] - 1, frames[-1] + 2)}
-    text = request.camera_json(name, description, options.size, view.lens,
-                               {frame: view.focus(frame) for frame in frames}, matrices)
-    with open(os.path.join(options.out, "camera.json"), "w", encoding="utf-8") as file:
-        file.write(text)
-
-
-def render_scene(name, description, view, options):
-    """Renders what is not there yet of options.kinds and options.frames into options.out."""
+def render_scene(name, view, options):
+    """Renders what is not there yet of options.kinds and options.frames into options.out; with
+    options.blend saves the scene as an artist would have it, with shutter and lens open."""
     os.makedirs(options.out, exist_ok=True)
-    lens = _add_camera(view, options.frames)
+    frames = _frames_in(options.out, options.frames)
+    lens = _add_camera(view, frames)
     _set_up(options)
-    _write_camera(name, description, view, options)
+    scene = bpy.context.scene
+    scene.name = name
+    if options.blend:
+        scene.frame_start, scene.frame_end = options.frames[0], options.frames[-1]
+        _set_kind("both", frames[0], options, lens)
+        scene.cycles.samples = options.sharp_samples
+        bpy.ops.wm.save_as_mainfile(filepath=os.path.join(os.path.abspath(options.out),
+                                                          options.blend))
+        return
+    camera.write(os.path.join(options.out, "camera.json"), scene, frames)
     for kind, frame in request.images_to_render(options):
         start = time.monotonic()
-        _set_kind(kind, frame, options, lens, view)
+        _set_kind(kind, frame, options, lens)
         path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame))
         bpy.context.scene.render.filepath = path + ".tmp"
         bpy.ops.render.render(write_still=True)

@@ -1,9 +1,8 @@
-"""What to render: the options after "--", the kinds of pictures, names of files, camera.json.
+"""What to render: the options after "--", the kinds of pictures, names of files.
 
 Imports nothing of Blender, so that tests run it in a plain interpreter.
 """
 import argparse
-import json
 import os
 
 # name: (shutter open, lens open, depth and vectors). In the order in which they are rendered.
@@ -16,7 +15,6 @@ KINDS = {
 }
 FPS = 24
 SHUTTER_FRAMES = 0.5
-BACKGROUND_DEPTH = 1e10
 
 
 def parse_frames(text):
@@ -74,6 +72,7 @@ def parse_options(arguments, description):
     parser.add_argument("--threads", type=int, default=0, help="0: all cores")
     parser.add_argument("--transparent", action="store_true",
                         help="alpha, premultiplied, instead of the sky (dancers: and the stage)")
+    parser.add_argument("--blend", metavar="FILE", help="save the scene as OUT/FILE, render nothing")
     return parser.parse_args(arguments)
 
 
@@ -91,32 +90,3 @@ def images_to_render(options):
 def seed_of(kind, frame):
     """Seed of Cycles: another one for each picture, so that noise of two does not correlate."""
     return frame * len(KINDS) + list(KINDS).index(kind)
-
-
-def camera_json(scene, description, size, lens, focus, matrices):
-    """Text of camera.json (docs/chain_file.md).
-
-    lens: focal_length_mm, sensor_width_mm, f_stop, aperture_blades, aperture_rotation_deg,
-    near_clip, far_clip. focus: frame -> meters. matrices: frame -> 4x4, camera to world.
-    """
-    frames = sorted(focus)
-    content = {
-        "scene": scene,
-        "description": description,
-        "resolution": list(size),
-        "sensor_fit": "horizontal",
-        **lens,
-        "focus_distance": focus[frames[0]],
-        "meters_per_unit": 1,
-        "shutter_frames": SHUTTER_FRAMES,
-        "shutter_position": "center on frame",
-        "fps": FPS,
-        "frames": {str(frame): {"focus_distance": focus[frame]} for frame in frames},
-        "z": "planar depth along the camera axis, scene units",
-        "background_depth": BACKGROUND_DEPTH,
-        "coc_diameter_px": "f^2/N * |z-s|/(z*s) * width/sensor, all lengths in meters",
-        "vector_px": "X,Y = pos(prev)-pos(this); Z,W = pos(this)-pos(next); +x right, +y UP; "
-                     "full inter-frame pixels",
-        "camera_matrix_world": {str(frame): matrices[frame] for frame in sorted(matrices)},
-    }
-    return json.dumps(content, indent=1) + "\n"

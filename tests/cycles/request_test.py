@@ -1,8 +1,7 @@
-"""What the scripts of the Cycles scenes are asked for: options, files, camera.json, syntax."""
+"""What the scripts of the Cycles scenes are asked for: options, files, syntax."""
 import ast
 import contextlib
 import io
-import json
 import pathlib
 import sys
 import tempfile
@@ -52,16 +51,6 @@ class Request(unittest.TestCase):
     def test_no_two_pictures_share_a_seed(self):
         seeds = {request.seed_of(kind, frame) for kind in request.KINDS for frame in range(100)}
         self.assertEqual(len(seeds), 100 * len(request.KINDS))
-
-    def test_camera_file(self):
-        lens = {"focal_length_mm": 50.0, "f_stop": 1.4}
-        camera = json.loads(request.camera_json("name", "what", (64, 36), lens, {2: 1.5, 1: 1.25},
-                                                {1: [[1]], 2: [[2]]}))
-        self.assertEqual(camera["resolution"], [64, 36])
-        self.assertEqual(camera["f_stop"], 1.4)
-        self.assertEqual(camera["focus_distance"], 1.25)
-        self.assertEqual(camera["frames"]["2"], {"focus_distance": 1.5})
-        self.assertEqual(list(camera["camera_matrix_world"]), ["1", "2"])
 
 
 unittest.main()

@@ -38,7 +38,8 @@ void find_views(const SourceSettings& settings, const io::CameraMetadata& metada
         },
         frame, display, settings.cuts);
     header.makes_motion = header.sky && makes_all && header.sky->have_places();
-    if (header.sky && !header.makes_motion && (!has_motion || !header.sky->turns()))
+    header.sky_is_still = header.sky && !header.sky->turns();
+    if (header.sky && !header.makes_motion && (!has_motion || header.sky_is_still))
         header.sky.reset();
 }
 

@@ -60,6 +60,7 @@ struct FrameHeader {
     Origins camera_origins;           // of the camera's values
     std::optional<SkyViews> sky;      // if matrices exist and motion vectors are made from them
     bool looked_for_cameras = false;  // in the files of the frames before and after
+    bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
     bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
     std::vector<io::FoundAttribute> camera_attributes;  // of color's part
     FrameLayers layers;                                 // of color's file

@@ -228,7 +228,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     surfaces.clear_edges = findings.clear_edges;
     surfaces.sky_motion_from_camera = findings.sky_motion_from_camera;
     surfaces.motion_from_camera = findings.motion_from_camera;
-    surfaces.sky_without_motion = findings.sky.without_motion();
+    surfaces.sky_without_motion = header.sky_is_still ? 0 : findings.sky.without_motion();
 
     const InputHealth& health = frame.health;
     const auto warn = [&](const std::string& text) {

@@ -1,0 +1,43 @@
+"""The add-on without a window: inside.py in Blender, then the lines of docs/blender.md for a farm.
+
+usage: addon_test.py POSTCHAIN ZIP [BLENDER]"""
+import json
+import pathlib
+import re
+import shutil
+import sys
+import tempfile
+import unittest
+
+import launch
+
+DOCUMENT = launch.HERE.parents[1] / "docs/blender.md"
+BLENDER = None
+
+
+class Addon(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = temporary.name
+
+    def test_inside_blender_and_on_a_farm(self):
+        printed = BLENDER.run(self.folder, "-b", "-P", launch.HERE / "inside.py", "--", self.folder)
+        self.assertIn("\nOK\n", printed)
+
+        # The documented lines, on the file that inside.py has left, without the add-on installed.
+        script = re.search(r"<!-- farm -->\n+```sh\n(.*?)```", DOCUMENT.read_text("utf8"), re.S)[1]
+        self.assertEqual(len(script.splitlines()), 3, script)
+        expression = re.search(r'--python-expr "(.*?)"', script, re.S)[1].replace("\\\n", "")
+        expression = re.sub(r"/\S*(?=/postchain_blender.zip)", str(pathlib.Path(BLENDER.zip).parent),
+                            expression)
+        shutil.rmtree(pathlib.Path(self.folder, "blender"))
+        BLENDER.run(self.folder, "-b", "shot.blend", "--python-expr", expression)
+        camera = json.loads(pathlib.Path(self.folder, "camera.json").read_text("utf8"))
+        self.assertEqual(camera["focal_length_mm"], 35)
+        self.assertEqual(sorted(camera["camera_matrix_world"]), ["0", "1", "2", "3", "4"])
+
+
+if __name__ == "__main__":
+    BLENDER = launch.Launcher(sys.argv[1:])
+    unittest.main(argv=sys.argv[:1])

@@ -1,0 +1,38 @@
+"""Starts Blender for the tests of the add-on: with the zip installed in an empty folder of its own."""
+import os
+import pathlib
+import subprocess
+import sys
+
+HERE = pathlib.Path(__file__).resolve().parent
+SKIPPED = 77  # the exit code that CTest takes for a skipped test
+
+
+class Launcher:
+    """POSTCHAIN ZIP [BLENDER], the arguments of the tests; ends the program if there is no Blender."""
+
+    def __init__(self, arguments):
+        if len(arguments) < 3:
+            print("skipped: Blender is not installed (apt-get install blender)")
+            sys.exit(SKIPPED)
+        self.postchain, self.zip, self.blender = (os.path.abspath(one) for one in arguments[:3])
+
+    def environment(self, folder):
+        own = {"BLENDER_USER_SCRIPTS": "scripts", "BLENDER_USER_CONFIG": "config"}
+        paths = {name: os.path.join(folder, "blender", part) for name, part in own.items()}
+        for path in paths.values():
+            os.makedirs(path, exist_ok=True)
+        return {**os.environ, **paths, "POSTCHAIN": self.postchain, "POSTCHAIN_ZIP": self.zip,
+                "PYTHONDONTWRITEBYTECODE": "1",
+                "PWD": str(folder)}
+
+    def run(self, folder, *arguments, before=(), timeout=500):
+        """Standard output and error of `blender ARGUMENTS` in a folder; fails if Blender does."""
+        done = subprocess.run([*before, self.blender, "--factory-startup", "--python-exit-code", "1",
+                               *map(str, arguments)], cwd=folder, env=self.environment(folder), text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=timeout,
+                              check=False)
+        printed = "\n".join(line for line in done.stdout.splitlines() if not line.startswith("Fra:"))
+        if done.returncode != 0:
+            raise AssertionError(printed)
+        return printed

@@ -1,0 +1,74 @@
+"""Runs inside Blender: installs the add-on and makes a small scene, as a user's file has it: PNG,
+motion blur and depth of field on."""
+import os
+
+import bpy
+
+MODULE = "postchain_blender"
+
+
+def install():
+    bpy.ops.preferences.addon_install(filepath=os.environ["POSTCHAIN_ZIP"], overwrite=True)
+    enable()
+
+
+def enable():
+    bpy.ops.preferences.addon_enable(module=MODULE)
+    own = bpy.context.preferences.addons[MODULE].preferences
+    own.command, own.device = os.environ["POSTCHAIN"], "software"
+
+
+def _mesh(scene, name, corners, faces):
+    data = bpy.data.meshes.new(name)
+    data.from_pydata(corners, [], faces)
+    made = bpy.data.objects.new(name, data)
+    scene.collection.objects.link(made)
+    return made
+
+
+def make(folder, size=(64, 36)):
+    """A cube that moves to the right before a wall, and a camera that looks along +y and focuses on
+    the wall."""
+    bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=True)
+    if MODULE not in bpy.context.preferences.addons:
+        enable()
+    scene = bpy.data.scenes[0]
+    corners = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+    cube = _mesh(scene, "cube", corners, [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6),
+                                          (0, 2, 6, 4), (1, 5, 7, 3)])
+    cube.location = -1, 4, 0
+    for frame, x in ((0, -1.0), (5, 1.0)):
+        cube.location.x = x
+        cube.keyframe_insert("location", frame=frame)
+    for curve in cube.animation_data.action.fcurves:
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
+    wall = _mesh(scene, "wall", [(-20, 8, -20), (20, 8, -20), (20, 8, 20), (-20, 8, 20)], [(0, 1, 2, 3)])
+    glow = bpy.data.materials.new("glow")
+    glow.use_nodes = True
+    glow.node_tree.nodes["Principled BSDF"].inputs["Emission"].default_value = (1, 0.8, 0.5, 1)
+    cube.data.materials.append(glow)
+    pattern = bpy.data.materials.new("checker")
+    pattern.use_nodes = True
+    nodes = pattern.node_tree
+    checker = nodes.nodes.new("ShaderNodeTexChecker")
+    checker.inputs["Scale"].default_value = 1.5
+    nodes.links.new(checker.outputs["Color"], nodes.nodes["Principled BSDF"].inputs["Emission"])
+    wall.data.materials.append(pattern)
+    data = bpy.data.cameras.new("lens")
+    data.lens, data.sensor_width = 35, 32
+    data.dof.use_dof, data.dof.aperture_fstop = True, 0.05
+    data.dof.focus_distance = 8
+    camera = bpy.data.objects.new("eye", data)
+    camera.rotation_euler = (1.5707963267948966, 0, 0)
+    scene.collection.objects.link(camera)
+    scene.camera = camera
+    scene.render.engine = "CYCLES"
+    scene.cycles.samples, scene.cycles.use_denoising = 4, False
+    scene.render.resolution_x, scene.render.resolution_y = size
+    scene.render.use_motion_blur = True
+    scene.frame_start, scene.frame_end = 1, 3
+    scene.render.filepath = os.path.join(folder, "render", "shot_####")
+    scene.postchain.output = os.path.join(folder, "out")
+    scene.postchain.preset = "fast"
+    return scene

@@ -1,0 +1,177 @@
+"""Runs inside a Blender with a window: called by window_test.py with a folder after "--"."""
+import json
+import os
+import sys
+import traceback
+
+import bpy
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import scene as scenes  # noqa: E402
+
+FOLDER = sys.argv[sys.argv.index("--") + 1]
+
+
+def check(condition, text):
+    if not condition:
+        raise AssertionError(f"{text}: {bpy.context.window_manager.postchain_outcome}")
+
+
+def window():
+    return bpy.context.window_manager.windows[0]
+
+
+def area(kind):
+    return max((one for one in window().screen.areas if one.type == kind),
+               key=lambda one: one.width * one.height)
+
+
+def split():
+    """An image editor and Output properties in place of the largest area, and only our panels."""
+    largest = max(window().screen.areas, key=lambda one: one.width * one.height)
+    with bpy.context.temp_override(window=window(), area=largest, region=largest.regions[-1]):
+        bpy.ops.screen.area_split(direction="VERTICAL", factor=0.6)
+    largest.type = "IMAGE_EDITOR"
+    panel = max((one for one in window().screen.areas if one.type == "VIEW_3D"),
+                key=lambda one: one.width)
+    panel.type = "PROPERTIES"
+    for kind in list(bpy.types.Panel.__subclasses__()):
+        if (getattr(kind, "bl_context", "") == "output" and kind.is_registered
+                and kind.__module__.startswith("bl_ui")):
+            bpy.utils.unregister_class(kind)
+    return panel.spaces.active
+
+
+def shown():
+    """Names of the images in image editors, from left to right."""
+    return [one.spaces.active.image.name for win in bpy.context.window_manager.windows
+            for one in sorted(win.screen.areas, key=lambda each: each.x)
+            if one.type == "IMAGE_EDITOR" and one.spaces.active.image]
+
+
+def call(operator, **options):
+    with bpy.context.temp_override(window=window(), area=area("PROPERTIES"),
+                                   region=area("PROPERTIES").regions[-1]):
+        return operator("INVOKE_DEFAULT", **options)
+
+
+def screenshot(name):
+    with bpy.context.temp_override(window=window(), area=area("PROPERTIES")):
+        bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, name))
+
+
+def steps():
+    """Each yield lets Blender handle its events and draw."""
+    scenes.install()
+    addon = sys.modules[scenes.MODULE]
+    bpy.ops.preferences.addon_disable(module=scenes.MODULE)
+    for kind in addon.panel.CLASSES:
+        kind.bl_options = set()  # open
+    scenes.enable()
+    scene = scenes.make(FOLDER, (160, 90))
+    yield
+    space = split()
+    for _ in range(3):  # its tabs are known when it has been drawn
+        yield
+    space.context = "OUTPUT"
+    for _ in range(3):
+        yield
+    screenshot("before.png")
+    scene.postchain.comparison = json.dumps({"frame": 2, "page": "report/index.html", "rows": [
+        ["as_rendered", "30.00 dB", "0.100", "0.900"], ["filtered", "40.00 dB", "0.050", "0.950"]]})
+    eye, scene.camera = scene.camera, None  # with messages, and every parameter
+    scene.postchain.joint_blur.starts = 3
+    for order in ("LENS_MOTION", "JOINT"):
+        scene.postchain.order = order
+        area("PROPERTIES").tag_redraw()
+        for _ in range(2):
+            yield
+        screenshot(f"{order}.png")
+    scene.camera = eye
+    bpy.ops.postchain.reset(name="joint_blur")
+    bpy.ops.postchain.prepare()
+    bpy.ops.ed.undo_push(message="Prepare")
+    bpy.ops.render.render(animation=True)
+    scene.postchain.preset = "best"  # takes some seconds
+    yield
+    screenshot("prepared.png")
+
+    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts")
+    job, = addon.command.Job.running
+    yield
+    check(job._process.poll() is None, "runs")
+    window().event_simulate(type="ESC", value="PRESS")
+    window().event_simulate(type="ESC", value="RELEASE")
+    for _ in range(50):
+        yield
+        if not addon.command.Job.running:
+            break
+    check(not addon.command.Job.running and job._process.poll() is not None, "Esc ends the process")
+    check("cancelled" in bpy.context.window_manager.postchain_outcome, "the panel says so")
+
+    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts again")
+    job, = addon.command.Job.running
+    yield
+    path = os.path.join(FOLDER, "shot.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.wm.open_mainfile(filepath=path)
+    yield
+    check(job._process.poll() is not None, "loading a file ends the process")
+    check(not addon.command.Job.running, "no job is left")
+
+    scene = bpy.context.scene
+    scene.postchain.preset, scene.postchain.existing = "fast", "overwrite"
+    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts after loading")
+    while addon.command.Job.running:
+        yield
+    yield
+    check("3 frames are in" in bpy.context.window_manager.postchain_outcome, "filters")
+    for _ in range(3):
+        yield
+    check(shown() == ["shot_0001.exr", "postchain shot_0001.exr"], f"input and result: {shown()}")
+    screenshot("filtered.png")
+    for one in window().screen.areas:
+        if one.type == "IMAGE_EDITOR":
+            one.type = "VIEW_3D"
+    yield
+    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts without an image editor")
+    while addon.command.Job.running:
+        yield
+    yield
+    check(len(bpy.context.window_manager.windows) == 2 and len(shown()) == 2, "a window shows both")
+    with bpy.context.temp_override(window=window()):
+        bpy.ops.postchain.put_back()
+        bpy.ops.ed.undo_push(message="Put Back")
+        check(bpy.context.scene.render.use_motion_blur, "put back")
+        bpy.ops.ed.undo()
+        check(not bpy.context.scene.render.use_motion_blur, "undone")
+        bpy.ops.ed.redo()
+        check(bpy.context.scene.render.use_motion_blur, "done again")
+    yield
+    # While a job runs, the add-on can be switched off.
+    bpy.ops.postchain.prepare()
+    bpy.context.scene.postchain.preset = "best"
+    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts before it is switched off")
+    job, = addon.command.Job.running
+    bpy.ops.preferences.addon_disable(module=scenes.MODULE)
+    check(job._process.poll() is not None, "switching the add-on off ends the process")
+    yield
+    yield
+
+
+def advance(running=steps()):
+    try:
+        next(running)
+        return 0.2
+    except StopIteration:
+        print("\nOK\n", flush=True)
+    except BaseException:
+        traceback.print_exc()
+        sys.stderr.flush()
+        os._exit(1)
+    bpy.ops.wm.quit_blender()
+    return None
+
+
+bpy.app.timers.register(advance, first_interval=1.0, persistent=True)

@@ -263,7 +263,7 @@ def use_unpacked(options, folder, names):
         call("dpkg", "-x", deb, root)
     for name in names:
         text = (root / f"usr/share/doc/{name}/copyright").read_text()
-        assert text == (ROOT / "LICENSE").read_text(), name
+        assert text == (ROOT / "tools/packaging/debian/copyright").read_text(), name
     libraries_at = one("usr/lib/**/libpostchain.so", root).parent
     environment = dict(os.environ, PKG_CONFIG_PATH=str(libraries_at / "pkgconfig"))
     programs = {"host": "postchain"} | ({} if options.core else {"text": "postchain-config"})

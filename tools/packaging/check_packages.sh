@@ -53,7 +53,7 @@ rm -rf "$work/user/try"
 mkdir "$work/user/try"
 cp "$work"/debs/*.deb "$root"/tests/install/program/{host.c,text.c,frame.h} "$work/user/try/"
 # The commands of docs/library.md. The context of host.c needs a driver.
-sed -n 's/^\(cc .*))\?)\)  *#.*/\1/p' "$root/docs/library.md" | sed 's/tool\.c/text.c/' >"$work/user/try/commands"
+sed -n '/^cc /s/ *#.*//p' "$root/docs/library.md" | sed 's/tool\.c/text.c/' >"$work/user/try/commands"
 [[ -s $work/user/try/commands ]] || { echo "docs/library.md: no line 'cc ...' " >&2; exit 1; }
 cp /etc/resolv.conf "$work/user/etc/" 2>/dev/null || true
 chroot "$work/user" bash -ec 'cd /try

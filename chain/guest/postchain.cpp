@@ -218,6 +218,10 @@ pc_result pc_chain_set_aperture(pc_chain* chain, const float* values) {
     });
 }
 
+pc_result pc_chain_set_mask(pc_chain* chain, uint32_t pass, pc_mask_effect effect) {
+    return call(chain, [&] { return chain->is.set_mask(pass, effect); });
+}
+
 pc_result pc_chain_unset(pc_chain* chain, uint32_t pass, const char* key) {
     return call(chain, [&] { return chain->is.set(pass, key ? key : "", ParameterValue()); });
 }

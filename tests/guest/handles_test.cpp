@@ -85,6 +85,10 @@ std::vector<Call> chain_calls() {
                  static const std::vector<float> open(128 * 128, 1.0f);
                  return pc_chain_set_aperture(chain, open.data());
              }},
+            {"pc_chain_set_mask",
+             [](pc_instance*, pc_chain* chain) {
+                 return pc_chain_set_mask(chain, 0, PC_MASK_UNMOVED);
+             }},
             {"pc_chain_unset", [](pc_instance*, pc_chain* chain) {
                  return pc_chain_unset(chain, 0, "max_blur_px");
              }}};
@@ -324,8 +328,10 @@ TEST(Handles, FlagsAndMembersThatAreNotKnown) {
     };
     fails([](pc_frame& f) { f.flags |= 0x80; },
           "pc_frame.flags: 134 has a bit that this library does not know");
-    fails([](pc_frame& f) { f.reserved = 1; }, "pc_frame.reserved or reserved_2 is not 0");
-    fails([](pc_frame& f) { f.reserved_2 = 1; }, "pc_frame.reserved or reserved_2 is not 0");
+    const char* reserved = "pc_frame.reserved, reserved_2 or reserved_3 is not 0";
+    fails([](pc_frame& f) { f.reserved = 1; }, reserved);
+    fails([](pc_frame& f) { f.reserved_2 = 1; }, reserved);
+    fails([](pc_frame& f) { f.reserved_3[1] = 1; }, reserved);
     auto info = pc::create_info();
     pc_instance* none = nullptr;
     info.flags = 8;

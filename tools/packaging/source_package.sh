@@ -18,6 +18,7 @@ export SOURCE_DATE_EPOCH=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct)}
 git archive --prefix="postchain-$version/" HEAD | tar -x -C "$work"
 mkdir -p "$tree/debian/source"
 cp "$tree"/tools/packaging/debian/{rules,copyright} "$tree/debian/"
+cp "$tree/tools/packaging/debian/source.lintian-overrides" "$tree/debian/source/lintian-overrides"
 echo "3.0 (native)" >"$tree/debian/source/format"
 cmake -D OUT="$tree/debian" \
     -D MAINTAINER="${2:-The authors of postchain <postchain@postchain.invalid>}" \

@@ -183,6 +183,18 @@ Failure ChainHandle::set_aperture(const float* values) {
     return {};
 }
 
+std::vector<std::pair<uint32_t, const Parameter*>> ChainHandle::samples() const {
+    std::vector<std::pair<uint32_t, const Parameter*>> found;
+    for (const Row& row : rows_)
+        if (row.parameter->key == "samples" || row.parameter->key == "max_samples")
+            found.emplace_back(row.pass, row.parameter);
+    return found;
+}
+
+int64_t ChainHandle::integer(uint32_t pass, const Parameter& row) const {
+    return std::get<int64_t>(row.get(parameters_of(*chain_, pass)));
+}
+
 Failure ChainHandle::set_mask(uint32_t pass, pc_mask_effect effect) {
     if (pass >= chain_->links.size()) return no_such_pass(pass);
     if (effect > PC_MASK_IGNORED)

@@ -39,6 +39,11 @@ class ChainHandle {
     // What a pass does with the object that pc_frame.mask covers.
     Failure set_mask(uint32_t pass, pc_mask_effect effect);
 
+    // The parameters that are numbers of samples, with their passes.
+    std::vector<std::pair<uint32_t, const Parameter*>> samples() const;
+    // The value of a pass's integer.
+    int64_t integer(uint32_t pass, const Parameter& row) const;
+
     // PC_ERROR_ARGUMENT: past the last row.
     Failure describe(uint32_t index, pc_parameter& row);
 

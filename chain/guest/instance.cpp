@@ -466,12 +466,12 @@ void Instance::import(Entry& entry, const HostFrame& frame) {
         compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
 }
 
-Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
+Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
     gl::RunOptions options;
     options.labels = (info_.flags & PC_LABELS) != 0;
     options.barriers = frame.given->barriers;
-    if (timing_ > 0) {
-        objects_->clock.begin(frame.given->frame_number);
+    if (timing_ > 0 || timed) {
+        objects_->clock.begin(frame.given->frame_number, frames_);
         options.clock = &objects_->clock;
         options.time_steps = timing_ > 1;
     }
@@ -503,7 +503,7 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_f
     return {};
 }
 
-Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
+Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& result) {
     HostFrame frame;
     if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
@@ -515,6 +515,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
     }
     if (Failure failure = follow_focus(chain, frame); !failure.ok()) return failure;
     ++frames_;
+    const bool timed = budgets_.govern(chain, budgets_.empty() ? nullptr : newest_times(), frames_);
     objects_->pool.begin_frame();
     Entry* entry = nullptr;
     if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
@@ -526,7 +527,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
     const Plan& plan = entry->compiled.plan();
     if (!plan.steps.empty()) {
         import(*entry, frame);
-        if (Failure failure = dispatch(*entry, frame); !failure.ok()) return failure;
+        if (Failure failure = dispatch(*entry, frame, timed); !failure.ok()) return failure;
     }
     const TextureId id = entry->host.result;
     if (entry->host.writes_output) {

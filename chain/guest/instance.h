@@ -16,6 +16,7 @@
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
+#include "chain/guest/budgets.h"
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/context.h"
 #include "chain/guest/failure.h"
@@ -41,7 +42,15 @@ class Instance {
 
     // PC_PENDING while programs are left to compile.
     Failure prepare(const ChainHandle& chain, const pc_frame* given, bool wait);
-    Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
+    // Changes the chain's samples if it has a budget.
+    Failure run(ChainHandle& chain, const pc_frame* given, pc_texture& result);
+
+    Failure set_budget(ChainHandle& chain, const pc_budget& given) {
+        return budgets_.set(chain, given);
+    }
+    void budget(const ChainHandle& chain, pc_budget_state& state) const {
+        budgets_.query(chain, state);
+    }
 
     void set_timing(int level) { timing_ = level; }
     // Null if no frame is finished.
@@ -128,7 +137,7 @@ class Instance {
     bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
     gl::BinaryStore binaries() const;
     static void import(Entry& entry, const HostFrame& frame);
-    Failure dispatch(Entry& entry, const HostFrame& frame);
+    Failure dispatch(Entry& entry, const HostFrame& frame, bool timed);
 
     pc_create_info info_;
     std::unique_ptr<egl::Context> own_context_;
@@ -157,6 +166,7 @@ class Instance {
     std::vector<uint64_t> tight_chains_;
     Room tight_room_;
     int timing_ = 0;
+    Budgets budgets_;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
     mutable std::string logged_;
 };

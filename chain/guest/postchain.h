@@ -140,7 +140,8 @@ PC_API pc_result pc_query(const pc_instance*, pc_capabilities*);
 
 /* --------------------------------------------------------------------------------------- chain */
 /* `passes`: names in the order they run, "motion_blur,fxaa,depth_of_field"; pc_pass() lists them.
- * pc_chain_from_text() (config/chain_from_text.h) reads the text of a chain file instead. */
+ * Or a tier: "tier:fast"; pc_tier() lists them. pc_chain_from_text() (config/chain_from_text.h)
+ * reads the text of a chain file instead. */
 PC_API pc_result pc_chain_create(const char* passes, pc_chain** chain);
 PC_API void pc_chain_destroy(pc_chain*);
 /* "" = none; valid until the next call. After PC_OK: a warning that a key or value was given by a
@@ -149,6 +150,8 @@ PC_API const char* pc_chain_error(const pc_chain*);
 /* Passes of this library, index from 0; PC_ERROR_ARGUMENT = index is past the last. `name` and
  * `help` stay valid as long as the library is loaded. */
 PC_API pc_result pc_pass(uint32_t index, const char** name, const char** help);
+/* Likewise tiers, the quickest first: passes with their values. */
+PC_API pc_result pc_tier(uint32_t index, const char** name, const char** help);
 
 #define PC_CAMERA 0xffffffffu /* instead of a pass: the chain's own lens, aperture and shutter */
 enum { PC_COST_UNIFORM = 0, PC_COST_PROGRAM = 1, PC_COST_TEXTURE = 2 };
@@ -322,6 +325,27 @@ PC_API pc_result pc_set_timing(pc_instance*, int level); /* 0 off, 1 passes, 2 s
  * *count: in, room in times; out, number of times. (The GL timers of a software renderer are wrong.
  * With one, pc_run() waits for every interval while timing is on.) */
 PC_API pc_result pc_timings(pc_instance*, pc_time* times, uint32_t* count, uint64_t* frame_number);
+
+/* A time that the frames of a chain may take on the device. The library then lowers the `samples`
+ * of its passes while they take longer, and raises them again up to the values that the host set,
+ * by the times of frames that the device has finished; at most every half a second. A change makes
+ * pc_run() plan again on the CPU. */
+typedef struct pc_budget {
+    uint32_t struct_size, reserved;
+    float milliseconds; /* 0 = no budget: the host's samples again */
+    float least;        /* the smallest part of the samples, 0.25 to 1; 0 = 0.25 */
+} pc_budget;
+/* PC_ERROR_CHAIN: no pass has samples. Times are measured as by pc_set_timing(instance, 1). */
+PC_API pc_result pc_set_budget(pc_instance*, pc_chain*, const pc_budget*);
+typedef struct pc_budget_state {
+    uint32_t struct_size, reserved;
+    float milliseconds; /* the budget; 0 = none */
+    float part;         /* of the samples that the host set; 1 without a budget */
+    float frame_ms;     /* the median of up to 8 frames since the last change; 0 = not known yet */
+    uint32_t changes;   /* since the budget was set */
+} pc_budget_state;
+PC_API pc_result pc_query_budget(const pc_instance*, const pc_chain*, pc_budget_state*);
+
 typedef struct pc_counters { /* since pc_create(); textures_alive and texture_bytes: now */
     uint32_t struct_size, reserved;
     uint64_t frames, dispatches, barriers;

@@ -37,6 +37,16 @@ std::vector<Call> instance_calls(const pc_frame& frame) {
                  auto needs = pc::make<pc_frame_needs>();
                  return pc_query_frame(instance, chain, &frame, &needs);
              }},
+            {"pc_set_budget",
+             [](pc_instance* instance, pc_chain* chain) {
+                 const auto budget = pc::make<pc_budget>();
+                 return pc_set_budget(instance, chain, &budget);
+             }},
+            {"pc_query_budget",
+             [](pc_instance* instance, pc_chain* chain) {
+                 auto state = pc::make<pc_budget_state>();
+                 return pc_query_budget(instance, chain, &state);
+             }},
             {"pc_set_timing",
              [](pc_instance* instance, pc_chain*) { return pc_set_timing(instance, 0); }},
             {"pc_timings",
@@ -96,7 +106,8 @@ std::vector<Call> chain_calls() {
 
 bool takes_chain(const Call& call) {
     const std::string name = call.name;
-    return name == "pc_prepare" || name == "pc_run" || name == "pc_query_frame";
+    return name == "pc_prepare" || name == "pc_run" || name == "pc_query_frame" ||
+           name == "pc_set_budget" || name == "pc_query_budget";
 }
 
 void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {

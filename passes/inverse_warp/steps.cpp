@@ -84,10 +84,11 @@ class Planner : private SurfacePlanner {
     }
 
     // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
-    // of them in each neighbor, three for what continues behind, and eight for the color.
+    // of them in each neighbor, three for what continues behind; then one where a sample that was
+    // put off is taken up, and eight for the color.
     uint64_t most_taps_px(size_t neighbors) const {
         const uint64_t begins = uint64_t(settings_.search.starts) + 1;
-        return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 8);
+        return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
     }
 
     TextureId add_block_surfaces(TextureId surfaces) {

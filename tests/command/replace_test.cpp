@@ -34,6 +34,13 @@ TEST_F(ReplaceTest, Diff) {
         check({file, command, option("--profile"), kProfile});
 }
 
+TEST_F(ReplaceTest, Tune) {
+    const Arguments command = {"tune", at("fxaa.yaml"), "-i",       in(),        "-r",
+                               in(),   "--frames",      "1",        "--repeats", "1",
+                               "-o",   to("t.yaml"),    "--budget", "100s"};
+    check({"t.yaml", command, option("--camera"), kCamera});
+}
+
 TEST_F(ReplaceTest, Scene) {
     const Arguments command = {"scene", "still",  "-o",    to("s"),           "--frames",
                                "1",     "--size", "32x18", "--truth-samples", "1"};

@@ -168,7 +168,7 @@ def examples(options):
                 program = folder / f"{name}{kind}_{c}"
                 standard = "-std=c++20" if compiler == cpp else "-std=c11"
                 call(compiler, standard, "-Wall", "-Wextra", "-Werror", HERE / "program" / source,
-                     "-o", program, *flags(module + kind, "epoxy"),
+                     "-o", program, *flags(module + kind),
                      f"-Wl,-rpath,{library_folder}")
                 programs.append(program)
     for program in programs:
@@ -273,7 +273,45 @@ def packages(options):
         assert "postchain (= " in held["postchain-view"][1], held["postchain-view"][1]
         assert "libglfw3" in held["postchain-view"][1], held["postchain-view"][1]
         assert "libglfw3" not in held["postchain"][1], held["postchain"][1]
+    for deb in folder.glob("*.deb"):
+        keeps_policy(deb)
     use_unpacked(options, folder, set(has))
+    source_package(options, folder / "source")
+
+
+def keeps_policy(deb):
+    """What lintian reports as errors; lintian itself, if it is installed."""
+    name = call("dpkg-deb", "-f", deb, "Package").strip()
+    held = call("dpkg-deb", "-c", deb)
+    assert f"/usr/share/doc/{name}/changelog.gz\n" in held, held
+    assert not re.search(r"/man1/[a-z]+\.1\n", held), held
+    assert call("dpkg-deb", "-f", deb, "Description").count("\n ") >= 2, name
+    assert re.fullmatch(r"[^<>]+ <[^<>@ ]+@[^<>@ ]+>\n", call("dpkg-deb", "-f", deb, "Maintainer"))
+    if re.search(r"/lib\w+\.so\.", held):
+        control = call("dpkg-deb", "-I", deb)
+        assert " shlibs" in control and " triggers" in control, control
+        library = "libpostchain_config" if "config" in name else "libpostchain"
+        so = re.search(r"[0-9.]+$", name).group()
+        assert call("dpkg-deb", "-I", deb, "shlibs") == f"{library} {so} {name} (>= {so})\n", name
+        assert call("dpkg-deb", "-I", deb, "triggers") == "activate-noawait ldconfig\n", name
+    if shutil.which("lintian"):
+        call("lintian", "--allow-root", "--fail-on", "error", deb)
+
+
+def source_package(options, folder):
+    """The source package is the commit with debian/. tools/packaging/check_packages.sh builds it."""
+    if not (ROOT / ".git").exists():
+        return
+    dsc = call(ROOT / "tools/packaging/source_package.sh", folder, "A B <a@b.c>").strip()
+    text = pathlib.Path(dsc).read_text()
+    assert "\nMaintainer: A B <a@b.c>\n" in text and ", libepoxy-dev," in text, text
+    call("dpkg-source", "--no-check", "-x", dsc, folder / "tree")
+    for file in ("debian/rules", "debian/changelog", "debian/source/format", "CMakeLists.txt"):
+        assert (folder / "tree" / file).exists(), file
+    control = (folder / "tree/debian/control").read_text()
+    assert re.findall(r"\nPackage: (\S+)", control) == [
+        f"libpostchain{soversion(options)}", f"libpostchain-config{soversion(options)}",
+        "libpostchain-dev", "postchain"], control
 
 
 def use_unpacked(options, folder, names):
@@ -282,12 +320,12 @@ def use_unpacked(options, folder, names):
         call("dpkg", "-x", deb, root)
     for name in names:
         text = (root / f"usr/share/doc/{name}/copyright").read_text()
-        assert text == (ROOT / "LICENSE").read_text(), name
+        assert text == (ROOT / "tools/packaging/debian/copyright").read_text(), name
     libraries_at = one("usr/lib/**/libpostchain.so", root).parent
     environment = dict(os.environ, PKG_CONFIG_PATH=str(libraries_at / "pkgconfig"))
     programs = {"host": "postchain"} | ({} if options.core else {"text": "postchain-config"})
     for source, module in programs.items():
-        flags = call("pkg-config", "--cflags", "--libs", module, "epoxy", env=environment).split()
+        flags = call("pkg-config", "--cflags", "--libs", module, env=environment).split()
         assert any(str(root) in flag for flag in flags), flags
         program = folder / source
         call("cc", "-std=c11", HERE / f"program/{source}.c", "-o", program, *flags,
@@ -297,6 +335,9 @@ def use_unpacked(options, folder, names):
         assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
     if not options.core:
         call(root / "usr/bin/postchain", "--version")
+    for binary in [*libraries_at.glob("*.so.*"), *root.glob("usr/bin/*"),
+                   *root.glob("usr/lib/**/libpostchain_images.so")]:
+        assert "not stripped" not in call("file", "-L", binary), binary
 
 
 def main():

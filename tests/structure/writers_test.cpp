@@ -125,6 +125,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/apps/postchain/sheet.cpp", 1},
         {"tools/apps/view/save.cpp", 1},  // chain, camera, image, sheet, movie, state of the viewer
         {"tools/apps/postchain/stress.cpp", 1},
+        {"tools/apps/postchain/tune.cpp", 1},
         {"tools/measure/report/report.cpp", 1},     // json, csv, md, images of the page, chains
         {"tools/measure/report/images.cpp", 2},     // images/
         {"tools/measure/report/page/page.cpp", 1},  // index.html
@@ -151,8 +152,8 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    // run, ab and bench, study, scene, diff, selftest, sheet, stress, view
-    EXPECT_EQ(checks.size(), 9u);
+    // run, ab and bench, study, scene, diff, selftest, sheet, stress, tune, view
+    EXPECT_EQ(checks.size(), 10u);
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 

@@ -27,6 +27,7 @@
 #include "tools/apps/postchain/sheet.h"
 #include "tools/apps/postchain/stress.h"
 #include "tools/apps/postchain/study.h"
+#include "tools/apps/postchain/tune.h"
 #include "tools/apps/postchain/view.h"
 #include "tools/apps/postchain/view_options.h"
 
@@ -69,6 +70,7 @@ int command(int argc, char** argv) {
     StressOptions stress;
     ServeOptions serve;
     StudyOptions study;
+    TuneOptions tune;
     ViewOptions view;
     std::string selftest_only, plan_format = "text", plan_calibration, passes_format = "text";
     const ParameterTable& job = job_parameters();
@@ -148,6 +150,10 @@ int command(int argc, char** argv) {
     CLI::App* study_app =
         app.add_subcommand("study", "ab or bench over several scenes, in one table");
     add_study(*study_app, options, study);
+    CLI::App* tune_app = app.add_subcommand(
+        "tune",
+        "find the chain with the least error in a given time, or the fastest within an error");
+    add_tune(*tune_app, options, tune);
 
     CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
     add_stress(*stress_app, options, stress);
@@ -198,6 +204,7 @@ int command(int argc, char** argv) {
     if (*ab) return ab_subcommand(options, experiment, argc, argv);
     if (*bench) return bench_subcommand(options, experiment, argc, argv);
     if (*study_app) return study_subcommand(options, study, argc, argv);
+    if (*tune_app) return tune_subcommand(options, tune, argc, argv);
     if (*stress_app) return stress_subcommand(options, stress);
     if (*selftest) return selftest_subcommand(options, selftest_only);
     if (*serve_app) return serve_subcommand(options, serve);

@@ -3,6 +3,26 @@
 namespace postchain::experiment {
 namespace {
 
+// For ExperimentSettings, and for types derived from it with other defaults.
+template <class P>
+ParameterTableBuilder<P> report_rows() {
+    ParameterTableBuilder<P> builder = measuring_rows<P>();
+    builder
+        .text("output", &P::folder,
+              {.unit = "DIR",
+               .help = "folder of the report; created if it does not exist",
+               .required = true})
+        .text("assets", &P::assets,
+              {.unit = "DIR",
+               .help = "folder for the page's images, otherwise embedded in the page",
+               .unset_means = "in the page"})
+        .integer("page_frames", &P::page_frames,
+                 {.min = 1, .max = 1000, .help = "frames whose images are kept, evenly spaced"});
+    return builder;
+}
+
+}  // namespace
+
 const ParameterTable& flip_parameters() {
     static const ParameterTable table =
         ParameterTableBuilder<metrics::FlipSettings>()
@@ -16,35 +36,9 @@ const ParameterTable& flip_parameters() {
     return table;
 }
 
-// For ExperimentSettings, and for types derived from it with other defaults.
-template <class P>
-ParameterTableBuilder<P> common_rows() {
-    ParameterTableBuilder<P> builder;
-    builder
-        .text(
-            "truth", &P::truth,
-            {.unit = "TRUTH", .help = "ground truth frames: both.####.exr", .unset_means = "none"})
-        .text("output", &P::folder,
-              {.unit = "DIR",
-               .help = "folder of the report; created if it does not exist",
-               .required = true})
-        .text("assets", &P::assets,
-              {.unit = "DIR",
-               .help = "folder for the page's images, otherwise embedded in the page",
-               .unset_means = "in the page"})
-        .integer("repeats", &P::repeats,
-                 {.min = 1, .max = 10000, .help = "repetitions of each timing"})
-        .integer("page_frames", &P::page_frames,
-                 {.min = 1, .max = 1000, .help = "frames whose images are kept, evenly spaced"})
-        .rows(static_cast<metrics::FlipSettings P::*>(&P::flip), flip_parameters());
-    return builder;
-}
-
-}  // namespace
-
 const ParameterTable& ab_parameters() {
     static const ParameterTable table =
-        common_rows<ExperimentSettings>()
+        report_rows<ExperimentSettings>()
             .choice("on_existing", &ExperimentSettings::on_existing, {"fail", "overwrite"},
                     {.help = "if the folder has a report"})
             .table();
@@ -53,7 +47,7 @@ const ParameterTable& ab_parameters() {
 
 const ParameterTable& bench_parameters() {
     static const ParameterTable table =
-        common_rows<BenchSettings>()
+        report_rows<BenchSettings>()
             .choice("on_existing",
                     static_cast<io::OnExisting BenchSettings::*>(&BenchSettings::on_existing),
                     {"fail", "overwrite", "skip"},

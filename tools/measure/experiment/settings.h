@@ -43,6 +43,22 @@ struct BenchSettings : ExperimentSettings {
     int truth_samples = 256;          // per pixel, for the ground truth of a generated scene
 };
 
+const ParameterTable& flip_parameters();  // over metrics::FlipSettings
+// What every measurement has, over ExperimentSettings and types derived from it with other
+// defaults.
+template <class P>
+ParameterTableBuilder<P> measuring_rows() {
+    ParameterTableBuilder<P> builder;
+    builder
+        .text(
+            "truth", &P::truth,
+            {.unit = "TRUTH", .help = "ground truth frames: both.####.exr", .unset_means = "none"})
+        .integer("repeats", &P::repeats,
+                 {.min = 1, .max = 10000, .help = "repetitions of each timing"})
+        .rows(static_cast<metrics::FlipSettings P::*>(&P::flip), flip_parameters());
+    return builder;
+}
+
 const ParameterTable& ab_parameters();     // over ExperimentSettings
 const ParameterTable& bench_parameters();  // over BenchSettings
 

@@ -52,14 +52,14 @@ double BusyMeter::others_share() const {
 }
 
 Result<report::Timing> time_plan(Executor& executor, const Plan& plan, PlaneView planes,
-                                 int repeats) {
+                                 int repeats, int warm_ups) {
     report::Timing timing;
     timing.frame = plan.frame_number;
     timing.source = executor.timing_source();
     std::vector<std::vector<double>> of_pass(plan.passes.size());
     std::vector<double> totals;
     executor.set_timing(true);
-    for (int i = 0; i < kWarmUps; ++i)
+    for (int i = 0; i < warm_ups; ++i)
         if (auto result = executor.filter(plan, planes); !result.ok()) return result.status();
     const BusyMeter busy;
     for (int i = 0; i < repeats; ++i) {

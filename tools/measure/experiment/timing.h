@@ -25,9 +25,9 @@ class BusyMeter {
     double own_s_ = 0;
 };
 
-// Runs the plan on `planes` repeats + kWarmUps times. Nothing else in this process may run at the
+// Runs the plan on `planes` repeats + warm_ups times. Nothing else in this process may run at the
 // same time. Transfers are not counted. Errors: gl.
 Result<report::Timing> time_plan(Executor& executor, const Plan& plan, PlaneView planes,
-                                 int repeats);
+                                 int repeats, int warm_ups = kWarmUps);
 
 }  // namespace postchain::experiment

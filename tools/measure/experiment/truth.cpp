@@ -112,15 +112,20 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
     return Status();
 }
 
-Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::ToneMapper mapper,
-                                 bool with_exposures) {
+Result<io::FrameList> frames_on_disk(const sequence::RunSettings& input) {
     auto list = io::find_frames(input.input, input.frames);
-    if (!list.ok()) return list.status();
-    if (!list->missing.empty())
+    if (list.ok() && !list->missing.empty())
         return Status(StatusCode::input,
                       concat(input.input.color().format(list->missing[0]), ": ",
                              report::counted(list->missing.size(), "requested frame"),
                              " not on disk: ", sequence::frames_text(list->missing)));
+    return list;
+}
+
+Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::ToneMapper mapper,
+                                 bool with_exposures) {
+    auto list = frames_on_disk(input);
+    if (!list.ok()) return list.status();
     InputSurvey survey;
     survey.frames = list->frames;
     io::Window first;

@@ -47,6 +47,9 @@ class Truth {
     metrics::ExposureRange exposures_;
 };
 
+// The requested frames. Errors (input): one is not on disk.
+Result<io::FrameList> frames_on_disk(const sequence::RunSettings& input);
+
 // Exposures of HDR-FLIP without a ground truth, from the unfiltered frames, and the frame size.
 // Errors (input): frames that cannot be read, have different sizes or are all black.
 struct InputSurvey {

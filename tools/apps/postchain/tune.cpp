@@ -1,0 +1,113 @@
+#include "tools/apps/postchain/tune.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "chain/printable.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/experiments.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/experiment/assemble.h"
+#include "tools/measure/tune/tune.h"
+#include "tools/measure/tune/tune_text.h"
+#include "tools/sequence/run/device.h"
+#include "tools/sequence/run/run_files.h"
+
+namespace postchain {
+namespace {
+
+Result<io::OutputFiles> files_of(const tune::TuneSettings& settings) {
+    io::OutputFiles files(settings.on_existing);
+    sequence::read_inputs(settings.run, files);
+    if (!settings.truth.empty()) {
+        const auto truth = io::InputSpec::parse(settings.truth);
+        if (!truth.ok()) return truth.status().at("--truth");
+        files.read(truth->color(), "the ground truth");
+    }
+    files.write(io::OutputFile{settings.folder, "the chain file", "name another with --output"});
+    return files;
+}
+
+Status write_chain_file(const tune::Tuning& tuning, const std::string& path,
+                        const io::OutputFiles& files) {
+    const auto permit = files.permit(path);
+    if (!permit.ok()) return permit.status();
+    return io::atomic_write_text(path, tune::tuned_chain_file(tuning), *permit).status();
+}
+
+}  // namespace
+
+void add_tune(CLI::App& subcommand, Options& o, TuneOptions& t) {
+    subcommand.add_option("CHAIN", t.chains,
+                          "chain files or names of shipped chains to start from (default: fast, "
+                          "balanced and best; without --truth balanced, and only one)");
+    subcommand
+        .add_option("--set", o.sets,
+                    "change a value of the chains, as in run; a value so set is not varied")
+        ->type_name("KEY=VALUE")
+        ->expected(1)
+        ->take_all();
+    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
+    add_settings(subcommand, tune::tune_parameters(), "", &t.settings);
+    add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
+    add_device(subcommand, o);
+    subcommand.add_flag("--json", o.json, "the measured chains as one JSON object on stdout");
+    add_progress(subcommand, o);
+}
+
+int tune_subcommand(const Options& options, const TuneOptions& t, int argc, char** argv) {
+    tune::TuneSettings settings = t.settings;
+    if (const auto goal = tune::goal_of(settings); !goal.ok()) return fail(goal.status());
+    const auto names = t.chains.empty() ? tune::default_starts(!settings.truth.empty()) : t.chains;
+    std::vector<tune::Start> starts;
+    std::vector<std::string> fixed;
+    std::vector<Camera> cameras;
+    for (const std::string& name : names) {
+        Options of_chain = options;
+        of_chain.chain = name;
+        auto file = load_chain_of(of_chain);
+        if (!file.ok()) return fail(file.status());
+        for (auto& knob : tune::fixed_knobs(file->chain, options.sets))
+            fixed.push_back(std::move(knob));
+        cameras.push_back(file->chain.camera);
+        starts.push_back({name, std::move(file->chain)});
+    }
+    auto run = run_settings_of(options);
+    if (!run.ok()) return fail(run.status());
+    experiment::complete(
+        settings,
+        {std::move(*run), options.job.input, names, cameras, {argv, argv + argc}, options.threads});
+    const auto files = files_of(settings);
+    if (!files.ok()) return fail(files.status());
+    if (Status status = files->check(); !status.ok()) return fail(status);
+    files->remove_left_temporaries();
+
+    const StopOnSignal stop;
+    auto context = context_of(options);
+    if (!context.ok()) return fail(context.status());
+    settings.renderer = sequence::renderer_text((*context)->device());
+    settings.software = (*context)->device().software;
+    Executor executor((*context)->device());
+    auto tuning = tune::run_tune(std::move(starts), fixed, settings, executor, progress_printer(),
+                                 &stop.flag());
+    log::progress("");
+    if (stop.asked()) return stop.interrupted("no chain is written; run the same command again");
+    if (!tuning.ok()) return fail(tuning.status());
+    for (const auto& line : tune::doubts_of(*tuning)) log::warning(line);
+    if (!tuning->with_truth) log::info("reference: " + tuning->reference);
+    if (tuning->chosen())
+        if (Status status = write_chain_file(*tuning, settings.folder, *files); !status.ok())
+            return fail(status);
+    std::fputs((options.json ? tune::tuning_as_json(*tuning) : tune::front_text(*tuning)).c_str(),
+               stdout);
+    if (!tuning->chosen()) {
+        log::error(tune::outcome_text(*tuning) + "; nothing is written");
+        return kExitThreshold;
+    }
+    log::info(tune::outcome_text(*tuning));
+    if (!options.json) std::printf("%s\n", printable(settings.folder).c_str());
+    return kExitOk;
+}
+
+}  // namespace postchain

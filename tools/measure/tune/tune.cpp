@@ -1,0 +1,258 @@
+#include "tools/measure/tune/tune.h"
+
+#include <algorithm>
+#include <chrono>
+#include <span>
+
+#include "tools/measure/experiment/basis.h"
+#include "tools/measure/experiment/converge.h"
+#include "tools/measure/experiment/timing.h"
+#include "tools/measure/report/words.h"
+#include "tools/sequence/run/frame_task.h"
+
+namespace postchain::tune {
+namespace {
+
+constexpr const char* kMetric = "hdr_flip";
+constexpr int kReferenceSeeds = 2;     // averaged in a converged image
+constexpr double kGiveUp = 2;          // budgets beyond which a chain is not measured further
+constexpr int kConfirmingRepeats = 2;  // times the repetitions of the first timing
+
+struct ShotFrame {
+    sequence::SourceFrame source;
+    metrics::RgbImage reference;
+};
+
+bool same_work(const Plan& a, const Plan& b) {
+    return a.steps == b.steps && a.textures == b.textures && a.outputs == b.outputs;
+}
+
+// Measures chains on the frames of a shot, which it holds in memory.
+class Shot final : public Laboratory {
+  public:
+    Shot(const TuneSettings& settings, const Goal& goal, Executor& executor,
+         const experiment::ProgressCallback& progress)
+        : settings_(settings), goal_(goal), executor_(executor), progress_(progress) {}
+
+    // Reads the frames and their references. `wanted`: planes that some chain may read.
+    // `converging`: the chain whose converged image is the reference without a ground truth.
+    Status open(const experiment::Basis& basis, const std::vector<int>& numbers, RoleSet wanted,
+                const Chain& converging) {
+        exposures_ = basis.exposures;
+        for (const int number : numbers) {
+            auto source = experiment::read_frame(basis, settings_.run, number, wanted);
+            if (!source.ok()) return source.status();
+            for (const auto& note : experiment::notes_on_neighbors(*source)) notes_.push_back(note);
+            metrics::RgbImage reference;
+            if (basis.truth) {
+                auto truth = basis.truth->load(number);
+                if (!truth.ok()) return truth.status();
+                reference = std::move(*truth);
+            } else {
+                say(concat("frame ", number, ": the converged image"));
+                // plan_source_frame() explains what a frame lacks.
+                auto plan = sequence::plan_source_frame(converging, *source, settings_.run.plan);
+                if (!plan.ok()) return plan.status();
+                auto converged =
+                    experiment::converge(converging, source->description, source->planes,
+                                         settings_.run.plan, executor_, kReferenceSeeds);
+                if (!converged.ok()) return converged.status();
+                auto image = metrics::rgb_image_of(converged->rgb);
+                if (!image.ok()) return image.status();
+                reference = std::move(*image);
+                changes_ = converged->changes;
+            }
+            frames_.push_back({std::move(*source), std::move(reference)});
+        }
+        return Status();
+    }
+
+    Result<Measured> measure(const Chain& chain) override {
+        say(knobs_text(chain));
+        auto plans = plans_of(chain);
+        if (!plans.ok()) return plans.status();
+        for (const auto& [known, measured] : known_)
+            if (std::equal(plans->begin(), plans->end(), known.begin(), same_work)) return measured;
+        Measured measured;
+        double error = 0;
+        for (size_t i = 0; i < frames_.size(); ++i) {
+            // Warms up too: it compiles.
+            auto filtered = executor_.filter((*plans)[i], frames_[i].source.planes);
+            if (!filtered.ok()) return filtered.status();
+            if (i == 0 && goal_.budget_s) {
+                auto once = times_of({&(*plans)[0], 1}, 1);
+                if (!once.ok()) return once.status();
+                if (once->seconds > kGiveUp * *goal_.budget_s)
+                    return keep(std::move(*plans), {.times = std::move(*once), .error = {}});
+            }
+            auto of_frame = error_of(filtered->at(Role::color), frames_[i].reference);
+            if (!of_frame.ok()) return of_frame.status();
+            error += *of_frame / double(frames_.size());
+        }
+        auto times = times_of(*plans, settings_.repeats);
+        if (!times.ok()) return times.status();
+        return keep(std::move(*plans), {.times = std::move(*times), .error = error});
+    }
+
+    Result<Times> time_again(const Chain& chain) override {
+        say("timing again: " + knobs_text(chain));
+        auto plans = plans_of(chain);
+        if (!plans.ok()) return plans.status();
+        return times_of(*plans, kConfirmingRepeats * settings_.repeats);
+    }
+
+    const std::vector<std::string>& notes() const { return notes_; }
+    // What converging changed, in words.
+    const std::vector<std::string>& changes() const { return changes_; }
+
+  private:
+    void say(const std::string& what) {
+        const double now =
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count();
+        if (progress_)
+            progress_({.what = what,
+                       .done = known_.size(),
+                       .total = size_t(settings_.max_chains),
+                       .elapsed_s = now});
+    }
+
+    Result<std::vector<Plan>> plans_of(const Chain& chain) const {
+        std::vector<Plan> plans;
+        for (const ShotFrame& frame : frames_) {
+            auto plan = sequence::plan_source_frame(chain, frame.source, settings_.run.plan);
+            if (!plan.ok()) return plan.status();
+            plans.push_back(std::move(*plan));
+        }
+        return plans;
+    }
+
+    // Of the first plans.size() frames, whose programs are compiled.
+    Result<Times> times_of(std::span<const Plan> plans, int repeats) {
+        Times times;
+        times.repeats = repeats;
+        for (size_t i = 0; i < plans.size(); ++i) {
+            auto timing =
+                experiment::time_plan(executor_, plans[i], frames_[i].source.planes, repeats, 0);
+            if (!timing.ok()) return timing.status();
+            times.seconds += 1e-3 * timing->total.median_ms / double(plans.size());
+            times.spread_s += 1e-3 * timing->total.spread_ms / double(plans.size());
+            if (!timing->trustworthy) times.doubt = timing->why_not;
+        }
+        return times;
+    }
+
+    Result<double> error_of(const ImageF& color, const metrics::RgbImage& reference) const {
+        auto test = metrics::rgb_image_of(color);
+        if (!test.ok()) return test.status();
+        auto pair = metrics::pair_of(std::move(*test), reference);
+        if (!pair.ok()) return pair.status();
+        metrics::CompareSettings compare;
+        compare.metrics = {kMetric};
+        compare.flip = settings_.flip;
+        compare.exposures = exposures_;
+        auto compared = metrics::compare(*pair, compare);
+        if (!compared.ok()) return compared.status();
+        return *compared->value(kMetric);
+    }
+
+    Measured keep(std::vector<Plan> plans, Measured measured) {
+        known_.emplace_back(std::move(plans), measured);
+        return measured;
+    }
+
+    const TuneSettings& settings_;
+    const Goal& goal_;
+    Executor& executor_;
+    const experiment::ProgressCallback& progress_;
+    const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+    metrics::ExposureRange exposures_;
+    std::vector<ShotFrame> frames_;
+    // By their plans: chains that differ only in knobs without effect here are one.
+    std::vector<std::pair<std::vector<Plan>, Measured>> known_;
+    std::vector<std::string> notes_, changes_;
+};
+
+// A few frames of those that have a ground truth.
+Result<std::vector<int>> frames_to_measure(const TuneSettings& settings) {
+    auto list = experiment::frames_on_disk(settings.run);
+    if (!list.ok()) return list.status();
+    if (settings.truth.empty())
+        return experiment::spread_frames(list->frames, settings.measure_frames);
+    auto truth = experiment::Truth::open(settings.truth, list->frames);
+    if (!truth.ok()) return truth.status();
+    return experiment::spread_frames(truth->frames(), settings.measure_frames);
+}
+
+RoleSet planes_of(const std::vector<Start>& starts) {
+    RoleSet wanted;
+    for (const Start& start : starts)
+        for (const Chain& chain : {start.chain.clone(), without_shortcuts(start.chain)})
+            wanted = wanted | chain.required() | chain.optional();
+    return wanted;
+}
+
+std::string converged_words(const Start& start, const std::vector<std::string>& changes) {
+    return concat("no ground truth: the converged image of ", start.name, " itself (",
+                  knobs_text(without_shortcuts(start.chain)), "; ", joined(changes), "; mean of ",
+                  kReferenceSeeds, " seeds), so the error of its method is not counted");
+}
+
+}  // namespace
+
+std::vector<std::string> default_starts(bool with_truth) {
+    if (with_truth) return {"fast", "balanced", "best"};
+    return {"balanced"};
+}
+
+Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string>& fixed,
+                        const TuneSettings& given, Executor& executor,
+                        const experiment::ProgressCallback& progress,
+                        const std::atomic<bool>* stop) {
+    auto goal = goal_of(given);
+    if (!goal.ok()) return goal.status();
+    if (given.truth.empty() && starts.size() != 1)
+        return Status(StatusCode::usage,
+                      concat("without a ground truth a chain is measured against its own converged "
+                             "image, but ",
+                             starts.size(), " chains are given; name one, or give -r"));
+    TuneSettings settings = given;
+    std::vector<const Chain*> chains;
+    for (const Start& start : starts) chains.push_back(&start.chain);
+    settings.run = sequence::settings_for(settings.run, chains);
+    auto numbers = frames_to_measure(settings);
+    if (!numbers.ok()) return numbers.status();
+    settings.run.frames = io::FrameRange{*numbers};
+    report::Report conditions;
+    auto basis = experiment::open_basis(report::Kind::bench, settings, conditions);
+    if (!basis.ok()) return basis.status();
+
+    const StopScope within_a_frame(executor, stop);
+    Shot shot(settings, *goal, executor, progress);
+    if (Status status =
+            shot.open(*basis, *numbers, planes_of(starts), without_shortcuts(starts.front().chain));
+        !status.ok())
+        return status;
+    Tuning tuning;
+    tuning.with_truth = basis->truth.has_value();
+    tuning.reference = tuning.with_truth ? "ground truth " + *conditions.truth
+                                         : converged_words(starts.front(), shot.changes());
+    const auto steps = [&](const Chain& chain) {
+        return steps_from(chain, fixed, tuning.with_truth);
+    };
+    auto walked = walk(std::move(starts), steps, *goal, settings.max_chains, shot);
+    if (!walked.ok()) return walked.status();
+    if (Status status = io::check_unchanged(basis->stamps); !status.ok()) return status;
+    tuning.goal = *goal;
+    tuning.walk = std::move(*walked);
+    tuning.version = conditions.version;
+    tuning.input = settings.input;
+    tuning.frames = concat(sequence::frames_text(*numbers), " (", conditions.width, "x",
+                           conditions.height, ")");
+    tuning.device = concat(conditions.renderer, ", ", conditions.precision);
+    if (conditions.software) tuning.device += concat(", ", conditions.threads, " threads");
+    tuning.timing = executor.timing_source();
+    tuning.notes = shot.notes();
+    return tuning;
+}
+
+}  // namespace postchain::tune

@@ -1,0 +1,49 @@
+// postchain tune: finds the chain of least error within a time per frame, or of least time within
+// an error, on a few frames of a shot and on this device.
+//
+//   start chains --walk.h--> chains measured on the frames --> front, chosen chain
+//   a chain: its error against the ground truth, or against the start's own converged image
+//
+// Metric, exposures and timing are those of bench (tools/measure/experiment).
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "chain/gl/executor.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/tune/settings.h"
+#include "tools/measure/tune/walk.h"
+
+namespace postchain::tune {
+
+// Shipped chains to start from if none is named.
+std::vector<std::string> default_starts(bool with_truth);
+
+struct Tuning {
+    Goal goal;
+    Walk walk;
+    // The conditions of the figures, in words.
+    std::string version;
+    std::string input;      // as typed
+    std::string frames;     // "10, 12; 640x360"
+    std::string reference;  // "ground truth both.####.exr", or what the converged image is
+    bool with_truth = false;
+    std::string device;
+    std::string timing;  // "wall clock around glFinish, median of 3 repetitions"
+    std::vector<std::string> notes;
+
+    const Tried* chosen() const { return walk.chosen ? &walk.tried[*walk.chosen] : nullptr; }
+};
+
+// `fixed`: knobs that stay as they are. With a ground truth the walk also changes the order of the
+// passes; without it there is one start, whose own converged image is the reference. Writes
+// nothing. If no chain meets the goal, Tuning::chosen() is null. Errors: (usage); (input) of the
+// shot and the ground truth; those of planning; (gl); (canceled) by `stop`.
+Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string>& fixed,
+                        const TuneSettings& settings, Executor& executor,
+                        const experiment::ProgressCallback& progress,
+                        const std::atomic<bool>* stop);
+
+}  // namespace postchain::tune

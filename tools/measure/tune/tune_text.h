@@ -1,0 +1,22 @@
+// Texts of a Tuning: the chain file, the front, JSON.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/measure/tune/tune.h"
+
+namespace postchain::tune {
+
+// The chosen chain, or the closest that was measured and the remedy.
+std::string outcome_text(const Tuning& tuning);
+// A line per chain of the front, the fastest first; the chosen one is marked.
+std::string front_text(const Tuning& tuning);
+// What limits the figures, a line each.
+std::vector<std::string> doubts_of(const Tuning& tuning);
+// The chain file of the chosen chain, which must exist, with conditions and front as comments.
+std::string tuned_chain_file(const Tuning& tuning);
+// One object on one line; docs/tune.md lists its keys.
+std::string tuning_as_json(const Tuning& tuning);
+
+}  // namespace postchain::tune

@@ -1,0 +1,167 @@
+#include "tools/measure/tune/walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace postchain::tune {
+namespace {
+
+// Whether `a` makes `b` superfluous. Of equals the earlier one stays.
+bool beats(const Measured& a, const Measured& b, bool a_is_earlier) {
+    if (!a.error || !b.error) return false;
+    const bool better = a.times.seconds < b.times.seconds || *a.error < *b.error;
+    return a.times.seconds <= b.times.seconds && *a.error <= *b.error && (better || a_is_earlier);
+}
+
+// The chain of least `value` that has one.
+template <class Value>
+std::optional<size_t> least(const std::vector<Tried>& tried, const Value& value) {
+    std::optional<size_t> best;
+    double least = 0;
+    for (size_t i = 0; i < tried.size(); ++i) {
+        const std::optional<double> here = value(i);
+        if (!here || (best && *here >= least)) continue;
+        best = i;
+        least = *here;
+    }
+    return best;
+}
+
+class Walker {
+  public:
+    Walker(const Steps& steps, const Goal& goal, int most, Laboratory& laboratory)
+        : steps_(steps), goal_(goal), most_(size_t(most)), laboratory_(laboratory) {}
+
+    Result<Walk> run(std::vector<Start> starts) {
+        for (Start& start : starts)
+            if (Status status = attempt(std::move(start.chain), start.name); !status.ok())
+                return status;
+        // A time that does not hold may leave no chain within the budget; then the walk goes on.
+        do {
+            while (const auto next = next_to_expand())
+                if (Status status = expand(*next); !status.ok()) return status;
+            if (Status status = confirm(); !status.ok()) return status;
+        } while (!walk_.chosen && next_to_expand());
+        walk_.complete = !stopped_early_;
+        return std::move(walk_);
+    }
+
+  private:
+    bool full() const { return walk_.tried.size() >= most_; }
+
+    Status attempt(Chain chain, const std::string& name) {
+        if (!known_.insert(chain.text()).second) return Status();
+        auto measured = laboratory_.measure(chain);
+        if (!measured.ok()) return measured.status();
+        walk_.tried.push_back({std::move(chain), name, std::move(*measured)});
+        return Status();
+    }
+
+    std::optional<double> value_of(size_t i) const {
+        const Measured& measured = walk_.tried[i].measured;
+        return goal_.budget_s ? measured.times.seconds : measured.error;
+    }
+
+    // While nothing meets the goal, the chain closest to it; then the unexpanded point of the
+    // front that is closest to it.
+    std::optional<size_t> next_to_expand() {
+        const bool met = choice().has_value();
+        const std::vector<size_t> front = walk_.front();
+        const double limit = goal_.budget_s ? *goal_.budget_s : *goal_.error;
+        const auto next = least(walk_.tried, [&](size_t i) -> std::optional<double> {
+            if (walk_.tried[i].expanded) return std::nullopt;
+            if (!met) return value_of(i);
+            if (std::find(front.begin(), front.end(), i) == front.end()) return std::nullopt;
+            return std::abs(std::log(std::max(*value_of(i), 1e-12) / limit));
+        });
+        if (next && full()) {
+            stopped_early_ = true;
+            return std::nullopt;
+        }
+        return next;
+    }
+
+    // From a chain beyond the budget no step leads to more time; from one that has reached the
+    // error, none needs to.
+    bool worthwhile(const Measured& from, Cost cost) const {
+        if (cost != Cost::more) return true;
+        return goal_.budget_s ? meets(goal_, from) : !meets(goal_, from);
+    }
+
+    Status expand(size_t i) {
+        const Measured from = walk_.tried[i].measured;
+        for (Step& step : steps_(walk_.tried[i].chain)) {
+            if (!worthwhile(from, step.cost)) continue;
+            if (full() && !known_.contains(step.chain.text())) return Status();
+            if (Status status = attempt(std::move(step.chain), ""); !status.ok()) return status;
+        }
+        walk_.tried[i].expanded = true;
+        return Status();
+    }
+
+    std::optional<size_t> choice() const {
+        return least(walk_.tried, [&](size_t i) -> std::optional<double> {
+            const Measured& measured = walk_.tried[i].measured;
+            if (!meets(goal_, measured)) return std::nullopt;
+            return goal_.budget_s ? *measured.error : measured.times.seconds;
+        });
+    }
+
+    // Each pass confirms one more chain, so it ends.
+    Status confirm() {
+        while ((walk_.chosen = choice()) && !walk_.tried[*walk_.chosen].confirmed) {
+            Tried& chosen = walk_.tried[*walk_.chosen];
+            auto times = laboratory_.time_again(chosen.chain);
+            if (!times.ok()) return times.status();
+            chosen.measured.times = std::move(*times);
+            chosen.confirmed = true;
+        }
+        return Status();
+    }
+
+    const Steps& steps_;
+    const Goal& goal_;
+    const size_t most_;
+    Laboratory& laboratory_;
+    Walk walk_;
+    std::set<std::string> known_;  // texts of the chains tried
+    bool stopped_early_ = false;
+};
+
+}  // namespace
+
+bool meets(const Goal& goal, const Measured& measured) {
+    if (!measured.error) return false;
+    return goal.budget_s ? measured.times.seconds <= *goal.budget_s
+                         : *measured.error <= *goal.error;
+}
+
+std::vector<size_t> Walk::front() const {
+    std::vector<size_t> found;
+    for (size_t i = 0; i < tried.size(); ++i) {
+        bool beaten = !tried[i].measured.error;
+        for (size_t j = 0; j < tried.size() && !beaten; ++j)
+            beaten = j != i && beats(tried[j].measured, tried[i].measured, j < i);
+        if (!beaten) found.push_back(i);
+    }
+    std::sort(found.begin(), found.end(), [&](size_t a, size_t b) {
+        return tried[a].measured.times.seconds < tried[b].measured.times.seconds;
+    });
+    return found;
+}
+
+std::optional<size_t> Walk::fastest() const {
+    return least(tried, [&](size_t i) { return std::optional(tried[i].measured.times.seconds); });
+}
+
+std::optional<size_t> Walk::closest() const {
+    return least(tried, [&](size_t i) { return tried[i].measured.error; });
+}
+
+Result<Walk> walk(std::vector<Start> starts, const Steps& steps, const Goal& goal, int most,
+                  Laboratory& laboratory) {
+    return Walker(steps, goal, most, laboratory).run(std::move(starts));
+}
+
+}  // namespace postchain::tune

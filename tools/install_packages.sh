@@ -15,7 +15,8 @@ if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
         dpkg-dev file libglfw3-dev libogre-1.12-dev xvfb slurmctld slurmd slurm-client munge prometheus
-        python3 chromium chromium-driver
+        python3 python3-dev python3-numpy python3-pytest python3-matplotlib pybind11-dev
+        chromium chromium-driver
     )
 fi
 if [[ ${1:-} == --fuzz ]]; then

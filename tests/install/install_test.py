@@ -177,6 +177,17 @@ def samples(options):
         assert "libpostchain.so" in call("ldd", folder / f"{name}_host"), name
 
 
+USE_MODULE = """
+import pathlib, sys, tempfile
+import numpy, postchain
+print(postchain.__version__, pathlib.Path(postchain.__file__).parent)
+chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"]})
+print(chain.run(numpy.zeros((4, 4, 3), "f4")).shape)
+with tempfile.TemporaryDirectory() as folder:
+    postchain.scene("still", folder, size=(16, 9), on_existing="overwrite")
+    postchain.run_sequence(chain, f"{folder}/sharp.0001.exr", f"{folder}/out.exr", png=True)
+    print(len(list(pathlib.Path(folder).glob("out.png"))))
+"""
 FAKE_MODULE = """
 struct calls { const char* version; };
 const struct calls* postchain_image_calls(void) {
@@ -241,6 +252,8 @@ def packages(options):
     has = {f"libpostchain{so}": f"libpostchain.so.{options.version}",
            "libpostchain-dev": "postchain.h"}
     if not options.core:
+        if options.python:
+            has["python3-postchain"] = "dist-packages/postchain/__init__.pyi"
         has.update({"postchain": "bin/postchain",
                     f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
     expect_equal(set(held), set(has), "packages")
@@ -254,6 +267,8 @@ def packages(options):
     if not options.core:
         assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
         assert f"libpostchain{so} (= " in held[f"libpostchain-config{so}"][1]
+    if options.python:
+        assert "python3.11, python3-numpy" in held["python3-postchain"][1]
     use_unpacked(options, folder, set(has))
 
 
@@ -278,6 +293,11 @@ def use_unpacked(options, folder, names):
         assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
     if not options.core:
         call(root / "usr/bin/postchain", "--version")
+    if options.python:
+        place = one("usr/lib/python3*/dist-packages", root)
+        text = call(options.python, "-B", "-c", USE_MODULE, env=dict(os.environ,
+                                                                     PYTHONPATH=str(place)))
+        assert text == f"{options.version} {place}/postchain\n(4, 4, 3)\n1\n", text
 
 
 def main():
@@ -289,6 +309,7 @@ def main():
     parser.add_argument("--prefix", type=pathlib.Path, required=True)
     parser.add_argument("--version", required=True)
     parser.add_argument("--core", action="store_true")
+    parser.add_argument("--python", help="interpreter of the module")
     options = parser.parse_args()
     options.build, options.prefix = options.build.resolve(), options.prefix.resolve()
     checks[options.check](options)

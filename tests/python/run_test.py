@@ -8,13 +8,13 @@ import postchain
 import pytest
 from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of, python
 
-# A frame that is filtered for at least ten seconds, on one thread.
+# A frame that is filtered for two minutes on one thread.
 LONG = """
 import numpy, postchain, sys, threading, time
 postchain.set_threads(1)
 device = postchain.Device("software")
 chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"] * 64})
-color = numpy.random.default_rng(1).random((2048, 2048, 3), dtype=numpy.float32)
+color = numpy.random.default_rng(1).random((3072, 3072, 3), dtype=numpy.float32)
 """
 
 

@@ -194,7 +194,11 @@ def test_scene(tmp_path):
     for kind, words, arguments, settings in [
             (postchain.UsageError, "wheels", ("wheel", tmp_path / "c"), {}),
             (postchain.UsageError, "size: 0x9", ("wheels", tmp_path / "c"), {"size": (0, 9)}),
-            (postchain.OutputError, "wheels|exists|b", ("wheels", tmp_path / "b"), {"frames": 1}),
+            (postchain.UsageError, "fail or overwrite", ("wheels", tmp_path / "c"),
+             {"on_existing": "skip"}),
+            (postchain.UsageError, "fail, overwrite", ("wheels", tmp_path / "c"),
+             {"on_existing": "never"}),
+            (postchain.OutputError, "exist", ("wheels", tmp_path / "b"), {"frames": 1}),
             (postchain.CanceledError, "", ("wheels", tmp_path / "c"),
              {"progress": lambda report: False, "frames": "1-50"})]:
         with pytest.raises(kind, match=words):

@@ -1,6 +1,5 @@
 #include "tools/python/array_file.h"
 
-#include <bit>
 #include <cstring>
 
 #include "tools/python/errors.h"
@@ -105,19 +104,20 @@ void ArrayFile::add(const char* argument, const py::object& object,
 
 // Called without the GIL.
 Status ArrayFile::read_planes(io::PartPixels& pixels) {
-    for (io::PartPixels::Plane& plane : pixels.planes) {
-        const Channel& channel = channels_.find(plane.channel.name)->second;
-        const auto copy = [&]<class Value>(Value* to) {
-            for (int y = pixels.window.min_y; y <= pixels.window.max_y; ++y) {
-                const char* from = channel.first + y * channel.row_stride;
+    for (int y = pixels.window.min_y; y <= pixels.window.max_y; ++y) {
+        for (io::PartPixels::Plane& plane : pixels.planes) {
+            const Channel& channel = channels_.find(plane.channel.name)->second;
+            const char* from = channel.first + y * channel.row_stride;
+            std::byte* to = plane.bytes.get() + size_t(y - pixels.window.min_y) * plane.row_bytes();
+            const auto copy = [&]<class Value>(Value) {
                 for (int x = 0; x < plane.width; ++x, from += channel.column_stride)
-                    std::memcpy(to++, from, sizeof(Value));  // NumPy need not align values
-            }
-        };
-        if (plane.channel.type == io::PixelType::half)
-            copy(reinterpret_cast<uint16_t*>(plane.bytes.get()));
-        else
-            copy(reinterpret_cast<uint32_t*>(plane.bytes.get()));
+                    std::memcpy(to + size_t(x) * sizeof(Value), from, sizeof(Value));
+            };
+            if (plane.channel.type == io::PixelType::half)
+                copy(uint16_t());
+            else
+                copy(uint32_t());
+        }
     }
     return {};
 }

@@ -231,10 +231,14 @@ void write_scene(const std::string& name, const std::string& folder, std::pair<i
     const Parameter& row = *job_parameters().find("frames");
     const auto text = std::get<std::string>(parameter_value(frames, row));
     request.frames = value_of(io::FrameRange::parse(text)).frames;
-    if (on_existing != "fail" && on_existing != "overwrite")
+    sequence::JobSettings job;
+    py::kwargs words;
+    words["on_existing"] = on_existing;
+    set_rows(job_parameters(), &job, words, "scene");
+    if (job.on_existing == io::OnExisting::skip)
         raise(Status(StatusCode::usage,
-                     concat("on_existing: '", on_existing, "'; it is one of fail, overwrite")));
-    request.on_existing = on_existing == "fail" ? io::OnExisting::fail : io::OnExisting::overwrite;
+                     "on_existing: a scene has no frames to skip; give fail or overwrite"));
+    request.on_existing = job.on_existing;
     if (!camera.is_none() && py::len(camera) > 0)
         request.camera = camera_of(camera.cast<py::dict>()).camera;
     if (auto model = scenes::model_for(request); !model.ok()) raise(model.status());

@@ -51,7 +51,7 @@ Status add_neighbor(const ChainObject& chain, const PlanOptions& options, Neighb
     return Status();
 }
 
-std::vector<std::string> warnings_of(const ChainObject& chain, const PlannedArrays& planned) {
+std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned) {
     std::vector<std::string> warnings = planned.source.warnings;
     for (auto& warning : sequence::plan_warnings(chain.chain, planned.plan, planned.source))
         warnings.push_back(std::move(warning));
@@ -153,7 +153,7 @@ py::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
     auto color = device->run("filtering a frame", [&](Call&, Executor& executor) -> Result<ImageF> {
         auto planned = plan_arrays(chain, frames, options);
         if (!planned.ok()) return planned.status();
-        warnings = warnings_of(chain, *planned);
+        warnings = planning_warnings(chain, *planned);
         auto filtered = executor.filter(planned->plan, planned->source.planes);
         if (!filtered.ok()) return filtered.status();
         ImageF result = std::move(filtered->at(Role::color));
@@ -170,7 +170,7 @@ py::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames
     auto json = in_background("planning a frame", [&](Call&) -> Result<io::Json> {
         auto planned = plan_arrays(chain, frames, options);
         if (!planned.ok()) return planned.status();
-        warnings = warnings_of(chain, *planned);
+        warnings = planning_warnings(chain, *planned);
         io::Json plan = io::json_from(plan_json(planned->plan));
         plan["resolved"] = sequence::resolved_json(
             sequence::resolve_values(chain.chain, planned->source, planned->plan));

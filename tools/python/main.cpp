@@ -5,13 +5,13 @@
 
 #include "config/chain_file.h"
 #include "config/chain_find.h"
-#include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/flip.h"
 #include "tools/measure/scenes/scene.h"
 #include "tools/python/chain_object.h"
+#include "tools/python/documentation.h"
 #include "tools/python/errors.h"
 #include "tools/python/frame_object.h"
 #include "tools/python/job.h"
@@ -24,44 +24,6 @@ namespace py = pybind11;
 
 namespace postchain::python {
 namespace {
-
-// Rows of keyword arguments as lines of a docstring; null: every row but the arguments.
-std::string rows_text(const std::set<std::string>* keys) {
-    static const std::set<std::string> arguments = {"input", "output", "camera"};
-    std::string text;
-    for (const Parameter& row : job_parameters().rows())
-        if (!arguments.contains(row.key) && (!keys || keys->contains(row.key)))
-            text += "\n  " + documentation(row);
-    return text;
-}
-
-std::string passes_text() {
-    std::string text;
-    for (const PassType& type : builtin_passes().types()) {
-        text += "\n" + type.name + ": " + type.title + ". " + type.help;
-        for (const Parameter& row : type.parameters->rows()) text += "\n  " + documentation(row);
-    }
-    text += "\ncamera:";
-    for (const Parameter& row : camera_parameters().rows()) text += "\n  " + documentation(row);
-    return text;
-}
-
-// The tables from which stub and docstrings are made.
-py::object tables() {
-    io::Json json = io::Json::parse(passes_as_json(builtin_passes()));
-    for (const Parameter& row : job_parameters().rows())
-        json["settings"][row.key] = io::json_from(row_schema(row));
-    json["array_keys"] = array_keys();
-    json["file_keys"] = file_keys();
-    json["plan_keys"] = plan_keys();
-    for (const auto& row : metrics::metric_rows()) json["metrics"].push_back(row.name);
-    for (const auto& row : metrics::map_rows()) json["maps"].push_back(row.name);
-    json["scenes"] = io::Json::array();
-    for (const auto& scene : scenes::scenes()) json["scenes"].push_back(scene.name);
-    json["depth_encodings"] = depth_encoding_names();
-    json["tone_mappers"] = metrics::tone_mapper_names();
-    return python_of(json);
-}
 
 std::shared_ptr<Device> device_of(const py::object& device) {
     return device.is_none() ? default_device() : device.cast<std::shared_ptr<Device>>();

@@ -9,7 +9,7 @@ namespace py = pybind11;
 namespace postchain::python {
 namespace {
 
-[[noreturn]] void wrong(const std::string& place, const std::string& what) {
+[[noreturn]] void refuse(const std::string& place, const std::string& what) {
     raise(Status(StatusCode::usage, concat(place, ": ", what)));
 }
 
@@ -33,7 +33,7 @@ int64_t integer_of(const py::handle& value, const std::string& place) {
     if (!number) throw py::error_already_set();
     int overflow = 0;
     const int64_t integer = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
-    if (overflow != 0) wrong(place, std::string(py::str(value)) + " is too large a number");
+    if (overflow != 0) refuse(place, std::string(py::str(value)) + " is too large a number");
     return integer;
 }
 
@@ -42,13 +42,13 @@ std::string word_of(const py::handle& value, const std::string& place) {
     return path_of(value, place);
 }
 
-std::string text_of(const py::handle& value, const std::string& place) {
+std::string list_text_of(const py::handle& value, const std::string& place) {
     const bool one =
         py::isinstance<py::str>(value) || is_integer(value) || !py::isinstance<py::iterable>(value);
     if (one) return word_of(value, place);
     std::string text;
     for (const py::handle item : value) text += (text.empty() ? "" : ",") + word_of(item, place);
-    if (text.empty()) wrong(place, "is empty; give at least one, or leave it out");
+    if (text.empty()) refuse(place, "is empty; give at least one, or leave it out");
     return text;
 }
 
@@ -69,9 +69,9 @@ std::string json_text_of(const py::handle& value) {
 
 std::string path_of(const py::handle& value, const std::string& place) {
     if (!py::isinstance<py::str>(value) && !py::hasattr(value, "__fspath__"))
-        wrong(place, "is a " + type_of(value) + "; give a string or a path");
+        refuse(place, "is a " + type_of(value) + "; give a string or a path");
     const py::object path = py::module_::import("os").attr("fspath")(value);
-    if (!py::isinstance<py::str>(path)) wrong(place, "is a path of bytes; give a string");
+    if (!py::isinstance<py::str>(path)) refuse(place, "is a path of bytes; give a string");
     return py::str(path);
 }
 
@@ -93,9 +93,9 @@ ParameterValue parameter_value(const py::handle& value, const Parameter& row) {
         case ParameterType::choice:
             return word_of(value, row.key);
         case ParameterType::text:
-            return text_of(value, row.key);
+            return list_text_of(value, row.key);
     }
-    wrong(row.key, concat("is a ", type_of(value), "; give ", row.domain()));
+    refuse(row.key, concat("is a ", type_of(value), "; give ", row.domain()));
 }
 
 void set_rows(const ParameterTable& table, ParameterRef parameters, const py::kwargs& values,
@@ -106,7 +106,7 @@ void set_rows(const ParameterTable& table, ParameterRef parameters, const py::kw
         const Parameter* row = table.find(key);
         const Status status =
             table.set(parameters, key, row ? parameter_value(value, *row) : ParameterValue());
-        if (!status.ok()) wrong(row ? place + ": " + key : place, status.message());
+        if (!status.ok()) refuse(row ? place + ": " + key : place, status.message());
     }
 }
 
@@ -117,15 +117,6 @@ CameraFile camera_of(const py::dict& camera) {
     warn(warnings_of(file.diagnostics));
     if (const Status status = sequence::read_aperture_images(file); !status.ok()) raise(status);
     return file;
-}
-
-std::string documentation(const Parameter& row) {
-    std::string text = row.key + ": " + in_python(row.full_help());
-    if (!row.unit.empty()) text += " (" + row.unit + ")";
-    if (row.type == ParameterType::choice) text += "; " + row.domain();
-    if (row.default_value != ParameterValue())
-        text += "; default " + postchain::text_of(row.default_value);
-    return text;
 }
 
 }  // namespace postchain::python

@@ -34,7 +34,4 @@ void set_rows(const ParameterTable& table, ParameterRef parameters, const pybind
 // The camera of a dict, which has the keys of a camera file, with its aperture images read. Raises.
 CameraFile camera_of(const pybind11::dict& camera);
 
-// The row of a keyword argument in a docstring: "frames: frames to process: 1-10 (RANGE)".
-std::string documentation(const Parameter& row);
-
 }  // namespace postchain::python

@@ -178,7 +178,7 @@ def samples(options):
 
 
 USE_MODULE = """
-import pathlib, sys, tempfile
+import pathlib, tempfile
 import numpy, postchain
 print(postchain.__version__, pathlib.Path(postchain.__file__).parent)
 chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"]})
@@ -268,7 +268,8 @@ def packages(options):
         assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
         assert f"libpostchain{so} (= " in held[f"libpostchain-config{so}"][1]
     if options.python:
-        assert "python3.11, python3-numpy" in held["python3-postchain"][1]
+        depends = held["python3-postchain"][1]
+        assert re.search(r"python3\.\d+, python3-numpy", depends), depends
     use_unpacked(options, folder, set(has))
 
 
@@ -295,8 +296,9 @@ def use_unpacked(options, folder, names):
         call(root / "usr/bin/postchain", "--version")
     if options.python:
         place = one("usr/lib/python3*/dist-packages", root)
-        text = call(options.python, "-B", "-c", USE_MODULE, env=dict(os.environ,
-                                                                     PYTHONPATH=str(place)))
+        # Without the warning of a machine that has no GPU.
+        text = call(options.python, "-B", "-W", "ignore", "-c", USE_MODULE,
+                    env=dict(os.environ, PYTHONPATH=str(place)))
         assert text == f"{options.version} {place}/postchain\n(4, 4, 3)\n1\n", text
 
 

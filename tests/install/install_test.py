@@ -188,6 +188,17 @@ def samples(options):
         assert "libpostchain.so" in call("ldd", folder / f"{name}_host"), name
 
 
+USE_MODULE = """
+import pathlib, tempfile
+import numpy, postchain
+print(postchain.__version__, pathlib.Path(postchain.__file__).parent)
+chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"]})
+print(chain.run(numpy.zeros((4, 4, 3), "f4")).shape)
+with tempfile.TemporaryDirectory() as folder:
+    postchain.scene("still", folder, size=(16, 9), on_existing="overwrite")
+    postchain.run_sequence(chain, f"{folder}/sharp.0001.exr", f"{folder}/out.exr", png=True)
+    print(len(list(pathlib.Path(folder).glob("out.png"))))
+"""
 FAKE_MODULE = """
 struct calls { const char* version; };
 const struct calls* postchain_image_calls(void) {
@@ -252,6 +263,8 @@ def packages(options):
     has = {f"libpostchain{so}": f"libpostchain.so.{options.version}",
            "libpostchain-dev": "postchain.h"}
     if not options.core:
+        if options.python:
+            has["python3-postchain"] = "dist-packages/postchain/__init__.pyi"
         has.update({"postchain": "bin/postchain",
                     f"libpostchain-config{so}": f"libpostchain_config.so.{options.version}"})
     if options.vulkan:
@@ -275,6 +288,9 @@ def packages(options):
         assert "libglfw3" not in held["postchain"][1], held["postchain"][1]
     for deb in folder.glob("*.deb"):
         keeps_policy(deb)
+    if options.python:
+        depends = held["python3-postchain"][1]
+        assert re.search(r"python3\.\d+, python3-numpy", depends), depends
     use_unpacked(options, folder, set(has))
     source_package(options, folder / "source")
 
@@ -338,6 +354,12 @@ def use_unpacked(options, folder, names):
     for binary in [*libraries_at.glob("*.so.*"), *root.glob("usr/bin/*"),
                    *root.glob("usr/lib/**/libpostchain_images.so")]:
         assert "not stripped" not in call("file", "-L", binary), binary
+    if options.python:
+        place = one("usr/lib/python3*/dist-packages", root)
+        # Without the warning of a machine that has no GPU.
+        text = call(options.python, "-B", "-W", "ignore", "-c", USE_MODULE,
+                    env=dict(os.environ, PYTHONPATH=str(place)))
+        assert text == f"{options.version} {place}/postchain\n(4, 4, 3)\n1\n", text
 
 
 def main():
@@ -350,6 +372,7 @@ def main():
     parser.add_argument("--version", required=True)
     parser.add_argument("--core", action="store_true")
     parser.add_argument("--vulkan", action="store_true")
+    parser.add_argument("--python", help="interpreter of the module")
     options = parser.parse_args()
     options.build, options.prefix = options.build.resolve(), options.prefix.resolve()
     checks[options.check](options)

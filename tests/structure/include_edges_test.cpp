@@ -29,7 +29,7 @@ const std::vector<std::vector<std::string>>& layers() {
         {"tools/sequence", "tools/page"},
         {"tools/measure"},
         {"tools/service"},
-        {"tools/apps", "tools/samples"},
+        {"tools/apps", "tools/samples", "tools/python"},
     };
     return order;
 }
@@ -51,6 +51,7 @@ const Edges& allowed_libraries() {
         {"zlib.h", {"tools/measure/report", "tools/sequence/exr", "tools/sequence/image"}},
         {"libdeflate.h", {"tools/sequence/exr"}},
         {"CLI", {"tools/apps"}},
+        {"pybind11", {"tools/python"}},
         {"spdlog", {"tools/apps"}},
         {"GLFW", {"tools/apps/view"}},
         {"boost", {"tools/service/http"}},

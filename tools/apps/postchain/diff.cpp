@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include <algorithm>
 #include <cstdio>
 
 #include "chain/printable.h"
@@ -19,7 +18,7 @@ namespace postchain {
 namespace {
 
 using io::Json;
-using Values = std::vector<std::pair<std::string, std::optional<double>>>;
+using metrics::Values;
 
 // Exposures of a sequence, from all references.
 Status find_exposures(DiffWork& work, const StopOnSignal& stop) {
@@ -85,31 +84,6 @@ void print_settings(const Json& settings) {
         text += " " + name + " " +
                 (value.is_string() ? value.get<std::string>() : number_text(value.get<double>()));
     std::printf("%s\n", text.c_str());
-}
-
-// Means over the frames that have a value; counts are summed, maxima are maximized.
-Values summary_of(const std::vector<Values>& frames) {
-    Values summary;
-    for (size_t i = 0; i < frames.front().size(); ++i) {
-        const std::string& name = frames.front()[i].first;
-        double sum = 0, largest = 0;
-        size_t count = 0;
-        for (const auto& values : frames)
-            if (const auto& value = values[i].second) {
-                sum += *value;
-                largest = std::max(largest, *value);
-                ++count;
-            }
-        std::optional<double> value;
-        if (name == "nonfinite")
-            value = sum;
-        else if (name == "difference_max")
-            value = largest;
-        else if (count > 0)
-            value = sum / double(count);
-        summary.emplace_back(name, value);
-    }
-    return summary;
 }
 
 // Reports each exceeded limit; true if there is one.
@@ -279,7 +253,7 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
 
     const Json settings = settings_json(work, exposures);
     if (work.sequence) {
-        Values summary = summary_of(all);
+        Values summary = metrics::summary_of(all);
         if (options.json) {
             Json json = {{"summary", true}, {"frames", all.size()}, {"a", diff.a}, {"b", diff.b}};
             for (const auto& [name, value] : summary) json[name] = to_json(value);

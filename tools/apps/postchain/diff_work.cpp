@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "tools/apps/postchain/color_file.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/sequence/run/color_file.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/memory.h"
 
@@ -114,6 +114,12 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
     return Status();
 }
 
+Result<sequence::ColorFile> read_logged(const DiffWork& work, const std::string& path, int frame) {
+    auto color = sequence::read_color(work.source, path, frame);
+    if (color.ok()) log::detail(concat(path, ": profile ", color->profile));
+    return color;
+}
+
 }  // namespace
 
 Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
@@ -165,9 +171,9 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
 
 Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
     const std::string both = frame.both();
-    auto a = read_color(work.source, frame.a, frame.number);
+    auto a = read_logged(work, frame.a, frame.number);
     if (!a.ok()) return a.status().at(both);
-    auto b = read_color(work.source, frame.b, frame.number);
+    auto b = read_logged(work, frame.b, frame.number);
     if (!b.ok()) return b.status().at(both);
     const auto same = [&](const char* what, const io::Window& wa, const io::Window& wb) {
         if (wa == wb) return Status();
@@ -181,11 +187,12 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
         log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
                          b->input.window.text(), ": compared in the display window ",
                          display.text(), "; missing pixels count as clear"));
-        for (ColorFile* color : {&*a, &*b})
+        for (sequence::ColorFile* color : {&*a, &*b})
             color->rgba() = io::placed(color->rgba(), color->input.window, display);
     }
     if (work.over)
-        for (ColorFile* color : {&*a, &*b}) metrics::composite_over(color->rgba(), *work.over);
+        for (sequence::ColorFile* color : {&*a, &*b})
+            metrics::composite_over(color->rgba(), *work.over);
     if (a->input.description.luma_weights != b->input.description.luma_weights)
         log::warning(both + ": chromaticities differ; values are compared without conversion");
     auto pair = metrics::pair_of(b->rgba(), a->rgba());
@@ -194,7 +201,7 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
 }
 
 Result<metrics::RgbImage> read_reference(const DiffWork& work, const DiffFrame& frame) {
-    auto color = read_color(work.source, frame.a, frame.number);
+    auto color = read_logged(work, frame.a, frame.number);
     if (!color.ok()) return color.status().at(frame.both());
     if (work.over) metrics::composite_over(color->rgba(), *work.over);
     auto image = metrics::rgb_image_of(color->rgba());

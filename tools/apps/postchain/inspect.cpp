@@ -6,86 +6,18 @@
 #include <set>
 
 #include "chain/printable.h"
-#include "config/profile_match.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/run/frame_scan.h"
 #include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/memory.h"
-#include "tools/sequence/run/sequence_survey.h"
-#include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/run/inspect_frame.h"
 
 namespace postchain {
 namespace {
 
 using io::Json;
-
-Json describe_file(const io::PixelFile& file) {
-    Json parts = Json::array();
-    for (const auto& part : file.parts()) {
-        Json channels = Json::array();
-        for (const auto& channel : part.channels)
-            channels.push_back({{"name", channel.name}, {"type", io::name_of(channel.type)}});
-        Json one = {{"name", part.name},
-                    {"type", part.type},
-                    {"compression", part.compression},
-                    {"data_window", part.data_window.text()},
-                    {"display_window", part.display_window.text()},
-                    {"pixel_aspect", part.pixel_aspect},
-                    {"channels", channels},
-                    {"attributes", part.attributes}};
-        if (!part.view.empty()) one["view"] = part.view;
-        if (!part.views.empty()) one["views"] = part.views;
-        parts.push_back(std::move(one));
-    }
-    return {{"file", file.path()}, {"bytes", file.file_bytes()}, {"parts", parts}};
-}
-
-Json describe_roles(const ProfileMatch& match) {
-    Json roles = Json::object();
-    for (const auto& [role, where] : match.roles)
-        roles[name_of(role)] = {{"part", where.part}, {"channels", where.channels}};
-    Json missing = Json::object();
-    for (const auto& [role, names] : match.missing) missing[name_of(role)] = names;
-    return {{"profile", match.profile}, {"detected", match.detected}, {"why", match.why},
-            {"layer", match.layer},     {"view", match.view},         {"roles", roles},
-            {"missing", missing},       {"notes", match.notes}};
-}
-
-// `window`: that of the planes, larger than the data window of a cropped frame.
-Json describe_frame(const FrameDescription& frame, const io::Window& window) {
-    Json json = {{"window", window.text()},
-                 {"width", frame.width},
-                 {"height", frame.height},
-                 {"display_width", frame.display_width},
-                 {"display_height", frame.display_height},
-                 {"luma_weights", frame.luma_weights}};
-    Json camera = Json::object();
-    for (const auto& row : camera_parameters().rows()) {
-        const auto value = row.get(&frame.camera);
-        if (const auto* number = std::get_if<double>(&value)) camera[row.key] = *number;
-    }
-    json["camera"] = camera;
-    return json;
-}
-
-// Attributes in the file that the table in docs/camera_metadata.md lists.
-Json describe_attributes(const std::vector<io::FoundAttribute>& found) {
-    Json list = Json::array();
-    for (const auto& one : found) {
-        Json entry = {{"attribute", one.row->name}, {"value", one.text}};
-        if (!one.gives.empty())
-            entry["gives"] = one.gives;
-        else
-            entry["not_used"] = one.why;
-        list.push_back(std::move(entry));
-    }
-    return list;
-}
 
 void print_attributes(const std::vector<io::FoundAttribute>& found) {
     if (found.empty()) std::printf("camera metadata: none\n");
@@ -94,23 +26,6 @@ void print_attributes(const std::vector<io::FoundAttribute>& found) {
         std::printf("camera metadata: %s (%s, %s): %s\n", one.row->name, one.row->writer,
                     one.row->unit, printable(what).c_str());
     }
-}
-
-Json describe_signs(const SignCheck& check) {
-    Json candidates = Json::array();
-    for (const auto& candidate : check.candidates)
-        candidates.push_back({{"vectors", candidate.text()},
-                              {"error", candidate.error},
-                              {"pixels_apart", candidate.pixels_apart},
-                              {"margin", candidate.margin},
-                              {"as_converted", candidate.as_converted()}});
-    Json json = {{"verdict", name_of(check.verdict())},
-                 {"pixels", check.pixels},
-                 {"still_error", check.still_error},
-                 {"margin", check.margin()},
-                 {"candidates", candidates}};
-    if (!check.why_not.empty()) json["why_not"] = check.why_not;
-    return json;
 }
 
 // Attributes that the line of a part and those of its channels show.
@@ -184,53 +99,6 @@ void print_signs(const SignCheck& check, int next) {
     }
 }
 
-int inspect_folder(const std::string& folder, bool json) {
-    const auto found = io::scan_folder(folder);
-    if (!found.ok()) return fail(found.status());
-    Json list = Json::array();
-    for (const auto& sequence : *found) {
-        const std::vector<int>& frames = sequence.frames;
-        if (json) {
-            list.push_back({{"input", sequence.pattern},
-                            {"first", frames.front()},
-                            {"last", frames.back()},
-                            {"frames", frames.size()},
-                            {"missing", sequence.gaps}});
-            continue;
-        }
-        std::string text = concat(sequence.pattern, ": ");
-        if (frames.size() == 1)
-            text += concat("frame ", frames[0]);
-        else
-            text += concat(frames.size(), " frames, ", frames.front(), " to ", frames.back());
-        if (!sequence.gaps.empty())
-            text += concat("; ", sequence.gaps.size(),
-                           " missing: ", sequence::frames_text(sequence.gaps));
-        std::printf("%s\n", printable(text).c_str());
-    }
-    if (json) print_line({{"folder", folder}, {"sequences", list}});
-    return kExitOk;
-}
-
-// Range of visible distances, from the bounds of inverse depth; null = sky.
-Json distances(const FrameBounds& bounds) {
-    const auto distance = [](double inverse) { return inverse > 0 ? Json(1 / inverse) : Json(); };
-    return {{"nearest", distance(bounds.max_inverse_depth)},
-            {"farthest", distance(bounds.min_inverse_depth)}};
-}
-
-const RoleSet kLookedAt = {Role::inverse_depth, Role::motion, Role::motion_back};
-
-Result<sequence::SourceFrame> look_at(const sequence::RunSettings& settings,
-                                      const sequence::FrameHeader& header,
-                                      sequence::Thumbnail& thumbnail) {
-    return sequence::scan_source_frame(
-        settings.source, header, kLookedAt, sequence::strip_rows(header),
-        [&](const FramePlanes& planes, int first) {
-            thumbnail.add(planes.at(Role::color), first, header.window.height());
-        });
-}
-
 // Shows progress: on a terminal continuously, otherwise every ten seconds.
 class LookedAt {
   public:
@@ -254,35 +122,58 @@ class LookedAt {
 // Surveys every frame after the first. Returns the exit code of a stop signal, otherwise kExitOk.
 int look_at_others(const sequence::RunSettings& settings, const io::FrameList& list,
                    sequence::SequenceSurvey& survey) {
-    uint64_t bytes = 0;
-    std::error_code error;
-    for (const auto& [role, path] : list.files.begin()->second)
-        if (const auto size = std::filesystem::file_size(path, error); !error) bytes += size;
-    const std::vector<int> frames = sequence::frames_to_survey(list.frames, bytes);
+    const std::vector<int> frames = sequence::frames_to_survey(list);
     if (frames.size() < list.frames.size())
         log::info(concat("examines ", frames.size(), " of ", list.frames.size(),
                          " frames, evenly spaced, because all are more than 64 GiB; --frames RANGE "
                          "examines a whole range"));
     const StopOnSignal stop;
     LookedAt progress(frames.size());
-    for (size_t i = 1; i < frames.size(); ++i) {
-        if (stop.asked()) return stop.interrupted("run the same command again");
-        const int frame = frames[i];
-        const auto files = list.files.find(frame);
-        auto header = files == list.files.end()
-                          ? Result<sequence::FrameHeader>(
-                                Status(StatusCode::input, "one of its files is not on disk"))
-                          : sequence::open_source_frame(settings.source, files->second, frame);
-        sequence::Thumbnail thumbnail;
-        auto source = header.ok() ? look_at(settings, *header, thumbnail)
-                                  : Result<sequence::SourceFrame>(header.status());
-        if (source.ok())
-            survey.add(frame, *source, thumbnail);
+    const Status status = sequence::survey_others(settings, list, frames, survey, [&](size_t done) {
+        progress.say(done);
+        return !stop.asked();
+    });
+    return status.ok() ? kExitOk : stop.interrupted("run the same command again");
+}
+
+void print_folder(const Json& folder) {
+    for (const Json& sequence : folder["sequences"]) {
+        const int first = sequence["first"], last = sequence["last"];
+        const size_t frames = sequence["frames"];
+        std::string text = concat(sequence["input"].get<std::string>(), ": ");
+        if (frames == 1)
+            text += concat("frame ", first);
         else
-            survey.add_failed(frame, source.status());
-        progress.say(i + 1);
+            text += concat(frames, " frames, ", first, " to ", last);
+        if (const std::vector<int> missing = sequence["missing"]; !missing.empty())
+            text += concat("; ", missing.size(), " missing: ", sequence::frames_text(missing));
+        std::printf("%s\n", printable(text).c_str());
     }
-    return kExitOk;
+}
+
+void print_frame(const sequence::InspectedFrame& found, int frame) {
+    if (found.json.contains("files")) {
+        std::set<std::string> printed;  // several planes may be in one file
+        for (const auto& [role, file] : found.json["files"].items())
+            if (printed.insert(file["file"]).second) print_file(file);
+    }
+    if (!found.status.ok()) return;
+    std::fputs(printable(found.source->match.text() + "\n", Lines::keep).c_str(), stdout);
+    print_attributes(found.attributes);
+    for (const char* key : {"frame", "bounds", "health"}) print_values(found.json[key]);
+    if (found.signs && found.signs->ok()) print_signs(**found.signs, frame + 1);
+}
+
+void log_notes(const sequence::InspectedFrame& found) {
+    for (const auto& warning : found.source->warnings) log::warning(warning);
+    const Camera& camera = found.source->description.camera;
+    if (camera.metadata_focus_m && !camera.meters_per_unit)
+        log::info(concat(found.source->input.files.color_file().path(), ": the focus is ",
+                         *camera.metadata_focus_m,
+                         " m; without meters_per_unit a scene unit is assumed "
+                         "to be 1 m"));
+    if (found.signs && !found.signs->ok())
+        log::warning("no sign self-check: " + found.signs->status().message());
 }
 
 }  // namespace
@@ -295,8 +186,15 @@ int inspect_subcommand(const Options& options) {
     if (options.job.input.empty())
         return fail(Status(StatusCode::usage, "inspect: give a frame, a pattern or a folder"));
     std::error_code error;
-    if (std::filesystem::is_directory(options.job.input, error))
-        return inspect_folder(options.job.input, options.json);
+    if (std::filesystem::is_directory(options.job.input, error)) {
+        const auto folder = sequence::inspect_folder(options.job.input);
+        if (!folder.ok()) return fail(folder.status());
+        if (options.json)
+            print_line(*folder);
+        else
+            print_folder(*folder);
+        return kExitOk;
+    }
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
     io::set_exr_threads(threads_of(options));
@@ -314,71 +212,15 @@ int inspect_subcommand(const Options& options) {
                                settings->input.color().format(frame) + ": frame is not on disk"));
             continue;
         }
-        auto opened = io::open_frame(files->second, frame);
-        if (!opened.ok()) {
-            survey.add_failed(frame, opened.status());
-            code = fail(opened.status());
-            continue;
-        }
-        Json json;
-        for (const auto& [role, file] : opened->files)
-            json["files"][name_of(role)] = describe_file(*file);
-        std::set<std::string> printed;  // several planes may be in one file
-        for (const auto& [role, file] : json["files"].items())
-            if (!options.json && printed.insert(file["file"]).second) print_file(file);
-        auto header = sequence::open_source_frame(settings->source, files->second, frame);
-        sequence::Thumbnail thumbnail;
-        auto source = header.ok() ? look_at(*settings, *header, thumbnail)
-                                  : Result<sequence::SourceFrame>(header.status());
-        if (!source.ok()) {
-            survey.add_failed(frame, source.status());
-            if (options.json) print_line(json);
-            code = fail(source.status());
-            continue;
-        }
-        survey.add(frame, *source, thumbnail);
-        for (const auto& warning : source->warnings) log::warning(warning);
-        const Camera& camera = source->description.camera;
-        if (camera.metadata_focus_m && !camera.meters_per_unit)
-            log::info(concat(source->input.files.color_file().path(), ": the focus is ",
-                             *camera.metadata_focus_m,
-                             " m; without meters_per_unit a scene unit is assumed "
-                             "to be 1 m"));
-        json["match"] = describe_roles(source->match);
-        json["frame"] = describe_frame(source->description, source->input.window);
-        json["camera_attributes"] = describe_attributes(header->camera_attributes);
-        json["frame"]["memory_to_filter"] = sequence::bytes_text(
-            sequence::frame_bytes(*header, sequence::planes_of(*header, kLookedAt), io::Keep::all,
-                                  header->window.height()));
-        sequence::add_findings(json, source->description.bounds, source->health,
-                               source->surface_health);
-        if (source->description.planes.has(Role::inverse_depth))
-            json["frame"]["distance"] = distances(source->description.bounds);
-        if (!options.json) {
-            std::fputs(printable(source->match.text() + "\n", Lines::keep).c_str(), stdout);
-            print_attributes(header->camera_attributes);
-            for (const char* key : {"frame", "bounds", "health"}) print_values(json[key]);
-        }
-        std::map<Role, std::string> next_files;
-        for (const auto& [role, pattern] : settings->input.patterns) {
-            const auto all = pattern.discover();
-            if (const auto next = all.find(frame + 1); next != all.end() && pattern.has_token())
-                next_files[role] = next->second;
-        }
-        if (next_files.count(Role::color) && source->description.planes.has(Role::motion)) {
-            auto next = sequence::open_source_frame(settings->source, next_files, frame + 1);
-            auto check = next.ok() ? sequence::scan_signs(settings->source, *header, *next,
-                                                          source->description.bounds.max_speed_px,
-                                                          sequence::strip_rows(*header))
-                                   : Result<SignCheck>(next.status());
-            if (check.ok()) {
-                json["sign_check"] = describe_signs(*check);
-                if (!options.json) print_signs(*check, frame + 1);
-            } else {
-                log::warning("no sign self-check: " + check.status().message());
-            }
-        }
-        if (options.json) print_line(json);
+        const auto found = sequence::inspect_frame(*settings, files->second, frame, survey);
+        if (!options.json)
+            print_frame(found, frame);
+        else if (!found.json.is_null())
+            print_line(found.json);
+        if (found.status.ok())
+            log_notes(found);
+        else
+            code = fail(found.status);
     }
     if (list->files.size() < 2 || list->frames.size() < 2) return code;
     if (!settings->frames)

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/apps/postchain/color_file.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/run/color_file.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain {
@@ -81,8 +81,9 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
 
 // The display window, black outside the data window.
 Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int number) {
-    auto color = read_color(work.settings.source, path, number);
+    auto color = sequence::read_color(work.settings.source, path, number);
     if (!color.ok()) return color.status();
+    log::detail(concat(path, ": profile ", color->profile));
     const io::Window &data = color->input.window, &display = color->input.display_window;
     if (data == display) return std::move(color->rgba());
     return io::placed(color->rgba(), data, display);

@@ -123,6 +123,30 @@ Result<Comparison> compare(const Pair& pair, const CompareSettings& settings) {
     return result;
 }
 
+Values summary_of(const std::vector<Values>& frames) {
+    Values summary;
+    for (size_t i = 0; i < frames.front().size(); ++i) {
+        const std::string& name = frames.front()[i].first;
+        double sum = 0, largest = 0;
+        size_t count = 0;
+        for (const auto& values : frames)
+            if (const auto& value = values[i].second) {
+                sum += *value;
+                largest = std::max(largest, *value);
+                ++count;
+            }
+        std::optional<double> value;
+        if (name == "nonfinite")
+            value = sum;
+        else if (name == "difference_max")
+            value = largest;
+        else if (count > 0)
+            value = sum / double(count);
+        summary.emplace_back(name, value);
+    }
+    return summary;
+}
+
 std::vector<std::pair<std::string, double>> metric_constants() {
     return {{"relmse_epsilon", kRelMseEpsilon},
             {"smape_epsilon", kSmapeEpsilon},

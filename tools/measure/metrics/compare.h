@@ -39,10 +39,13 @@ struct CompareSettings {
     std::string map;                         // a name of map_rows(); empty = none
 };
 
+// Metrics by name.
+using Values = std::vector<std::pair<std::string, std::optional<double>>>;
+
 struct Comparison {
     // In the table's order. No value if the metric is undefined (PSNR of equal images, SSIM of an
     // image smaller than its window).
-    std::vector<std::pair<std::string, std::optional<double>>> values;
+    Values values;
     ExposureRange exposures;  // of hdr_flip
     ImageF map;               // one channel; empty if not requested
 
@@ -51,6 +54,10 @@ struct Comparison {
 
 // Errors (usage): an unknown metric or map.
 Result<Comparison> compare(const Pair& pair, const CompareSettings& settings);
+
+// Of a sequence, from the values of each of its frames (at least one): means over the frames that
+// have a value; counts are summed, maxima are maximized.
+Values summary_of(const std::vector<Values>& frames);
 
 // Every constant that values depend on, by name: {"relmse_epsilon", 0.01}, ...
 std::vector<std::pair<std::string, double>> metric_constants();

@@ -157,8 +157,13 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                       "--view all: only run filters all views of a file; choose one");
     auto opened = io::open_frame(files, frame, {}, settings.input_transfer);
     if (!opened.ok()) return opened.status();
+    return header_of(settings, std::move(*opened));
+}
+
+Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files) {
+    const int frame = files.frame_number;
     FrameHeader header;
-    header.files = std::move(*opened);
+    header.files = std::move(files);
     const io::PixelFile& color_file = header.files.color_file();
     auto writer = writer_of(settings, header.files);
     if (!writer.ok()) {

@@ -70,6 +70,8 @@ struct FrameHeader {
 // `files` as in io::FrameList::files. Errors (input) name the file, what was looked for and found.
 Result<FrameHeader> open_source_frame(const SourceSettings& settings,
                                       const std::map<Role, std::string>& files, int frame);
+// The same for files that are open; `files.frame_number` is the frame.
+Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files);
 
 // Surface statistics from depth and motion vectors, collected while a frame is read.
 struct SurfaceHealth {

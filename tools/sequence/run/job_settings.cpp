@@ -3,6 +3,7 @@
 #include <set>
 #include <sstream>
 
+#include "chain/text.h"
 #include "config/profile.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"
@@ -64,16 +65,6 @@ Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& 
     return plan;
 }
 
-Status read_pictures(CameraFile& file) {
-    io::ApertureFiles pictures;
-    if (Status status = pictures.read(file.camera); !status.ok())
-        return status.at(file.file_name + ": aperture_image");
-    for (auto& [number, frame] : file.frames)
-        if (Status status = pictures.read(frame.camera); !status.ok())
-            return status.at(concat(file.file_name, ": frames.", number, ".aperture_image"));
-    return Status();
-}
-
 int bits_of(BitsChoice choice) {
     constexpr int kBits[] = {0, 8, 10, 12, 16, 32};
     return kBits[size_t(choice)];
@@ -125,7 +116,7 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
         if (!camera.ok()) return camera.status();
         notes = camera->diagnostics;
         if (Status status = camera->status(); !status.ok()) return status;
-        if (Status status = read_pictures(*camera); !status.ok()) return status;
+        if (Status status = read_aperture_images(*camera); !status.ok()) return status;
         source.camera = std::move(*camera);
     }
     return source;
@@ -167,6 +158,16 @@ Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings&
 }
 
 }  // namespace
+
+Status read_aperture_images(CameraFile& file) {
+    io::ApertureFiles pictures;
+    if (Status status = pictures.read(file.camera); !status.ok())
+        return status.at(file.file_name + ": aperture_image");
+    for (auto& [number, frame] : file.frames)
+        if (Status status = pictures.read(frame.camera); !status.ok())
+            return status.at(concat(file.file_name, ": frames.", number, ".aperture_image"));
+    return Status();
+}
 
 Result<uint64_t> memory_limit_of(const std::string& text) {
     if (text.empty()) return default_memory_limit();

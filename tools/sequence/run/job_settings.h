@@ -77,6 +77,9 @@ std::string option_name(const std::string& key);
 // JobSettings::max_memory in bytes. Errors (usage) name the setting.
 Result<uint64_t> memory_limit_of(const std::string& text);
 
+// Reads the images of apertures that a camera file names. Errors: those of read_aperture_image().
+Status read_aperture_images(CameraFile& file);
+
 // All settings except the version. `notes` gets the camera file's diagnostics, errors too. Errors:
 // (usage) naming the setting; those of find_profile() and load_camera().
 Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,

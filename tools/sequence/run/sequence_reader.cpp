@@ -21,6 +21,21 @@ ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) 
 
 }  // namespace
 
+RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted) {
+    const RoleSet own = roles_in_files(header);
+    // Mattes exist if a chain names them; they are then read with any other plane.
+    RoleSet planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
+    for (Neighbor neighbor : kNeighbors) {
+        for (Role role : kNeighborRoles) {
+            const Role with = role == Role::mattes ? Role::color : role;
+            if (!own.has(role) || !wanted.of(neighbor).has(with)) continue;
+            planes.add(role);
+            planes.add(role_of(neighbor, role));
+        }
+    }
+    return planes;
+}
+
 struct SequenceReader::Entry : OpenedFrame {
     bool is_neighbor_only = false;  // it lacks a layer that was requested by name
     bool is_decoded = false;
@@ -63,26 +78,10 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     for (const auto& [role, path] : files) entry->stamps.push_back(io::FileStamp::of(path));
     auto header = open_source_frame(settings_, files, number);
     if (!header.ok()) return header.status();
-    entry->planes = planes_to_read(*header);
+    entry->planes = planes_to_read(*header, planes_of_(*header));
     entry->header = std::move(*header);
     window_[number] = entry;
     return entry;
-}
-
-RoleSet SequenceReader::planes_to_read(const FrameHeader& header) const {
-    const RoleSet wanted = planes_of_(header);
-    const RoleSet own = roles_in_files(header);
-    // Mattes exist if a chain names them; they are then read with any other plane.
-    RoleSet planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
-    for (Neighbor neighbor : kNeighbors) {
-        for (Role role : kNeighborRoles) {
-            const Role with = role == Role::mattes ? Role::color : role;
-            if (!own.has(role) || !wanted.of(neighbor).has(with)) continue;
-            planes.add(role);
-            planes.add(role_of(neighbor, role));
-        }
-    }
-    return planes;
 }
 
 std::set<Neighbor> SequenceReader::reads_with(int number,
@@ -90,7 +89,7 @@ std::set<Neighbor> SequenceReader::reads_with(int number,
     std::set<Neighbor> neighbors;
     const auto header = open_source_frame(settings_, files, number);
     if (!header.ok()) return neighbors;
-    const RoleSet planes = planes_to_read(*header);
+    const RoleSet planes = planes_to_read(*header, planes_of_(*header));
     for (Neighbor neighbor : kNeighbors) {
         const int cut = neighbor == Neighbor::before ? number - 1 : number;
         const bool reads = !planes.of(neighbor).empty() || header->looked_for_cameras;

@@ -43,10 +43,13 @@ struct FrameInputs {
     std::vector<std::string> warnings;
 };
 
+// Planes to read of a frame of which `wanted` are needed. Planes wanted of a neighbor are also read
+// of the frame itself, because it is its neighbors' neighbor.
+RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted);
+
 class SequenceReader {
   public:
-    // Planes to read of a frame and of its neighbors, from its header. Planes it names for a
-    // neighbor are also read of the frame itself, because it is its neighbors' neighbor.
+    // Planes wanted of a frame and of its neighbors, from its header.
     using PlanesOf = std::function<RoleSet(const FrameHeader&)>;
     using IsWhole = std::function<bool(int number)>;
 
@@ -73,7 +76,6 @@ class SequenceReader {
     struct Entry;
     Result<std::shared_ptr<Entry>> enter(int number, const std::map<Role, std::string>& files);
     void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
-    RoleSet planes_to_read(const FrameHeader& header) const;
     std::string absence(int number, Neighbor neighbor);
     Status decode(Entry& entry);
 

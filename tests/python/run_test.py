@@ -1,0 +1,185 @@
+"""Chain.run() against the command, threads, interrupts and the end of the interpreter."""
+import signal
+import threading
+import time
+
+import numpy
+import postchain
+import pytest
+from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of, python
+
+# A frame that is filtered for two minutes on one thread.
+LONG = """
+import numpy, postchain, sys, threading, time
+postchain.set_threads(1)
+device = postchain.Device("software")
+chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"] * 64})
+color = numpy.random.default_rng(1).random((3072, 3072, 3), dtype=numpy.float32)
+"""
+
+
+def test_the_bits_of_the_command(frames, tmp_path):
+    command("run", frames / "blur.yaml", "-i", frames / "frame.####.exr", "--camera",
+            frames / "camera.json", "-o", tmp_path / "all.####.exr")
+    # Alone in its folder, a frame has no neighbors.
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    (alone / "frame.0002.exr").symlink_to(frames / "frame.0002.exr")
+    command("run", frames / "blur.yaml", "-i", alone / "frame.####.exr", "--camera",
+            frames / "camera.json", "-o", tmp_path / "one.####.exr")
+    chain = postchain.Chain(BLUR)
+    before, frame, after = (planes_of(number) for number in range(3))
+    one = chain.run(**frame, camera=CAMERA, frame=2)
+    all_three = chain.run(**frame, camera=CAMERA, frame=2, before=before, after=after)
+    assert (bits(one) == bits(color_of_exr(tmp_path / "one.0002.exr"))).all()
+    assert (bits(all_three) == bits(color_of_exr(tmp_path / "all.0002.exr"))).all()
+    assert (bits(one) != bits(all_three)).any()
+    first = chain.run(**before, camera=frames / "camera.json", frame=1,
+                      after=postchain.Frame(**frame, camera=CAMERA, frame=2))
+    assert (bits(first) == bits(color_of_exr(tmp_path / "all.0001.exr"))).all()
+
+    read = [postchain.read(frames / "frame.####.exr", frame=number, camera=frames / "camera.json")
+            for number in (1, 2, 3)]
+    assert (bits(chain.run(read[1], before=read[0], after=read[2])) == bits(all_three)).all()
+    with pytest.raises(postchain.UsageError, match="has 3 frames; name one"):
+        postchain.read(frames / "frame.####.exr")
+    with pytest.raises(postchain.InputError, match="frame is not on disk"):
+        postchain.read(frames / "frame.####.exr", frame=9)
+
+
+def test_wrong_neighbors():
+    chain, frame = postchain.Chain(BLUR), planes_of(1)
+    small = {name: plane[:-2] for name, plane in frame.items()}
+    for before, words in [(small, "before: is 48x30 pixels, the frame 48x32"),
+                          ({"color": frame["color"]}, "before: has no inverse_depth, motion"),
+                          ({"colour": frame["color"]}, "unknown plane 'colour'"),
+                          (frame["color"], "give a Frame, or a dict")]:
+        with pytest.raises(postchain.UsageError, match=words):
+            chain.run(**frame, camera=CAMERA, before=before)
+
+
+def test_devices():
+    color = planes_of(0)["color"]
+    chain = postchain.Chain(FXAA)
+    with postchain.Device("software") as device:
+        assert device.renderer
+        result = chain.run(color, device=device)
+    assert (bits(result) == bits(chain.run(color))).all()
+    with pytest.raises(postchain.UsageError, match="it is closed"):
+        chain.run(color, device=device)
+    device.close()
+    with pytest.raises(postchain.UsageError, match="device: 'fast'"):
+        postchain.Device("fast")
+    with pytest.raises(postchain.DeviceError, match="device 99 does not exist"):
+        postchain.Device(99)
+    with pytest.raises(postchain.UsageError, match="before the first run"):
+        postchain.set_threads(2)
+
+
+def test_two_threads_with_a_context_each():
+    chain, colors = postchain.Chain(FXAA), [planes_of(number)["color"] for number in (0, 1)]
+    expected = [chain.run(color) for color in colors]
+    wrong = []
+
+    def work(which):
+        with postchain.Device("software") as device:
+            for _ in range(10):
+                if (bits(chain.run(colors[which], device=device)) != bits(expected[which])).any():
+                    wrong.append(which)
+    threads = [threading.Thread(target=work, args=(which,)) for which in (0, 1)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+def test_threads_that_share_the_default_device():
+    chain, color = postchain.Chain(FXAA), planes_of(0)["color"]
+    expected, results = bits(chain.run(color)), []
+    threads = [threading.Thread(target=lambda: results.append(bits(chain.run(color))))
+               for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert len(results) == 4 and all((result == expected).all() for result in results)
+
+
+def test_python_runs_while_a_frame_is_filtered():
+    chain = postchain.Chain({"postchain": 1, "passes": ["fxaa"] * 16})
+    color = numpy.random.default_rng(1).random((1024, 1024, 3), dtype=numpy.float32)
+    chain.run(color[:64, :64])  # compiles
+    done = threading.Event()
+
+    def work():
+        chain.run(color)
+        done.set()
+    thread = threading.Thread(target=work)
+    thread.start()
+    ticks = 0
+    while not done.is_set():
+        ticks += 1
+        time.sleep(0.001)
+    thread.join()
+    assert ticks > 10, "the GIL was held"
+
+
+def ready(process):
+    assert process.stdout.readline() == "ready\n", process.communicate()[1]
+
+
+def test_keyboard_interrupt():
+    process = python(LONG + """
+print("ready", flush=True)
+start = time.time()
+try:
+    chain.run(color, device=device)
+except KeyboardInterrupt:
+    small = postchain.Chain({"postchain": 1, "passes": ["fxaa"]}).run(color[:9, :9], device=device)
+    print("interrupted", small.shape, flush=True)
+""")
+    ready(process)
+    time.sleep(1)
+    process.send_signal(signal.SIGINT)
+    start = time.monotonic()
+    out, error = process.communicate(timeout=300)
+    assert out == "interrupted (9, 9, 3)\n" and process.returncode == 0, out + error
+    assert time.monotonic() - start < 60
+
+
+def test_the_interpreter_exits_in_the_middle_of_a_run():
+    process = python(LONG + """
+thread = threading.Thread(target=lambda: chain.run(color, device=device), daemon=True)
+thread.start()
+time.sleep(1)
+print("ready", flush=True)
+sys.exit(7)
+""")
+    ready(process)
+    start = time.monotonic()
+    out, error = process.communicate(timeout=300)
+    assert process.returncode == 7 and out == "", (process.returncode, error)
+    assert "Fatal" not in error and "terminate" not in error, error
+    assert time.monotonic() - start < 60
+
+
+def test_a_fork_is_refused():
+    process = python("""
+import os, numpy, postchain
+chain, color = postchain.Chain({"postchain": 1, "passes": ["fxaa"]}), numpy.ones((8, 8, 3), "f4")
+chain.run(color)
+child = os.fork()
+if child == 0:
+    try:
+        chain.run(color)
+    except postchain.UsageError as error:
+        print(error.remedy, flush=True)
+    del chain
+    import atexit
+    atexit._run_exitfuncs()
+    os._exit(3)  # as multiprocessing does; GL drivers need not survive exit() after a fork
+print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), chain.run(color).shape)
+""")
+    out, error = process.communicate(timeout=300)
+    assert out == "use multiprocessing.set_start_method('spawn')\n3 (8, 8, 3)\n", out + error

@@ -1,0 +1,205 @@
+"""run_sequence(), plan_sequence(), inspect(), diff() and scene() against the command."""
+import json
+import threading
+
+import numpy
+import postchain
+import pytest
+from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of
+
+
+def test_run_sequence_writes_the_bytes_of_the_command(frames, tmp_path):
+    camera, pattern = frames / "camera.json", frames / "frame.####.exr"
+    command("run", frames / "blur.yaml", "-i", pattern, "--camera", camera, "-o",
+            tmp_path / "a.####.exr", "--compression", "zips", "--no-sidecar", "--frames", "1-2")
+    reports = []
+    summary = postchain.run_sequence(
+        frames / "blur.yaml", pattern, tmp_path / "b.####.exr", camera=camera, compression="zips",
+        sidecar=False, frames=range(1, 3), progress=reports.append)
+    for number in (1, 2):
+        name = f"{number:04}.exr"
+        assert (tmp_path / f"a.{name}").read_bytes() == (tmp_path / f"b.{name}").read_bytes()
+    assert (summary["total"], summary["written"], summary["left"]) == (2, 2, 0)
+    assert not summary["canceled"] and summary["elapsed_s"] > 0
+    assert [(one["frame"], one["outcome"], one["done"], one["total"]) for one in reports] == [
+        (1, "written", 1, 2), (2, "written", 2, 2)]
+    assert not (tmp_path / "b.0001.exr.json").exists()
+
+
+def test_a_camera_as_a_dict(frames, tmp_path):
+    postchain.run_sequence(BLUR, frames / "frame.####.exr", tmp_path / "a.####.exr", CAMERA,
+                           frames=2)
+    found = color_of_exr(tmp_path / "a.0002.exr")
+    before, frame, after = (planes_of(number) for number in range(3))
+    expected = postchain.Chain(BLUR).run(**frame, camera=CAMERA, frame=2, before=before,
+                                         after=after)
+    assert (bits(found) == bits(expected)).all()
+    sidecar = json.loads((tmp_path / "a.0002.exr.json").read_text())
+    assert sidecar["version"] == postchain.__version__
+    again = postchain.run_sequence(BLUR, frames / "frame.####.exr", tmp_path / "a.####.exr", CAMERA,
+                                   frames=2, on_existing="skip")
+    assert again["skipped"] == 1
+    other = postchain.run_sequence(BLUR, frames / "frame.####.exr", tmp_path / "a.####.exr",
+                                   dict(CAMERA, shutter_frames=0.3), frames=2, on_existing="skip")
+    assert other["written"] == 1, "another camera is another result"
+
+
+def run_fxaa(folder, out, **settings):
+    return postchain.run_sequence(FXAA, folder / "frame.####.exr", out / "out.####.exr", **settings)
+
+
+def test_a_callback_that_returns_false_ends_the_run(frames, tmp_path):
+    summary = run_fxaa(frames, tmp_path, progress=lambda report: False)
+    assert summary["canceled"] and summary["written"] >= 1
+    assert summary["written"] + summary["left"] == 3
+
+
+def test_a_callback_that_raises(frames, tmp_path):
+    class Odd(Exception):
+        pass
+
+    def progress(report):
+        raise Odd(report["frame"])
+    with pytest.raises(Odd, match="1"):
+        run_fxaa(frames, tmp_path, progress=progress)
+    assert run_fxaa(frames, tmp_path, on_existing="skip")["total"] == 3, "the device still works"
+
+
+def test_an_event_ends_the_run(frames, tmp_path):
+    event = threading.Event()
+    event.set()
+    # Waits for a frame that never comes.
+    summary = run_fxaa(frames, tmp_path, frames="1-9", watch=True, stop=event)
+    assert summary["canceled"] and summary["total"] == 9
+
+
+def test_failures(frames, tmp_path):
+    for kind, words, settings in [
+            (postchain.UsageError, "frames: .*'x'", {"frames": "x"}),
+            (postchain.UsageError, "unknown key 'frame'", {"frame": 1}),
+            (postchain.UsageError, "on_existing: .*one of fail, overwrite, skip",
+             {"on_existing": "ask"}),
+            (postchain.UsageError, "mkdir: is a str", {"mkdir": "yes"}),
+            (postchain.UsageError, "frames: is empty", {"frames": []}),
+            (postchain.UsageError, "progress: is not callable", {"progress": 5}),
+            (postchain.UsageError, "stop: has no is_set", {"stop": 5}),
+            (postchain.InputError, "missing.json", {"camera": "missing.json"}),
+            (postchain.InputError, "on disk", {"frames": "7"})]:
+        with pytest.raises(kind, match=words) as caught:
+            run_fxaa(frames, tmp_path, **settings)
+        assert "--" not in str(caught.value)
+    with pytest.raises(postchain.OutputError, match="mkdir"):
+        run_fxaa(frames, tmp_path / "new")
+    with pytest.raises(postchain.UsageError, match="input: is a int"):
+        postchain.run_sequence(FXAA, 5, tmp_path / "out.exr")
+    assert not list(tmp_path.iterdir())
+    damaged = tmp_path / "bad.0001.exr"
+    damaged.write_bytes((frames / "frame.0001.exr").read_bytes()[:-4000])
+    with pytest.raises(postchain.InputError, match="bad.0001.exr") as caught:
+        postchain.run_sequence(FXAA, tmp_path / "bad.####.exr", tmp_path / "out.####.exr")
+    assert caught.value.place == str(damaged)
+    summary = postchain.run_sequence(FXAA, tmp_path / "bad.####.exr", tmp_path / "out.####.exr",
+                                     on_error="continue")
+    assert summary["failed"] == 1 and summary["left"] == 0
+
+
+def test_plan_sequence(frames):
+    expected = command("plan", frames / "blur.yaml", "-i", frames / "frame.####.exr", "--camera",
+                       frames / "camera.json", "--json").splitlines()
+    found = postchain.plan_sequence(frames / "blur.yaml", frames / "frame.####.exr",
+                                    camera=frames / "camera.json")
+    assert all(one.pop("warnings") == [] for one in found)
+    assert found == [json.loads(line) for line in expected]
+    with pytest.raises(postchain.ChainError, match="frame.0001.exr.*focal_length_mm"):
+        postchain.plan_sequence({"postchain": 1, "passes": ["depth_of_field"]},
+                                frames / "frame.####.exr")
+
+
+def test_inspect(frames):
+    first, sequence = command("inspect", frames / "frame.####.exr", "--json").splitlines()
+    assert postchain.inspect(frames / "frame.####.exr") == {
+        "frames": [json.loads(first)], "sequence": json.loads(sequence)["sequence"]}
+    assert postchain.inspect(frames) == json.loads(command("inspect", frames, "--json"))
+    one = postchain.inspect(frames / "frame.0001.exr")
+    assert list(one) == ["frames"] and one["frames"][0]["match"]["profile"] == "generic"
+    with pytest.raises(postchain.InputError, match="no such file"):
+        postchain.inspect(frames / "other.exr")
+
+
+def test_diff(frames, tmp_path):
+    first, second = frames / "frame.0001.exr", frames / "frame.0002.exr"
+    expected = json.loads(command("diff", first, second, "--json"))
+    metrics = [key for key in expected
+               if key not in ("frame", "a", "b", "nonfinite_reference", "settings")]
+    assert len(metrics) >= 13
+    expected = {key: expected[key] for key in metrics}
+    a, b = planes_of(0)["color"], planes_of(1)["color"]
+    assert postchain.diff(first, second) == expected
+    assert postchain.diff(a, b) == expected
+    assert postchain.diff(a[::-1].copy()[::-1], second) == expected
+    assert postchain.diff(a, b, metrics=["psnr", "ssim"]) == {
+        key: expected[key] for key in ("psnr", "ssim")}
+    assert postchain.diff(a, a)["psnr"] is None and postchain.diff(a, a)["flip"] == 0
+
+    mapped = postchain.diff(a, b, map="difference")["map"]
+    assert mapped.shape == a.shape[:2]
+    assert mapped == pytest.approx(numpy.abs(a - b)[..., :3].max(-1))
+
+
+def test_diff_of_sequences(frames):
+    lines = command("diff", frames / "frame.####.exr", frames / "frame.####.exr", "--json",
+                    "--metric", "tde", "--metric", "hdr_flip").splitlines()
+    assert json.loads(lines[-1])["tde"] == 0
+    a = [planes_of(number)["color"] for number in (0, 1, 2)]
+    b = [0.9 * one for one in a]
+    both = postchain.diff(a, b)
+    assert len(both["frames"]) == 3 and both["frames"][0]["tde"] is None
+    change = [numpy.abs((y1 - x1) - (y0 - x0))[..., :3].mean()
+              for x0, x1, y0, y1 in zip(a, a[1:], b, b[1:])]
+    assert [one["tde"] for one in both["frames"][1:]] == pytest.approx(change, rel=1e-5)
+    assert both["summary"]["tde"] == pytest.approx(numpy.mean(change), rel=1e-5)
+    assert both["summary"]["difference_max"] == max(
+        one["difference_max"] for one in both["frames"])
+    files = postchain.diff(frames / "frame.####.exr", frames / "frame.####.exr")
+    assert files["summary"]["hdr_flip"] == 0 and len(files["frames"]) == 3
+
+
+def test_wrong_diffs():
+    a = planes_of(0)["color"]
+    for kind, words, arguments, settings in [
+            (postchain.InputError, "48x31|differ", (a, a[:-1]), {}),
+            (postchain.UsageError, "give one of each", ([a, a], [a]), {}),
+            (postchain.UsageError, "give one of each", (a, [a]), {}),
+            (postchain.UsageError, "is empty", ([], []), {}),
+            (postchain.UsageError, "test: has the type float64", (a, a.astype(float)), {}),
+            (postchain.UsageError, "known are flip", (a, a), {"metrics": ["fl1p"]}),
+            (postchain.UsageError, "tde needs two frames", (a, a), {"metrics": ["tde"]}),
+            (postchain.UsageError, "known are", (a, a), {"map": "ssim"}),
+            (postchain.UsageError, "known are", (a, a), {"tone_mapper": "x"}),
+            (postchain.UsageError, "pixels_per_degree", (a, a), {"pixels_per_degree": 0}),
+            (postchain.InputError, "nowhere.exr", ("nowhere.exr", a), {})]:
+        with pytest.raises(kind, match=words):
+            postchain.diff(*arguments, **settings)
+
+
+def test_scene(tmp_path):
+    command("scene", "wheels", "-o", tmp_path / "a", "--size", "32x18", "--frames", "1")
+    reports = []
+    postchain.scene("wheels", tmp_path / "b", size=(32, 18), frames=1, progress=reports.append)
+    names = sorted(path.name for path in (tmp_path / "a").iterdir())
+    assert names == sorted(path.name for path in (tmp_path / "b").iterdir())
+    for name in names:
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+    assert reports[-1]["frame"] == 1 and reports[-1]["picture"] == "sharp"
+    for kind, words, arguments, settings in [
+            (postchain.UsageError, "wheels", ("wheel", tmp_path / "c"), {}),
+            (postchain.UsageError, "size: 0x9", ("wheels", tmp_path / "c"), {"size": (0, 9)}),
+            (postchain.UsageError, "fail or overwrite", ("wheels", tmp_path / "c"),
+             {"on_existing": "skip"}),
+            (postchain.UsageError, "fail, overwrite", ("wheels", tmp_path / "c"),
+             {"on_existing": "never"}),
+            (postchain.OutputError, "exist", ("wheels", tmp_path / "b"), {"frames": 1}),
+            (postchain.CanceledError, "", ("wheels", tmp_path / "c"),
+             {"progress": lambda report: False, "frames": "1-50"})]:
+        with pytest.raises(kind, match=words):
+            postchain.scene(*arguments, **settings)

@@ -1,0 +1,56 @@
+// NumPy arrays as the file of a frame, and planes as NumPy arrays.
+//
+//   arrays --ArrayFile--> the readers of tools/sequence, with the names of the profile `generic`
+#pragma once
+
+#include <pybind11/numpy.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "chain/image.h"
+#include "chain/role.h"
+#include "tools/sequence/frame/frame_reader.h"
+
+namespace postchain::python {
+
+// Arrays as they were given; None = no such plane.
+struct FrameArrays {
+    pybind11::object color, depth, motion, motion_back;
+};
+
+// Reads arrays in place, whatever their strides are; they must not change meanwhile.
+class ArrayFile final : public io::PixelFile {
+  public:
+    // Raises UsageError naming the array: not float32 or float16 in this machine's byte order,
+    // other shapes than (height, width, channels), different sizes, no pixels, too large.
+    ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& name);
+
+    int rows_at_once(int) const override { return parts_[0].data_window.height(); }
+
+  private:
+    struct Channel {
+        const char* first;
+        pybind11::ssize_t row_stride, column_stride;  // bytes
+    };
+    void add(const char* argument, const pybind11::object& array,
+             const std::vector<std::string>& names);
+    Status read_planes(io::PartPixels& pixels) override;
+
+    std::vector<pybind11::array> arrays_;
+    std::map<std::string, Channel, std::less<>> channels_;
+};
+
+// Takes the pixels over: nothing is copied.
+pybind11::array array_of(ImageF image);
+// A view of a shared plane, read-only.
+pybind11::array array_of(std::shared_ptr<const ImageF> image);
+// The first three channels of four.
+ImageF without_alpha(const ImageF& image);
+
+// A copy for metrics: (height, width, 3 or 4), or the three alike of (height, width). Raises
+// UsageError naming `argument`.
+ImageF image_of(const char* argument, const pybind11::object& array);
+
+}  // namespace postchain::python

@@ -1,0 +1,30 @@
+// postchain.Chain: a parsed chain, which never changes.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <string>
+
+#include "chain/chain.h"
+
+namespace postchain::python {
+
+struct ChainObject {
+    Chain chain;
+    std::string name;  // "balanced", "look.yaml", "chain" for a dict
+    bool is_file = false;
+};
+using ChainPtr = std::shared_ptr<const ChainObject>;
+
+// From the text of a chain file. `set`: a dict or a list of KEY=VALUE, as for --set; or None.
+// Raises ChainError; warns.
+ChainPtr chain_from_text(const std::string& text, const std::string& name,
+                         const pybind11::object& set);
+// A Chain, a dict, or a shipped name or path.
+ChainPtr chain_of(const pybind11::object& source, const pybind11::object& set);
+
+// What dict() returns: {"postchain": 1, "camera": {...}, "passes": [{name: {...}}, ...]}.
+pybind11::dict dict_of(const ChainObject& chain);
+
+}  // namespace postchain::python

@@ -1,0 +1,137 @@
+#include "tools/python/device.h"
+
+#include <unistd.h>
+
+#include <set>
+
+#include "tools/python/errors.h"
+#include "tools/sequence/run/device.h"
+
+namespace py = pybind11;
+
+namespace postchain::python {
+namespace {
+
+// All guarded by the GIL.
+struct Shared {
+    std::set<Device*> alive;
+    std::shared_ptr<Device> by_default;
+    pid_t process = 0;  // that made the first context
+    int threads = 0;    // 0 = one for each core
+};
+Shared& shared() {
+    static auto* const state = new Shared;  // outlives every thread
+    return *state;
+}
+
+}  // namespace
+
+void check_process() {
+    if (const pid_t first = shared().process; first != 0 && first != getpid())
+        raise(Status(StatusCode::usage,
+                     "postchain: this process was forked from one that had made a GL context; use "
+                     "multiprocessing.set_start_method('spawn')"));
+}
+
+egl::ContextOptions context_options(const std::string& name, std::vector<std::string>& warnings) {
+    check_process();
+    auto options = value_of(sequence::context_options_of(
+        name, shared().threads,
+        [&warnings](const std::string& text) { warnings.push_back(text); }));
+    shared().process = getpid();
+    return options;
+}
+
+Device::Device() : process_(getpid()), worker_(std::make_unique<Worker>()) {}
+
+std::shared_ptr<Device> Device::create(const std::string& name) {
+    std::vector<std::string> warnings;
+    const egl::ContextOptions options = context_options(name, warnings);
+    Call call;
+    std::shared_ptr<Device> device(new Device);
+    Worker& worker = *device->worker_;
+    Status status;
+    worker.tasks.push_back([&] {
+        auto made = egl::Context::create(options);
+        status = made.status();
+        if (made.ok()) {
+            worker.context = std::move(*made);
+            device->renderer_ = sequence::renderer_text(worker.context->device());
+            worker.executor = std::make_unique<Executor>(worker.context->device());
+        }
+        call.finish();
+    });
+    worker.thread = std::thread([&worker] { worker.work_off(); });
+    shared().alive.insert(device.get());
+    call.wait();
+    if (!status.ok()) raise(status);
+    warn(warnings);
+    return device;
+}
+
+Device::~Device() {
+    close();
+    // A forked process has the worker, but not the thread that waits in it.
+    if (process_ != getpid()) (void)worker_.release();
+}
+
+void Device::close() {
+    shared().alive.erase(this);
+    if (process_ != getpid() || !worker_->thread.joinable()) return;
+    {
+        const std::lock_guard lock(worker_->mutex);
+        worker_->closing = true;
+    }
+    worker_->changed.notify_all();
+    std::thread ending = std::move(worker_->thread);
+    const py::gil_scoped_release no_gil;
+    ending.join();
+}
+
+void Device::post(std::function<void()> task) {
+    check_process();
+    const std::lock_guard lock(worker_->mutex);
+    if (worker_->closing)
+        raise(Status(StatusCode::usage, "device: it is closed; make another Device()"));
+    worker_->tasks.push_back(std::move(task));
+    worker_->changed.notify_all();
+}
+
+void Device::Worker::work_off() {
+    std::unique_lock lock(mutex);
+    while (true) {
+        changed.wait(lock, [&] { return closing || !tasks.empty(); });
+        if (tasks.empty()) break;
+        const auto task = std::move(tasks.front());
+        tasks.pop_front();
+        lock.unlock();
+        task();
+        lock.lock();
+    }
+    executor.reset();
+    context.reset();
+}
+
+std::shared_ptr<Device> default_device() {
+    check_process();
+    if (shared().by_default) return shared().by_default;
+    auto made = Device::create("auto");  // without the GIL: another thread may have made one
+    if (!shared().by_default) shared().by_default = std::move(made);
+    return shared().by_default;
+}
+
+void set_threads(int threads) {
+    if (threads < 1 || threads > 1024)
+        raise(Status(StatusCode::usage, concat("threads: ", threads, " is not in 1..1024")));
+    if (shared().process != 0)
+        raise(Status(StatusCode::usage,
+                     "set_threads: a device has been made; call it before the first run"));
+    shared().threads = threads;
+}
+
+void close_all_devices() {
+    shared().by_default.reset();
+    while (!shared().alive.empty()) (*shared().alive.begin())->close();
+}
+
+}  // namespace postchain::python

@@ -1,0 +1,67 @@
+#include "tools/python/documentation.h"
+
+#include <pybind11/stl.h>
+
+#include "config/describe.h"
+#include "config/schema.h"
+#include "passes/registry.h"
+#include "tools/measure/metrics/compare.h"
+#include "tools/measure/scenes/scene.h"
+#include "tools/python/errors.h"
+#include "tools/python/job.h"
+#include "tools/python/values.h"
+#include "tools/sequence/files/parameter_json.h"
+
+namespace py = pybind11;
+
+namespace postchain::python {
+namespace {
+
+// "frames: frames to process: 1-10 (RANGE)"
+std::string documentation(const Parameter& row) {
+    std::string text = row.key + ": " + in_python(row.full_help());
+    if (!row.unit.empty()) text += " (" + row.unit + ")";
+    if (row.type == ParameterType::choice) text += "; " + row.domain();
+    if (row.default_value != ParameterValue()) text += "; default " + text_of(row.default_value);
+    return text;
+}
+
+}  // namespace
+
+std::string rows_text(const std::set<std::string>* keys) {
+    static const std::set<std::string> arguments = {"input", "output", "camera"};
+    std::string text;
+    for (const Parameter& row : job_parameters().rows())
+        if (!arguments.contains(row.key) && (!keys || keys->contains(row.key)))
+            text += "\n  " + documentation(row);
+    return text;
+}
+
+std::string passes_text() {
+    std::string text;
+    for (const PassType& type : builtin_passes().types()) {
+        text += "\n" + type.name + ": " + type.title + ". " + type.help;
+        for (const Parameter& row : type.parameters->rows()) text += "\n  " + documentation(row);
+    }
+    text += "\ncamera:";
+    for (const Parameter& row : camera_parameters().rows()) text += "\n  " + documentation(row);
+    return text;
+}
+
+py::object tables() {
+    io::Json json = io::Json::parse(passes_as_json(builtin_passes()));
+    for (const Parameter& row : job_parameters().rows())
+        json["settings"][row.key] = io::json_from(row_schema(row));
+    json["array_keys"] = array_keys();
+    json["file_keys"] = file_keys();
+    json["plan_keys"] = plan_keys();
+    for (const auto& row : metrics::metric_rows()) json["metrics"].push_back(row.name);
+    for (const auto& row : metrics::map_rows()) json["maps"].push_back(row.name);
+    json["scenes"] = io::Json::array();
+    for (const auto& scene : scenes::scenes()) json["scenes"].push_back(scene.name);
+    json["depth_encodings"] = depth_encoding_names();
+    json["tone_mappers"] = metrics::tone_mapper_names();
+    return python_of(json);
+}
+
+}  // namespace postchain::python

@@ -1,0 +1,33 @@
+// Failures of the libraries as Python exceptions (package/_errors.py), and their warnings.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "chain/status.h"
+#include "config/diagnostic.h"
+
+namespace postchain::python {
+
+// Options in messages as Python names them: "--on-existing" -> "on_existing".
+std::string in_python(const std::string& message);
+
+// Raises the class of the status's code. With diagnostics, the exception lists the errors among
+// them with file, line, column and key.
+[[noreturn]] void raise(const Status& status, const Diagnostics& diagnostics = {});
+
+template <class T>
+T value_of(Result<T> result) {
+    if (!result.ok()) raise(result.status());
+    return std::move(*result);
+}
+
+// The warnings among diagnostics.
+std::vector<std::string> warnings_of(const Diagnostics& diagnostics);
+// Python warnings of the class postchain.Warning.
+void warn(const std::vector<std::string>& messages);
+
+}  // namespace postchain::python

@@ -1,0 +1,71 @@
+// postchain.Frame: one frame of arrays or files, and filtering one.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "tools/python/array_file.h"
+#include "tools/python/chain_object.h"
+#include "tools/python/device.h"
+#include "tools/sequence/run/run_settings.h"
+
+namespace postchain::python {
+
+// A frame whose planes are converted when a chain first needs them, and kept.
+class Frame {
+  public:
+    // `camera`: a dict, a path, or None. `settings`: keys of kReading. Raise.
+    static std::shared_ptr<Frame> of_arrays(const FrameArrays& arrays, int number,
+                                            const pybind11::object& camera,
+                                            const std::string& depth_encoding, double pixel_aspect,
+                                            const pybind11::kwargs& settings);
+    // `input`: a file, or a pattern of which `number` is a frame.
+    static std::shared_ptr<Frame> of_files(const std::string& input, const pybind11::object& number,
+                                           const pybind11::object& camera,
+                                           const pybind11::kwargs& settings);
+
+    const sequence::SourceSettings& settings() const { return settings_; }
+    const sequence::FrameHeader& header() const { return header_; }
+    int number() const { return header_.files.frame_number; }
+    bool has_alpha() const;
+    // Color and the planes of `wanted` that it has. Any thread.
+    Result<std::shared_ptr<const sequence::SourceFrame>> read(RoleSet wanted) const;
+
+  private:
+    sequence::SourceSettings settings_;
+    sequence::FrameHeader header_;
+    mutable std::mutex mutex_;
+    mutable RoleSet read_;
+    mutable std::shared_ptr<const sequence::SourceFrame> source_;
+};
+using FramePtr = std::shared_ptr<const Frame>;
+
+// A frame with the frames before and after, which may be null.
+struct FrameWithNeighbors {
+    FramePtr frame, before, after;
+};
+
+// The planned frame: what `run` filters. Errors: those of plan_source_frame(); (usage) a neighbor
+// of another size, or without a plane that the chain reads of it.
+struct PlannedArrays {
+    sequence::SourceFrame source;
+    Plan plan;
+};
+Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
+                                  const PlanOptions& options);
+
+// The keys of keyword arguments that decide how a frame is read, and how it is planned; others are
+// refused. Raises.
+PlanOptions plan_options_of(const pybind11::kwargs& settings);
+
+// The color that the chain makes of the frame, with as many channels as its own. Raises; warns.
+pybind11::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
+                          const PlanOptions& options, const std::shared_ptr<Device>& device);
+// The plan as JSON, as `postchain plan --json` prints it. Raises; warns.
+pybind11::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
+                            const PlanOptions& options);
+
+}  // namespace postchain::python

@@ -1,0 +1,77 @@
+#include "tools/python/job.h"
+
+#include "chain/text.h"
+#include "passes/registry.h"
+#include "tools/python/errors.h"
+#include "tools/python/values.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
+
+namespace py = pybind11;
+
+namespace postchain::python {
+
+const ParameterTable& job_parameters() {
+    static const ParameterTable table = sequence::job_parameters(builtin_passes());
+    return table;
+}
+
+const std::set<std::string>& array_keys() {
+    static const std::set<std::string> keys = {"nonfinite", "camera_motion", "cuts"};
+    return keys;
+}
+
+const std::set<std::string>& file_keys() {
+    static const std::set<std::string> keys = {
+        "nonfinite",   "camera_motion", "cuts",           "profile", "layer",          "view",
+        "data_window", "max_memory",    "input_transfer", "ocio",    "ocio_colorspace"};
+    return keys;
+}
+
+const std::set<std::string>& plan_keys() {
+    static const std::set<std::string> keys = {"precision", "no_elide", "elide"};
+    return keys;
+}
+
+sequence::RunSettings job_settings(const std::string& place, const std::string& input,
+                                   const std::string& output, const py::object& camera,
+                                   const py::kwargs& values, const std::set<std::string>* keys) {
+    sequence::JobSettings job;
+    for (const auto& [name, value] : values) {
+        const std::string key = py::str(name);
+        if (!keys || keys->contains(key)) continue;
+        const std::vector<std::string> known(keys->begin(), keys->end());
+        raise(Status(StatusCode::usage,
+                     concat(place, ": unknown argument '", key, "'; known are ", joined(known))));
+    }
+    set_rows(job_parameters(), &job, values, place);
+    job.input = input;
+    job.output = output;
+    std::optional<CameraFile> file;
+    if (py::isinstance<py::dict>(camera)) {
+        if (py::len(camera) > 0) file = camera_of(camera);
+    } else if (!camera.is_none())
+        job.camera = path_of(camera, place + ": camera");
+    Diagnostics notes;
+    auto settings = sequence::run_settings_of(job, builtin_passes(), notes);
+    if (!settings.ok()) raise(settings.status(), notes);
+    warn(warnings_of(notes));
+    if (file) {
+        for (const auto& [number, frame] : file->frames)
+            for (auto& picture : io::inputs_of(frame.camera))
+                settings->other_inputs.push_back(std::move(picture));
+        for (auto& picture : io::inputs_of(file->camera))
+            settings->other_inputs.push_back(std::move(picture));
+        settings->source.camera = std::move(file);
+    }
+    settings->version = POSTCHAIN_VERSION;
+    return std::move(*settings);
+}
+
+py::kwargs taken(py::kwargs& values, const std::set<std::string>& keys) {
+    py::kwargs found;
+    for (const std::string& key : keys)
+        if (values.contains(key)) found[key.c_str()] = values.attr("pop")(key);
+    return found;
+}
+
+}  // namespace postchain::python

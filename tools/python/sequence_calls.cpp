@@ -1,0 +1,156 @@
+#include "tools/python/sequence_calls.h"
+
+#include <filesystem>
+
+#include "tools/python/errors.h"
+#include "tools/python/job.h"
+#include "tools/python/values.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/run/inspect_frame.h"
+#include "tools/sequence/run/plan_sequence.h"
+#include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/run/sidecar.h"
+
+namespace py = pybind11;
+
+namespace postchain::python {
+namespace {
+
+py::dict dict_of(const sequence::RunSummary& summary, const std::vector<std::string>& warnings,
+                 bool canceled) {
+    const size_t done = summary.written + summary.skipped + summary.held + summary.missing;
+    py::dict dict;
+    dict["total"] = summary.total;
+    dict["written"] = summary.written;
+    dict["skipped"] = summary.skipped;
+    dict["held"] = summary.held;
+    dict["missing"] = summary.missing;
+    dict["failed"] = summary.failed;
+    dict["left"] = summary.total - done - summary.failed;
+    dict["elapsed_s"] = summary.elapsed_s;
+    dict["gaps"] = summary.gaps;
+    dict["warnings"] = warnings;
+    dict["canceled"] = canceled;
+    return dict;
+}
+
+}  // namespace
+
+void Callbacks::check() const {
+    if (!progress.is_none() && !PyCallable_Check(progress.ptr()))
+        raise(Status(StatusCode::usage, "progress: is not callable; give a function of a dict"));
+    if (!stop.is_none() && !py::hasattr(stop, "is_set"))
+        raise(Status(StatusCode::usage, "stop: has no is_set(); give a threading.Event"));
+}
+
+Call::Idle Callbacks::watch(bool& stopped) const {
+    if (stop.is_none()) return {};
+    return [this, &stopped](Call& call) {
+        if (stopped || !py::bool_(stop.attr("is_set")())) return;
+        stopped = true;
+        call.ask_to_stop();
+    };
+}
+
+bool Callbacks::ended_by(const py::dict& report) const {
+    return progress(report).is(py::bool_(false));
+}
+
+py::dict run_sequence(const ChainObject& chain, const std::string& input, const std::string& output,
+                      const py::object& camera, const Callbacks& callbacks,
+                      const std::shared_ptr<Device>& device, const py::kwargs& values) {
+    callbacks.check();
+    sequence::RunSettings settings = job_settings("run_sequence", input, output, camera, values);
+    if (chain.is_file) settings.other_inputs.push_back({chain.name, "the chain file"});
+    for (auto& picture : io::inputs_of(chain.chain.camera))
+        settings.other_inputs.push_back(std::move(picture));
+    bool stopped = false;
+    std::vector<std::string> warnings;  // of the device's thread, until it has ended
+    auto summary = device->run(
+        "run_sequence",
+        [&](Call& call, Executor& executor) {
+            const auto observer = [&](const sequence::FrameReport& report,
+                                      const sequence::RunProgress& progress) {
+                warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
+                for (const auto& note : report.write.notes)
+                    warnings.push_back(report.output + ": " + note);
+                if (callbacks.progress.is_none()) return;
+                call.send([&, line = sequence::report_line(report, progress)] {
+                    if (stopped || !callbacks.ended_by(python_of(line))) return;
+                    stopped = true;
+                    call.ask_to_stop();
+                });
+            };
+            return sequence::run_sequence(chain.chain, settings, executor, device->renderer(),
+                                          observer, &call.stop());
+        },
+        callbacks.watch(stopped));
+    if (!summary.ok()) raise(summary.status());
+    if (!summary->first_failure.ok() && !stopped &&
+        settings.on_error == sequence::ErrorPolicy::stop && summary->failed > 0)
+        raise(summary->first_failure);
+    return dict_of(*summary, warnings, stopped);
+}
+
+py::list plan_sequence(const ChainObject& chain, const std::string& input, const py::object& camera,
+                       const py::kwargs& values) {
+    const sequence::RunSettings settings = job_settings("plan_sequence", input, "", camera, values);
+    std::vector<io::Json> frames;
+    const Status status = in_background("plan_sequence", [&](Call& call) -> Status {
+        Status failure;
+        const Status ended = sequence::plan_sequence(
+            chain.chain, settings, [&](const sequence::PlannedFrame& planned) {
+                failure = planned.plan.status();
+                if (!failure.ok() || call.stop()) return false;
+                frames.push_back(sequence::planned_json(planned, std::nullopt));
+                frames.back()["warnings"] = planned.warnings;
+                return true;
+            });
+        return ended.ok() ? failure : ended;
+    });
+    if (!status.ok()) raise(status);
+    py::list plans;
+    for (const io::Json& frame : frames) plans.append(python_of(frame));
+    return plans;
+}
+
+py::object inspect(const std::string& input, const py::object& camera, const py::kwargs& values) {
+    std::error_code error;
+    if (std::filesystem::is_directory(input, error))
+        return python_of(value_of(sequence::inspect_folder(input)));
+    const sequence::RunSettings settings = job_settings("inspect", input, "", camera, values);
+    std::vector<std::string> warnings;
+    auto json = in_background("inspect", [&](Call& call) -> Result<io::Json> {
+        auto list = io::find_frames(settings.input, settings.frames);
+        if (!list.ok()) return list.status();
+        std::vector<int> shown = list->frames;
+        if (!settings.frames) shown.resize(1);
+        sequence::SequenceSurvey survey;
+        io::Json frames = io::Json::array();
+        for (int frame : shown) {
+            if (call.stop()) return Status(StatusCode::canceled, "inspect: stopped");
+            if (list->is_missing(frame))
+                return Status(StatusCode::input,
+                              settings.input.color().format(frame) + ": frame is not on disk");
+            auto found = sequence::inspect_frame(settings, list->files.at(frame), frame, survey);
+            if (!found.status.ok()) return found.status;
+            for (auto& warning : found.source->warnings) warnings.push_back(warning);
+            frames.push_back(std::move(found.json));
+        }
+        io::Json all = {{"frames", std::move(frames)}};
+        if (list->files.size() < 2 || list->frames.size() < 2) return all;
+        if (!settings.frames)
+            if (const Status status =
+                    sequence::survey_others(settings, *list, sequence::frames_to_survey(*list),
+                                            survey, [&](size_t) { return !call.stop(); });
+                !status.ok())
+                return status;
+        all["sequence"] = survey.json();
+        return all;
+    });
+    if (!json.ok()) raise(json.status());
+    warn(warnings);
+    return python_of(*json);
+}
+
+}  // namespace postchain::python

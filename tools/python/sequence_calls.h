@@ -1,0 +1,43 @@
+// postchain.run_sequence(), plan_sequence() and inspect(): the subcommands run, plan and inspect.
+#pragma once
+
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+
+#include "tools/python/chain_object.h"
+#include "tools/python/device.h"
+
+namespace postchain::python {
+
+// What ends a call early.
+struct Callbacks {
+    pybind11::object progress;  // called with a dict; False ends the call; None
+    pybind11::object stop;      // an object with is_set(), as threading.Event; None
+
+    // Raises UsageError for objects of other kinds.
+    void check() const;
+    // For Call::wait(): ends the call, and sets `stopped`, if `stop` is set.
+    Call::Idle watch(bool& stopped) const;
+    // True: the callback returned False.
+    bool ended_by(const pybind11::dict& report) const;
+};
+
+// The summary as a dict. Raises the first failure unless on_error is "continue".
+pybind11::dict run_sequence(const ChainObject& chain, const std::string& input,
+                            const std::string& output, const pybind11::object& camera,
+                            const Callbacks& callbacks, const std::shared_ptr<Device>& device,
+                            const pybind11::kwargs& settings);
+
+// A dict for each frame, as `plan --json` prints it, with `warnings`. Raises the first
+// frame's failure.
+pybind11::list plan_sequence(const ChainObject& chain, const std::string& input,
+                             const pybind11::object& camera, const pybind11::kwargs& settings);
+
+// As `inspect --json`: of a folder {"folder", "sequences"}, of frames {"frames": [...],
+// "sequence"}.
+pybind11::object inspect(const std::string& input, const pybind11::object& camera,
+                         const pybind11::kwargs& settings);
+
+}  // namespace postchain::python

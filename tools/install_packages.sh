@@ -15,7 +15,7 @@ if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(
         libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
         dpkg-dev file libglfw3-dev libogre-1.12-dev xvfb slurmctld slurmd slurm-client munge prometheus
-        python3 chromium chromium-driver
+        python3 chromium chromium-driver sqlite3 nginx-light caddy
     )
 fi
 if [[ ${1:-} == --fuzz ]]; then

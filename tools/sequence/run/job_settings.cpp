@@ -3,6 +3,7 @@
 #include <set>
 #include <sstream>
 
+#include "chain/text.h"
 #include "config/profile.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"

@@ -128,6 +128,7 @@ struct FrameDescription {
     // Which of the mattes (the plane Role::mattes) holds for each pass of the chain, in its order;
     // -1, or beyond the end: no matte.
     std::vector<int> mattes;
+    bool without_mattes = false;  // its passes run without those that they name
     // Largest speeds beside a matte, by its index, if they are known (chain/hold_still.h).
     std::map<int, Speeds> speeds_beside;
     // Why a neighbor brings no planes: "frame 4 is not on disk".

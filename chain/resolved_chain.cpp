@@ -49,7 +49,7 @@ Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDe
     const ChainLink& one = chain.links[link];
     if (Status status = one.check_matte(); !status.ok()) return status;
     const int matte = matte_of(frame, link);
-    if (matte < 0 && !one.matte.empty())
+    if (matte < 0 && !one.matte.empty() && !frame.without_mattes)
         return Status(
             StatusCode::input,
             concat("matte ", one.matte, " was not handed in with frame ", frame.frame_number));

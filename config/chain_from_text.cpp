@@ -19,6 +19,12 @@ Failure make_chain(std::string_view text, const std::string& name, pc_chain** ch
         return {PC_ERROR_CHAIN, concat(name,
                                        ": camera.aperture_image: this library does not read files; "
                                        "set the image with pc_chain_set_aperture()")};
+    for (const postchain::ChainLink& link : file.chain.links)
+        if (!link.matte.empty() && link.matte != postchain::guest::kMask)
+            return {PC_ERROR_CHAIN,
+                    concat(name, ": ", link.type->name, ".matte: \"", link.matte,
+                           "\": a host hands in one matte, pc_frame.mask; its name is \"",
+                           postchain::guest::kMask, "\"")};
     *chain = postchain::guest::new_chain(std::move(file.chain));
     std::string warnings = postchain::text_of(file.diagnostics);
     if (!warnings.empty()) warnings.pop_back();  // the last end of line

@@ -14,9 +14,16 @@ Clock::~Clock() {
             glDeleteQueries(GLsizei(sequence.queries.size()), sequence.queries.data());
 }
 
-void Clock::begin(uint64_t frame) {
+double Times::milliseconds() const {
+    double sum = 0;
+    for (const Interval& interval : intervals) sum += interval.milliseconds;
+    return sum;
+}
+
+void Clock::begin(uint64_t frame, uint64_t tag) {
     current_ = (current_ + 1) % kSequences;
     sequences_[current_].times.frame = frame;
+    sequences_[current_].times.tag = tag;
     sequences_[current_].marks = 0;
     take();
 }
@@ -86,6 +93,7 @@ const Times* Clock::newest() {
 
 void Clock::add_up(const Times& times) {
     newest_.frame = times.frame;
+    newest_.tag = times.tag;
     size_t count = 0;
     for (const Times::Interval& interval : times.intervals) {
         const auto end = newest_.intervals.begin() + std::ptrdiff_t(count);

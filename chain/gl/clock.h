@@ -22,7 +22,10 @@ struct Times {
         double milliseconds = 0;
     };
     uint64_t frame = 0;
+    uint64_t tag = 0;  // the caller's
     std::vector<Interval> intervals;
+
+    double milliseconds() const;  // of all
 };
 
 class Clock {
@@ -33,7 +36,7 @@ class Clock {
     Clock& operator=(const Clock&) = delete;
     const char* source() const { return software_ ? "wall clock around glFinish" : "GL_TIMESTAMP"; }
 
-    void begin(uint64_t frame);  // start of a sequence of marks
+    void begin(uint64_t frame, uint64_t tag = 0);  // start of a sequence of marks
     // End of an interval and start of the next: "pass", or "pass.step".
     void mark(int pass, std::string_view name, std::string_view step = {});
     // The newest sequence that the device has finished, with intervals of the same pass and name

@@ -99,6 +99,7 @@ Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room)
     const StoragePlan shared = share_storage(plan_, room);
     names_.assign(count, 0);
     image_formats_.assign(count, 0);
+    images_.assign(count, {});
     Status status;
     for (const Storage& storage : shared.all) {
         auto acquired =
@@ -206,9 +207,10 @@ void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
                 bytes_.begin() + std::ptrdiff_t(command.uniforms));
 }
 
-void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_format) {
+void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_format, ImageOf image) {
     names_[size_t(texture)] = name;
     image_formats_[size_t(texture)] = image_format;
+    images_[size_t(texture)] = image;
 }
 
 void CompiledPlan::bind(const Step& step, const Command& command, const RunObjects& objects,
@@ -226,12 +228,14 @@ void CompiledPlan::bind(const Step& step, const Command& command, const RunObjec
                 glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, name);
                 break;
             case Access::read:
-            case Access::write:
-                glBindImageTexture(unit, name, 0,
-                                   plan_.textures[size_t(binding.texture)].layers > 0, 0,
+            case Access::write: {
+                const ImageOf image = images_[size_t(binding.texture)];
+                glBindImageTexture(unit, name, image.level,
+                                   plan_.textures[size_t(binding.texture)].layers > 0, image.layer,
                                    binding.access == Access::read ? GL_READ_ONLY : GL_WRITE_ONLY,
                                    image_formats_[size_t(binding.texture)]);
                 break;
+            }
             case Access::sample_nearest:
                 glBindTextureUnit(unit, name);
                 glBindSampler(unit, objects.sampler());

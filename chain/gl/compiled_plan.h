@@ -16,6 +16,7 @@
 #include "chain/bands.h"
 #include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
+#include "chain/gl/image_of.h"
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
@@ -83,9 +84,9 @@ class CompiledPlan {
     }
     // The uniform block of a step, as many bytes as it has.
     void set_uniforms(int step, std::span<const std::byte> bytes);
-    // Sets the texture of an imported one, and its GL format if it is written to. Several may be
-    // one texture, as a host's output over its color.
-    void import(TextureId texture, unsigned name, unsigned image_format = 0);
+    // Sets the texture of an imported one, and its GL format and image if it is written to. Several
+    // may be one texture, as a host's output over its color.
+    void import(TextureId texture, unsigned name, unsigned image_format = 0, ImageOf image = {});
 
     // Dispatches one work group of a step, so that a driver which compiles at a program's first
     // dispatch has done so. The step's results are undefined.
@@ -118,6 +119,7 @@ class CompiledPlan {
     std::vector<Texture*> textures_;       // textures of the pool, each once
     std::vector<unsigned> names_;          // names of the plan's textures
     std::vector<unsigned> image_formats_;  // likewise
+    std::vector<ImageOf> images_;          // likewise, of imported ones
     std::vector<int> storage_;             // number of the storage of each of them
     std::vector<TextureId> lists_;
     std::vector<Command> commands_;

@@ -1,5 +1,6 @@
 #include "chain/guest/chain_handle.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -50,6 +51,7 @@ FrameDescription typical_frame() {
     frame.width = frame.display_width = 640;
     frame.height = frame.display_height = 360;
     frame.planes = {Role::color, Role::inverse_depth, Role::motion};
+    frame.without_mattes = true;
     frame.camera.focal_length_mm = 50;
     frame.camera.sensor_width_mm = 36;
     frame.camera.f_stop = 2;
@@ -84,6 +86,9 @@ uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
 ChainHandle::ChainHandle(Chain chain) : chain_(std::make_shared<Chain>(std::move(chain))) {
     static std::atomic<uint64_t> last = 0;
     id_ = ++last;
+    auto& links = chain_->links;
+    if (std::all_of(links.begin(), links.end(), [](auto& link) { return link.matte.empty(); }))
+        for (ChainLink& link : links) link.matte = kMask;
     const auto add = [&](uint32_t pass, const ParameterTable& table) {
         for (const Parameter& parameter : table.rows()) {
             Row row{pass, &parameter, {}, {}};
@@ -132,11 +137,14 @@ Chain& ChainHandle::own() {
     return *chain_;
 }
 
+Failure ChainHandle::no_such_pass(uint32_t pass) const {
+    return {PC_ERROR_ARGUMENT,
+            concat("pass ", pass, ": the chain has ", chain_->links.size(), " passes, from 0")};
+}
+
 Failure ChainHandle::set(uint32_t pass, std::string_view key, const ParameterValue& value) {
     const ParameterTable* table = table_of(pass);
-    if (!table)
-        return {PC_ERROR_ARGUMENT,
-                concat("pass ", pass, ": the chain has ", chain_->links.size(), " passes, from 0")};
+    if (!table) return no_such_pass(pass);
     const std::string place = pass == PC_CAMERA ? "camera" : chain_->links[pass].type->name;
     const Parameter* row = table->find(key);
     if (row && row->type == ParameterType::text && !std::holds_alternative<std::monostate>(value))
@@ -172,6 +180,33 @@ Failure ChainHandle::set_aperture(const float* values) {
     if (!image.ok()) return image.status().at("aperture");
     own().camera.aperture_image = std::move(*image);
     ++revision_;
+    return {};
+}
+
+std::vector<std::pair<uint32_t, const Parameter*>> ChainHandle::samples() const {
+    std::vector<std::pair<uint32_t, const Parameter*>> found;
+    for (const Row& row : rows_)
+        if (row.parameter->key == "samples" || row.parameter->key == "max_samples")
+            found.emplace_back(row.pass, row.parameter);
+    return found;
+}
+
+int64_t ChainHandle::integer(uint32_t pass, const Parameter& row) const {
+    return std::get<int64_t>(row.get(parameters_of(*chain_, pass)));
+}
+
+Failure ChainHandle::set_mask(uint32_t pass, pc_mask_effect effect) {
+    if (pass >= chain_->links.size()) return no_such_pass(pass);
+    if (effect > PC_MASK_IGNORED)
+        return {PC_ERROR_ARGUMENT, concat("effect: ", effect, " is not a PC_MASK value")};
+    ChainLink changed = chain_->links[pass].clone();
+    changed.matte = effect == PC_MASK_IGNORED ? "" : kMask;
+    changed.matte_effect.reset();
+    if (effect == PC_MASK_UNMOVED) changed.matte_effect = MatteEffect::unmoved;
+    if (Status s = changed.check_matte(); !s.ok()) return s.at(changed.type->name);
+    own().links[pass] = std::move(changed);
+    ++revision_;
+    for (Row& known : rows_) known.cost = -1;
     return {};
 }
 

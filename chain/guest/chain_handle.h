@@ -12,9 +12,13 @@
 
 namespace postchain::guest {
 
+// The matte of a pass that treats the object of pc_frame.mask differently.
+inline constexpr const char* kMask = "mask";
+
 class ChainHandle {
   public:
-    // Takes over a chain of passes() (chain/guest/registry.h).
+    // Takes over a chain of passes() (chain/guest/registry.h). If none of them names a matte, all
+    // get kMask.
     explicit ChainHandle(Chain chain);
     // "motion_blur,fxaa". PC_ERROR_CHAIN: unknown pass; the message suggests the closest name.
     static Result<Chain> parse(std::string_view passes);
@@ -32,6 +36,14 @@ class ChainHandle {
     // A table of BokehKernel::kSide squared transmittances.
     Failure set_aperture(const float* values);
 
+    // What a pass does with the object that pc_frame.mask covers.
+    Failure set_mask(uint32_t pass, pc_mask_effect effect);
+
+    // The parameters that are numbers of samples, with their passes.
+    std::vector<std::pair<uint32_t, const Parameter*>> samples() const;
+    // The value of a pass's integer.
+    int64_t integer(uint32_t pass, const Parameter& row) const;
+
     // PC_ERROR_ARGUMENT: past the last row.
     Failure describe(uint32_t index, pc_parameter& row);
 
@@ -48,6 +60,7 @@ class ChainHandle {
     const ParameterTable* table_of(uint32_t pass) const;
 
     Chain& own();  // copied first if it is shared
+    Failure no_such_pass(uint32_t pass) const;
 
     std::shared_ptr<Chain> chain_;
     uint64_t id_;

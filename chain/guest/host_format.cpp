@@ -46,6 +46,11 @@ constexpr HostFormat kFormats[] = {
 
 }  // namespace
 
+float HostFormat::largest() const {
+    if (name == GL_R11F_G11F_B10F) return 64512;  // of 10 bits
+    return half ? 65504 : 0;
+}
+
 const HostFormat* find_format(unsigned internal_format) {
     for (const auto& format : kFormats)
         if (format.name == internal_format) return &format;

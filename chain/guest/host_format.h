@@ -12,6 +12,8 @@ struct HostFormat {
     bool depth = false;
     bool image = false;  // can be written as an image
     bool half = false;   // halves hold every value
+    // Largest value of a float format; 0: normalized, or as large as color can be.
+    float largest() const;
 };
 
 // Null for integer, compressed and unsized formats, and others that no plane can be read from.

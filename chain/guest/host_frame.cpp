@@ -1,6 +1,9 @@
 #include "chain/guest/host_frame.h"
 
+#include <epoxy/gl.h>
+
 #include <algorithm>
+#include <cfloat>
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/matrix_access.hpp>
@@ -9,28 +12,67 @@
 namespace postchain::guest {
 namespace {
 
+constexpr int kLastLevel = 30;
 constexpr size_t kLongestView = std::tuple_size_v<decltype(PlanKey::debug_view)> - 1;
 
-// Checks that a texture covers the frame's rectangle and has a format that the member accepts.
-Failure check_texture(const char* member, const pc_texture& given, int width, int height,
-                      HostTexture& texture) {
+// A member of pc_frame, and the texels that the frame's rectangle has in it.
+struct Member {
+    const char* name;
+    const pc_texture& texture;
+    pc_slice slice;
+    int width, height;
+    HostTexture& checked;
+};
+
+Failure check_slice(const Member& member) {
+    const pc_slice& slice = member.slice;
+    const bool array = slice.target == GL_TEXTURE_2D_ARRAY;
+    if (!array && slice.target != 0 && slice.target != GL_TEXTURE_2D)
+        return {
+            PC_ERROR_INPUT,
+            concat(member.name, "_slice.target: 0x", std::hex, slice.target,
+                   " is not GL_TEXTURE_2D_ARRAY, GL_TEXTURE_2D or 0, which means GL_TEXTURE_2D")};
+    if (slice.layer < 0 || (!array && slice.layer != 0))
+        return {PC_ERROR_INPUT,
+                concat(member.name, "_slice.layer: ", slice.layer,
+                       array ? " is below 0" : "; set target to GL_TEXTURE_2D_ARRAY too")};
+    if (slice.level < 0 || slice.level > kLastLevel)
+        return {PC_ERROR_INPUT, concat(member.name, "_slice.level: ", slice.level,
+                                       " is not within 0 and ", kLastLevel)};
+    member.checked.array = array;
+    member.checked.image = {slice.layer, slice.level};
+    return {};
+}
+
+// Checks that a texture covers its rectangle and has a format that the member accepts.
+Failure check_texture(const Member& member) {
+    const pc_texture& given = member.texture;
+    HostTexture& texture = member.checked;
     texture = {};
     if (given.name == 0) return {};
     texture.name = given.name;
+    texture.width = member.width;
+    texture.height = member.height;
     texture.format = find_format(given.internal_format);
     if (!texture.format)
         return {PC_ERROR_INPUT,
-                concat(member, ".internal_format: ", text_of_format(given.internal_format),
+                concat(member.name, ".internal_format: ", text_of_format(given.internal_format),
                        " is not a sized format of float, normalized or depth values")};
     if (given.width <= 0 || given.height <= 0)
-        return {PC_ERROR_INPUT, concat(member, ": its size is ", given.width, "x", given.height)};
-    if (given.x < 0 || given.y < 0 || given.x > given.width - width ||
-        given.y > given.height - height)
         return {PC_ERROR_INPUT,
-                concat(member, ": a frame of ", width, "x", height, " at ", given.x, ", ", given.y,
-                       " is not inside its ", given.width, "x", given.height, " texels")};
+                concat(member.name, ": its size is ", given.width, "x", given.height)};
+    if (given.x < 0 || given.y < 0 || given.x > given.width - member.width ||
+        given.y > given.height - member.height)
+        return {PC_ERROR_INPUT,
+                concat(member.name, ": a frame of ", member.width, "x", member.height, " at ",
+                       given.x, ", ", given.y, " is not inside its ", given.width, "x",
+                       given.height, " texels")};
     texture.at_origin = given.x == 0 && given.y == 0;
-    return {};
+    return check_slice(member);
+}
+
+bool has_range(const pc_frame& given) {
+    return given.depth_range[0] != 0 || given.depth_range[1] != 0;
 }
 
 Failure check_numbers(const pc_frame& given) {
@@ -57,7 +99,12 @@ Failure check_numbers(const pc_frame& given) {
                {"max_speed_px", given.max_speed_px},
                {"nearest", given.nearest},
                {"farthest", given.farthest},
-               {"pixel_aspect", given.pixel_aspect}};
+               {"pixel_aspect", given.pixel_aspect},
+               {"depth_range[0]", given.depth_range[0]},
+               {"depth_range[1]", given.depth_range[1]},
+               {"focus_radius", given.focus_radius},
+               {"focus_seconds", given.focus_seconds},
+               {"frame_seconds", given.frame_seconds}};
     for (const auto& [name, value] : all)
         if (!std::isfinite(value)) return {PC_ERROR_CHAIN, concat(name, " is ", value)};
     for (int i = 0; i < 16; ++i)
@@ -68,8 +115,9 @@ Failure check_numbers(const pc_frame& given) {
     if ((given.flags & ~kFrameFlags) != 0)
         return {PC_ERROR_VERSION, concat("pc_frame.flags: ", given.flags,
                                          " has a bit that this library does not know")};
-    if (given.reserved != 0 || given.reserved_2 != 0)
-        return {PC_ERROR_VERSION, "pc_frame.reserved or reserved_2 is not 0"};
+    if (given.reserved != 0 || given.reserved_2 != 0 || given.reserved_3[0] != 0 ||
+        given.reserved_3[1] != 0)
+        return {PC_ERROR_VERSION, "pc_frame.reserved, reserved_2 or reserved_3 is not 0"};
     if (given.pre_exposure < 0)
         return {PC_ERROR_CHAIN, concat("pre_exposure is ", given.pre_exposure)};
     if (given.pixel_aspect < 0)
@@ -85,6 +133,34 @@ Failure check_numbers(const pc_frame& given) {
         if (far && given.far_clip <= given.near_clip)
             return {PC_ERROR_CHAIN, "far_clip: must be > near_clip for this depth_encoding"};
     }
+    if (has_range(given)) {
+        if (given.depth_range[0] == given.depth_range[1])
+            return {PC_ERROR_CHAIN, concat("depth_range: both ends are ", given.depth_range[0])};
+        if (given.depth_encoding <= PC_DEPTH_INVERSE)
+            return {PC_ERROR_CHAIN,
+                    "depth_range: this depth_encoding has no clip planes; leave it 0"};
+    }
+    if (given.focus_radius < 0 || given.focus_radius > 1)
+        return {PC_ERROR_CHAIN, concat("focus_radius: ", given.focus_radius,
+                                       " is not within 0 and 1 frame heights")};
+    if (given.focus_seconds < 0)
+        return {PC_ERROR_CHAIN, concat("focus_seconds is ", given.focus_seconds)};
+    if (given.focus_seconds > 0 && !(given.frame_seconds > 0))
+        return {PC_ERROR_CHAIN, "frame_seconds: must be > 0, because focus_seconds is set"};
+    return {};
+}
+
+// The rectangle's size in a plane that may have another than the frame.
+Failure check_plane_size(const char* name, const int32_t (&given)[2], HostFrame& frame,
+                         std::array<int, 2>& size) {
+    size = {given[0], given[1]};
+    if (given[0] == 0 && given[1] == 0) size = {frame.width, frame.height};
+    const bool fits =
+        size[0] > 0 && size[1] > 0 && size[0] <= frame.width && size[1] <= frame.height;
+    if (!fits)
+        return {PC_ERROR_INPUT,
+                concat(name, ": ", given[0], "x", given[1], " is not within 1x1 and ", frame.width,
+                       "x", frame.height, ", the frame")};
     return {};
 }
 
@@ -122,19 +198,30 @@ bool HostFrame::shows_fill() const {
 }
 
 bool HostFrame::motion_in_place() const {
-    return motion.at_origin && top_left() && !sky && scale_of(given->motion_scale[0]) == 1 &&
+    return is_plane(motion) && !sky && scale_of(given->motion_scale[0]) == 1 &&
            scale_of(given->motion_scale[1]) == 1 && given->motion_bias[0] == 0 &&
            given->motion_bias[1] == 0 && !flag(PC_MOTION_JITTERED);
 }
 
 bool HostFrame::output_is_an_input() const {
-    return output.name != 0 && (output.name == color.name || output.name == depth.name ||
-                                output.name == motion.name || output.name == exposure.name);
+    return output.name != 0 &&
+           (output.name == color.name || output.name == depth.name || output.name == motion.name ||
+            output.name == mask.name || output.name == exposure.name);
 }
 
 bool HostFrame::output_is_color() const {
     return output.name != 0 && output.name == color.name && given->output.x == given->color.x &&
-           given->output.y == given->color.y;
+           given->output.y == given->color.y && output.image == color.image;
+}
+
+bool HostFrame::output_holds_color() const {
+    const float most = output.format->largest();
+    return most == 0 || (color.format->half && color.format->largest() <= most);
+}
+
+uint32_t HostFrame::arrays() const {
+    return (color.array ? GUEST_ARRAY_COLOR : 0) | (depth.array ? GUEST_ARRAY_DEPTH : 0) |
+           (motion.array ? GUEST_ARRAY_MOTION : 0) | (mask.array ? GUEST_ARRAY_MASK : 0);
 }
 
 Failure check_frame(const pc_frame* given, HostFrame& frame) {
@@ -148,35 +235,45 @@ Failure check_frame(const pc_frame* given, HostFrame& frame) {
     if (frame.width <= 0 || frame.height <= 0)
         return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
                                        ": there is nothing to do")};
+    std::array<int, 2> depth_size, motion_size;
+    if (Failure failure = check_plane_size("depth_size", given->depth_size, frame, depth_size);
+        !failure.ok())
+        return failure;
+    if (Failure failure = check_plane_size("motion_size", given->motion_size, frame, motion_size);
+        !failure.ok())
+        return failure;
+    const int w = frame.width, h = frame.height;
     const struct {
-        const char* name;
-        const pc_texture& texture;
-        HostTexture& checked;
+        Member member;
         int least_channels;
         bool depth;
-    } members[] = {{"color", given->color, frame.color, 3, false},
-                   {"depth", given->depth, frame.depth, 1, true},
-                   {"motion", given->motion, frame.motion, 2, false},
-                   {"output", given->output, frame.output, 3, false}};
-    for (const auto& member : members) {
-        Failure failure =
-            check_texture(member.name, member.texture, frame.width, frame.height, member.checked);
-        if (!failure.ok()) return failure;
+    } members[] = {
+        {{"color", given->color, given->color_slice, w, h, frame.color}, 3, false},
+        {{"depth", given->depth, given->depth_slice, depth_size[0], depth_size[1], frame.depth},
+         1,
+         true},
+        {{"motion", given->motion, given->motion_slice, motion_size[0], motion_size[1],
+          frame.motion},
+         2,
+         false},
+        {{"mask", given->mask, given->mask_slice, w, h, frame.mask}, 1, false},
+        {{"output", given->output, given->output_slice, w, h, frame.output}, 3, false},
+        {{"exposure", given->exposure, {}, 1, 1, frame.exposure}, 1, true}};
+    for (const auto& [member, least_channels, depth] : members) {
+        if (Failure failure = check_texture(member); !failure.ok()) return failure;
         const HostFormat* format = member.checked.format;
         if (!format) continue;
-        if (format->channels < member.least_channels || (format->depth && !member.depth))
+        if (format->channels < least_channels || (format->depth && !depth))
             return {PC_ERROR_INPUT, concat(member.name, ": ", format->text, " has fewer than the ",
-                                           member.least_channels, " channels that it needs")};
+                                           least_channels, " channels that it needs")};
     }
-    Failure failure = check_texture("exposure", given->exposure, 1, 1, frame.exposure);
-    if (!failure.ok()) return failure;
     if (frame.output.format && !frame.output.format->image)
         return {PC_ERROR_INPUT, concat("output: ", frame.output.format->text,
                                        " cannot be written by a compute shader; give GL_RGBA8, "
                                        "GL_RGBA16F or another of those in postchain.h")};
     if (given->debug_view && strnlen(given->debug_view, kLongestView + 1) > kLongestView)
         return {PC_ERROR_ARGUMENT, concat("debug_view: longer than ", kLongestView, " letters")};
-    if (failure = check_numbers(*given); !failure.ok()) return failure;
+    if (Failure failure = check_numbers(*given); !failure.ok()) return failure;
     frame.sky = frame.motion.name && frame.depth.name && any(given->view_projection) &&
                 any(given->other_view_projection);
     return {};
@@ -203,6 +300,7 @@ Failure check_deeper(const HostFrame& frame) {
         uint32_t texture;
     } planes[] = {{"depth", given.depth.name},
                   {"motion", given.motion.name},
+                  {"mask", given.mask.name},
                   {"exposure", given.exposure.name}};
     for (const auto& [name, texture] : planes)
         if (given.output.name != 0 && given.output.name == texture)
@@ -211,7 +309,7 @@ Failure check_deeper(const HostFrame& frame) {
     return {};
 }
 
-FrameDescription describe(const HostFrame& frame) {
+FrameDescription describe(const HostFrame& frame, const Chain& chain) {
     const pc_frame& given = *frame.given;
     FrameDescription description;
     description.width = description.display_width = frame.width;
@@ -226,6 +324,13 @@ FrameDescription describe(const HostFrame& frame) {
         description.layers = 1;
         description.fill_layer = 0;
     }
+    description.without_mattes = frame.mask.name == 0;
+    if (!description.without_mattes) {
+        for (const ChainLink& link : chain.links)
+            description.mattes.push_back(link.matte.empty() ? -1 : 0);
+        if (stacked_planes(Role::mattes, description) > 0) description.planes.add(Role::mattes);
+    }
+    if (frame.focus) description.bounds.inverse_depth_at = *frame.focus;
     const auto set = [](std::optional<double>& value, float number) {
         if (number != 0) value = double(number);
     };
@@ -259,9 +364,18 @@ PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_
     key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
-    key.cases = {frame.color_in_place(), frame.depth_in_place(),     frame.motion_in_place(),
-                 frame.output.at_origin, frame.output_is_an_input(), frame.sky,
-                 frame.has_gain(),       frame.exposure.name != 0,   frame.output_is_color()};
+    key.cases = {frame.color_in_place(),
+                 frame.depth_in_place(),
+                 frame.motion_in_place(),
+                 frame.output.at_origin,
+                 frame.output_is_an_input(),
+                 frame.sky,
+                 frame.has_gain(),
+                 frame.exposure.name != 0,
+                 frame.output_is_color(),
+                 frame.mask.name != 0,
+                 frame.output.format && frame.output_holds_color()};
+    key.arrays = frame.arrays();
     if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;
 }
@@ -272,7 +386,9 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision) {
                    frame.given->flags & (PC_HALF_PLANES | PC_NO_ELISION),
                    frame.depth.name != 0,
                    frame.motion.name != 0,
+                   frame.mask.name != 0,
                    frame.exposure.name != 0,
+                   frame.arrays(),
                    {}};
     if (frame.given->debug_view)
         std::strncpy(kind.debug_view.data(), frame.given->debug_view, kLongestView);
@@ -302,27 +418,40 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
     if (kind.exposure != nearest->exposure) return given("exposure", kind.exposure) + remedy;
     if (kind.depth && !nearest->depth) return given("depth", true) + remedy;
     if (kind.motion && !nearest->motion) return given("motion", true) + remedy;
+    if (kind.mask && !nearest->mask) return given("mask", true) + remedy;
+    const std::pair<const char*, uint32_t> slices[] = {{"color", GUEST_ARRAY_COLOR},
+                                                       {"depth", GUEST_ARRAY_DEPTH},
+                                                       {"motion", GUEST_ARRAY_MOTION},
+                                                       {"mask", GUEST_ARRAY_MASK}};
+    for (const auto& [name, bit] : slices)
+        if (((kind.arrays ^ nearest->arrays) & bit) != 0)
+            return concat(name, "_slice.target: ", (kind.arrays & bit) != 0 ? "an" : "not an",
+                          " array, unlike in pc_prepare()", remedy);
     return concat("the chain's values were changed since pc_prepare()", remedy);
 }
 
 FrameValues values_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    return {float(frame.width),
-            float(frame.height),
-            given.near_clip,
-            given.far_clip,
-            given.focal_length_mm,
-            given.sensor_width_mm,
-            given.f_stop,
-            given.focus_distance,
-            given.meters_per_unit,
-            given.shutter_frames,
-            given.max_speed_px,
-            given.nearest,
-            given.farthest,
-            given.pixel_aspect,
-            frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f,
-            frame.flag(PC_GIVEN_SHUTTER) ? 1.0f : 0.0f};
+    FrameValues values = {float(frame.width),
+                          float(frame.height),
+                          given.near_clip,
+                          given.far_clip,
+                          given.focal_length_mm,
+                          given.sensor_width_mm,
+                          given.f_stop,
+                          given.focus_distance,
+                          given.meters_per_unit,
+                          given.shutter_frames,
+                          given.max_speed_px,
+                          given.nearest,
+                          given.farthest,
+                          given.pixel_aspect,
+                          frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f,
+                          frame.flag(PC_GIVEN_SHUTTER) ? 1.0f : 0.0f};
+    if (!frame.focus) return values;
+    size_t next = values.size();
+    for (const auto& [place, inverse_depth] : *frame.focus) values[--next] = float(inverse_depth);
+    return values;
 }
 
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {
@@ -334,6 +463,22 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
     uniforms.motion_at = {given.motion.x, given.motion.y};
     uniforms.exposure_at = {given.exposure.x, given.exposure.y};
     uniforms.output_at = {given.output.x, given.output.y};
+    uniforms.mask_at = {given.mask.x, given.mask.y};
+    uniforms.depth_size = {frame.depth.width, frame.depth.height};
+    uniforms.motion_size = {frame.motion.width, frame.motion.height};
+    const auto each = [&](int gl::ImageOf::*member) {
+        return glm::ivec4(frame.color.image.*member, frame.depth.image.*member,
+                          frame.motion.image.*member, frame.mask.image.*member);
+    };
+    uniforms.layers = each(&gl::ImageOf::layer);
+    uniforms.levels = each(&gl::ImageOf::level);
+    if (has_range(given)) {
+        uniforms.clips = 1;
+        uniforms.depth_first = given.depth_range[0];
+        uniforms.depth_factor = 1 / (given.depth_range[1] - given.depth_range[0]);
+    }
+    const float most = frame.output.format ? frame.output.format->largest() : 0;
+    uniforms.output_max = most == 0 ? FLT_MAX : most;
     uniforms.bottom_up = frame.top_left() ? 0 : 1;
     const double n = 1 / double(given.near_clip), f = 1 / double(given.far_clip);
     const auto affine = [&](double offset, double slope) {

@@ -3,10 +3,13 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "chain/chain.h"
 #include "chain/frame.h"
+#include "chain/gl/image_of.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/host_format.h"
 #include "chain/storage.h"
@@ -18,29 +21,40 @@ namespace postchain::guest {
 struct HostTexture {
     uint32_t name = 0;
     const HostFormat* format = nullptr;
-    bool at_origin = false;  // the frame's rectangle begins at its first texel
-    bool operator==(const HostTexture&) const = default;
+    bool at_origin = false;     // the frame's rectangle begins at its first texel
+    gl::ImageOf image;          // the layer and level that count
+    bool array = false;         // a GL_TEXTURE_2D_ARRAY
+    int width = 0, height = 0;  // texels of the frame's rectangle
 };
 
 // A checked frame. Points to its pc_frame, which must outlive it.
 struct HostFrame {
     const pc_frame* given = nullptr;
     int width = 0, height = 0;
-    HostTexture color, depth, motion, exposure, output;
-    bool sky = false;  // vectors of the sky are computed
+    HostTexture color, depth, motion, mask, exposure, output;
+    bool sky = false;                                // vectors of the sky are computed
+    const std::map<Place, double>* focus = nullptr;  // inverse depths at the chain's places
 
     bool flag(uint32_t bit) const { return (given->flags & bit) != 0; }
     bool top_left() const { return flag(PC_TOP_LEFT); }
     // Whether passes see color multiplied by a factor.
     bool has_gain() const;
-    bool color_in_place() const { return color.at_origin && top_left() && !has_gain(); }
+    // Whether passes can read this texture as it is, apart from its values.
+    bool is_plane(const HostTexture& texture) const {
+        return texture.at_origin && top_left() && !texture.array && texture.image.level == 0 &&
+               texture.width == width && texture.height == height;
+    }
+    bool color_in_place() const { return is_plane(color) && !has_gain(); }
     bool depth_in_place() const {
-        return depth.at_origin && top_left() && given->depth_encoding == PC_DEPTH_INVERSE;
+        return is_plane(depth) && given->depth_encoding == PC_DEPTH_INVERSE;
     }
     bool motion_in_place() const;
     bool output_is_an_input() const;
-    bool output_is_color() const;  // the same rectangle of the same texture
-    bool shows_fill() const;       // debug_view "fill": the plan filters a fill mask
+    bool output_is_color() const;  // the same rectangle of the same image
+    // The output's format holds every value that color's does.
+    bool output_holds_color() const;
+    uint32_t arrays() const;  // GUEST_ARRAY_...: which of the textures are arrays
+    bool shows_fill() const;  // debug_view "fill": the plan filters a fill mask
 };
 
 // Errors name the member. PC_ERROR_INPUT: a texture. PC_ERROR_CHAIN: camera values that the depth
@@ -52,7 +66,7 @@ Failure check_frame(const pc_frame* given, HostFrame& frame);
 Failure check_deeper(const HostFrame& frame);
 
 // The description for the planner. Precondition: check_frame().
-FrameDescription describe(const HostFrame& frame);
+FrameDescription describe(const HostFrame& frame, const Chain& chain);
 
 // Everything that a plan and its conversion depend on, except the frame's size, values and number.
 // Plans of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
@@ -61,7 +75,8 @@ struct PlanKey {
     Room room;  // its textures are as large as frames of this size need
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
-    std::array<bool, 9> cases = {};
+    std::array<bool, 11> cases = {};
+    uint32_t arrays = 0;  // HostFrame::arrays()
     std::array<char, 64> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
@@ -72,7 +87,8 @@ PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_
 struct FrameKind {
     uint64_t chain = 0, revision = 0;
     uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION
-    bool depth = false, motion = false, exposure = false;
+    bool depth = false, motion = false, mask = false, exposure = false;
+    uint32_t arrays = 0;  // HostFrame::arrays()
     std::array<char, 64> debug_view = {};
     bool operator==(const FrameKind&) const = default;
 };
@@ -80,8 +96,8 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 // The member by which a frame is of none of these kinds, and the remedy.
 std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared);
 
-// The frame's size, camera, bounds, and 1 for each flag that changes them.
-using FrameValues = std::array<float, 16>;
+// The frame's size, camera, bounds, 1 for each flag that changes them, and the depths in focus.
+using FrameValues = std::array<float, 16 + GUEST_FOCUS_PLACES>;
 FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps that convert from and to the host's textures.

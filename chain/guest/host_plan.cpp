@@ -15,8 +15,14 @@ std::string flag(bool on) {
     return on ? "1" : "0";
 }
 
-ProgramKey import_program(bool exposure) {
-    return {"guest/import.comp", {{"EXPOSURE", flag(exposure)}}};
+ProgramKey import_program(bool exposure, uint32_t arrays) {
+    constexpr uint32_t kImported = GUEST_ARRAY_COLOR | GUEST_ARRAY_DEPTH | GUEST_ARRAY_MOTION;
+    return {"guest/import.comp",
+            {{"EXPOSURE", flag(exposure)}, {"ARRAYS", std::to_string(arrays & kImported)}}};
+}
+
+ProgramKey mask_program(uint32_t arrays) {
+    return {"guest/import_mask.comp", {{"ARRAYS", std::to_string(arrays & GUEST_ARRAY_MASK)}}};
 }
 
 ProgramKey export_program(bool exposure) {
@@ -39,6 +45,10 @@ class Builder {
             add_output();
         }
         add_import();
+        add_mask();
+        const std::string& own = shared::GuestUniforms::kName;
+        for (size_t i = 0; i < plan().steps.size(); ++i)
+            if (plan().steps[i].uniforms_type == own) host_.own_steps.push_back(int(i));
         std::vector<TextureId> outputs;
         if (host_.result >= 0) outputs.push_back(host_.result);
         plan().outputs.clear();
@@ -119,7 +129,8 @@ class Builder {
             plan().steps.clear();
             return;  // color itself
         }
-        const bool as_is = frame_.top_left() && !frame_.has_gain();
+        const bool as_is = frame_.top_left() && !frame_.has_gain() &&
+                           (frame_.output.name == 0 || frame_.output_holds_color());
         if (works && as_is && frame_.output.name == 0) {
             host_.result = color;
             return;
@@ -138,7 +149,6 @@ class Builder {
         step.bindings = {{0, color}, {0, host_.result, Access::write}};
         bind_exposure(step);
         step.taps = uint64_t(frame_.width) * uint64_t(frame_.height);
-        host_.export_step = int(plan().steps.size());
         plan().steps.push_back(std::move(step));
     }
 
@@ -148,7 +158,6 @@ class Builder {
         plan().textures[size_t(start)].imported = false;
         Step begin = make_step(add_pass("fill"), "fill_start", {"guest/fill_start.comp", {}});
         begin.bindings = {{0, start, Access::write}};
-        host_.fill_step = 0;
         plan().steps.insert(plan().steps.begin(), std::move(begin));
         host_.result = add_target();
         Step view =
@@ -157,12 +166,12 @@ class Builder {
         launch_by(view, -1);
         view.bindings = {{0, mask}, {0, host_.result, Access::write}};
         host_.shown = mask;
-        host_.export_step = int(plan().steps.size());
         plan().steps.push_back(std::move(view));
     }
 
-    // The host's texture of the name "host.color", "host.depth" or "host.motion", if it is given.
-    TextureId add_host_view(std::string_view name) {
+    // The host's texture of this name, such as "host.depth", if it is given; `host` is then how the
+    // view reads it.
+    TextureId add_host_view(std::string_view name, std::string& host) {
         const struct {
             const char* name;
             const HostTexture& texture;
@@ -170,10 +179,13 @@ class Builder {
             TextureId HostPlan::*id;
         } views[] = {{"host.color", frame_.color, Format::rgba32f, &HostPlan::color},
                      {"host.depth", frame_.depth, Format::r32f, &HostPlan::depth},
-                     {"host.motion", frame_.motion, Format::rg32f, &HostPlan::motion}};
-        for (const auto& view : views)
-            if (name == view.name && view.texture.name != 0)
-                return host_.*view.id = add_texture(view.name, view.format, true);
+                     {"host.motion", frame_.motion, Format::rg32f, &HostPlan::motion},
+                     {"host.mask", frame_.mask, Format::r32f, &HostPlan::mask}};
+        for (const auto& view : views) {
+            if (name != view.name || view.texture.name == 0) continue;
+            host = view.texture.array ? "2" : "1";
+            return host_.*view.id = add_texture(view.name, view.format, true);
+        }
         return -1;
     }
 
@@ -182,8 +194,8 @@ class Builder {
         const size_t colon = view.find(':');
         const std::string_view name = view.substr(0, colon);
         const std::string_view as = colon == view.npos ? "" : view.substr(colon + 1);
-        TextureId shown = add_host_view(name);
-        const bool of_host = shown >= 0;
+        std::string host = "0";
+        TextureId shown = add_host_view(name, host);
         for (size_t i = 0; i < plan().textures.size(); ++i)
             if (plan().textures[i].name == name) shown = TextureId(i);
         if (shown < 0)
@@ -211,18 +223,17 @@ class Builder {
         const int pass = add_pass("export");
         host_.result = add_target();
         const auto add = [&](const char* step_name, const std::string& how, TextureId source) {
-            Step step = make_step(pass, step_name,
-                                  {"guest/debug_view.comp",
-                                   {{"VIEW", how}, {"EXPOSURE", "0"}, {"HOST", flag(of_host)}}});
+            Step step = make_step(
+                pass, step_name,
+                {"guest/debug_view.comp", {{"VIEW", how}, {"EXPOSURE", "0"}, {"HOST", host}}});
             launch_by(step, how == "4" ? shown : -1);
             step.bindings.push_back({0, source});
             step.bindings.push_back({0, host_.result, Access::write});
             host_.shown = source;
             plan().steps.push_back(std::move(step));
-            return int(plan().steps.size()) - 1;
         };
-        host_.export_step = add("debug_view", kind, list ? input(Role::color) : shown);
-        if (list) host_.debug_step = add("debug_blocks", "4", input(Role::color));
+        add("debug_view", kind, list ? input(Role::color) : shown);
+        if (list) add("debug_blocks", "4", input(Role::color));
         return Status();
     }
 
@@ -266,7 +277,7 @@ class Builder {
             step.taps += pixels;
         }
         if (host_.makes == 0) return;
-        step.program = import_program(has_exposure());
+        step.program = import_program(has_exposure(), frame_.arrays());
         if (frame_.sky && (host_.makes & GUEST_MAKES_MOTION) != 0) {
             host_.makes |= GUEST_MAKES_SKY;
             if ((host_.makes & GUEST_MAKES_DEPTH) == 0) {
@@ -277,9 +288,18 @@ class Builder {
         if ((host_.makes & GUEST_MAKES_COLOR) != 0) bind_exposure(step);
         step.pass = add_pass("import");
         plan().steps.insert(plan().steps.begin(), std::move(step));
-        host_.import_step = 0;
-        for (int* later : {&host_.export_step, &host_.debug_step, &host_.fill_step})
-            if (*later >= 0) ++*later;
+    }
+
+    // The host's mask, if a pass reads it, becomes the frame's only matte.
+    void add_mask() {
+        const TextureId mattes = input(Role::mattes);
+        if (mattes < 0 || !is_read(mattes)) return;
+        plan().textures[size_t(mattes)].imported = false;
+        if (host_.mask < 0) host_.mask = add_texture("host.mask", Format::r32f, true);
+        Step step = make_step(add_pass("import"), "import_mask", mask_program(frame_.arrays()));
+        step.bindings = {{0, host_.mask}, {0, mattes, Access::write}};
+        step.taps = uint64_t(frame_.width) * uint64_t(frame_.height);
+        plan().steps.insert(plan().steps.begin(), std::move(step));
     }
 
     const HostFrame& frame_;
@@ -306,23 +326,30 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
     const PlanOptions options = options_of(frame);
     const RuleNames rules = options.rules(chain);
     ResolvedChain resolved;
-    if (Status s = resolved.resolve(chain, describe(frame), options, rules); !s.ok()) return s;
+    if (Status s = resolved.resolve(chain, describe(frame, chain), options, rules); !s.ok())
+        return s;
     return make_host_plan(resolved, frame);
 }
 
-std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame) {
-    const bool exposure = frame.exposure.name != 0;
-    std::vector<ProgramKey> programs = {import_program(exposure), export_program(exposure)};
+std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given) {
+    std::vector<ProgramKey> programs;
+    const auto add = [&](ProgramKey key) {
+        if (std::find(programs.begin(), programs.end(), key) == programs.end())
+            programs.push_back(std::move(key));
+    };
+    const bool exposure = given.exposure.name != 0;
+    add(export_program(exposure));
     // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
-    FrameDescription description = describe(frame);
-    const RoleSet given = description.planes;
-    for (int lacks = 0; lacks < 4; ++lacks) {
-        description.planes = given;
-        if (lacks & 1) description.planes.remove(Role::inverse_depth);
-        if (lacks & 2) description.planes.remove(Role::motion);
-        for (ProgramKey& key : programs_of(chain, description, options_of(frame)))
-            if (std::find(programs.begin(), programs.end(), key) == programs.end())
-                programs.push_back(std::move(key));
+    for (int lacks = 0; lacks < 8; ++lacks) {
+        HostFrame frame = given;
+        if (lacks & 1) frame.depth = {};
+        if (lacks & 2) frame.motion = {};
+        if (lacks & 4) frame.mask = {};
+        if ((lacks & 4) && given.mask.name == 0) break;
+        if (frame.mask.name) add(mask_program(frame.arrays()));
+        add(import_program(exposure, frame.arrays()));
+        for (ProgramKey& key : programs_of(chain, describe(frame, chain), options_of(frame)))
+            add(std::move(key));
     }
     return programs;
 }

@@ -13,16 +13,14 @@ namespace postchain::guest {
 struct HostPlan {
     Plan plan;
     // The host's textures; -1 = not given, or no step uses it.
-    TextureId color = -1, depth = -1, motion = -1, exposure = -1;
+    TextureId color = -1, depth = -1, motion = -1, mask = -1, exposure = -1;
     // The texture with the result; -1: the host's color, unchanged. The host's output if the plan
     // writes it.
     TextureId result = -1;
     bool writes_output = false;
-    int import_step = -1, export_step = -1;  // steps with a GuestUniforms
-    int fill_step = -1;                      // makes the fill mask
-    int makes = 0;                           // GuestUniforms::makes of the import
-    int debug_step = -1;                     // draws a work list
-    TextureId shown = -1;                    // the texture that a debug view draws
+    std::vector<int> own_steps;  // those with a GuestUniforms
+    int makes = 0;               // GuestUniforms::makes of the import
+    TextureId shown = -1;        // the texture that a debug view draws
 };
 
 // The plan options that the host's flags select.
@@ -34,8 +32,8 @@ Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& 
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
 
 // Every program of the host plans of frames of one kind: of this chain, with these flags of planes
-// and elision, with an exposure or without, and with depth and motion of this frame or without.
-// Debug views are left out.
+// and elision, with an exposure or without, and with depth, motion and mask of this frame or
+// without. Debug views are left out.
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& frame);
 
 }  // namespace postchain::guest

@@ -27,6 +27,10 @@ template <>
 inline constexpr size_t kMinSize<pc_counters> = offsetof(pc_counters, frames);
 
 template <>
+inline constexpr size_t kMinSize<pc_budget> = sizeof(pc_budget);
+template <>
+inline constexpr size_t kMinSize<pc_budget_state> = sizeof(pc_budget_state);
+template <>
 inline constexpr size_t kMinSize<pc_frame_needs> = offsetof(pc_frame_needs, texture_bytes);
 
 template <class Struct>

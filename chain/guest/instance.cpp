@@ -39,10 +39,12 @@ std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame,
     for (const Step& step : plan.steps)
         if (std::find(all.begin(), all.end(), step.program) == all.end())
             all.push_back(step.program);
+    if (frame.focus && frame.depth.name) all.push_back(Focus::program(frame));
     return all;
 }
 
-bool samples_arrays(const Plan& plan) {
+bool samples_arrays(const Plan& plan, const HostFrame& frame) {
+    if (frame.arrays() != 0) return true;
     for (const Step& step : plan.steps)
         for (const auto& binding : step.bindings)
             if (binding.access == Access::sample_nearest &&
@@ -143,6 +145,7 @@ void Instance::abandon() {
     objects_->entries.clear();
     objects_->pool.abandon();
     objects_->programs.abandon();
+    objects_->focus.abandon();
     objects_->run.abandon();
     objects_->clock.abandon();
     objects_.reset();
@@ -166,18 +169,51 @@ void Instance::log(int level, const std::string& message) const {
     info_.log(info_.user, level, message.c_str());
 }
 
-Failure Instance::check(const pc_frame* given, HostFrame& frame) {
+Failure Instance::check(const ChainHandle& chain, const pc_frame* given, HostFrame& frame) {
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     const int limit = device_.limits.texture_px;
     if (frame.width > limit || frame.height > limit)
         return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
                                        "; this device's limit is ", limit, " a side")};
-    return check_context();
+    if (Failure failure = check_context(); !failure.ok()) return failure;
+    focused_.clear();
+    if (Failure failure = Focus::find_places(chain.chain(), focused_); !failure.ok())
+        return failure;
+    if (!focused_.empty()) frame.focus = &objects_->focus.now(chain.id(), focused_);
+    return {};
+}
+
+template <class Work>
+auto Instance::keep_state(const gl::UsedUnits& used, bool arrays, const Work& work) {
+    if (info_.state == PC_STATE_RESTORE) state_.save(used, arrays);
+    auto result = work();
+    if (info_.state == PC_STATE_RESTORE) state_.restore();
+    if (info_.state == PC_STATE_RESET) GlState::reset(used);
+    return result;
+}
+
+// Precondition: its program is compiled.
+Failure Instance::ready_focus(const HostFrame& frame) {
+    return keep_state(Focus::kUsed, frame.arrays() != 0, [&] {
+        return objects_->focus.prepare(frame, objects_->pool, objects_->programs, objects_->run);
+    });
+}
+
+Failure Instance::follow_focus(const ChainHandle& chain, HostFrame& frame) {
+    if (!frame.focus || frame.depth.name == 0) return {};
+    if (!objects_->programs.has(Focus::program(frame)))
+        return {PC_ERROR_PREPARE,
+                difference_text(kind_of(frame, chain.id(), chain.revision()), prepared_kinds_)};
+    if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
+    ++dispatches_;
+    return keep_state(Focus::kUsed, frame.arrays() != 0, [&] {
+        return objects_->focus.follow(chain.id(), focused_, frame, objects_->run);
+    });
 }
 
 Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool wait) {
     HostFrame frame;
-    if (Failure failure = check(given, frame); !failure.ok()) return failure;
+    if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
     // Without waiting the host calls again and again with one frame: that is planned once.
     const PlanKey key = key_of(frame, {}, chain.id(), chain.revision());
     const FrameValues values = values_of(frame);
@@ -202,6 +238,8 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
         ++compiled;
     }
     if (!wait && compiled > 0) return {PC_PENDING, ""};
+    if (frame.focus && frame.depth.name)
+        if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
     const FrameKind kind = kind_of(frame, chain.id(), chain.revision());
     std::erase(prepared_kinds_, kind);
     prepared_kinds_.push_back(kind);
@@ -211,8 +249,9 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     cut.flags ^= PC_CAMERA_CUT;
     HostFrame other;
     Entry* entry = nullptr;
-    if (check_frame(&cut, other).ok() && find_or_make(chain, other, entry).ok() &&
-        !warm_up(*entry, other, wait))
+    const bool checked = check_frame(&cut, other).ok();
+    other.focus = frame.focus;
+    if (checked && find_or_make(chain, other, entry).ok() && !warm_up(*entry, other, wait))
         return {PC_PENDING, ""};
     if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
     return warm_up(*entry, frame, wait) ? Failure() : Failure(PC_PENDING, "");
@@ -227,18 +266,18 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
     if (cold.empty()) return true;
     HostFrame aside = frame;
     if (entry.host.writes_output) {
+        aside.output.image = {};
         glCreateTextures(GL_TEXTURE_2D, 1, &aside.output.name);
         glTextureStorage2D(aside.output.name, 1, frame.output.format->name, 1, 1);
     }
     import(entry, aside);
-    const gl::UsedUnits used = entry.compiled.used();
-    if (info_.state == PC_STATE_RESTORE) state_.save(used, entry.arrays);
-    for (const int step : cold) {
-        entry.compiled.warm_up(objects_->run, step);
-        objects_->warm.insert(entry.compiled.program_of(step));
-    }
-    if (info_.state == PC_STATE_RESTORE) state_.restore();
-    if (info_.state == PC_STATE_RESET) GlState::reset(used);
+    wait = keep_state(entry.compiled.used(), entry.arrays, [&] {
+        for (const int step : cold) {
+            entry.compiled.warm_up(objects_->run, step);
+            objects_->warm.insert(entry.compiled.program_of(step));
+        }
+        return wait;
+    });
     if (entry.host.writes_output) glDeleteTextures(1, &aside.output.name);
     return wait;
 }
@@ -260,8 +299,8 @@ Failure Instance::find(const Chain& chain, const HostFrame& frame, const PlanKey
         Purpose& purpose = known->purpose;
         if (purpose.key != key) continue;
         if (!resolved)
-            if (Status s =
-                    resolved_.resolve(chain, describe(frame), purpose.options, purpose.rules);
+            if (Status s = resolved_.resolve(chain, describe(frame, chain), purpose.options,
+                                             purpose.rules);
                 !s.ok())
                 return s;
         resolved = true;
@@ -316,7 +355,7 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     if (Failure failure = find(chain, frame, key, entry); entry || !failure.ok()) return failure;
     Purpose purpose{key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
     purpose.rules = purpose.options.rules(chain);
-    if (Status s = resolved_.resolve(chain, describe(frame), purpose.options, purpose.rules);
+    if (Status s = resolved_.resolve(chain, describe(frame, chain), purpose.options, purpose.rules);
         !s.ok())
         return s;
     purpose.shape = resolved_.shape();
@@ -339,7 +378,7 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
             return {
                 PC_ERROR_PREPARE,
                 difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_)};
-    return make(std::move(purpose), *host, entry);
+    return make(std::move(purpose), frame, *host, entry);
 }
 
 Room Instance::room_for(const ChainHandle& chain, const HostFrame& frame, bool runs) {
@@ -362,14 +401,14 @@ Room Instance::room_for(const ChainHandle& chain, const HostFrame& frame, bool r
     return room_;
 }
 
-Failure Instance::make(Purpose purpose, HostPlan& host, Entry*& entry) {
+Failure Instance::make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry) {
     auto compiled =
         gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs, objects_->run,
                                (info_.flags & PC_LABELS) != 0, purpose.key.room);
     if (!compiled.ok()) return compiled.status();
     HostPlan about = host;
     about.plan = {};
-    const bool arrays = samples_arrays(compiled->plan());
+    const bool arrays = samples_arrays(compiled->plan(), frame);
     objects_->entries.push_back(std::unique_ptr<Entry>(
         new Entry{std::move(purpose), std::move(about), std::move(*compiled), arrays, frames_}));
     entry = objects_->entries.back().get();
@@ -397,40 +436,47 @@ void Instance::import(Entry& entry, const HostFrame& frame) {
     if (host.color >= 0) compiled.import(host.color, frame.color.name);
     if (host.depth >= 0) compiled.import(host.depth, frame.depth.name);
     if (host.motion >= 0) compiled.import(host.motion, frame.motion.name);
+    if (host.mask >= 0) compiled.import(host.mask, frame.mask.name);
     if (host.exposure >= 0) compiled.import(host.exposure, frame.exposure.name);
     if (host.writes_output)
-        compiled.import(host.result, frame.output.name, frame.output.format->name);
-    if (host.import_step < 0 && host.export_step < 0) return;
+        compiled.import(host.result, frame.output.name, frame.output.format->name,
+                        frame.output.image);
+    if (host.own_steps.empty()) return;
     shared::GuestUniforms uniforms = uniforms_of(frame);
     uniforms.makes = host.makes;
     if (host.shown >= 0) {
         const PlanTexture& shown = compiled.plan().textures[size_t(host.shown)];
         uniforms.shown_size = {shown.width, shown.height};
-        const std::pair<TextureId, const pc_texture&> views[] = {
-            {host.color, frame.given->color},
-            {host.depth, frame.given->depth},
-            {host.motion, frame.given->motion}};
-        for (const auto& [id, texture] : views)
-            if (host.shown == id) uniforms.shown_at = {texture.x, texture.y};
+        const struct {
+            TextureId id;
+            const pc_texture& texture;
+            const HostTexture& checked;
+        } views[] = {{host.color, frame.given->color, frame.color},
+                     {host.depth, frame.given->depth, frame.depth},
+                     {host.motion, frame.given->motion, frame.motion},
+                     {host.mask, frame.given->mask, frame.mask}};
+        for (const auto& [id, texture, checked] : views) {
+            if (host.shown != id) continue;
+            uniforms.shown_at = {texture.x, texture.y};
+            uniforms.shown_size = {checked.width, checked.height};
+            uniforms.shown_image = {checked.image.layer, checked.image.level};
+        }
     }
-    for (const int step : {host.import_step, host.export_step, host.debug_step, host.fill_step})
-        if (step >= 0) compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
+    for (const int step : host.own_steps)
+        compiled.set_uniforms(step, std::as_bytes(std::span(&uniforms, 1)));
 }
 
-Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
+Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
     gl::RunOptions options;
     options.labels = (info_.flags & PC_LABELS) != 0;
     options.barriers = frame.given->barriers;
-    if (timing_ > 0) {
-        objects_->clock.begin(frame.given->frame_number);
+    if (timing_ > 0 || timed) {
+        objects_->clock.begin(frame.given->frame_number, frames_);
         options.clock = &objects_->clock;
         options.time_steps = timing_ > 1;
     }
-    const gl::UsedUnits used = entry.compiled.used();
-    if (info_.state == PC_STATE_RESTORE) state_.save(used, entry.arrays);
-    const Status status = entry.compiled.run(objects_->run, options);
-    if (info_.state == PC_STATE_RESTORE) state_.restore();
-    if (info_.state == PC_STATE_RESET) GlState::reset(used);
+    const Status status = keep_state(entry.compiled.used(), entry.arrays,
+                                     [&] { return entry.compiled.run(objects_->run, options); });
     dispatches_ += entry.compiled.plan().steps.size();
     barriers_ += entry.compiled.barriers() + 1;
     return status;
@@ -439,6 +485,9 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame) {
 Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out) {
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    Focus::Depths focused;
+    if (Failure failure = Focus::find_places(chain.chain(), focused); !failure.ok()) return failure;
+    if (!focused.empty()) frame.focus = &focused;
     auto host = make_host_plan(chain.chain(), frame);
     if (!host.ok()) return host.status();
     Room room = {frame.width, frame.height};
@@ -454,9 +503,9 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_f
     return {};
 }
 
-Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_texture& result) {
+Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& result) {
     HostFrame frame;
-    if (Failure failure = check(given, frame); !failure.ok()) return failure;
+    if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
     if (validates) {
         if (Status left = gl::check_error("the host left an error"); !left.ok())
@@ -464,18 +513,21 @@ Failure Instance::run(const ChainHandle& chain, const pc_frame* given, pc_textur
         if (Failure failure = check_deeper(frame); !failure.ok()) return failure;
         if (Failure failure = validate(frame); !failure.ok()) return failure;
     }
+    if (Failure failure = follow_focus(chain, frame); !failure.ok()) return failure;
     ++frames_;
+    const bool timed = budgets_.govern(chain, budgets_.empty() ? nullptr : newest_times(), frames_);
     objects_->pool.begin_frame();
     Entry* entry = nullptr;
     if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
     entry->last_run = frames_;
     last_.chain = chain.shared();
     last_.frame = *given;
+    if (frame.focus) last_.focus = *frame.focus;
     last_.debug_view = entry->purpose.key.debug_view;
     const Plan& plan = entry->compiled.plan();
     if (!plan.steps.empty()) {
         import(*entry, frame);
-        if (Failure failure = dispatch(*entry, frame); !failure.ok()) return failure;
+        if (Failure failure = dispatch(*entry, frame, timed); !failure.ok()) return failure;
     }
     const TextureId id = entry->host.result;
     if (entry->host.writes_output) {
@@ -520,6 +572,7 @@ std::string Instance::explain() const {
     given.debug_view = last_.debug_view.data();
     HostFrame frame;
     if (!check_frame(&given, frame).ok()) return {};
+    frame.focus = &last_.focus;
     const auto host = make_host_plan(*last_.chain, frame);
     return host.ok() ? json_text(plan_json(host->plan)) : std::string();
 }

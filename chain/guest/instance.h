@@ -16,9 +16,11 @@
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
+#include "chain/guest/budgets.h"
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/context.h"
 #include "chain/guest/failure.h"
+#include "chain/guest/focus.h"
 #include "chain/guest/gl_state.h"
 #include "chain/guest/host_frame.h"
 #include "chain/guest/host_plan.h"
@@ -40,7 +42,15 @@ class Instance {
 
     // PC_PENDING while programs are left to compile.
     Failure prepare(const ChainHandle& chain, const pc_frame* given, bool wait);
-    Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
+    // Changes the chain's samples if it has a budget.
+    Failure run(ChainHandle& chain, const pc_frame* given, pc_texture& result);
+
+    Failure set_budget(ChainHandle& chain, const pc_budget& given) {
+        return budgets_.set(chain, given);
+    }
+    void budget(const ChainHandle& chain, pc_budget_state& state) const {
+        budgets_.query(chain, state);
+    }
 
     void set_timing(int level) { timing_ = level; }
     // Null if no frame is finished.
@@ -78,6 +88,7 @@ class Instance {
     struct LastFrame {
         std::shared_ptr<const Chain> chain;  // null before the first frame
         pc_frame frame = {};
+        Focus::Depths focus;
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
     static constexpr size_t kMaxKinds = 64;  // for messages
@@ -91,14 +102,21 @@ class Instance {
         gl::ProgramCache programs;
         gl::RunObjects run;
         gl::Clock clock;
+        Focus focus;
         std::vector<std::unique_ptr<Entry>> entries;
         std::set<unsigned> warm;  // programs that were dispatched
     };
 
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
-    // check_frame(), the device's limits, check_context().
-    Failure check(const pc_frame* given, HostFrame& frame);
+    // check_frame(), the device's limits, check_context(), and the depths in focus so far.
+    Failure check(const ChainHandle& chain, const pc_frame* given, HostFrame& frame);
+    // The result of work(), which uses these units; the host's state is then as `info_.state` says.
+    template <class Work>
+    auto keep_state(const gl::UsedUnits& used, bool arrays, const Work& work);
+    Failure ready_focus(const HostFrame& frame);
+    // Finds and follows the depths at the places that the chain focuses at.
+    Failure follow_focus(const ChainHandle& chain, HostFrame& frame);
     // The plan of this key and shape, with the frame's values; null if there is none.
     Failure find(const Chain& chain, const HostFrame& frame, const PlanKey& key, Entry*& entry);
     // PC_ERROR_PREPARE if a program is not compiled.
@@ -108,7 +126,7 @@ class Instance {
     uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
     bool states_room() const { return info_.max_width > 0; }
     Room stated_room() const { return {int(info_.max_width), int(info_.max_height)}; }
-    Failure make(Purpose purpose, HostPlan& host, Entry*& entry);
+    Failure make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry);
     // The size of frame for which the textures of this one's plans are made.
     Room room_for(const ChainHandle& chain, const HostFrame& frame, bool runs);
     void forget_entries();
@@ -119,7 +137,7 @@ class Instance {
     bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
     gl::BinaryStore binaries() const;
     static void import(Entry& entry, const HostFrame& frame);
-    Failure dispatch(Entry& entry, const HostFrame& frame);
+    Failure dispatch(Entry& entry, const HostFrame& frame, bool timed);
 
     pc_create_info info_;
     std::unique_ptr<egl::Context> own_context_;
@@ -134,6 +152,7 @@ class Instance {
     std::vector<FrameKind> prepared_kinds_;  // the newest last
     FrameValues prepared_values_ = {};
     ResolvedChain resolved_;  // the frame that find() looks for
+    Focus::Depths focused_;   // the places of the last chain that was checked
     LastFrame last_;
     GlState state_;
     Room room_;  // the largest frame stated or seen
@@ -147,6 +166,7 @@ class Instance {
     std::vector<uint64_t> tight_chains_;
     Room tight_room_;
     int timing_ = 0;
+    Budgets budgets_;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
     mutable std::string logged_;
 };

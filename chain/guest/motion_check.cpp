@@ -2,6 +2,7 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <array>
 
 #include "chain/guest/host_frame.h"
@@ -36,18 +37,26 @@ class DensePacking {
     std::array<GLint, kNames.size()> values_;
 };
 
-// The frame's rectangle of a texture, row 0 at the top.
-ImageF read(const pc_texture& texture, const HostFrame& frame, int channels) {
-    ImageF stored(frame.width, frame.height, channels);
-    glGetTextureSubImage(texture.name, 0, texture.x, texture.y, 0, frame.width, frame.height, 1,
+// The frame's rectangle of a texture, row 0 at the top, at the frame's size.
+ImageF read(const pc_texture& texture, const HostTexture& checked, const HostFrame& frame,
+            int channels) {
+    ImageF stored(checked.width, checked.height, channels);
+    glGetTextureSubImage(texture.name, checked.image.level, texture.x, texture.y,
+                         checked.image.layer, stored.width, stored.height, 1,
                          channels == 2 ? GL_RG : GL_RGBA, GL_FLOAT,
                          GLsizei(stored.data.size() * sizeof(float)), stored.data.data());
-    if (frame.top_left()) return stored;
-    ImageF turned(frame.width, frame.height, channels);
-    const size_t row = size_t(frame.width) * size_t(channels);
-    for (int y = 0; y < frame.height; ++y)
-        std::copy_n(stored.pixel(0, y), row, turned.pixel(0, frame.height - 1 - y));
-    return turned;
+    ImageF plane(frame.width, frame.height, channels);
+    const auto texel_of = [](int p, int stored_side, int side) {
+        return (2 * p + 1) * stored_side / (2 * side);
+    };
+    for (int y = 0; y < frame.height; ++y) {
+        const int row = texel_of(y, stored.height, frame.height);
+        for (int x = 0; x < frame.width; ++x)
+            std::copy_n(stored.pixel(texel_of(x, stored.width, frame.width),
+                                     frame.top_left() ? row : stored.height - 1 - row),
+                        channels, plane.pixel(x, y));
+    }
+    return plane;
 }
 
 }  // namespace
@@ -65,8 +74,8 @@ Failure check_motion(const pc_frame* given, const pc_texture& other_color, int s
     const shared::GuestUniforms uniforms = uniforms_of(frame);
     const DensePacking packing;
     FramePlanes planes;
-    planes[Role::color] = read(given->color, frame, 4);
-    ImageF motion = read(given->motion, frame, 2);
+    planes[Role::color] = read(given->color, frame.color, frame, 4);
+    ImageF motion = read(given->motion, frame.motion, frame, 2);
     // Points vectors to the other frame; vectors of this minus previous point away from it.
     const float way = frame.flag(PC_MOTION_TO_NEXT) ? 1.0f : -1.0f;
     for (size_t pixel = 0; pixel < motion.pixels(); ++pixel)
@@ -77,7 +86,7 @@ Failure check_motion(const pc_frame* given, const pc_texture& other_color, int s
             v *= c == 1 && uniforms.bottom_up ? -way : way;
         }
     planes[Role::motion] = std::move(motion);
-    const SignCheck check = check_signs(planes, read(other_color, frame, 4));
+    const SignCheck check = check_signs(planes, read(other_color, frame.color, frame, 4));
     signs[0] = signs[1] = 1;
     margin = float(check.margin());
     if (margin >= 1) return {};

@@ -10,6 +10,7 @@
 #include "chain/guest/instance.h"
 #include "chain/guest/motion_check.h"
 #include "chain/guest/registry.h"
+#include "chain/guest/tiers.h"
 
 using postchain::concat;
 using postchain::ParameterValue;
@@ -21,8 +22,10 @@ using postchain::guest::Failure;
 using postchain::guest::guarded;
 using postchain::guest::Instance;
 using postchain::guest::last_error_text;
+using postchain::guest::make_tier;
 using postchain::guest::new_chain;
 using postchain::guest::read_struct;
+using postchain::guest::tiers;
 using postchain::guest::Use;
 
 namespace {
@@ -161,7 +164,11 @@ pc_result pc_chain_create(const char* names, pc_chain** chain) {
     return create([&]() -> Failure {
         if (!chain) return {PC_ERROR_ARGUMENT, "chain is NULL"};
         *chain = nullptr;
-        auto made = ChainHandle::parse(names ? names : "");
+        const std::string_view text = names ? names : "";
+        constexpr std::string_view kTier = "tier:";
+        auto made = text.starts_with(kTier)
+                        ? make_tier(text.substr(kTier.size()), postchain::guest::passes())
+                        : ChainHandle::parse(text);
         if (!made.ok()) return made.status();
         *chain = new_chain(std::move(*made));
         return {};
@@ -185,6 +192,18 @@ pc_result pc_pass(uint32_t index, const char** name, const char** help) {
     keep("");
     if (name) *name = types[index].name.c_str();
     if (help) *help = types[index].help.c_str();
+    return PC_OK;
+}
+
+pc_result pc_tier(uint32_t index, const char** name, const char** help) {
+    const auto& all = tiers();
+    if (index >= all.size()) {
+        keep(concat("index ", index, ": there are ", all.size(), " tiers"));
+        return PC_ERROR_ARGUMENT;
+    }
+    keep("");
+    if (name) *name = all[index].name;
+    if (help) *help = all[index].help;
     return PC_OK;
 }
 
@@ -216,6 +235,10 @@ pc_result pc_chain_set_aperture(pc_chain* chain, const float* values) {
         if (!values) return {PC_ERROR_ARGUMENT, "values is NULL"};
         return chain->is.set_aperture(values);
     });
+}
+
+pc_result pc_chain_set_mask(pc_chain* chain, uint32_t pass, pc_mask_effect effect) {
+    return call(chain, [&] { return chain->is.set_mask(pass, effect); });
 }
 
 pc_result pc_chain_unset(pc_chain* chain, uint32_t pass, const char* key) {
@@ -303,6 +326,30 @@ pc_result pc_timings(pc_instance* instance, pc_time* times, uint32_t* count,
             times[i].milliseconds = float(interval.milliseconds);
         }
         return {};
+    });
+}
+
+pc_result pc_set_budget(pc_instance* instance, pc_chain* chain, const pc_budget* budget) {
+    return call(instance, [&]() -> Failure {
+        const Use use(chain, "chain");
+        if (!use.failure().ok()) return use.failure();
+        pc_budget copy;
+        const pc_budget* whole = nullptr;
+        if (Failure failure = read_struct(budget, "pc_budget", copy, whole); !failure.ok())
+            return failure;
+        return instance->is->set_budget(chain->is, *whole);
+    });
+}
+
+pc_result pc_query_budget(const pc_instance* instance, const pc_chain* chain,
+                          pc_budget_state* state) {
+    return look(instance, "instance", [&]() -> Failure {
+        const Use use(chain, "chain");
+        if (!use.failure().ok()) return use.failure();
+        return change_struct(state, "pc_budget_state", [&](pc_budget_state& whole) {
+            instance->is->budget(chain->is, whole);
+            return Failure();
+        });
     });
 }
 

@@ -15,7 +15,8 @@
  * host may be compiled with an older or a newer header than the library: members that a smaller
  * struct lacks are 0, and a larger struct is accepted if the members that the library does not know
  * are 0. Otherwise, and if a flag or a reserved member is set that it does not know, the call
- * returns PC_ERROR_VERSION. pc_texture and pc_time have no struct_size and never change. */
+ * returns PC_ERROR_VERSION. pc_texture, pc_slice and pc_time have no struct_size and never change.
+ */
 
 /* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
  * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,
@@ -32,12 +33,12 @@
  * chain. Only pc_prepare() compiles programs. */
 
 /* GL state: pc_run() changes program, uniform buffer 0, storage buffers, images, textures
- * (GL_TEXTURE_2D, and GL_TEXTURE_2D_ARRAY for the debug view "fill") and sampler objects of the
- * first units (at most 16 of each), and the indirect buffer. It leaves them as pc_state says. No
- * call changes other state, such as framebuffer, vertex array or pixel store. The error flag
- * belongs to the host. The library reads it with PC_VALIDATE, and after GL refused an allocation,
- * so that this error does not stay set. libepoxy resolves GL from EGL or GLX, whichever made the
- * current context. */
+ * (GL_TEXTURE_2D, and GL_TEXTURE_2D_ARRAY for the debug view "fill", a mask, and arrays of the
+ * host) and sampler objects of the first units (at most 16 of each), and the indirect buffer. It
+ * leaves them as pc_state says. No call changes other state, such as framebuffer, vertex array or
+ * pixel store. The error flag belongs to the host. The library reads it with PC_VALIDATE, and after
+ * GL refused an allocation, so that this error does not stay set. libepoxy resolves GL from EGL or
+ * GLX, whichever made the current context. */
 #ifndef POSTCHAIN_POSTCHAIN_H
 #define POSTCHAIN_POSTCHAIN_H
 #include <stddef.h>
@@ -48,7 +49,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-#define PC_API_VERSION 0x00010001u /* major << 16 | minor; another major is PC_ERROR_VERSION */
+#define PC_API_VERSION 0x00010002u /* major << 16 | minor; another major is PC_ERROR_VERSION */
 
 PC_API const char* pc_version(void); /* of the library: "MAJOR.MINOR.PATCH" */
 
@@ -139,7 +140,8 @@ PC_API pc_result pc_query(const pc_instance*, pc_capabilities*);
 
 /* --------------------------------------------------------------------------------------- chain */
 /* `passes`: names in the order they run, "motion_blur,fxaa,depth_of_field"; pc_pass() lists them.
- * pc_chain_from_text() (config/chain_from_text.h) reads the text of a chain file instead. */
+ * Or a tier: "tier:fast"; pc_tier() lists them. pc_chain_from_text() (config/chain_from_text.h)
+ * reads the text of a chain file instead. */
 PC_API pc_result pc_chain_create(const char* passes, pc_chain** chain);
 PC_API void pc_chain_destroy(pc_chain*);
 /* "" = none; valid until the next call. After PC_OK: a warning that a key or value was given by a
@@ -148,6 +150,8 @@ PC_API const char* pc_chain_error(const pc_chain*);
 /* Passes of this library, index from 0; PC_ERROR_ARGUMENT = index is past the last. `name` and
  * `help` stay valid as long as the library is loaded. */
 PC_API pc_result pc_pass(uint32_t index, const char** name, const char** help);
+/* Likewise tiers, the quickest first: passes with their values. */
+PC_API pc_result pc_tier(uint32_t index, const char** name, const char** help);
 
 #define PC_CAMERA 0xffffffffu /* instead of a pass: the chain's own lens, aperture and shutter */
 enum { PC_COST_UNIFORM = 0, PC_COST_PROGRAM = 1, PC_COST_TEXTURE = 2 };
@@ -180,13 +184,28 @@ PC_API pc_result pc_chain_set_point(pc_chain*, uint32_t pass, const char* key, d
 PC_API pc_result pc_chain_set_aperture(pc_chain*, const float* values);
 PC_API pc_result pc_chain_unset(pc_chain*, uint32_t pass, const char* key);
 
+typedef uint32_t pc_mask_effect; /* on the object that pc_frame.mask covers; docs/layers.md */
+enum {
+    PC_MASK_UNBLURRED = 0, /* unchanged, and without a trace in its surroundings */
+    PC_MASK_UNMOVED = 1,   /* stands still while the shutter is open, and is out of focus as all
+                              else; only for passes that read motion */
+    PC_MASK_IGNORED = 2
+};
+/* Initially PC_MASK_UNBLURRED for every pass. If a chain's text names mattes, passes with `matte:
+ * mask` have the effect of their `matte_effect`, and the others PC_MASK_IGNORED. */
+PC_API pc_result pc_chain_set_mask(pc_chain*, uint32_t pass, pc_mask_effect effect);
+
 /* --------------------------------------------------------------------------------------- frame */
-typedef struct pc_texture {   /* the host's; not kept beyond the call, and written only as output */
-    uint32_t name;            /* of a GL_TEXTURE_2D; 0 = no texture */
+typedef struct pc_texture { /* the host's; not kept beyond the call, and written only as output */
+    uint32_t name;          /* of a GL_TEXTURE_2D, if no pc_slice says otherwise; 0 = no texture */
     uint32_t internal_format; /* sized: GL_RGBA16F, GL_DEPTH_COMPONENT32F, ... */
-    int32_t width, height;    /* of level 0 */
+    int32_t width, height;    /* of level 0, or of the level of the pc_slice */
     int32_t x, y;             /* first texel of the frame's rectangle, as stored */
 } pc_texture;
+typedef struct pc_slice { /* the image of a texture that counts, such as the layer of an eye */
+    uint32_t target;      /* GL_TEXTURE_2D_ARRAY; 0 = GL_TEXTURE_2D */
+    int32_t layer, level;
+} pc_slice;
 
 typedef uint32_t pc_depth;
 enum {
@@ -247,6 +266,21 @@ typedef struct pc_frame {
                                such as "host.motion"; drawn instead of the result */
     float pixel_aspect;     /* width over height of a pixel on the display; 0 = 1 */
     uint32_t reserved_2;
+    pc_slice color_slice, depth_slice, motion_slice, mask_slice, output_slice;
+    pc_texture mask; /* optional: its first component is the share of each pixel, 0 to 1, of objects
+                        that passes treat differently (pc_chain_set_mask()), such as a first-person
+                        weapon or an interface in the world */
+    /* Texels of the frame's rectangle in depth and in motion, such as {width/2, height/2}; {0, 0} =
+     * width, height. Each pixel reads the texel that contains its center. motion_scale still leads
+     * to pixels of this frame. */
+    int32_t depth_size[2], motion_size[2];
+    float depth_range[2]; /* GL's depth range, of a depth that has clip planes: stored depths at its
+                             ends; {0, 0} = {0, 1}. What is stored beyond counts as the end */
+    /* How the chain's `focus_at` follows the depth of its place, or of a disc around it. */
+    float focus_radius;  /* of the disc, in frame heights; 0 = 5 x 5 pixels */
+    float focus_seconds; /* after which 63 % of a change are done; 0 = at once */
+    float frame_seconds; /* since the last frame; > 0 if focus_seconds is */
+    uint32_t reserved_3[2];
 } pc_frame;
 
 /* Sets depth_encoding, the flags of rows and vectors, motion_scale and motion_bias to the
@@ -257,10 +291,11 @@ PC_API pc_result pc_use_conventions(const char* engine, pc_frame*);
 
 /* [GL] Compiles the programs of every frame of this kind, and makes this frame's textures. A kind
  * is: the chain with its values; PC_HALF_PLANES; PC_NO_ELISION; whether exposure is given;
- * debug_view; depth and motion if they are given (a later frame may lack them). No other member of
- * pc_frame selects a program. Dispatches one work group of each program of this frame
- * and of a cut, because a driver may compile at the first dispatch; nothing of the host is written.
- * wait = 0: compiles or dispatches one program at most, and returns PC_PENDING until none is left.
+ * debug_view; depth, motion and mask if they are given (a later frame may lack them); which
+ * textures are arrays. No other member of pc_frame selects a program. Dispatches one work group of
+ * each program of this frame and of a cut, because a driver may compile at the first dispatch;
+ * nothing of the host is written. wait = 0: compiles or dispatches one program at most, and returns
+ * PC_PENDING until none is left.
  */
 PC_API pc_result pc_prepare(pc_instance*, pc_chain*, const pc_frame*, int wait);
 /* [GL] Filters one frame. *result (may be NULL) is the output, or a texture of the library that is
@@ -290,6 +325,27 @@ PC_API pc_result pc_set_timing(pc_instance*, int level); /* 0 off, 1 passes, 2 s
  * *count: in, room in times; out, number of times. (The GL timers of a software renderer are wrong.
  * With one, pc_run() waits for every interval while timing is on.) */
 PC_API pc_result pc_timings(pc_instance*, pc_time* times, uint32_t* count, uint64_t* frame_number);
+
+/* A time that the frames of a chain may take on the device. The library then lowers the `samples`
+ * of its passes while they take longer, and raises them again up to the values that the host set,
+ * by the times of frames that the device has finished; at most every half a second. A change makes
+ * pc_run() plan again on the CPU. */
+typedef struct pc_budget {
+    uint32_t struct_size, reserved;
+    float milliseconds; /* 0 = no budget: the host's samples again */
+    float least;        /* the smallest part of the samples, 0.25 to 1; 0 = 0.25 */
+} pc_budget;
+/* PC_ERROR_CHAIN: no pass has samples. Times are measured as by pc_set_timing(instance, 1). */
+PC_API pc_result pc_set_budget(pc_instance*, pc_chain*, const pc_budget*);
+typedef struct pc_budget_state {
+    uint32_t struct_size, reserved;
+    float milliseconds; /* the budget; 0 = none */
+    float part;         /* of the samples that the host set; 1 without a budget */
+    float frame_ms;     /* the median of up to 8 frames since the last change; 0 = not known yet */
+    uint32_t changes;   /* since the budget was set */
+} pc_budget_state;
+PC_API pc_result pc_query_budget(const pc_instance*, const pc_chain*, pc_budget_state*);
+
 typedef struct pc_counters { /* since pc_create(); textures_alive and texture_bytes: now */
     uint32_t struct_size, reserved;
     uint64_t frames, dispatches, barriers;
@@ -307,7 +363,8 @@ PC_API pc_result pc_explain(const pc_instance*, char* text, size_t* size);
  * sign of x and y, and compares it with the color of the next frame (the previous frame without
  * PC_MOTION_TO_NEXT). Returns the signs that fit best, 1 or -1: {1, 1} = the conventions are right.
  * *margin: error of the second best signs divided by the error of the best. Below 1.1 the result is
- * undecided (a frame without motion, or with motion along one axis only). */
+ * undecided (a frame without motion, or with motion along one axis only). other_color has the layer
+ * and level of the frame's color. */
 PC_API pc_result pc_check_motion(pc_instance*, const pc_frame* frame, const pc_texture* other_color,
                                  int signs[2], float* margin);
 #ifdef __cplusplus

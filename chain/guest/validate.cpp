@@ -9,6 +9,8 @@ namespace {
 
 const char* name_of_target(int target) {
     switch (target) {
+        case GL_TEXTURE_2D:
+            return "GL_TEXTURE_2D";
         case GL_TEXTURE_2D_ARRAY:
             return "GL_TEXTURE_2D_ARRAY";
         case GL_TEXTURE_2D_MULTISAMPLE:
@@ -59,19 +61,29 @@ bool lacks_levels(unsigned name, int width, int height) {
     return false;
 }
 
-Failure check(const char* member, const pc_texture& given, bool written) {
+Failure check(const char* member, const pc_texture& given, const HostTexture& texture,
+              bool written) {
     if (given.name == 0) return {};
+    const gl::ImageOf image = texture.image;
     const auto fault = [&](const std::string& text) {
         return Failure(PC_ERROR_INPUT, concat(member, ": texture ", given.name, " ", text));
     };
     if (!glIsTexture(given.name)) return fault("is not one of this context; was it deleted?");
-    GLint target = 0, width = 0, height = 0, format = 0, base = 0;
+    GLint target = 0, width = 0, height = 0, depth = 0, format = 0, base = 0;
     glGetTextureParameteriv(given.name, GL_TEXTURE_TARGET, &target);
-    if (target != GL_TEXTURE_2D)
-        return fault(concat("is a ", name_of_target(target), "; only GL_TEXTURE_2D can be read"));
-    glGetTextureLevelParameteriv(given.name, 0, GL_TEXTURE_WIDTH, &width);
-    glGetTextureLevelParameteriv(given.name, 0, GL_TEXTURE_HEIGHT, &height);
-    glGetTextureLevelParameteriv(given.name, 0, GL_TEXTURE_INTERNAL_FORMAT, &format);
+    if (target != (texture.array ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D))
+        return fault(concat("is a ", name_of_target(target), "; ",
+                            target == GL_TEXTURE_2D || target == GL_TEXTURE_2D_ARRAY
+                                ? concat("set ", member, "_slice.target to it")
+                                : "only GL_TEXTURE_2D and GL_TEXTURE_2D_ARRAY can be read"));
+    glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_WIDTH, &width);
+    glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_HEIGHT, &height);
+    glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_DEPTH, &depth);
+    glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_INTERNAL_FORMAT, &format);
+    if (width == 0) return fault(concat("has no level ", image.level));
+    if (image.layer >= depth)
+        return fault(
+            concat("has ", depth, " layers, and ", member, "_slice.layer is ", image.layer));
     if (width != given.width || height != given.height)
         return fault(concat("is ", width, "x", height, ", not ", given.width, "x", given.height));
     if (const char* unsized = name_of_unsized(format))
@@ -102,13 +114,17 @@ Failure check(const char* member, const pc_texture& given, bool written) {
 
 Failure validate(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
-    const std::pair<const char*, const pc_texture*> all[] = {{"color", &given.color},
-                                                             {"depth", &given.depth},
-                                                             {"motion", &given.motion},
-                                                             {"exposure", &given.exposure},
-                                                             {"output", &given.output}};
-    for (const auto& [member, texture] : all)
-        if (Failure failure = check(member, *texture, texture == &given.output); !failure.ok())
+    const struct {
+        const char* member;
+        const pc_texture& texture;
+        const HostTexture& checked;
+    } all[] = {
+        {"color", given.color, frame.color},          {"depth", given.depth, frame.depth},
+        {"motion", given.motion, frame.motion},       {"mask", given.mask, frame.mask},
+        {"exposure", given.exposure, frame.exposure}, {"output", given.output, frame.output}};
+    for (const auto& [member, texture, checked] : all)
+        if (Failure failure = check(member, texture, checked, &texture == &given.output);
+            !failure.ok())
             return failure;
     return {};
 }

@@ -236,7 +236,7 @@ std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& fram
         coc.largest_uncut_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
     if (largest <= coc.max_radius_px) return {};
     const auto [low, high] = depths_within(coc, coc.max_radius_px);
-    return {{"max_radius_px",
+    return {{coc.limit,
              "radius of the circle of confusion",
              coc.max_radius_px,
              largest,
@@ -251,6 +251,8 @@ double max_radius_px(const Parameters& parameters, const FrameDescription& frame
     const double fraction = range ? kSmallMaxRadiusFraction : unset_fraction;
     // The small fraction sets a blur's width and is not cut.
     const double most = fraction > kSmallMaxRadiusFraction ? kMostRadiusPx : HUGE_VAL;
+    if (parameters.max_radius_fraction)
+        return *parameters.max_radius_fraction * frame.display_height / pixel_axes(frame)[1];
     return parameters.max_radius_px.value_or(std::min(fraction * lens_width(frame), most));
 }
 
@@ -265,6 +267,7 @@ Result<CircleOfConfusion> circle_of_confusion(const Parameters& parameters,
                                               double unset_fraction) {
     CircleOfConfusion coc;
     coc.max_radius_px = max_radius_px(parameters, frame, unset_fraction);
+    if (parameters.max_radius_fraction) coc.limit = "max_radius_fraction";
     coc.axes = pixel_axes(frame);
     Status status;
     switch (parameters.coc) {
@@ -317,8 +320,9 @@ std::vector<UsedValue> used_values(const Parameters& p, const CircleOfConfusion&
         if (!from_focus)
             values.back().row = p.focus_at && !p.focus_distance ? "focus_at" : "focus_distance";
     }
+    const bool own = p.max_radius_px || p.max_radius_fraction;
     values.push_back(
-        {"max_radius_px", coc.max_radius_px, "px", p.max_radius_px ? Of::pass : Of::standard});
+        {"max_radius_px", coc.max_radius_px, "px", own ? Of::pass : Of::standard, coc.limit});
     const FrameBounds& bounds = frame.bounds;
     if (std::isfinite(bounds.max_inverse_depth))
         values.push_back(

@@ -42,6 +42,7 @@ struct CircleOfConfusion {
     double far_radius_px = 0;
 
     double max_radius_px = 0;
+    const char* limit = "max_radius_px";  // the parameter that sets it
     std::array<double, 2> axes = {1, 1};  // of a circle on the display: pixels per shorter side
 
     // R at inverse depth w (1/scene units); 0 = sky, NaN and negative count as sky.
@@ -67,12 +68,12 @@ inline constexpr double kTypicalFocalLengths = 20;
 // Pixels along x and y that are as long as the shorter side of a pixel: {1, 1} for square ones.
 std::array<double, 2> pixel_axes(const FrameDescription& frame);
 
-// max_radius_px or its default for this frame; `unset_fraction`: kMaxRadiusFraction or
-// kSmallMaxRadiusFraction.
+// The largest radius that the parameters set, or its default for this frame; `unset_fraction`:
+// kMaxRadiusFraction or kSmallMaxRadiusFraction.
 double max_radius_px(const Parameters& parameters, const FrameDescription& frame,
                      double unset_fraction = kMaxRadiusFraction);
 
-// max_radius_px if the frame's depths exceed it.
+// The largest radius if the frame's depths exceed it.
 std::vector<Cut> cuts(const CircleOfConfusion& coc, const FrameDescription& frame);
 
 // Places whose depth must be known: Pass::depth_places().

@@ -136,6 +136,15 @@ const ParameterTable& parameter_table() {
                      .help = "largest radius of the circle of confusion",
                      .unset_means = "an eighth of the display width, at most 512; coc: range, "
                                     "method: gilham: 3 % of it"})
+            .number("max_radius_fraction", &Parameters::max_radius_fraction,
+                    {.min = 0,
+                     .max = 1,
+                     .soft_max = 0.1,
+                     .unit = "display heights",
+                     .help = "largest radius of the circle of confusion, the same part of images "
+                             "of every size",
+                     .unset_means = "max_radius_px decides",
+                     .excludes = "max_radius_px"})
             .table();
     return rows;
 }

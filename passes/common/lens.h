@@ -39,7 +39,8 @@ struct Parameters {
     std::optional<double> focus;  // unset = focus_distance, the pass's or the camera's
     double range = 1;
 
-    std::optional<double> max_radius_px;  // unset: a part of the display width
+    std::optional<double> max_radius_px;        // unset: a part of the display width
+    std::optional<double> max_radius_fraction;  // instead, display heights
 };
 
 // Rows for the table of a pass that has a lens.

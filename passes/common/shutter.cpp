@@ -24,6 +24,16 @@ const ParameterTable& parameter_table() {
                      .help = "open time as an angle: 360 degrees are one frame",
                      .unset_means = "shutter_frames decides",
                      .excludes = "shutter_frames"})
+            .number("max_blur_fraction", &Parameters::max_blur_fraction,
+                    {.min = 0.001,
+                     .max = 1,
+                     .soft_min = 0.01,
+                     .soft_max = 0.25,
+                     .unit = "display heights",
+                     .help = "largest half-length of a streak, the same part of images of every "
+                             "size (guertin, single: at least 8 px)",
+                     .unset_means = "max_blur_px decides",
+                     .excludes = "max_blur_px"})
             .table();
     return table;
 }
@@ -32,6 +42,13 @@ double open_frames(const Parameters& parameters, const Camera& camera) {
     if (parameters.shutter_frames) return *parameters.shutter_frames;
     if (parameters.shutter_angle_deg) return *parameters.shutter_angle_deg / 360.0;
     return camera.shutter_frames.value_or(kDefaultShutterFrames);
+}
+
+std::optional<double> limit_px(const Parameters& parameters, std::optional<int> max_blur_px,
+                               const FrameDescription& frame) {
+    if (max_blur_px) return *max_blur_px;
+    if (!parameters.max_blur_fraction) return {};
+    return *parameters.max_blur_fraction * frame.display_height;
 }
 
 namespace {
@@ -51,7 +68,7 @@ std::vector<Cut> cuts(const Parameters& parameters, const FrameDescription& fram
     const double half_open = 0.5 * open_frames(parameters, frame.camera);
     const double fastest = fastest_px(frame);
     if (!std::isfinite(fastest) || half_open * fastest <= max_half_px) return {};
-    return {{"max_blur_px",
+    return {{parameters.max_blur_fraction ? "max_blur_fraction" : "max_blur_px",
              "half-length of a streak",
              max_half_px,
              half_open * fastest,

@@ -13,6 +13,7 @@ namespace postchain::shutter {
 struct Parameters {
     std::optional<double> shutter_frames;
     std::optional<double> shutter_angle_deg;
+    std::optional<double> max_blur_fraction;  // instead of the pass's max_blur_px
 };
 
 // Rows for the table of a pass that has a shutter.
@@ -25,7 +26,12 @@ double open_frames(const Parameters& parameters, const Camera& camera);
 // The open time, and the longest streak on this frame, uncut, if its speeds are known.
 std::vector<UsedValue> used_values(const Parameters& parameters, const FrameDescription& frame);
 
-// max_blur_px, with this value, if half of the frame's longest streak exceeds it.
+// The longest half-length of a streak that the user sets, in pixels or as a fraction of the
+// display's height; empty: neither.
+std::optional<double> limit_px(const Parameters& parameters, std::optional<int> max_blur_px,
+                               const FrameDescription& frame);
+
+// The limit, with this value, if half of the frame's longest streak exceeds it.
 std::vector<Cut> cuts(const Parameters& parameters, const FrameDescription& frame,
                       double max_half_px);
 

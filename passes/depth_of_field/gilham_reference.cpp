@@ -21,7 +21,10 @@ double focus_of(const lens::Parameters& p, const FrameDescription& frame) {
 double signed_radius(const lens::Parameters& p, const FrameDescription& frame, double d) {
     // In shorter sides of a pixel.
     const double display_width = frame.display_width * std::max(frame.pixel_aspect, 1.0);
-    const double max_radius = p.max_radius_px.value_or(0.03 * display_width);
+    const double display_height = frame.display_height * std::max(1 / frame.pixel_aspect, 1.0);
+    const double max_radius = p.max_radius_fraction
+                                  ? *p.max_radius_fraction * display_height
+                                  : p.max_radius_px.value_or(0.03 * display_width);
     double radius = 0;
     switch (p.coc) {
         case lens::CocSource::lens: {

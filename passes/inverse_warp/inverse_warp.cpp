@@ -19,8 +19,7 @@ constexpr double kBehindReachPx = 2 * 16 + 2;
 
 }  // namespace
 
-double max_path_px(std::optional<int> max_blur_px, const FrameDescription& frame) {
-    if (max_blur_px) return *max_blur_px;
+double default_max_path_px(const FrameDescription& frame) {
     return std::clamp(frame.display_width / 8.0, 40.0, 512.0);
 }
 

@@ -47,9 +47,8 @@ struct Lens {
     lens::Aperture aperture;
 };
 
-// Longest path on one side of the frame: `max_blur_px`, or its default, an eighth of the display
-// width.
-double max_path_px(std::optional<int> max_blur_px, const FrameDescription& frame);
+// Longest path on one side of the frame if the user sets no limit: an eighth of the display width.
+double default_max_path_px(const FrameDescription& frame);
 inline constexpr const char* kDefaultMaxPathText =
     "an eighth of the display width, at least 40 and at most 512";
 

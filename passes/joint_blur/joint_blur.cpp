@@ -66,8 +66,10 @@ inverse_warp::Settings settings_of(const Parameters& parameters, const lens::Cir
                                    const FrameDescription& frame) {
     const Camera& camera = frame.camera;
     inverse_warp::Settings settings;
-    settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, camera),
-                        .max_path_px = inverse_warp::max_path_px(parameters.max_blur_px, frame)};
+    settings.shutter = {
+        .half_open = 0.5 * shutter::open_frames(parameters.shutter, camera),
+        .max_path_px = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
+                           .value_or(inverse_warp::default_max_path_px(frame))};
     settings.lens = {.coc = coc,
                      .aperture = lens::aperture_of(parameters.aperture, camera, coc.axes)};
     settings.samples = parameters.samples;

@@ -326,7 +326,7 @@ Reach Guertin::reach() const {
 }
 
 TileEdge Guertin::tile_edge() const {
-    return {tile_px(parameters_, frame_), parameters_.max_blur_px.value_or(kLeastTilePx)};
+    return {tile_px(parameters_, frame_), least_tile_px(parameters_)};
 }
 
 ShapeNumbers Guertin::shape(const PlanContext& context) const {

@@ -26,8 +26,7 @@ class MotionBlurOnFrame final : public Filter {
         const bool warps = parameters_.mode == Mode::inverse_warp;
         std::vector<Cut> cuts =
             shutter::cuts(parameters_.shutter, frame_,
-                          warps ? inverse_warp::max_path_px(parameters_.max_blur_px, frame_)
-                                : tile_px(parameters_, frame_));
+                          warps ? max_path_px(parameters_, frame_) : tile_px(parameters_, frame_));
         if (!warps)
             for (Cut& cut : cuts) cut.planes = {Role::motion};
         return cuts;
@@ -82,12 +81,12 @@ class MotionBlur final : public Pass {
             guarantees.keeps_constants = true;
             guarantees.convex = 1e-6;
             // If unset: of a frame up to 640 px wide.
-            guarantees.lattice_px = parameters_.max_blur_px.value_or(kLeastTilePx);
+            guarantees.lattice_px = least_tile_px(parameters_);
             guarantees.light = Light::kept;
             // Random numbers belong to places.
             if (jitters_tiles(parameters_) || jitters_taps(parameters_))
                 guarantees.light = Light::any;
-            else
+            else if (!parameters_.shutter.max_blur_fraction)
                 guarantees.symmetries = {Symmetry::mirror, Symmetry::flip, Symmetry::turn,
                                          Symmetry::shift};
         }

@@ -129,8 +129,19 @@ const ParameterTable& parameter_table() {
 }
 
 int tile_px(const Parameters& parameters, const FrameDescription& frame) {
-    return parameters.max_blur_px.value_or(
-        std::clamp((frame.display_width + 8) / 16, kLeastTilePx, 512));
+    if (const auto limit = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame))
+        return std::clamp(int(std::lround(*limit)), least_tile_px(parameters), 1024);
+    return std::clamp((frame.display_width + 8) / 16, kLeastTilePx, 512);
+}
+
+int least_tile_px(const Parameters& parameters) {
+    if (parameters.shutter.max_blur_fraction) return kLeastFractionTilePx;
+    return parameters.max_blur_px.value_or(kLeastTilePx);
+}
+
+double max_path_px(const Parameters& parameters, const FrameDescription& frame) {
+    return shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
+        .value_or(inverse_warp::default_max_path_px(frame));
 }
 
 double still_limit_px(const Parameters& parameters, int tile_px) {
@@ -147,7 +158,7 @@ double still_limit_px(const Parameters& parameters, int tile_px) {
 inverse_warp::Settings warp_settings(const Parameters& parameters, const FrameDescription& frame) {
     inverse_warp::Settings settings;
     settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, frame.camera),
-                        .max_path_px = inverse_warp::max_path_px(parameters.max_blur_px, frame),
+                        .max_path_px = max_path_px(parameters, frame),
                         .path_px_per_time = parameters.path_px_per_time,
                         .time_jitter = parameters.time_jitter};
     settings.samples = parameters.samples;

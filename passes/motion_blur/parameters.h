@@ -39,10 +39,16 @@ struct Parameters {
 
 const ParameterTable& parameter_table();
 
-// max_blur_px of the report's filter, or its default, a sixteenth of the display width but at least
-// kLeastTilePx.
+// Longest half-length of a streak, pixels, of the inverse warp.
+double max_path_px(const Parameters& parameters, const FrameDescription& frame);
+
+// The limit of the report's filter, which is the edge of its tiles: the user's, or a sixteenth of
+// the display width but at least kLeastTilePx.
 inline constexpr int kLeastTilePx = 40;
+inline constexpr int kLeastFractionTilePx = 8;  // with max_blur_fraction
 int tile_px(const Parameters& parameters, const FrameDescription& frame);
+// On frames of every size.
+int least_tile_px(const Parameters& parameters);
 
 // A tile is left unblurred if |v_max| is at most this: min_speed_px plus the largest lengthening by
 // storage of a half-velocity, so that motion that is still by the frame's bounds is still by its

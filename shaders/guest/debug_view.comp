@@ -8,15 +8,18 @@
 //   VIEW 4  a block of a work list, bright
 //   VIEW 5  the fill mask: red what is estimated, green what a neighbor shows
 //
-//   HOST 1  the texture is the host's, rows as it stores them
+//   HOST 1  the texture is the host's, rows as it stores them; 2: an array
 #include "guest/place.glsl"
 
 #if VIEW == 5
 layout(binding = 0) uniform sampler2DArray shown;
 #define FETCH(at) texelFetch(shown, ivec3(at, 0), 0)
+#elif HOST == 2
+layout(binding = 0) uniform sampler2DArray shown;
+#define FETCH(at) texelFetch(shown, ivec3(at, uniforms.shown_image.x), uniforms.shown_image.y)
 #else
 layout(binding = 0) uniform sampler2D shown;
-#define FETCH(at) texelFetch(shown, at, 0)
+#define FETCH(at) texelFetch(shown, at, uniforms.shown_image.y)
 #endif
 layout(binding = 0) writeonly uniform image2D host_output;
 
@@ -51,7 +54,8 @@ void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
 #if HOST
-    const ivec2 at = stored_at(p, uniforms.shown_at);
+    const ivec2 size = uniforms.shown_size;
+    const ivec2 at = stored_at(texel_of(p, size), uniforms.shown_at, size);
 #else
     const ivec2 at = min(p * uniforms.shown_size / uniforms.size, uniforms.shown_size - 1);
 #endif

@@ -9,26 +9,34 @@
 //
 // uniforms.makes says which of them. One program for all sets of planes: frames of a host may need
 // any of them, and none is compiled between two frames. Units that a set does not use are unbound.
-#include "common/precise.glsl"
-#include "guest/place.glsl"
+//
+// ARRAYS: which of the host's textures are arrays
+#include "guest/depth.glsl"
 
+#if ARRAYS & GUEST_ARRAY_COLOR
+layout(binding = 0) uniform sampler2DArray host_color;
+#define COLOR_TEXEL(at) texelFetch(host_color, ivec3(at, uniforms.layers.x), uniforms.levels.x)
+#else
 layout(binding = 0) uniform sampler2D host_color;
-layout(binding = 1) uniform sampler2D host_depth;
+#define COLOR_TEXEL(at) texelFetch(host_color, at, uniforms.levels.x)
+#endif
+#if ARRAYS & GUEST_ARRAY_MOTION
+layout(binding = 2) uniform sampler2DArray host_motion;
+#define MOTION_TEXEL(at) texelFetch(host_motion, ivec3(at, uniforms.layers.z), uniforms.levels.z)
+#else
 layout(binding = 2) uniform sampler2D host_motion;
+#define MOTION_TEXEL(at) texelFetch(host_motion, at, uniforms.levels.z)
+#endif
 layout(binding = 0) writeonly uniform image2D color;
 layout(binding = 1) writeonly uniform image2D inverse_depth;
 layout(binding = 2) writeonly uniform image2D motion;
 
 // Inverse depths below this are infinitely far (chain/frame.h).
 const float kFar = 1e-9;
-const float kMax = 3.402823466e+38;
 
 float inverse_depth_at(ivec2 p) {
-    const float stored = texelFetch(host_depth, stored_at(p, uniforms.depth_at), 0).x;
-    if (!is_finite(stored)) return 0.0;
-    if (uniforms.distance != 0) return stored > 0.0 ? min(1.0 / stored, kMax) : 0.0;
-    precise const float w = uniforms.depth_offset + uniforms.depth_slope * stored;
-    return max(w, 0.0);
+    const float stored = stored_depth(p);
+    return is_finite(stored) ? inverse_depth_of(stored) : 0.0;
 }
 
 // Camera motion of an infinitely far pixel, in pixels, y down.
@@ -49,7 +57,8 @@ bool makes(int what) {
 }
 
 vec2 motion_of(ivec2 p) {
-    const vec2 stored = texelFetch(host_motion, stored_at(p, uniforms.motion_at), 0).xy;
+    const ivec2 size = uniforms.motion_size;
+    const vec2 stored = MOTION_TEXEL(stored_at(texel_of(p, size), uniforms.motion_at, size)).xy;
     precise vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
     if (makes(GUEST_MAKES_SKY) && v == vec2(0.0) && inverse_depth_at(p) <= kFar) {
         v = sky_motion(p);
@@ -64,7 +73,7 @@ void main() {
     const ivec2 p = invocation_at();
     if (any(greaterThanEqual(p, uniforms.size))) return;
     if (makes(GUEST_MAKES_COLOR)) {
-        vec4 c = finite_color(texelFetch(host_color, stored_at(p, uniforms.color_at), 0));
+        vec4 c = finite_color(COLOR_TEXEL(stored_at(p, uniforms.color_at)));
         c.rgb *= gain();
         imageStore(color, p, finite_color(c));
     }

@@ -3,8 +3,17 @@
 #include "common/work_list.glsl"
 #include "shared/guest_uniforms.h"
 
+ivec2 stored_at(ivec2 p, ivec2 first, ivec2 size) {
+    return first + ivec2(p.x, uniforms.bottom_up != 0 ? size.y - 1 - p.y : p.y);
+}
+
 ivec2 stored_at(ivec2 p, ivec2 first) {
-    return first + ivec2(p.x, uniforms.bottom_up != 0 ? uniforms.size.y - 1 - p.y : p.y);
+    return stored_at(p, first, uniforms.size);
+}
+
+// The texel with the pixel's center, in a plane of another size.
+ivec2 texel_of(ivec2 p, ivec2 size) {
+    return size == uniforms.size ? p : (2 * p + 1) * size / (2 * uniforms.size);
 }
 
 #if EXPOSURE

@@ -9,6 +9,14 @@
 #define GUEST_MAKES_MOTION 4
 #define GUEST_MAKES_SKY 8  // motion of infinitely far pixels without a vector
 
+// Bits of the macro ARRAYS: the host's textures that are arrays.
+#define GUEST_ARRAY_COLOR 1
+#define GUEST_ARRAY_DEPTH 2
+#define GUEST_ARRAY_MOTION 4
+#define GUEST_ARRAY_MASK 8
+
+#define GUEST_FOCUS_PLACES 4
+
 UNIFORMS_BEGIN(GuestUniforms)
     ivec2 size;      // of the frame
     ivec2 color_at;  // where its first stored texel is in each texture
@@ -31,13 +39,25 @@ UNIFORMS_BEGIN(GuestUniforms)
     ivec2 shown_size;  // of the texture that a debug view draws
     int makes;         // GUEST_MAKES_...: the planes that the import makes
     int pad0;
-    ivec2 shown_at;    // its first stored texel, if it is the host's
-    ivec2 pad1;
+    ivec2 shown_at;     // its first stored texel, if it is the host's
+    ivec2 shown_image;  // its layer and level, likewise
+    ivec4 layers;       // of color, depth, motion, mask
+    ivec4 levels;
+    ivec2 depth_size;  // texels of the frame's rectangle
+    ivec2 motion_size;
+    ivec2 mask_at;
+    float depth_first;   // stored depth, less this, times depth_factor, is in 0..1 if clips
+    float depth_factor;
+    int clips;           // 1: stored depths outside the range count as its ends
+    float output_max;    // largest value that the output holds
+    int focus_slot;      // place of this frame's values in the buffer
+    int focus_count;
+    ivec4 focus[GUEST_FOCUS_PLACES];  // pixel, and the radius around it in pixels; 0: 5 x 5 pixels
 UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::GuestUniforms) == 176);
+static_assert(sizeof(postchain::shared::GuestUniforms) == 320);
 static_assert(offsetof(postchain::shared::GuestUniforms, bottom_up) == 48);
 static_assert(offsetof(postchain::shared::GuestUniforms, motion_scale) == 64);
 static_assert(offsetof(postchain::shared::GuestUniforms, gain) == 88);

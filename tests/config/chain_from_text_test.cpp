@@ -74,6 +74,19 @@ TEST(ChainFromText, FaultsAreNamedWithTheirPlace) {
     EXPECT_THAT(pc_create_error(), HasSubstr("pc_chain_set_aperture()"));
 }
 
+// A host hands in one matte, its mask.
+TEST(ChainFromText, MattesOfAHost) {
+    pc_chain* made = nullptr;
+    EXPECT_EQ(pc_chain_from_text("postchain: 1\npasses: [{fxaa: {matte: hero}}]", "a.yaml", &made),
+              PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("a.yaml: fxaa.matte: \"hero\": a host hands in one matte, "
+                                      "pc_frame.mask; its name is \"mask\""));
+    EXPECT_EQ(pc_chain_from_text("postchain: 1\npasses: [{fxaa: {matte: mask}}]", "a.yaml", &made),
+              PC_OK)
+        << pc_error();
+    pc_chain_destroy(made);
+}
+
 TEST(ChainFromText, Shipped) {
     pc_chain* made = nullptr;
     ASSERT_EQ(pc_chain_shipped("paper", &made), PC_OK) << pc_create_error();

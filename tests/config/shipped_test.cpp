@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <set>
 
+#include "chain/guest/tiers.h"
 #include "config/camera_file.h"
 #include "config/chain_file.h"
 #include "config/chain_find.h"
@@ -116,6 +118,22 @@ TEST(Documents, ExamplesAreValid) {
     const auto profiles = blocks_of("profiles.md", "yaml");
     ASSERT_EQ(profiles.size(), 1u);
     EXPECT_THAT(texts(parse_profile(profiles[0], "doc").diagnostics), IsEmpty());
+}
+
+// Tiers of the C interface are the shipped chains of their names, on a frame alone.
+TEST(Shipped, TiersAreTheseChains) {
+    std::set<std::string> shipped;
+    for (const guest::Tier& tier : guest::tiers()) {
+        const auto made = guest::make_tier(tier.name, builtin_passes());
+        ASSERT_TRUE(made.ok()) << made.status().message();
+        const auto text = embedded_chain(tier.name);
+        if (!text) continue;
+        shipped.insert(tier.name);
+        ChainFile file = parse_chain(*text, builtin_passes(), {"joint_blur.neighbors=none"});
+        ASSERT_TRUE(file.status().ok()) << file.status().message();
+        EXPECT_EQ(made->text(), file.chain.text());
+    }
+    EXPECT_EQ(shipped, (std::set<std::string>{"fast", "balanced", "best"}));
 }
 
 }  // namespace

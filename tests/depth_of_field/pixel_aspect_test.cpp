@@ -141,5 +141,31 @@ TEST(MaxRadius, FollowsTheWidthAndIsKnown) {
     EXPECT_TRUE(lens::cuts(coc, frame).empty());
 }
 
+// As a fraction of the display's height, in shorter sides of a pixel.
+TEST(MaxRadius, AsAFractionOfTheHeight) {
+    lens::Parameters parameters;
+    parameters.max_radius_fraction = 0.05;
+    FrameDescription frame = described(dot_planes(0.75f), 1);
+    frame.bounds.min_inverse_depth = 0;
+    frame.bounds.max_inverse_depth = 4.25;  // R = -128 px at a width of 640
+    for (const auto& [height, aspect, limit] :
+         {std::tuple{360, 1.0, 18.0}, {2160, 1.0, 108.0}, {360, 2.0, 18.0}, {360, 0.5, 36.0}}) {
+        frame.display_height = height;
+        frame.pixel_aspect = aspect;
+        const auto coc = *lens::circle_of_confusion(parameters, frame);
+        EXPECT_DOUBLE_EQ(coc.max_radius_px, limit) << height << ", " << aspect;
+        ASSERT_EQ(lens::cuts(coc, frame).size(), 1u);
+        EXPECT_EQ(lens::cuts(coc, frame)[0].parameter, "max_radius_fraction");
+    }
+    frame.pixel_aspect = 1;
+    FramePlanes planes = dot_planes(0.75f);
+    const Chain by_fraction = chain_of("depth_of_field", {{"max_radius_fraction", 0.05}});
+    FrameDescription whole = described(planes, 1);
+    const Chain by_px =
+        chain_of("depth_of_field", {{"max_radius_px", 0.05 * whole.display_height}});
+    EXPECT_TRUE(equal_bits(filter(by_fraction, whole, planes).at(Role::color),
+                           filter(by_px, whole, planes).at(Role::color)));
+}
+
 }  // namespace
 }  // namespace postchain::test

@@ -37,6 +37,16 @@ std::vector<Call> instance_calls(const pc_frame& frame) {
                  auto needs = pc::make<pc_frame_needs>();
                  return pc_query_frame(instance, chain, &frame, &needs);
              }},
+            {"pc_set_budget",
+             [](pc_instance* instance, pc_chain* chain) {
+                 const auto budget = pc::make<pc_budget>();
+                 return pc_set_budget(instance, chain, &budget);
+             }},
+            {"pc_query_budget",
+             [](pc_instance* instance, pc_chain* chain) {
+                 auto state = pc::make<pc_budget_state>();
+                 return pc_query_budget(instance, chain, &state);
+             }},
             {"pc_set_timing",
              [](pc_instance* instance, pc_chain*) { return pc_set_timing(instance, 0); }},
             {"pc_timings",
@@ -85,6 +95,10 @@ std::vector<Call> chain_calls() {
                  static const std::vector<float> open(128 * 128, 1.0f);
                  return pc_chain_set_aperture(chain, open.data());
              }},
+            {"pc_chain_set_mask",
+             [](pc_instance*, pc_chain* chain) {
+                 return pc_chain_set_mask(chain, 0, PC_MASK_UNMOVED);
+             }},
             {"pc_chain_unset", [](pc_instance*, pc_chain* chain) {
                  return pc_chain_unset(chain, 0, "max_blur_px");
              }}};
@@ -92,7 +106,8 @@ std::vector<Call> chain_calls() {
 
 bool takes_chain(const Call& call) {
     const std::string name = call.name;
-    return name == "pc_prepare" || name == "pc_run" || name == "pc_query_frame";
+    return name == "pc_prepare" || name == "pc_run" || name == "pc_query_frame" ||
+           name == "pc_set_budget" || name == "pc_query_budget";
 }
 
 void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {
@@ -324,8 +339,10 @@ TEST(Handles, FlagsAndMembersThatAreNotKnown) {
     };
     fails([](pc_frame& f) { f.flags |= 0x80; },
           "pc_frame.flags: 134 has a bit that this library does not know");
-    fails([](pc_frame& f) { f.reserved = 1; }, "pc_frame.reserved or reserved_2 is not 0");
-    fails([](pc_frame& f) { f.reserved_2 = 1; }, "pc_frame.reserved or reserved_2 is not 0");
+    const char* reserved = "pc_frame.reserved, reserved_2 or reserved_3 is not 0";
+    fails([](pc_frame& f) { f.reserved = 1; }, reserved);
+    fails([](pc_frame& f) { f.reserved_2 = 1; }, reserved);
+    fails([](pc_frame& f) { f.reserved_3[1] = 1; }, reserved);
     auto info = pc::create_info();
     pc_instance* none = nullptr;
     info.flags = 8;

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <sstream>
 #include <utility>
+
+#include "tests/support/gpu.h"
 
 namespace postchain::test {
 namespace {
@@ -128,6 +131,27 @@ pc::Chain paper_chain(const char* passes) {
 void set(const pc::Chain& chain, uint32_t pass, const char* key, double value) {
     EXPECT_EQ(pc_chain_set_number(chain.get(), pass, key, value), PC_OK)
         << pc_chain_error(chain.get());
+}
+
+ImageF by_executor(const TestFrame& frame, const Chain& chain, Precision precision, Role plane) {
+    FrameDescription description = frame.description;
+    description.bounds.max_speed_px = FrameBounds::kUnknown;
+    PlanOptions options;
+    options.precision = precision;
+    make_host_context();
+    static Executor executor(gl::describe_current());
+    const auto plan = make_plan(chain, description, options);
+    EXPECT_TRUE(plan.ok()) << plan.status().message();
+    auto result = executor.filter(*plan, frame.planes);
+    EXPECT_TRUE(result.ok()) << result.status().message();
+    return result->at(plane);
+}
+
+ImageF by_executor(const TestFrame& frame, const char* passes, Precision precision, Role plane) {
+    Chain chain;
+    std::istringstream names(passes);
+    for (std::string name; std::getline(names, name, ',');) append(chain, name);
+    return by_executor(frame, chain, precision, plane);
 }
 
 pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,

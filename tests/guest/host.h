@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "chain/chain.h"
 #include "chain/image.h"
 #include "tests/support/images.h"
 
@@ -62,6 +63,13 @@ pc::Chain chain(const char* passes);
 // blur, in 1 the depth of field.
 pc::Chain paper_chain(const char* passes = "motion_blur,depth_of_field,fxaa");
 void set(const pc::Chain& chain, uint32_t pass, const char* key, double value);
+// The chain run by the executor from planes in memory, as the command runs it. The largest speed is
+// unknown, as to a guest.
+ImageF by_executor(const TestFrame& frame, const Chain& chain,
+                   Precision precision = Precision::fp32, Role plane = Role::color);
+ImageF by_executor(const TestFrame& frame, const char* passes,
+                   Precision precision = Precision::fp32, Role plane = Role::color);
+
 pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
                            const pc_frame& frame);
 

@@ -17,25 +17,6 @@ namespace {
 constexpr int kWidth = 96, kHeight = 60;
 const char* const kPasses = "motion_blur,fxaa,depth_of_field";
 
-// The chain run by the executor from planes in memory, as the command runs it.
-ImageF by_executor(const TestFrame& frame, const char* passes = kPasses,
-                   Precision precision = Precision::fp32, Role plane = Role::color) {
-    Chain chain;
-    std::istringstream names(passes);
-    for (std::string name; std::getline(names, name, ',');) append(chain, name);
-    FrameDescription description = frame.description;
-    description.bounds.max_speed_px = FrameBounds::kUnknown;
-    PlanOptions options;
-    options.precision = precision;
-    make_host_context();
-    static Executor executor(gl::describe_current());
-    const auto plan = make_plan(chain, description, options);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    auto result = executor.filter(*plan, frame.planes);
-    EXPECT_TRUE(result.ok()) << result.status().message();
-    return result->at(plane);
-}
-
 void expect_equal(const ImageF& a, const ImageF& b) {
     const Difference difference = compare(a, b, 0);
     EXPECT_TRUE(equal_bits(a, b)) << difference.text;
@@ -55,7 +36,7 @@ TEST(Pixels, CanonicalTexturesGiveTheCommandsBits) {
     const auto guest = instance();
     const ImageF filtered =
         read(prepare_and_run(guest, chain(kPasses), host.frame), kWidth, kHeight);
-    const ImageF expected = by_executor(host.test);
+    const ImageF expected = by_executor(host.test, kPasses);
     expect_equal(filtered, expected);
     EXPECT_GT(changed(filtered, host.test.planes.at(Role::color)), 0.2);
     // Nothing is imported or exported, and running without elision changes no pixel.
@@ -116,7 +97,7 @@ TEST(Pixels, PixelAspect) {
     pc_frame frame = host.frame;
     frame.pixel_aspect = 2;
     const ImageF wide = read(prepare_and_run(guest, chain(kPasses), frame), kWidth, kHeight);
-    expect_equal(wide, by_executor(host.test));
+    expect_equal(wide, by_executor(host.test, kPasses));
     EXPECT_GT(changed(wide, square), 0.05);
     frame.pixel_aspect = -1;
     pc_texture result = {};
@@ -158,7 +139,7 @@ TEST(Pixels, InfiniteSun) {
 // bit for bit, because a scale of 1 or -1 does not round.
 TEST(Pixels, RowsFromTheBottomAndRectangles) {
     const auto host = canonical_frame(kWidth, kHeight);
-    const ImageF expected = by_executor(host.test);
+    const ImageF expected = by_executor(host.test, kPasses);
     ImageF up = host.test.planes.at(Role::motion);
     for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
     const auto at = [](unsigned format, const ImageF& plane, int x, int y) {
@@ -193,7 +174,7 @@ TEST(Pixels, RowsFromTheBottomAndRectangles) {
 
 TEST(Pixels, OutputsOfEveryKind) {
     const auto host = canonical_frame(kWidth, kHeight);
-    const ImageF expected = by_executor(host.test);
+    const ImageF expected = by_executor(host.test, kPasses);
     const auto guest = instance();
     const auto made = chain(kPasses);
     const struct {
@@ -261,7 +242,7 @@ TEST(Pixels, AChainThatDoesNothingCopiesToAnotherRectangle) {
 // Every encoding of depth, from its own formula.
 TEST(Pixels, DepthEncodings) {
     const auto host = canonical_frame(kWidth, kHeight);
-    const ImageF expected = by_executor(host.test);
+    const ImageF expected = by_executor(host.test, kPasses);
     const double n = 0.1, f = 400;
     const auto guest = instance();
     const auto made = chain(kPasses);
@@ -338,7 +319,7 @@ TEST(Pixels, DepthBesideStencil) {
 
 TEST(Pixels, MotionConventions) {
     const auto host = canonical_frame(kWidth, kHeight);
-    const ImageF expected = by_executor(host.test);
+    const ImageF expected = by_executor(host.test, kPasses);
     const ImageF& motion = host.test.planes.at(Role::motion);
     const auto guest = instance();
     const auto made = chain(kPasses);
@@ -417,7 +398,7 @@ TEST(Pixels, ValuesThatAreNotFiniteAreReplaced) {
     frame.motion = m;
     const auto guest = instance();
     expect_equal(upside_down(read(prepare_and_run(guest, chain(kPasses), frame), kWidth, kHeight)),
-                 by_executor(clean));
+                 by_executor(clean, kPasses));
 }
 
 // A camera turns by 3 degrees about y and rolls by 1. The sky moves as in a pinhole camera.
@@ -439,7 +420,7 @@ TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
             motion.at(x, y, 0) = float(focal * bx / bz - dx);
             motion.at(x, y, 1) = float(-(focal * ay / bz - dy));
         }
-    const ImageF expected = by_executor(host.test);
+    const ImageF expected = by_executor(host.test, kPasses);
     ImageF stored = motion;
     for (int y = 0; y < 24; ++y)
         for (int x = 0; x < kWidth; ++x) stored.at(x, y, 0) = stored.at(x, y, 1) = 0;

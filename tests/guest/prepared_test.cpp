@@ -39,6 +39,7 @@ class Textures {
         for (const unsigned format : {GL_RGBA32F, GL_RGBA16F, GL_RGBA8, GL_R11F_G11F_B10F})
             output_.emplace_back(format, kSide, kSide);
         exposure_.emplace_back(GL_R32F, ImageF(2, 2, 1, 0.7f));
+        for (const unsigned format : {GL_R8, GL_R32F}) mask_.emplace_back(format, kSide, kSide);
     }
 
     // A frame of a kind, every other member of it at random.
@@ -70,8 +71,21 @@ class Textures {
             frame.exposure.x = random.whole(0, 1);
             frame.exposure.y = random.whole(0, 1);
         }
+        if (kind.mask.name && random.chance(0.5)) frame.mask = one_of(mask_);
+        if (random.chance(0.3)) frame.depth_size[0] = frame.depth_size[1] = 1;
+        if (random.chance(0.3)) {
+            frame.motion_size[0] = random.whole(1, frame.width);
+            frame.motion_size[1] = random.whole(1, frame.height);
+        }
+        frame.focus_radius = float(random.real(0, 0.2));
+        if (random.chance(0.3)) frame.focus_seconds = float(random.real(0, 1));
+        frame.frame_seconds = float(random.logarithmic(1e-3, 1));
         frame.debug_view = kind.debug_view;
         frame.depth_encoding = pc_depth(random.whole(0, PC_DEPTH_REVERSE_INFINITE));
+        if (frame.depth_encoding > PC_DEPTH_INVERSE && random.chance(0.3)) {
+            frame.depth_range[0] = float(random.real(0, 0.4));
+            frame.depth_range[1] = float(random.real(0.5, 1));
+        }
         frame.near_clip = float(random.logarithmic(0.01, 1));
         frame.far_clip = float(random.logarithmic(10, 1e4));
         for (int i = 0; i < 2; ++i) {
@@ -101,9 +115,10 @@ class Textures {
         return frame;
     }
     const HostTexture& exposure() const { return exposure_.front(); }
+    const HostTexture& mask() const { return mask_.front(); }
 
   private:
-    std::vector<HostTexture> color_, depth_, motion_, output_, exposure_;
+    std::vector<HostTexture> color_, depth_, motion_, output_, exposure_, mask_;
 };
 
 TEST(Prepared, NoFrameOfTheKindIsRefused) {
@@ -111,6 +126,8 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
     const auto papers = paper_chain("motion_blur,depth_of_field,fxaa");
     const auto plain = chain("motion_blur,fxaa,depth_of_field"), joint = chain("joint_blur,fxaa"),
                turned = chain("depth_of_field,fxaa,motion_blur");
+    ASSERT_EQ(pc_chain_set_mask(turned.get(), 2, PC_MASK_UNMOVED), PC_OK);
+    ASSERT_EQ(pc_chain_set_point(plain.get(), 2, "focus_at", 0.5, 0.5), PC_OK);
     set(papers, 1, "max_radius_px", 8);
     for (const auto* made : {&papers, &plain, &joint, &turned}) {
         Random random(11);
@@ -121,7 +138,10 @@ TEST(Prepared, NoFrameOfTheKindIsRefused) {
                 auto kind = pc::make<pc_frame>();
                 kind.flags = (flags & 1 ? PC_HALF_PLANES : 0) | (flags & 2 ? PC_NO_ELISION : 0);
                 if (exposed) kind.exposure = textures.exposure();
+                if (flags & 1) kind.mask = textures.mask();
                 pc_frame first = textures.frame(random, kind);
+                first.mask = kind.mask;
+                first.mask.x = first.mask.y = 0;
                 ASSERT_EQ(pc_prepare(guest.get(), made->get(), &first, 1), PC_OK)
                     << pc_last_error(guest.get());
                 kinds.push_back(kind);
@@ -157,6 +177,8 @@ TEST(Prepared, TheMessageNamesTheMember) {
                   [](pc_frame& frame, const Textures&) { frame.flags |= PC_HALF_PLANES; }},
                  {"exposure: given, and not to pc_prepare(); call",
                   [](pc_frame& frame, const Textures& of) { frame.exposure = of.exposure(); }},
+                 {"mask: given, and not to pc_prepare(); call",
+                  [](pc_frame& frame, const Textures& of) { frame.mask = of.mask(); }},
                  {"debug_view: pc_prepare() was not called with \"input.motion\"",
                   [](pc_frame& frame, const Textures&) { frame.debug_view = "input.motion"; }}};
     for (const auto& [text, change] : cases) {

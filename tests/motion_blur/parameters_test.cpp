@@ -30,6 +30,27 @@ int lit(const ImageF& image) {
     return count;
 }
 
+// A fraction of the display's height: the same limit in pixels at this size, another at twice it.
+TEST(Parameter, MaxBlurFraction) {
+    const BlurFrame frame = spot_frame(38, 0);
+    const double fraction = 12.0 / frame.height();
+    for (const char* mode : {"guertin", "inverse_warp"}) {
+        const Chain by_fraction =
+            plain_blur({{"mode", std::string(mode)}, {"max_blur_fraction", fraction}});
+        const Chain by_px =
+            plain_blur({{"mode", std::string(mode)}, {"max_blur_px", int64_t(12)}});
+        EXPECT_TRUE(equal_bits(blurred(by_fraction, frame), blurred(by_px, frame))) << mode;
+        EXPECT_LE(streak(blurred(by_fraction, frame)), 13);
+        FrameDescription larger = describe(frame.planes);
+        larger.display_height *= 2;
+        auto pass = by_fraction.links[0].pass->resolve(larger);
+        ASSERT_TRUE(pass.ok());
+        ASSERT_EQ((*pass)->cuts().size(), 1u) << mode;
+        EXPECT_EQ((*pass)->cuts()[0].parameter, "max_blur_fraction");
+        EXPECT_DOUBLE_EQ((*pass)->cuts()[0].limit_px, 24);
+    }
+}
+
 TEST(Parameter, Samples) {
     const BlurFrame frame = spot_frame(30, 0);
     // One tap is at the pixel itself; 1023 leave no gap.

@@ -12,6 +12,8 @@
 #include <set>
 
 #include "chain/gl/program.h"
+#include "chain/guest/chain_handle.h"
+#include "chain/guest/focus.h"
 #include "chain/guest/host_plan.h"
 #include "chain/status.h"
 #include "shaders/shared/scene_uniforms.h"
@@ -54,8 +56,9 @@ void add_steps_of_guests(std::map<std::string, Step>& steps) {
     Chain chain;
     append(chain, "joint_blur", {{"neighbors", std::string("none")}});
     append(chain, "motion_blur", {{"mode", std::string("guertin")}});
+    for (ChainLink& link : chain.links) link.matte = guest::kMask;
     std::set<std::string> views = {"", "fill"};
-    for (int i = 0; i < 32; ++i) {
+    for (int i = 0; i < 64; ++i) {
         pc_frame given = {};
         given.struct_size = sizeof(given);
         if (i & 1) given.flags |= PC_TOP_LEFT;
@@ -65,6 +68,13 @@ void add_steps_of_guests(std::map<std::string, Step>& steps) {
         given.motion = {3, GL_RG32F, 64, 48, 0, 0};
         if (i & 4) given.exposure = {4, GL_R32F, 1, 1, 0, 0};
         if (i & 8) given.output = {5, GL_RGBA8, 64, 48, 0, 0};
+        if (i & 32) {
+            given.mask = {6, GL_R8, 64, 48, 0, 0};
+            if (i & 1) given.color_slice.target = GL_TEXTURE_2D_ARRAY;
+            if (i & 2) given.depth_slice.target = GL_TEXTURE_2D_ARRAY;
+            if (i & 4) given.motion_slice.target = GL_TEXTURE_2D_ARRAY;
+            if (i & 8) given.mask_slice.target = GL_TEXTURE_2D_ARRAY;
+        }
         given.depth_encoding = i & 16 ? PC_DEPTH_INVERSE : PC_DEPTH_REVERSE_INFINITE;
         given.near_clip = 0.1f;
         given.focal_length_mm = given.sensor_width_mm = 35;
@@ -79,6 +89,11 @@ void add_steps_of_guests(std::map<std::string, Step>& steps) {
             const auto host = guest::make_host_plan(chain, frame);
             if (!host.ok()) continue;  // packed bits
             for (const Step& step : host->plan.steps) steps.emplace(step.program.text(), step);
+            Step focus;
+            focus.program = guest::Focus::program(frame);
+            focus.set_uniforms(shared::GuestUniforms{});
+            focus.bindings = {{1, 0}, {0, 1, Access::list}};
+            steps.emplace(focus.program.text(), focus);
             if (i == 0 && view.empty())
                 for (const PlanTexture& texture : host->plan.textures) views.insert(texture.name);
         }
@@ -136,7 +151,8 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     std::set<std::string> files;
     for (const auto& [text, step] : steps) files.insert(step.program.file);
     for (const char* file : {"guest/import.comp", "guest/export.comp", "guest/debug_view.comp",
-                             "guest/fill_start.comp", "scenes/render.comp"})
+                             "guest/fill_start.comp", "guest/focus.comp", "guest/import_mask.comp",
+                             "scenes/render.comp"})
         EXPECT_TRUE(files.contains(file)) << file;
     ASSERT_GT(steps.size(), 100u);
     size_t number = 0;

@@ -1,0 +1,52 @@
+// Budgets of time that a host gave to chains, and the samples that keep within them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "chain/gl/clock.h"
+#include "chain/guest/chain_handle.h"
+#include "chain/guest/failure.h"
+#include "chain/guest/governor.h"
+
+namespace postchain::guest {
+
+class Budgets {
+  public:
+    // PC_ERROR_CHAIN: no pass has samples. PC_ERROR_ARGUMENT: a value of the budget.
+    Failure set(ChainHandle& chain, const pc_budget& budget);
+    bool empty() const { return all_.empty(); }
+    void query(const ChainHandle& chain, pc_budget_state& state) const;
+    // Before the chain's frame `tag`, a number that increases: takes `newest`, the times of the
+    // newest finished frame, tagged likewise, into account, and sets the chain's samples. True if
+    // the chain has a budget: the frame must be timed.
+    bool govern(ChainHandle& chain, const gl::Times* newest, uint64_t tag);
+
+  private:
+    // A parameter that is a number of samples.
+    struct Samples {
+        uint32_t pass;
+        const Parameter* row;
+        int64_t full;  // the host's
+        int64_t now;
+    };
+    struct Governed {
+        uint64_t chain;
+        Governor governor;
+        std::vector<Samples> samples;
+        std::array<uint64_t, 8> ran = {};  // tags of its frames since the last change
+        size_t runs = 0;
+        uint64_t last = 0;  // tag of the times that were taken last
+    };
+    const Governed* find(uint64_t chain) const;
+    Governed* find(uint64_t chain) {
+        return const_cast<Governed*>(std::as_const(*this).find(chain));
+    }
+    static void set_samples(ChainHandle& chain, Governed& governed, double part);
+
+    std::vector<Governed> all_;
+};
+
+}  // namespace postchain::guest

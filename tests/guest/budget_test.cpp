@@ -1,0 +1,180 @@
+// Tiers, and budgets of time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "chain/guest/governor.h"
+#include "tests/guest/host.h"
+
+namespace postchain::test {
+namespace {
+
+using guest::Governor;
+using ::testing::HasSubstr;
+
+// A device whose frames take `fixed` and `full` ms in proportion to the samples, run for `seconds`
+// at 60 frames a second.
+class Device {
+  public:
+    Device(double fixed, double full, Governor& governor)
+        : fixed_(fixed), full_(full), governor_(governor) {}
+    void run(double seconds) {
+        for (int i = 0; i < int(60 * seconds); ++i) {
+            now_ += 1.0 / 60;
+            governor_.add(fixed_ + full_ * governor_.part());
+            if (!governor_.change(now_)) continue;
+            EXPECT_GE(now_ - changed_, 0.5);
+            changed_ = now_;
+        }
+    }
+    double time() const { return fixed_ + full_ * governor_.part(); }
+
+  private:
+    double fixed_, full_;
+    Governor& governor_;
+    double now_ = 100, changed_ = 0;
+};
+
+TEST(Governor, SettlesAtTheLargestPartThatFits) {
+    const struct {
+        double fixed, full, part;
+    } cases[] = {{0, 8, 1}, {0, 12, 0.75}, {2, 12, 0.5}, {0, 100, 0.25}, {50, 1, 0.25}};
+    for (const auto& [fixed, full, part] : cases) {
+        Governor governor(10, 0.25);
+        Device device(fixed, full, governor);
+        device.run(10);
+        EXPECT_EQ(governor.part(), part) << fixed << " + " << full;
+        const uint64_t changes = governor.changes();
+        device.run(10);
+        EXPECT_EQ(governor.changes(), changes) << "swings";
+    }
+    Governor bounded(10, 0.5);
+    Device(0, 100, bounded).run(10);
+    EXPECT_EQ(bounded.part(), 0.5);
+}
+
+// A load that comes and goes: down at once, up part by part.
+TEST(Governor, FollowsTheLoad) {
+    Governor governor(10, 0.25);
+    Device(0, 30, governor).run(1);
+    EXPECT_EQ(governor.part(), 0.25);
+    EXPECT_EQ(governor.changes(), 1u);
+    Device light(0, 5, governor);
+    light.run(0.6);
+    EXPECT_EQ(governor.part(), 0.375);
+    light.run(5);
+    EXPECT_EQ(governor.part(), 1);
+    EXPECT_EQ(governor.changes(), 5u);
+}
+
+// One slow frame, as when a window is moved, changes nothing.
+TEST(Governor, OneSlowFrameDoesNotCount) {
+    Governor governor(10, 0.25);
+    for (int i = 0; i < 20; ++i) {
+        governor.add(i % 7 == 3 ? 80 : 8);
+        EXPECT_FALSE(governor.change(i));
+    }
+    EXPECT_EQ(governor.milliseconds(), 8);
+}
+
+double samples(const pc::Chain& chain) {
+    for (const pc_parameter& row : pc::parameters(chain.get()))
+        if (std::string(row.key) == "samples") return row.value;
+    return -1;
+}
+
+pc_budget_state state_of(const pc::Instance& guest, const pc::Chain& chain) {
+    auto state = pc::make<pc_budget_state>();
+    EXPECT_EQ(pc_query_budget(guest.get(), chain.get(), &state), PC_OK) << pc_error();
+    return state;
+}
+
+// A budget that no frame keeps, and one that all do: no time of this machine decides.
+TEST(TimeBudget, ChangesTheSamplesAndGivesThemBack) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("joint_blur,fxaa");
+    set(made, 0, "samples", 32);
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
+    auto budget = pc::make<pc_budget>();
+    const auto run_until = [&](double wanted) {
+        for (int i = 0; i < 400 && samples(made) != wanted; ++i) {
+            EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        EXPECT_EQ(samples(made), wanted);
+    };
+    budget.milliseconds = 1e-4f;
+    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+    run_until(8);
+    EXPECT_EQ(state_of(guest, made).part, 0.25f);
+    EXPECT_EQ(state_of(guest, made).changes, 1u);
+    pc_texture result = {};
+    ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
+    const auto eight = chain("joint_blur,fxaa");
+    set(eight, 0, "samples", 8);
+    const ImageF governed = read(result, 40, 24);
+    EXPECT_TRUE(equal_bits(governed, read(prepare_and_run(guest, eight, host.frame), 40, 24)));
+    for (int i = 0; i < 3; ++i) pc_run(guest.get(), made.get(), &host.frame, nullptr);
+    EXPECT_GT(state_of(guest, made).frame_ms, 0);
+
+    budget.milliseconds = 1e6f;
+    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+    EXPECT_EQ(samples(made), 32) << "a new budget begins with the host's samples";
+    budget.milliseconds = 1e-4f;
+    budget.least = 0.5f;
+    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+    run_until(16);
+    set(made, 0, "samples", 64);  // the host's own change counts from the next change on
+    budget.milliseconds = 0;
+    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+    EXPECT_EQ(samples(made), 64);
+    EXPECT_EQ(state_of(guest, made).milliseconds, 0);
+    EXPECT_EQ(state_of(guest, made).part, 1);
+}
+
+TEST(TimeBudget, BadValues) {
+    const auto guest = instance();
+    const auto made = chain("joint_blur"), none = chain("fxaa");
+    auto budget = pc::make<pc_budget>();
+    const auto fails = [&](const pc::Chain& chain, pc_result result, const char* text) {
+        EXPECT_EQ(pc_set_budget(guest.get(), chain.get(), &budget), result);
+        EXPECT_THAT(pc_error(), HasSubstr(text));
+    };
+    budget.milliseconds = -1;
+    fails(made, PC_ERROR_ARGUMENT, "milliseconds: -1; give a time");
+    budget.milliseconds = 2;
+    budget.least = 0.1f;
+    fails(made, PC_ERROR_ARGUMENT, "least: 0.1 is not within 0.25 and 1");
+    budget.least = 0;
+    fails(none, PC_ERROR_CHAIN, "no pass of the chain has samples");
+    EXPECT_EQ(state_of(guest, none).part, 1);
+}
+
+TEST(Tiers, AreListed) {
+    const char *name = nullptr, *help = nullptr;
+    uint32_t count = 0;
+    while (pc_tier(count, &name, &help) == PC_OK) {
+        EXPECT_TRUE(pc::chain((std::string("tier:") + name).c_str())) << pc_error();
+        EXPECT_STRNE(help, "");
+        ++count;
+    }
+    EXPECT_EQ(count, 4u);
+    EXPECT_THAT(pc_error(), HasSubstr("there are 4 tiers"));
+    pc_chain* none = nullptr;
+    EXPECT_EQ(pc_chain_create("tier:cinema", &none), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("unknown tier \"cinema\"; known are realtime, fast"));
+}
+
+TEST(Tiers, FilterAFrame) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto tier = chain("tier:realtime");
+    const ImageF result = read(prepare_and_run(guest, tier, host.frame), 40, 24);
+    EXPECT_GT(compare(result, host.test.planes.at(Role::color), 1e-3).fraction, 0.2);
+}
+
+}  // namespace
+}  // namespace postchain::test

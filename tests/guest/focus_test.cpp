@@ -1,0 +1,190 @@
+// Focus at a place of the frame, whose depth stays on the device.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/guest/gl_calls.h"
+#include "tests/guest/host.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 96, kHeight = 60;
+
+pc::Chain focused(double x, double y) {
+    pc::Chain made = chain("depth_of_field");
+    EXPECT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", x, y), PC_OK) << pc_error();
+    return made;
+}
+
+// The frame with one inverse depth left and another right of the middle.
+HostTexture two_depths(float left, float right) {
+    ImageF depth(kWidth, kHeight, 1, left);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = kWidth / 2; x < kWidth; ++x) depth.at(x, y) = right;
+    return HostTexture(GL_R32F, depth);
+}
+
+ImageF filtered(const pc::Instance& guest, const pc::Chain& chain, const pc_frame& frame) {
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest.get(), chain.get(), &frame, &result), PC_OK) << pc_error();
+    glFinish();  // the next frame knows this one's depth
+    return read(result, kWidth, kHeight);
+}
+
+// A lens at the distance that the chain is said to focus at.
+ImageF at_distance(const pc::Instance& guest, pc_frame frame, double inverse_depth) {
+    static const pc::Chain plain = chain("depth_of_field");
+    frame.focus_distance = float(1 / inverse_depth);
+    return read(prepare_and_run(guest, plain, frame), kWidth, kHeight);
+}
+
+void expect_near(const ImageF& a, const ImageF& b) {
+    const Difference difference = compare(a, b, 1e-4);
+    EXPECT_LE(difference.fraction, 2e-3) << difference.text;
+}
+
+struct Scene {
+    HostFrameTextures host = canonical_frame(kWidth, kHeight);
+    HostTexture depth = two_depths(0.25f, 0.05f);
+    pc_frame frame = host.frame;
+    Scene() {
+        frame.depth = depth;
+        frame.f_stop = 0.1f;  // circles of up to 7 px
+    }
+};
+
+// The first frame knows its depth; each encoding, rows from the bottom, a place at the border.
+TEST(Focus, FirstFrameIsInFocus) {
+    const Scene scene;
+    const auto guest = instance(PC_VALIDATE);
+    for (const double x : {0.2, 0.8, 1.0}) {
+        const auto made = focused(x, 0.5);
+        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_OK) << pc_error();
+        const double w = x < 0.5 ? 0.25 : double(0.05f);
+        const ImageF found = filtered(guest, made, scene.frame);
+        expect_near(found, at_distance(guest, scene.frame, w));
+        EXPECT_GT(compare(found, at_distance(guest, scene.frame, 0.3 - w), 1e-3).fraction, 0.2);
+    }
+    pc_frame up = scene.frame;
+    const HostTexture distance(GL_R32F, [&] {
+        ImageF pixels = read(scene.depth, kWidth, kHeight, 1);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x)
+                pixels.at(x, y) = y < kHeight / 2 ? 4 : 20;  // the lower half, as stored, is near
+        return pixels;
+    }());
+    up.depth = distance;
+    up.depth_encoding = PC_DEPTH_LINEAR;
+    up.flags &= ~uint32_t(PC_TOP_LEFT);
+    const auto made = focused(0.5, 0.9);
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &up, 1), PC_OK) << pc_error();
+    expect_near(filtered(guest, made, up), at_distance(guest, up, 0.25));
+}
+
+// After a change of depth, focus covers 1 - exp(-t/T) of the way, in inverse distance, and all of
+// it at a cut.
+TEST(Focus, FollowsOverTime) {
+    const Scene scene;
+    const HostTexture far = two_depths(0.05f, 0.05f);
+    const auto guest = instance();
+    const auto made = focused(0.2, 0.5);
+    pc_frame frame = scene.frame;
+    frame.focus_seconds = 0.5f;
+    frame.frame_seconds = 0.1f;
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    filtered(guest, made, frame);
+    frame.depth = far;
+    // The depth of a frame is known when the next begins.
+    filtered(guest, made, frame);
+    double w = 0.25;
+    for (int i = 0; i < 6; ++i) {
+        w += (double(0.05f) - w) * (1 - std::exp(-0.2));
+        const ImageF found = filtered(guest, made, frame);
+        if (i == 0 || i == 5) expect_near(found, at_distance(guest, frame, w));
+    }
+    frame.depth = scene.depth;
+    frame.flags |= PC_CAMERA_CUT;
+    expect_near(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    frame.focus_seconds = 0.5f;
+    frame.frame_seconds = 0;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("frame_seconds: must be > 0, because focus_seconds is set"));
+}
+
+// The median of a disc: a thin near twig at the place itself does not count.
+TEST(Focus, RegionsTakeTheMedian) {
+    const Scene scene;
+    ImageF pixels = read(scene.depth, kWidth, kHeight, 1);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 17; x < 22; ++x) pixels.at(x, y) = 0.9f;
+    const HostTexture twig(GL_R32F, pixels);
+    pc_frame frame = scene.frame;
+    frame.depth = twig;
+    const auto guest = instance();
+    const auto made = focused(0.2, 0.5);
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    expect_near(filtered(guest, made, frame), at_distance(guest, frame, double(0.9f)));
+    frame.focus_radius = 0.25f;
+    frame.flags |= PC_CAMERA_CUT;
+    expect_near(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    frame.focus_radius = 2;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("focus_radius: 2 is not within 0 and 1 frame heights"));
+}
+
+// Two chains on one instance keep their own focus, and a place that is set begins anew.
+TEST(Focus, EachChainHasItsOwn) {
+    const Scene scene;
+    const auto guest = instance();
+    const auto left = focused(0.2, 0.5), right = focused(0.8, 0.5);
+    pc_frame frame = scene.frame;
+    frame.focus_seconds = 100;
+    frame.frame_seconds = 0.01f;
+    for (const auto* made : {&left, &right})
+        ASSERT_EQ(pc_prepare(guest.get(), made->get(), &frame, 1), PC_OK) << pc_error();
+    for (int i = 0; i < 3; ++i) {
+        expect_near(filtered(guest, left, frame), at_distance(guest, frame, 0.25));
+        expect_near(filtered(guest, right, frame), at_distance(guest, frame, double(0.05f)));
+    }
+    ASSERT_EQ(pc_chain_set_point(left.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
+    expect_near(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
+}
+
+// A chain that focuses at a place is prepared like any other.
+TEST(Focus, LaterFramesCreateNothing) {
+    const Scene scene;
+    const auto guest = instance(0, PC_STATE_LEAVE);
+    const auto made = focused(0.2, 0.5);
+    pc_frame frame = scene.frame;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_PREPARE);
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    filtered(guest, made, frame);
+    GlCalls::start();
+    for (int i = 0; i < 3; ++i) {
+        ++frame.frame_number;
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
+    }
+    auto calls = GlCalls::stop();
+    for (const char* none : {"glFinish", "glCreateTextures", "glCreateBuffers", "glCompileShader"})
+        EXPECT_EQ(calls[none], 0u) << none;
+    EXPECT_GE(calls["glFenceSync"], 3u);
+}
+
+TEST(Focus, MorePlacesThanCanBeFollowed) {
+    const auto guest = instance();
+    const Scene scene;
+    const auto made =
+        chain("depth_of_field,depth_of_field,depth_of_field,depth_of_field,depth_of_field");
+    for (uint32_t i = 0; i < 5; ++i)
+        ASSERT_EQ(pc_chain_set_point(made.get(), i, "focus_at", 0.1 * i, 0.5), PC_OK);
+    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("focus_at: the chain has 5 places; at most 4"));
+}
+
+}  // namespace
+}  // namespace postchain::test

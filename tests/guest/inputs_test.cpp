@@ -1,0 +1,324 @@
+// Textures as engines have them: layers and levels, planes of lower resolution, depth ranges, a
+// mask, outputs that hold less than color.
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/guest/host.h"
+#include "tests/support/gpu.h"
+
+namespace postchain::test {
+namespace {
+
+using ::testing::HasSubstr;
+
+constexpr int kWidth = 96, kHeight = 60;
+const char* const kPasses = "motion_blur,fxaa,depth_of_field";
+
+GLenum external(int channels) {
+    return channels == 1 ? GL_RED : channels == 2 ? GL_RG : GL_RGBA;
+}
+
+// An array of three layers and two levels, 5 everywhere but in layer 2 of level 1.
+class ArrayTexture {
+  public:
+    ArrayTexture(unsigned format, const ImageF& pixels) : channels_(pixels.channels) {
+        glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_.name);
+        glTextureStorage3D(texture_.name, 2, format, 2 * pixels.width, 2 * pixels.height, 3);
+        const float five[] = {5, 5, 5, 5};
+        for (int level = 0; level < 2; ++level)
+            glClearTexImage(texture_.name, level, GL_RGBA, GL_FLOAT, five);
+        glTextureSubImage3D(texture_.name, 1, 0, 0, 2, pixels.width, pixels.height, 1,
+                            external(channels_), GL_FLOAT, pixels.data.data());
+        texture_.internal_format = format;
+        texture_.width = pixels.width;
+        texture_.height = pixels.height;
+    }
+    ~ArrayTexture() { glDeleteTextures(1, &texture_.name); }
+    ArrayTexture(const ArrayTexture&) = delete;
+    ArrayTexture& operator=(const ArrayTexture&) = delete;
+    operator pc_texture() const { return texture_; }
+    static constexpr pc_slice kSlice = {GL_TEXTURE_2D_ARRAY, 2, 1};
+
+    ImageF layer(int level, int index) const {
+        ImageF pixels(texture_.width * (level == 0 ? 2 : 1), texture_.height * (level == 0 ? 2 : 1),
+                      channels_);
+        glGetTextureSubImage(texture_.name, level, 0, 0, index, pixels.width, pixels.height, 1,
+                             external(channels_), GL_FLOAT,
+                             GLsizei(pixels.data.size() * sizeof(float)), pixels.data.data());
+        return pixels;
+    }
+
+  private:
+    int channels_;
+    pc_texture texture_ = {};
+};
+
+void expect_equal(const ImageF& a, const ImageF& b) {
+    EXPECT_TRUE(equal_bits(a, b)) << compare(a, b, 0).text;
+}
+
+ImageF filtered(const pc::Instance& guest, const pc::Chain& chain, const pc_frame& frame) {
+    return read(prepare_and_run(guest, chain, frame), kWidth, kHeight);
+}
+
+// One eye of two, at a lower level: the bits of textures of their own, and nothing else is written.
+TEST(Inputs, LayersAndLevels) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto& planes = host.test.planes;
+    const ArrayTexture color(GL_RGBA32F, planes.at(Role::color)),
+        depth(GL_R32F, planes.at(Role::inverse_depth)), motion(GL_RG32F, planes.at(Role::motion));
+    const ArrayTexture output(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 9));
+    const auto made = chain(kPasses);
+    const ImageF expected = by_executor(host.test, kPasses);
+    for (const pc_state state : {PC_STATE_RESTORE, PC_STATE_RESET, PC_STATE_LEAVE}) {
+        const auto guest = instance(PC_VALIDATE, state);
+        pc_frame frame = host.frame;
+        frame.color = color;
+        frame.depth = depth;
+        frame.motion = motion;
+        frame.color_slice = frame.depth_slice = frame.motion_slice = ArrayTexture::kSlice;
+        expect_equal(filtered(guest, made, frame), expected);
+        frame.output = output;
+        frame.output_slice = ArrayTexture::kSlice;
+        prepare_and_run(guest, made, frame);
+        expect_equal(output.layer(1, 2), expected);
+        expect_equal(output.layer(1, 1), ImageF(kWidth, kHeight, 4, 5));
+        expect_equal(output.layer(0, 2), ImageF(2 * kWidth, 2 * kHeight, 4, 5));
+        // Each of them alone, beside planes that are read in place.
+        for (pc_slice pc_frame::*slice :
+             {&pc_frame::color_slice, &pc_frame::depth_slice, &pc_frame::motion_slice}) {
+            pc_frame one = host.frame;
+            if (slice == &pc_frame::color_slice) one.color = color;
+            if (slice == &pc_frame::depth_slice) one.depth = depth;
+            if (slice == &pc_frame::motion_slice) one.motion = motion;
+            one.*slice = ArrayTexture::kSlice;
+            expect_equal(filtered(guest, made, one), expected);
+        }
+    }
+}
+
+// The color's own layer as output, and a level of a texture without layers.
+TEST(Inputs, OneTextureInAndOut) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const ImageF expected = by_executor(host.test, kPasses);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain(kPasses);
+    const ArrayTexture both(GL_RGBA32F, host.test.planes.at(Role::color));
+    pc_frame frame = host.frame;
+    frame.color = frame.output = both;
+    frame.color_slice = frame.output_slice = ArrayTexture::kSlice;
+    prepare_and_run(guest, made, frame);
+    expect_equal(both.layer(1, 2), expected);
+    // Another layer of it.
+    const ArrayTexture other(GL_RGBA32F, host.test.planes.at(Role::color));
+    frame.color = frame.output = other;
+    frame.output_slice.layer = 0;
+    prepare_and_run(guest, made, frame);
+    expect_equal(other.layer(1, 0), expected);
+    expect_equal(other.layer(1, 2), host.test.planes.at(Role::color));
+}
+
+TEST(Inputs, SlicesThatAreNotThere) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const ArrayTexture color(GL_RGBA32F, host.test.planes.at(Role::color));
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain("fxaa");
+    const auto refuses = [&](const pc_texture& texture, pc_slice slice, const char* text) {
+        pc_frame frame = host.frame;
+        frame.color = texture;
+        frame.color_slice = slice;
+        prepare_and_run(guest, made, host.frame);
+        pc_prepare(guest.get(), made.get(), &frame, 1);
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT) << text;
+        EXPECT_THAT(pc_error(), HasSubstr(text));
+    };
+    refuses(color, {GL_TEXTURE_3D, 0, 0}, "color_slice.target: 0x806f is not GL_TEXTURE_2D_ARRAY");
+    refuses(color, {GL_TEXTURE_2D, 1, 0},
+            "color_slice.layer: 1; set target to GL_TEXTURE_2D_ARRAY");
+    refuses(color, {GL_TEXTURE_2D_ARRAY, -1, 0}, "color_slice.layer: -1 is below 0");
+    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 31}, "color_slice.level: 31 is not within 0 and 30");
+    refuses(color, {GL_TEXTURE_2D_ARRAY, 3, 1}, "has 3 layers, and color_slice.layer is 3");
+    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 2}, "has no level 2");
+    refuses(color, {}, "is a GL_TEXTURE_2D_ARRAY; set color_slice.target to it");
+    refuses(host.color, {GL_TEXTURE_2D_ARRAY, 0, 0},
+            "is a GL_TEXTURE_2D; set color_slice.target to it");
+}
+
+// Depth and motion of half the resolution, each texel for 2 x 2 pixels, are the planes that repeat
+// these texels.
+TEST(Inputs, PlanesOfLowerResolution) {
+    auto host = canonical_frame(kWidth, kHeight);
+    const auto halved = [&](Role role, int across, int down) {
+        ImageF& plane = host.test.planes[role];
+        ImageF small(kWidth / across, kHeight / down, plane.channels);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x)
+                for (int c = 0; c < plane.channels; ++c) {
+                    small.at(x / across, y / down, c) =
+                        plane.at(x / across * across, y / down * down, c);
+                    plane.at(x, y, c) = small.at(x / across, y / down, c);
+                }
+        return small;
+    };
+    const HostTexture depth(GL_R32F, halved(Role::inverse_depth, 2, 2));
+    const ImageF vectors = halved(Role::motion, 3, 2);
+    const HostTexture motion(GL_RG32F, vectors);
+    const ImageF expected = by_executor(host.test, kPasses);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain(kPasses);
+    pc_frame frame = host.frame;
+    frame.depth = depth;
+    frame.motion = motion;
+    frame.depth_size[0] = kWidth / 2;
+    frame.depth_size[1] = kHeight / 2;
+    frame.motion_size[0] = kWidth / 3;
+    frame.motion_size[1] = kHeight / 2;
+    expect_equal(filtered(guest, made, frame), expected);
+    // Rows from the bottom.
+    ImageF up = vectors;
+    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    const HostTexture color_up(GL_RGBA32F, host.test.planes.at(Role::color), true);
+    const HostTexture motion_up(GL_RG32F, up, true);
+    const HostTexture depth_up(GL_R32F, read(depth, kWidth / 2, kHeight / 2, 1), true);
+    frame.flags &= ~uint32_t(PC_TOP_LEFT);
+    frame.color = color_up;
+    frame.depth = depth_up;
+    frame.motion = motion_up;
+    expect_equal(upside_down(filtered(guest, made, frame)), expected);
+
+    frame.motion_size[1] = kHeight + 1;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("motion_size: 32x61 is not within 1x1 and 96x60, the frame"));
+}
+
+// Depths 0 to 1 in another range; what is stored beyond an end counts as the end.
+TEST(Inputs, DepthRange) {
+    const auto host = canonical_frame(kWidth, kHeight);
+    const auto guest = instance();
+    const auto made = chain(kPasses);
+    const float near = 0.1f;
+    ImageF whole = host.test.planes.at(Role::inverse_depth);
+    for (float& value : whole.data) value *= near;
+    pc_frame frame = host.frame;
+    frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
+    frame.near_clip = near;
+    const auto with = [&](const ImageF& stored, float first, float last) {
+        const HostTexture depth(GL_R32F, stored);
+        frame.depth = depth;
+        frame.depth_range[0] = first;
+        frame.depth_range[1] = last;
+        return filtered(guest, made, frame);
+    };
+    const ImageF expected = with(whole, 0, 0);
+    ImageF part = whole;
+    for (float& value : part.data) value = 0.25f + 0.5f * value;
+    const Difference same = compare(with(part, 0.25f, 0.75f), expected, 1e-3);
+    EXPECT_LT(same.fraction, 2e-3) << same.text;
+    for (float& value : part.data) value = 1 - value;
+    const Difference turned = compare(with(part, 0.75f, 0.25f), expected, 1e-3);
+    EXPECT_LT(turned.fraction, 2e-3) << turned.text;
+    ImageF beyond = whole, clamped = whole;
+    for (size_t i = 0; i < beyond.data.size(); i += 7) {
+        beyond.data[i] = i % 2 ? 1.5f : -0.5f;
+        clamped.data[i] = i % 2 ? 1.0f : 0.0f;
+    }
+    frame.depth_range[1] = 1;
+    expect_equal(with(beyond, 0, 1), with(clamped, 0, 1));
+
+    frame.depth_range[0] = frame.depth_range[1] = 0.5f;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("depth_range: both ends are 0.5"));
+    frame.depth_range[0] = 0;
+    frame.depth_encoding = PC_DEPTH_INVERSE;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("depth_range: this depth_encoding has no clip planes"));
+}
+
+// Color beyond the range of the output is the end of that range, not an infinity.
+TEST(Inputs, OutputsThatHoldLess) {
+    auto host = canonical_frame(kWidth, kHeight);
+    ImageF bright = host.test.planes.at(Role::color);
+    for (float& value : bright.data) value *= 1e6f;
+    const HostTexture color(GL_RGBA32F, bright);
+    const auto guest = instance();
+    for (const char* passes : {"motion_blur,fxaa", "fxaa"})
+        for (const unsigned format : {GL_RGBA16F, GL_R11F_G11F_B10F}) {
+            const HostTexture output(format, kWidth, kHeight);
+            pc_frame frame = host.frame;
+            frame.color = color;
+            frame.output = output;
+            const ImageF result = filtered(guest, chain(passes), frame);
+            const float most = *std::max_element(result.data.begin(), result.data.end());
+            EXPECT_TRUE(std::isfinite(most)) << passes;
+            EXPECT_EQ(most, format == GL_RGBA16F ? 65504 : 64512) << passes;
+        }
+}
+
+// The mask is a matte of the frame: the bits of the executor with that matte.
+TEST(Inputs, MaskOfEveryEffect) {
+    auto host = canonical_frame(kWidth, kHeight);
+    ImageF mask(kWidth, kHeight, 1, 0);
+    for (int y = 10; y < 40; ++y)
+        for (int x = 30; x < 70; ++x) mask.at(x, y) = x < 32 ? 0.5f : 1;
+    const HostTexture texture(GL_R8, mask);
+    const ImageF stored = read(texture, kWidth, kHeight, 1);
+    const auto guest = instance(PC_VALIDATE);
+    const pc_mask_effect effects[] = {PC_MASK_UNBLURRED, PC_MASK_UNMOVED, PC_MASK_IGNORED};
+    const char* const passes = "joint_blur,fxaa";
+    const ImageF plain = by_executor(host.test, passes);
+    TestFrame masked = host.test;
+    masked.planes[Role::mattes] = stored;
+    masked.description.planes.add(Role::mattes);
+    for (const pc_mask_effect first : effects) {
+        Chain expected_chain = chain_of("joint_blur");
+        append(expected_chain, "fxaa");
+        masked.description.mattes.clear();
+        for (ChainLink& link : expected_chain.links) {
+            const bool ignored = first == PC_MASK_IGNORED && &link == &expected_chain.links[0];
+            masked.description.mattes.push_back(ignored ? -1 : 0);
+            if (!ignored) link.matte = "mask";
+        }
+        if (first == PC_MASK_UNMOVED) expected_chain.links[0].matte_effect = MatteEffect::unmoved;
+        const ImageF expected = by_executor(masked, expected_chain);
+        const auto made = chain(passes);
+        ASSERT_EQ(pc_chain_set_mask(made.get(), 0, first), PC_OK) << pc_error();
+        pc_frame frame = host.frame;
+        frame.mask = texture;
+        expect_equal(filtered(guest, made, frame), expected);
+        EXPECT_GT(compare(expected, plain, 1e-3).fraction, 0.02) << first;
+        // Later frames of the kind may lack it, and a host may hand it in as a layer.
+        frame.mask = {};
+        pc_texture result = {};
+        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, &result), PC_OK) << pc_error();
+        expect_equal(read(result, kWidth, kHeight), plain);
+        const ArrayTexture layer(GL_R32F, stored);
+        frame.mask = layer;
+        frame.mask_slice = ArrayTexture::kSlice;
+        expect_equal(filtered(guest, made, frame), expected);
+    }
+    // The initial effect, on every pass: what it covers keeps its bits.
+    pc_frame frame = host.frame;
+    frame.mask = texture;
+    const ImageF result = filtered(guest, chain(passes), frame);
+    for (int y = 10; y < 40; ++y)
+        for (int x = 32; x < 70; ++x)
+            for (int c = 0; c < 4; ++c)
+                ASSERT_EQ(result.at(x, y, c), host.test.planes.at(Role::color).at(x, y, c));
+}
+
+TEST(Inputs, MaskEffectsThatAreRefused) {
+    const auto made = chain("fxaa");
+    EXPECT_EQ(pc_chain_set_mask(made.get(), 1, PC_MASK_IGNORED), PC_ERROR_ARGUMENT);
+    EXPECT_THAT(pc_error(), HasSubstr("pass 1: the chain has 1 passes"));
+    EXPECT_EQ(pc_chain_set_mask(made.get(), 0, 3), PC_ERROR_ARGUMENT);
+    EXPECT_THAT(pc_error(), HasSubstr("effect: 3 is not a PC_MASK value"));
+    EXPECT_EQ(pc_chain_set_mask(made.get(), 0, PC_MASK_UNMOVED), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("fxaa"));
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -1,5 +1,5 @@
-"""A single-node Slurm in a folder: munged, slurmctld and slurmd on their own ports, independent of the
-machine's configuration. Needs root, as slurmd does."""
+"""A Slurm of one or more nodes on this machine, in a folder: munged, slurmctld and a slurmd for each node
+on their own ports, independent of the machine's configuration. Needs root, as slurmd does."""
 import contextlib
 import os
 import pathlib
@@ -28,7 +28,7 @@ def program(name):
 
 
 class Cluster:
-    def __init__(self, folder, cores):
+    def __init__(self, folder, cores, nodes=1):
         missing = [name for name in PROGRAMS if not program(name)]
         if missing:
             raise CannotStart(f"not installed: {', '.join(missing)}")
@@ -36,16 +36,19 @@ class Cluster:
             raise CannotStart("slurmd needs root")
         self.folder = pathlib.Path(folder).resolve()
         shutil.rmtree(self.folder, ignore_errors=True)
-        for name in ["munge", "state", "spool"]:
+        self.names = [f"node{i + 1}" for i in range(nodes)]
+        for name in ["munge", "state", *(f"spool.{node}" for node in self.names)]:
             (self.folder / name).mkdir(parents=True)
         self.processes = []
+        self.nodes = {}
         self.environment = dict(os.environ, SLURM_CONF=str(self.folder / "slurm.conf"))
         try:
             self.start_munge()
             self.write_configuration(cores)
             self.start("slurmctld", "-D", "-f", self.environment["SLURM_CONF"])
-            self.start_node()
-            self.wait_for_node()
+            for node in self.names:
+                self.start_node(node)
+            self.wait_for_nodes()
         except (OSError, subprocess.SubprocessError) as error:
             self.stop()
             raise CannotStart(str(error)) from error
@@ -74,6 +77,8 @@ class Cluster:
 
     def write_configuration(self, cores):
         host = socket.gethostname().split(".")[0]
+        nodes = "".join(f"NodeName={name} NodeHostname={host} NodeAddr=127.0.0.1 "
+                        f"Port={free_port()} CPUs={cores} State=UNKNOWN\n" for name in self.names)
         (self.folder / "slurm.conf").write_text(f"""\
 ClusterName=postchain
 SlurmctldHost={host}(127.0.0.1)
@@ -83,11 +88,11 @@ AuthType=auth/munge
 AuthInfo=socket={self.folder}/munge/socket
 CredType=cred/munge
 SlurmctldPort={free_port()}
-SlurmdPort={free_port()}
 SlurmctldPidFile={self.folder}/slurmctld.pid
 SlurmdPidFile={self.folder}/slurmd.pid
 StateSaveLocation={self.folder}/state
-SlurmdSpoolDir={self.folder}/spool
+SlurmdSpoolDir={self.folder}/spool.%n
+SlurmdPidFile={self.folder}/%n.pid
 ProctrackType=proctrack/linuxproc
 TaskPlugin=task/none
 SelectType=select/cons_tres
@@ -96,16 +101,17 @@ SchedulerType=sched/builtin
 SchedulerParameters=sched_min_interval=100000
 ReturnToService=2
 MpiDefault=none
-NodeName={host} NodeAddr=127.0.0.1 CPUs={cores} State=UNKNOWN
-PartitionName=farm Nodes={host} Default=YES MaxTime=INFINITE State=UP
+{nodes}PartitionName=farm Nodes={",".join(self.names)} Default=YES MaxTime=INFINITE State=UP
 """)
 
-    def start_node(self):
-        self.node = self.start("slurmd", "-D", "-f", self.environment["SLURM_CONF"])
+    def start_node(self, name):
+        self.nodes[name] = self.start("slurmd", "-D", "-N", name, "-f",
+                                      self.environment["SLURM_CONF"])
 
-    def wait_for_node(self):
-        self.wait_for(lambda: "State=IDLE" in self.ask("scontrol", "show", "node", check=False),
-                      "the node did not come up: " + str(self.folder / "slurmd.log"))
+    def wait_for_nodes(self):
+        self.wait_for(lambda: self.ask("scontrol", "show", "node", check=False).count("State=IDLE")
+                      == len(self.names),
+                      "the nodes did not come up: " + str(self.folder / "slurmd.log"))
 
     def wait_for(self, holds, failure, seconds=60):
         end = time.monotonic() + seconds
@@ -142,11 +148,11 @@ PartitionName=farm Nodes={host} Default=YES MaxTime=INFINITE State=UP
         # Otherwise it waits for two minutes.
         self.ask("scontrol", "update", f"JobId={job}_{task}", "StartTime=now", check=False)
 
-    def kill_node(self):
+    def kill_node(self, name="node1"):
         """Kills and restarts the node's daemon."""
-        self.node.kill()
-        self.node.wait()
-        self.start_node()
+        self.nodes[name].kill()
+        self.nodes[name].wait()
+        self.start_node(name)
 
     def stop(self):
         for process in reversed(self.processes):

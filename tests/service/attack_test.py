@@ -2,6 +2,7 @@
 while. Over a fake service (serve_fake), so that nothing but HTTP is tried.
 
 usage: attack_test.py SERVE_FAKE"""
+import io
 import json
 import re
 import socket
@@ -9,6 +10,7 @@ import struct
 import sys
 import time
 import unittest
+import zipfile
 
 from server import Events, Server, parse, read_all, statuses
 
@@ -147,7 +149,7 @@ class Shapes(Attacked):
                 ("GET", "/v1/plan", {"POST"}), ("HEAD", "/v1/events", {"GET"}),
                 ("OPTIONS", "/v1/jobs", {"GET", "HEAD", "POST"}),
                 ("TRACE", "/v1/jobs", {"GET", "HEAD", "POST"}),
-                ("PATCH", "/v1/jobs/j1", {"GET", "HEAD", "DELETE"}),
+                ("PUT", "/v1/jobs/j1", {"GET", "HEAD", "PATCH", "DELETE"}),
                 ("XYZZY", "/healthz", {"GET", "HEAD"})]:
             status, headers, _ = self.server.ask(method, target)
             self.assertEqual(status, 405, method + target)
@@ -370,6 +372,18 @@ class Slow(Attacked):
         listener.close()
 
 
+class Late(Attacked):
+    """A request that hangs, as in a disk that does not answer, is answered."""
+    settings = ["working=500", "picture=3000"]
+
+    def test_it_is_told(self):
+        start = time.monotonic()
+        status, headers, body = self.server.ask("POST", "/v1/preview", {})
+        self.assertEqual((status, headers["retry-after"]), (503, "60"))
+        self.assertIn("a disk may hang", json.loads(body)["detail"])
+        self.assertLess(time.monotonic() - start, 2.5)
+
+
 class Crowds(Attacked):
     settings = ["max_connections=40", "max_connections_per_address=30", "max_waiting=4",
                 "picture=700"]
@@ -418,6 +432,19 @@ class Crowds(Attacked):
         self.assertEqual(len(busy), 8, [status for status, _, _ in got])
         self.assertEqual({headers["retry-after"] for headers in busy}, {"1"})
 
+    def test_a_preview_ends_when_its_client_leaves(self):
+        client = self.server.connect()
+        client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                       b"application/json\r\nContent-Length: 2\r\n\r\n{}")
+        time.sleep(0.2)
+        client.close()
+        for _ in range(100):
+            left = re.search(rb"postchain_fake_left (\d+)", self.server.ask("GET", "/metrics")[2])
+            if int(left[1]) > 0:
+                return
+            time.sleep(0.05)
+        self.fail("the preview went on")
+
     def test_clients_that_vanish(self):
         for _ in range(200):
             client = self.server.connect()
@@ -427,6 +454,35 @@ class Crowds(Attacked):
         time.sleep(1)
         metrics = self.server.ask("GET", "/metrics")[2]
         self.assertEqual(int(re.search(rb"http_connections (\d+)", metrics)[1]), 1)
+
+
+class Files(Attacked):
+    def test_downloads_and_their_archive(self):
+        self.server.ask("POST", "/v1/jobs", {})
+        status, headers, data = self.server.ask("GET", "/v1/jobs/j1/frames/3/output")
+        self.assertEqual((status, data), (200, b"3" * 900_000))
+        self.assertIn('filename="o.3.exr"', headers["content-disposition"])
+        status, headers, data = self.server.ask("GET", "/v1/jobs/j1/outputs.zip")
+        self.assertEqual(int(headers["content-length"]), len(data))
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            self.assertIsNone(archive.testzip())
+            self.assertEqual([entry.file_size for entry in archive.infolist()],
+                             [300_000, 600_000, 900_000, 1_200_000])
+        status, headers, data = self.server.ask("HEAD", "/v1/jobs/j1/outputs.zip")
+        self.assertGreater(int(headers["content-length"]), 3_000_000)
+        self.assertEqual(data, b"")
+
+    def test_openapi(self):
+        document = json.loads(self.server.ask("GET", "/openapi.json")[2])
+        operations = [one for path in document["paths"].values() for one in path.values()]
+        names = [one["operationId"] for one in operations]
+        self.assertEqual(len(names), len(set(names)))
+        self.assertNotIn("", names)
+        submit = document["paths"]["/v1/jobs"]["post"]
+        self.assertIn("Idempotency-Key", [one["name"] for one in submit["parameters"]])
+        self.assertTrue({"200", "202", "409", "422", "429", "503"} <= set(submit["responses"]))
+        for query in ["state=finished", "before=x", "before=0", "limit=-1", "limit=", "states=done"]:
+            self.assertEqual(self.server.ask("GET", f"/v1/jobs?{query}")[0], 400, query)
 
 
 class FullQueue(Attacked):
@@ -460,6 +516,14 @@ class Token(Attacked):
                       "Bearer " + self.TOKEN + ", Bearer x"]:
             status = self.server.ask("GET", "/v1/jobs", None, {"Authorization": value})[0]
             self.assertEqual(status, 401, value)
+        # After many of them the address waits, whatever the token.
+        known = {"Authorization": "Bearer " + self.TOKEN}
+        for _ in range(20):
+            status, headers, _ = self.server.ask("GET", "/v1/jobs", None, {"Authorization": "x"})
+        self.assertEqual(status, 429)
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None, known)[0], 429)
+        time.sleep(int(headers["retry-after"]))
+        self.assertEqual(self.server.ask("GET", "/v1/jobs", None, known)[0], 200)
         for cookie in ["postchain_session=", "postchain_session=x", "postchain_session=" + "0" * 64]:
             self.assertEqual(self.server.ask("GET", "/v1/jobs", None, {"Cookie": cookie})[0], 401)
 

@@ -1,7 +1,12 @@
 #include "tests/service/fake_service.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
 #include <condition_variable>
+#include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -12,15 +17,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 using std::chrono::milliseconds;
-using std::chrono::system_clock;
 
 constexpr int kFrames = 4;
 
 test::FakeSettings g_settings;  // of the next open()
-
-int64_t now_ms() {
-    return std::chrono::duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-}
 
 Problem no_job() {
     return {Problem::Kind::not_found, "there is no such job", {}, 0};
@@ -37,6 +37,20 @@ struct Service::State {
     std::map<std::string, std::string> keys;  // idempotency key -> id
     std::function<void(const Event&)> listener;
     bool stop = false, draining = false;
+    std::atomic<int> left = 0;  // clients of previews
+    const std::filesystem::path folder =
+        std::filesystem::temp_directory_path() / ("postchain-fake-" + std::to_string(getpid()));
+
+    ~State() {
+        std::error_code ignored;
+        std::filesystem::remove_all(folder, ignored);
+    }
+
+    ResultFile file(const std::string& name, const std::string& type, const std::string& text) {
+        std::filesystem::create_directories(folder);
+        std::ofstream(folder / name, std::ios::binary) << text;
+        return {(folder / name).string(), name, type, text.size()};
+    }
     std::thread worker;
 
     Job* find(const std::string& id) {
@@ -106,7 +120,17 @@ void Service::drain() {
     state_->draining = true;
 }
 
-Answer<Job> Service::submit(const std::string& body, const std::string& key, bool* created) {
+size_t Service::end() {
+    drain();
+    return 0;
+}
+
+bool Service::alive() const {
+    return true;
+}
+
+Answer<Job> Service::submit(const User& user, const std::string& body, const std::string& key,
+                            bool* created) {
     *created = false;
     const std::lock_guard lock(state_->mutex);
     const Json json = Json::parse(body, nullptr, false);
@@ -130,6 +154,7 @@ Answer<Job> Service::submit(const std::string& body, const std::string& key, boo
     Job job;
     job.id = "j" + std::to_string(state_->jobs.size() + 1);
     job.body = body;
+    job.owner = user.name;
     job.created_ms = now_ms();
     state_->jobs.push_back(job);
     if (!key.empty()) state_->keys[key] = job.id;
@@ -139,13 +164,15 @@ Answer<Job> Service::submit(const std::string& body, const std::string& key, boo
     return job;
 }
 
-Answer<std::vector<Job>> Service::jobs(const std::string& state, const std::string& before,
-                                       size_t limit) const {
+Answer<std::vector<Job>> Service::jobs(const JobQuery& query) const {
+    const auto& [state, owner, before, limit] = query;
     const std::lock_guard lock(state_->mutex);
     std::vector<Job> found;
     bool on = before.empty();
     for (auto at = state_->jobs.rbegin(); at != state_->jobs.rend() && found.size() < limit; ++at) {
-        if (on && (state.empty() || state == name_of(at->state))) found.push_back(*at);
+        if (on && (state.empty() || state == name_of(at->state)) &&
+            (owner.empty() || owner == at->owner))
+            found.push_back(*at);
         if (at->id == before) on = true;
     }
     return found;
@@ -176,7 +203,7 @@ Answer<JobFrame> Service::frame(const std::string& id, int number) const {
     return Problem{Problem::Kind::not_found, "the job has no such frame", {}, 0};
 }
 
-Answer<Job> Service::cancel(const std::string& id) {
+Answer<Job> Service::cancel(const User&, const std::string& id) {
     const std::lock_guard lock(state_->mutex);
     Job* job = state_->find(id);
     if (!job) return no_job();
@@ -187,7 +214,15 @@ Answer<Job> Service::cancel(const std::string& id) {
     return *job;
 }
 
-Answer<Job> Service::retry(const std::string& id) {
+Answer<Job> Service::change(const User&, const std::string& id, const std::string&) {
+    return job(id);
+}
+
+Answer<Job> Service::forget(const User&, const std::string& id) {
+    return job(id);
+}
+
+Answer<Job> Service::retry(const User&, const std::string& id) {
     const std::lock_guard lock(state_->mutex);
     Job* job = state_->find(id);
     if (!job) return no_job();
@@ -216,27 +251,43 @@ void Service::on_event(std::function<void(const Event&)> listener) {
     state_->listener = std::move(listener);
 }
 
-void Service::preview(const std::string&, std::function<void(Answer<Picture>)> done,
-                      const std::string& type) {
-    std::this_thread::sleep_for(state_->settings.picture);
-    done(Picture{type, std::string(state_->settings.picture_bytes, 'p')});
+void Service::preview(const User&, const std::string&, const PreviewWanted& wanted,
+                      std::function<void(Answer<Picture>)> done) {
+    const auto end = std::chrono::steady_clock::now() + state_->settings.picture;
+    while (std::chrono::steady_clock::now() < end && !*wanted.left)
+        std::this_thread::sleep_for(milliseconds(5));
+    if (*wanted.left) ++state_->left;
+    done(Picture{wanted.type, std::string(state_->settings.picture_bytes, 'p')});
 }
 
-void Service::thumbnail(const std::string& id, int, bool,
+void Service::thumbnail(const User&, const std::string& id, int, bool,
                         std::function<void(Answer<Picture>)> done) {
     const auto found = job(id);
     if (const auto* wrong = std::get_if<Problem>(&found)) return done(*wrong);
     done(Picture{"image/png", "png"});
 }
 
-Answer<Picture> Service::report_file(const std::string& id, const std::string& name) const {
+Answer<ResultFile> Service::report_file(const User&, const std::string& id,
+                                        const std::string& name) const {
     const auto found = job(id);
     if (const auto* wrong = std::get_if<Problem>(&found)) return *wrong;
     if (name != "index.html") return Problem{Problem::Kind::not_found, "no such file", {}, 0};
-    return Picture{"text/html", "<p>report</p>"};
+    return state_->file("index.html", "text/html", "<p>report</p>");
 }
 
-Answer<std::string> Service::plan(const std::string& body) {
+Answer<std::vector<ResultFile>> Service::outputs(const User&, const std::string& id, int first,
+                                                 int last) const {
+    const auto found = job(id);
+    if (const auto* wrong = std::get_if<Problem>(&found)) return *wrong;
+    std::vector<ResultFile> files;
+    for (int frame = std::max(first, 1); frame <= std::min(last, kFrames); ++frame)
+        files.push_back(state_->file("o." + std::to_string(frame) + ".exr", "image/x-exr",
+                                     std::string(size_t(frame) * 300'000, char('0' + frame))));
+    if (files.empty()) return Problem{Problem::Kind::not_found, "no such frame", {}, 0};
+    return files;
+}
+
+Answer<std::string> Service::plan(const User&, const std::string& body) {
     if (!Json::accept(body)) return Problem{Problem::Kind::invalid, "no JSON", {}, 0};
     return std::string("{\"frame\": 1}");
 }
@@ -261,10 +312,11 @@ io::Json Service::job_schema() const {
 }
 Health Service::health() {
     const std::lock_guard lock(state_->mutex);
-    return {true, true, true, state_->draining, "fake", ""};
+    return {true, true, true, true, state_->draining, "fake", ""};
 }
 std::string Service::metrics() const {
-    return "postchain_fake 1\n";
+    return "postchain_fake 1\n# TYPE postchain_fake_left gauge\npostchain_fake_left " +
+           std::to_string(state_->left) + "\n";
 }
 
 namespace test {

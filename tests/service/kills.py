@@ -38,8 +38,8 @@ def faults_of_store(path, frames):
         "SELECT data FROM events WHERE type = 'frame'"))
     said += [f"frame {frame} ended {count} times" for frame, count in ends.items() if count != 1]
     said += [f"frame {frame} never ended" for frame in range(1, frames + 1) if frame not in ends]
-    said += [f"frame {frame} has no sidecar" for (frame,) in store.execute(
-        "SELECT frame FROM frames WHERE sidecar = ''")]
+    said += [f"frame {frame} has no sidecar" for frame, output in store.execute(
+        "SELECT frame, output FROM frames") if not pathlib.Path(output + ".json").exists()]
     if store.execute("PRAGMA integrity_check").fetchone() != ("ok",):
         said.append("the store is damaged")
     return said

@@ -40,13 +40,13 @@ class ManifestsOfAService : public test::ServiceTest {
     }
     // All replies about a request for a matte of that name: faults, messages, warnings, sidecars.
     std::string plan(const std::string& matte) {
-        const auto answer = service_->plan(chain(matte, {{"input", "in.####.exr"}}).dump());
+        const auto answer = service_->plan(user(), chain(matte, {{"input", "in.####.exr"}}).dump());
         if (const auto* problem = std::get_if<Problem>(&answer)) return problem->detail;
         return std::get<std::string>(answer);
     }
     std::string preview(const std::string& matte) {
         std::promise<Answer<Picture>> answer;
-        service_->preview(chain(matte, {{"input", "in.####.exr"}, {"frame", 1}}).dump(),
+        service_->preview(user(), chain(matte, {{"input", "in.####.exr"}, {"frame", 1}}).dump(), {},
                           [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
         const auto got = answer.get_future().get();
         const auto* problem = std::get_if<Problem>(&got);

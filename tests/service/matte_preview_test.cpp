@@ -40,8 +40,8 @@ class MattePreviews : public test::ServiceTest {
     ImageF preview(const std::string& chain, double scale) {
         const std::string asked =
             concat("{", chain, R"(, "input": "in.####.exr", "frame": 2, "scale": )", scale, "}");
-        const Picture exr =
-            picture([&](auto done) { service_->preview(asked, std::move(done), "image/x-exr"); });
+        const Picture exr = picture(
+            [&](auto done) { service_->preview(user(), asked, {"image/x-exr"}, std::move(done)); });
         std::ofstream(root("preview.exr"), std::ios::binary) << exr.bytes;
         return test::read_color(root("preview.exr"));
     }
@@ -92,8 +92,9 @@ TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
 
 TEST_F(MattePreviews, AMatteThatIsNotThereIsSaidWithTheNearestName) {
     std::promise<Answer<Picture>> answer;
-    service_->preview(concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})"),
-                      [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
+    service_->preview(user(),
+                      concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})"),
+                      {}, [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
     const auto got = answer.get_future().get();
     ASSERT_TRUE(std::holds_alternative<Problem>(got));
     const std::string detail = std::get<Problem>(got).detail;

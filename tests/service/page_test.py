@@ -99,6 +99,8 @@ class Page(unittest.TestCase):
         self.assertIn("joint_blur, then fxaa", self.text("#new .card"))
 
     def test_text_of_others_is_never_html(self):
+        (self.path / f"{HOSTILE}.0001.exr").write_bytes(
+            (self.path / "shots/sharp.0001.exr").read_bytes())
         status, _, answer = self.server.ask("POST", "/v1/jobs", {
             "chain_text": f"postchain: 1\n# {HOSTILE}\npasses: [fxaa]\n",
             "input": f"{HOSTILE}.####.exr", "output": "out/x.####.exr"})

@@ -1,4 +1,6 @@
-// Preloaded into a process: kills it when it opens a file whose name ends with POSTCHAIN_POISON.
+// Preloaded into a process: kills it when it opens a file whose name ends with POSTCHAIN_POISON,
+// and blocks the opening of one that ends with POSTCHAIN_HANG while the file POSTCHAIN_HANG_WHILE
+// exists, as a disk does that does not answer.
 #include <csignal>
 #include <cstdarg>
 #include <cstdlib>
@@ -6,12 +8,17 @@
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <unistd.h>
 
 namespace {
 
 void look_at(const char* path) {
     const char* poison = std::getenv("POSTCHAIN_POISON");
     if (poison && std::string_view(path).ends_with(poison)) std::raise(SIGKILL);
+    const char* hang = std::getenv("POSTCHAIN_HANG");
+    const char* until = std::getenv("POSTCHAIN_HANG_WHILE");
+    if (hang && until && std::string_view(path).ends_with(hang))
+        while (access(until, F_OK) == 0) usleep(10'000);
 }
 
 template <class Open>

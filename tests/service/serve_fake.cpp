@@ -42,7 +42,10 @@ int main(int argc, char** argv) {
         {"picture_bytes", [&](long v) { fake.picture_bytes = size_t(v); }},
         {"event_bytes", [&](long v) { fake.event_bytes = size_t(v); }},
         {"max_queue", [&](long v) { fake.max_queue = size_t(v); }},
-        {"token", [&](long v) { settings.guard.token = std::to_string(v); }},
+        {"working", [&](long v) { settings.working = ms(v); }},
+        {"trust_own", [&](long) { settings.guard.trusted = {*Network::parse("127.0.0.0/8")}; }},
+        {"base", [&](long) { settings.guard.base = "/base"; }},
+        {"token", [&](long v) { settings.guard.users = Users::of_token(std::to_string(v)); }},
     };
     for (int i = 1; i < argc; ++i) {
         const std::string word = argv[i];

@@ -1,9 +1,11 @@
 """postchain serve as a process: exit codes, tokens, addresses, signals, READY.
 
-usage: serve_test.py POSTCHAIN"""
+usage: serve_test.py POSTCHAIN [LIBRARY]: poison_calls.cpp as a library"""
+import io
 import json
 import os
 import pathlib
+import re
 import signal
 import socket
 import subprocess
@@ -11,10 +13,12 @@ import sys
 import tempfile
 import time
 import unittest
+import zipfile
 
 from server import Events, Server, work_on
 
-PROGRAM = None
+PROGRAM = LIBRARY = None
+SOURCE = pathlib.Path(__file__).parents[2]
 
 
 class Serve(unittest.TestCase):
@@ -127,6 +131,178 @@ class Serve(unittest.TestCase):
         self.assertEqual(server.ask("GET", f"/v1/jobs/{job['id']}/report/{inner}")[0], 200)
         self.assertEqual(server.stop(), 143)
 
+    def test_a_read_that_hangs(self):
+        """A frame's disk does not answer. Its job ends, the next one is done, the service manager
+        hears that the service lives, and a second signal ends it at once."""
+        if not LIBRARY:
+            self.skipTest("no library to preload, with sanitizers")
+        self.scene("wheels", "1-3")
+        hang = self.path / "hang"
+        hang.touch()
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as system:
+            system.bind(str(self.path / "notify"))
+            system.settimeout(60)
+            server = Server(self.command("--frame-timeout", "2"),
+                            dict(os.environ, NOTIFY_SOCKET=str(self.path / "notify"),
+                                 WATCHDOG_USEC="400000", LD_PRELOAD=LIBRARY,
+                                 POSTCHAIN_HANG="sharp.0002.exr", POSTCHAIN_HANG_WHILE=str(hang)))
+            self.assertEqual(system.recv(100), b"READY=1")
+            body = {"chain": "fast", "input": "shots/sharp.####.exr",
+                    "camera": "shots/camera.json", "output": "out/a.####.exr", "mkdir": True}
+            self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+            job = self.ended(server, 1)
+            self.assertEqual((job["state"], job["exit_code"]), ("failed", 4), job)
+            self.assertIn("frame 2 was not read within 2 s", job["message"])
+            body |= {"frames": "1,3", "output": "out/b.####.exr"}
+            self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+            self.assertEqual(self.ended(server, 2)["state"], "done")
+            status, _, ready = server.ask("GET", "/readyz")
+            self.assertEqual(status, 200, ready)
+            self.assertIn("1 threads hang", json.loads(ready)["why"])
+            self.assertEqual(system.recv(100), b"WATCHDOG=1")
+            # No limit: the job stays, and so would the process.
+            body |= {"frames": "2", "output": "out/c.####.exr", "frame_timeout": 3600}
+            self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+            while json.loads(server.ask("GET", "/v1/jobs/3")[2])["state"] != "running":
+                time.sleep(0.05)
+            server.process.terminate()
+            time.sleep(0.5)
+            self.assertIsNone(server.process.poll(), "waits for the step under way")
+            start = time.monotonic()
+            self.assertEqual(server.stop(), 143)
+            self.assertLess(time.monotonic() - start, 5)
+        hang.unlink()
+        server = Server(self.command())
+        self.assertEqual(self.ended(server, 3)["state"], "done")
+        self.assertEqual(server.ask("POST", "/v1/jobs/1/retry")[0], 200)
+        job = self.ended(server, 1)
+        self.assertEqual((job["state"], job["done"]), ("done", 3), job)
+        self.assertEqual(server.stop(), 143)
+
+    def test_users(self):
+        users = self.path / "users.yaml"
+        tokens = {"ann": "a" * 20, "ops": "o" * 20}
+        write = lambda names: users.write_text("postchain_users: 1\nusers:\n" + "".join(
+            f"  {name}: {{token: {tokens[name]}, admin: {str(name == 'ops').lower()}}}\n"
+            for name in names))
+        write(["ann"])
+        self.scene("wheels", "1-1")
+        server = Server(self.command("--users", str(users), "--log-format", "json",
+                                     "--trusted-proxy", "127.0.0.1"))
+        known = {name: {"Authorization": "Bearer " + token} for name, token in tokens.items()}
+        self.assertEqual(server.ask("GET", "/v1/jobs", None, known["ops"])[0], 401)
+        write(["ann", "ops"])
+        server.process.send_signal(signal.SIGHUP)
+        while server.ask("GET", "/v1/jobs", None, known["ops"])[0] != 200:
+            time.sleep(0.1)
+        session = json.loads(server.ask("GET", "/v1/session", None, known["ann"])[2])
+        self.assertEqual((session["user"], session["admin"]), ("ann", False))
+        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
+                "output": "out/a.####.exr", "mkdir": True}
+        self.assertEqual(server.ask("POST", "/v1/jobs", body, known["ann"])[0], 202)
+        self.assertEqual(self.ended(server, 1, known["ann"])["owner"], "ann")
+        listed = server.ask("GET", "/v1/jobs?owner=ops", None, known["ann"])[2]
+        self.assertEqual(json.loads(listed)["jobs"], [])
+        secure = {"X-Forwarded-For": "192.0.2.7", "X-Forwarded-Proto": "https"}
+        cookie = server.ask("POST", "/v1/session", None, known["ann"] | secure)[1]["set-cookie"]
+        self.assertIn("; Secure", cookie)
+        users.write_text("postchain_users: 1\nusers: {ann: {token: short}}\n")
+        server.process.send_signal(signal.SIGHUP)
+        while "16 to 512 characters" not in "".join(server.stderr):
+            time.sleep(0.1)
+        self.assertEqual(server.ask("GET", "/v1/jobs", None, known["ops"])[0], 200)
+        self.assertEqual(server.stop(), 143)
+        lines = [json.loads(line) for line in server.stderr if '"event"' in line]
+        done = [line for line in lines if line["event"] == "done"][0]
+        self.assertEqual((done["user"], done["job"], done["level"]), ("ann", "1", "info"))
+        self.assertGreaterEqual(done["seconds"], 0)
+        self.assertRegex(done["time"], r"^\d{4}-\d\d-\d\dT[\d:.]+Z$")
+        self.assertEqual([line["event"] for line in lines if line.get("job") == "1"],
+                         ["queued", "started", "done"])
+        for token in tokens.values():
+            self.assertNotIn(token, "".join(server.stderr))
+        self.fails(2, "unknown key 'tokn'", "--users",
+                   self.write("bad", "postchain_users: 1\nusers: {a: {tokn: x}}\n"))
+
+    def test_backup_while_it_runs(self):
+        self.scene("wheels", "1-1")
+        server = Server(self.command())
+        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
+                "output": "out/a.####.exr", "mkdir": True}
+        self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+        before = self.ended(server, 1)
+        store, copy = self.path / "jobs.sqlite", self.path / "copy.sqlite"
+        backup = [PROGRAM, "serve", "--store", str(store), "--backup", str(copy)]
+        self.assertEqual(subprocess.run(backup, check=False).returncode, 0)
+        self.assertEqual(subprocess.run(["sqlite3", str(store), f".backup {copy}2"],
+                                        check=False).returncode, 0)
+        self.fails(2, "is not a backup", command=backup[:-1] + [self.write("mine", "mine")])
+        self.assertEqual(server.ask("DELETE", "/v1/jobs/1/record")[0], 200)
+        self.assertEqual(server.ask("GET", "/v1/jobs/1")[0], 404)
+        self.assertEqual(server.stop(), 143)
+        for file in (copy, f"{copy}2"):
+            for end in ("", "-wal", "-shm"):
+                pathlib.Path(f"{store}{end}").unlink(missing_ok=True)
+            store.write_bytes(pathlib.Path(file).read_bytes())
+            server = Server(self.command())
+            self.assertEqual(json.loads(server.ask("GET", "/v1/jobs/1")[2]), before)
+            self.assertEqual(server.stop(), 143)
+
+    def test_outputs_are_downloaded(self):
+        self.scene("wheels", "1-3")
+        server = Server(self.command())
+        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
+                "output": "out/a.####.exr", "mkdir": True}
+        status, headers, _ = server.ask("POST", "/v1/jobs", body)
+        self.assertEqual((status, headers["location"]), (202, "jobs/1"))
+        self.ended(server, 1)
+        status, headers, data = server.ask("GET", "/v1/jobs/1/frames/2/output")
+        self.assertEqual((status, headers["content-type"]), (200, "image/x-exr"))
+        self.assertEqual(data, (self.path / "out/a.0002.exr").read_bytes())
+        status, headers, data = server.ask("GET", "/v1/jobs/1/outputs.zip?frames=2-3")
+        self.assertIn("job-1.zip", headers["content-disposition"])
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            self.assertIsNone(archive.testzip())
+            self.assertEqual(archive.namelist(), ["a.0002.exr", "a.0003.exr"])
+            for name in archive.namelist():
+                self.assertEqual(archive.read(name), (self.path / "out" / name).read_bytes())
+        self.assertEqual(server.ask("GET", "/v1/jobs/1/outputs.zip?frames=7-9")[0], 404)
+        for query in ["frames=x", "frames=3-1", "frame=1"]:
+            self.assertEqual(server.ask("GET", f"/v1/jobs/1/outputs.zip?{query}")[0], 400, query)
+        self.assertEqual(server.stop(), 143)
+
+    def test_dashboard(self):
+        """Every metric that the dashboard of Grafana asks for exists."""
+        self.scene("wheels", "1-1")
+        server = Server(self.command())
+        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
+                "output": "out/a.####.exr", "mkdir": True}
+        self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+        self.ended(server, 1)
+        text = server.ask("GET", "/metrics")[2].decode()
+        self.assertEqual(server.stop(), 143)
+        names = {re.match(r"\w+", line)[0] for line in text.splitlines() if line[:1] != "#"}
+        dashboard = json.loads((SOURCE / "tools/packaging/service/grafana.json").read_text())
+        asked = set()
+        for panel in dashboard["panels"]:
+            for target in panel["targets"]:
+                found = set(re.findall(r"\b(?:postchain|process)_\w+", target["expr"]))
+                self.assertTrue(found, target)
+                self.assertEqual(found - names, set(), panel["title"])
+                asked |= found
+        self.assertGreater(len(asked), 15)
+
+    def scene(self, name, frames):
+        subprocess.run([PROGRAM, "scene", name, "-o", str(self.path / "shots"), "--frames", frames,
+                        "--size", "96x54", "--device", "software", "-q"], check=True)
+
+    def ended(self, server, job, headers=None):
+        while True:
+            got = json.loads(server.ask("GET", f"/v1/jobs/{job}", None, headers)[2])
+            if got["ended"]:
+                return got
+            time.sleep(0.05)
+
     def metrics(self, server, frames):
         """Prometheus's own tool accepts the metrics; `frames` were written since the start."""
         text = server.ask("GET", "/metrics")[2].decode()
@@ -176,4 +352,6 @@ class Serve(unittest.TestCase):
 
 if __name__ == "__main__":
     PROGRAM = os.path.abspath(sys.argv.pop(1))
+    if len(sys.argv) > 1 and sys.argv[1].endswith(".so"):
+        LIBRARY = sys.argv.pop(1)
     unittest.main()

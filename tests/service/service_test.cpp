@@ -102,7 +102,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
         // another program has written an output 1.
         auto store = JobStore::open(settings().store, 2);
         ASSERT_TRUE(store.ok());
-        const auto again = (*store)->add(JobKind::run, body(), 0, "", 10);
+        const auto again = (*store)->add({JobKind::run, body()}, 10);
         ASSERT_GT(*(*store)->start(again->job.id), 0);
         std::vector<JobFrame> frames(2);
         for (int i : {0, 1}) {
@@ -143,7 +143,7 @@ TEST_F(Jobs, APoisonedFrameIsQuarantinedAndTheOthersAreDone) {
     // After the repair a retry does only this frame.
     const auto time = fs::last_write_time(out(1));
     test::write_sequence(root(), {3}, 24, 16);
-    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(id)));
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
     EXPECT_EQ(ended(id).state, JobState::done);
     EXPECT_EQ(job.created_ms, ended(id).created_ms);
     EXPECT_EQ(frames(id)[2].state, FrameState::written);
@@ -238,10 +238,13 @@ TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
 
 TEST_F(Jobs, FramesThatAreNotThere) {
     open();
-    const Job error = ended(submit(body(R"(, "frames": "5-8")")));
-    EXPECT_EQ(error.state, JobState::failed);
-    EXPECT_EQ(error.exit_code, 4);
-    EXPECT_EQ(error.done, 0);
+    const Problem missing = refused(body(R"(, "frames": "5-8")"));
+    EXPECT_EQ(missing.kind, Problem::Kind::invalid);
+    EXPECT_NE(missing.detail.find("(missing: skip or hold continues without them)"),
+              std::string::npos)
+        << missing.detail;
+    ASSERT_EQ(missing.diagnostics.size(), 1u);
+    EXPECT_EQ(missing.diagnostics[0].path, "frames");
     const std::string id = submit(body(R"(, "frames": "5-8", "missing": "skip")"));
     const Job skip = ended(id);
     EXPECT_EQ(skip.state, JobState::done);
@@ -259,12 +262,23 @@ TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
     open();
     std::string in_gone = body();
     in_gone.replace(in_gone.find("out/"), 4, "gone/");
+    // When it is submitted, and when it runs.
     fs::remove_all(root("gone"));
-    const Job job = ended(submit(in_gone));
+    const Problem none = refused(in_gone);
+    EXPECT_NE(none.detail.find("gone: folder does not exist; create it or use mkdir: true"),
+              std::string::npos)
+        << none.detail;
+    fs::create_directories(root("gone"));
+    for (int frame = 7; frame <= 60; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    const std::string before = submit(body(R"(, "priority": 1)"));
+    const std::string waits = submit(in_gone);
+    fs::remove_all(root("gone"));
+    ended(before);
+    const Job job = ended(waits);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 5);
     EXPECT_NE(job.message.find("gone"), std::string::npos) << job.message;
-    EXPECT_EQ(ended(submit(body())).state, JobState::done);
+    EXPECT_EQ(ended(submit(body(R"(, "on_existing": "skip")"))).state, JobState::done);
 }
 
 TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
@@ -281,7 +295,7 @@ TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
     {
         auto store = JobStore::open(store_settings.store, 2);
         ASSERT_TRUE(store.ok());
-        ASSERT_TRUE((*store)->add(JobKind::run, turned, 0, "", 10).ok());
+        ASSERT_TRUE((*store)->add({JobKind::run, turned}, 10).ok());
     }
     fs::remove(root("turn"));
     fs::create_directory_symlink(outside(), root("turn"));
@@ -352,8 +366,8 @@ TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     const json report = json::parse(test::read_text(root("study/report.json")));
     EXPECT_EQ(report["scenes"].size(), 8u);
     EXPECT_EQ(test::read_text(root("study/report.json")).find(root()), std::string::npos);
-    const auto inner = service_->report_file(slow, "scenes/s0/quick_vs_report/index.html");
-    EXPECT_TRUE(std::holds_alternative<Picture>(inner));
+    const auto inner = service_->report_file(user(), slow, "scenes/s0/quick_vs_report/index.html");
+    EXPECT_TRUE(std::holds_alternative<ResultFile>(inner));
 }
 
 TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
@@ -365,7 +379,7 @@ TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
     const Job drained = job(id);
     EXPECT_TRUE(drained.state == JobState::queued || drained.state == JobState::done);
     bool created = false;
-    const auto late = service_->submit(body(), "", &created);
+    const auto late = service_->submit(user(), body(), "", &created);
     ASSERT_TRUE(std::holds_alternative<Problem>(late));
     EXPECT_EQ(std::get<Problem>(late).kind, Problem::Kind::unavailable);
     EXPECT_TRUE(service_->health().draining);
@@ -381,16 +395,16 @@ TEST_F(Jobs, CanceledAndTriedAgain) {
     open();
     const std::string id = submit(body());
     ASSERT_TRUE(wait_for([&] { return job(id).done >= 1; }));
-    const auto canceled = service_->cancel(id);
+    const auto canceled = service_->cancel(user(), id);
     ASSERT_TRUE(std::holds_alternative<Job>(canceled));
     EXPECT_EQ(std::get<Job>(canceled).state, JobState::canceled);
-    const auto twice = service_->cancel(id);
+    const auto twice = service_->cancel(user(), id);
     EXPECT_EQ(std::get<Problem>(twice).kind, Problem::Kind::conflict);
-    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(id)));
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
     EXPECT_EQ(ended(id).state, JobState::done);
     EXPECT_EQ(ended(id).done, 40);
-    EXPECT_EQ(std::get<Problem>(service_->retry(id)).kind, Problem::Kind::conflict);
-    EXPECT_EQ(std::get<Problem>(service_->cancel("77")).kind, Problem::Kind::not_found);
+    EXPECT_EQ(std::get<Problem>(service_->retry(user(), id)).kind, Problem::Kind::conflict);
+    EXPECT_EQ(std::get<Problem>(service_->cancel(user(), "77")).kind, Problem::Kind::not_found);
 }
 
 TEST_F(Jobs, KeysAndAFullQueue) {
@@ -400,28 +414,28 @@ TEST_F(Jobs, KeysAndAFullQueue) {
     close();
     open();
     bool created = false;
-    const auto first = service_->submit(body(), "key", &created);
+    const auto first = service_->submit(user(), body(), "key", &created);
     ASSERT_TRUE(created);
     const std::string id = std::get<Job>(first).id;
     ended(id);
-    const auto same = service_->submit(body(), "key", &created);
+    const auto same = service_->submit(user(), body(), "key", &created);
     EXPECT_FALSE(created);
     EXPECT_EQ(std::get<Job>(same).id, id);
-    const auto other = service_->submit(body(" "), "key", &created);
+    const auto other = service_->submit(user(), body(" "), "key", &created);
     EXPECT_EQ(std::get<Problem>(other).kind, Problem::Kind::conflict);
     service_->drain();
     close();
     {
         auto store = JobStore::open(settings().store, 2);
         ASSERT_TRUE(store.ok());
-        EXPECT_EQ((*store)->add(JobKind::run, body(), 0, "", 1)->what, Added::What::made);
-        EXPECT_EQ((*store)->add(JobKind::run, body(), 0, "", 1)->what, Added::What::full);
+        EXPECT_EQ((*store)->add({JobKind::run, body()}, 1)->what, Added::What::made);
+        EXPECT_EQ((*store)->add({JobKind::run, body()}, 1)->what, Added::What::full);
     }
     open();
     ended("2");
     // Even if its files have been removed since.
     for (int frame = 1; frame <= 6; ++frame) fs::remove(root(concat("in.000", frame, ".exr")));
-    EXPECT_EQ(std::get<Job>(service_->submit(body(), "key", &created)).id, id);
+    EXPECT_EQ(std::get<Job>(service_->submit(user(), body(), "key", &created)).id, id);
 }
 
 TEST_F(Jobs, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
@@ -431,14 +445,15 @@ TEST_F(Jobs, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
         R"({"chain": "fast", "input": "in.####.exr", "frame": 2, "scale": 0.5,
             "set": ["camera.focal_length_mm=50", "camera.sensor_width_mm=36",
                     "camera.f_stop=2", "camera.focus_distance=3"]})";
-    const Picture preview = picture([&](auto done) { service_->preview(asked, std::move(done)); });
+    const Picture preview =
+        picture([&](auto done) { service_->preview(user(), asked, {}, std::move(done)); });
     EXPECT_EQ(preview.type, "image/png");
     ASSERT_GT(preview.bytes.size(), 30u);
     EXPECT_EQ(preview.bytes.substr(1, 3), "PNG");
     EXPECT_EQ(int(uint8_t(preview.bytes[19])), 12) << "half of 24 pixels";
     EXPECT_EQ(int(uint8_t(preview.bytes[23])), 8);
-    const Picture exr =
-        picture([&](auto done) { service_->preview(asked, std::move(done), "image/x-exr"); });
+    const Picture exr = picture(
+        [&](auto done) { service_->preview(user(), asked, {"image/x-exr"}, std::move(done)); });
     EXPECT_EQ(exr.type, "image/x-exr");
     std::ofstream(root("preview.exr"), std::ios::binary) << exr.bytes;
     const ImageF color = test::read_color(root("preview.exr"));
@@ -447,17 +462,19 @@ TEST_F(Jobs, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
     ended(id);
     for (const bool after : {false, true}) {
         const Picture small =
-            picture([&](auto done) { service_->thumbnail(id, 1, after, std::move(done)); });
+            picture([&](auto done) { service_->thumbnail(user(), id, 1, after, std::move(done)); });
         EXPECT_EQ(small.bytes.substr(1, 3), "PNG");
     }
     std::promise<Answer<Picture>> none;
-    service_->thumbnail(id, 99, true, [&](Answer<Picture> got) { none.set_value(std::move(got)); });
+    service_->thumbnail(user(), id, 99, true,
+                        [&](Answer<Picture> got) { none.set_value(std::move(got)); });
     EXPECT_EQ(std::get<Problem>(none.get_future().get()).kind, Problem::Kind::not_found);
 }
 
 TEST_F(Jobs, PlansAndChains) {
     open();
     const auto planned = service_->plan(
+        user(),
         R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr", "frames": "2-3"})");
     ASSERT_TRUE(std::holds_alternative<std::string>(planned));
     const json plan = json::parse(std::get<std::string>(planned));
@@ -484,7 +501,7 @@ TEST_F(Jobs, PlansAndChains) {
 TEST_F(Jobs, HealthSaysWhatIsWrong) {
     open();
     const Health health = service_->health();
-    EXPECT_TRUE(health.gl && health.disk && health.queue) << health.why;
+    EXPECT_TRUE(health.gl && health.disk && health.queue && health.progress) << health.why;
     EXPECT_FALSE(health.draining);
     EXPECT_FALSE(health.renderer.empty());
     EXPECT_EQ(health.why, "");
@@ -502,13 +519,13 @@ TEST_F(Jobs, ReportsAreReadAndNothingBesideThem) {
     const Job job = ended(id);
     ASSERT_EQ(job.state, JobState::done) << job.message;
     EXPECT_FALSE(job.verdict.empty());
-    const auto page = service_->report_file(id, "index.html");
-    ASSERT_TRUE(std::holds_alternative<Picture>(page));
-    EXPECT_EQ(std::get<Picture>(page).bytes, test::read_text(root("report/index.html")));
+    const auto page = service_->report_file(user(), id, "index.html");
+    ASSERT_TRUE(std::holds_alternative<ResultFile>(page));
+    EXPECT_EQ(std::get<ResultFile>(page).path, fs::canonical(root("report/index.html")).string());
     std::ofstream(root("secret.json")) << "{}";
     for (const char* name : {"../secret.json", "/etc/passwd", "", ".", "none.json",
                              ".postchain-report", "images", "images/../../secret.json"}) {
-        const auto answer = service_->report_file(id, name);
+        const auto answer = service_->report_file(user(), id, name);
         ASSERT_TRUE(std::holds_alternative<Problem>(answer)) << name;
         EXPECT_EQ(std::get<Problem>(answer).kind, Problem::Kind::not_found) << name;
     }

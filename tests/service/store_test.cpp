@@ -4,10 +4,12 @@
 #include <sys/resource.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 
 #include "tests/io/exr_files.h"
+#include "tools/service/store/backup.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/store/upkeep.h"
 
@@ -24,13 +26,21 @@ class StoreTest : public testing::Test {
         ASSERT_TRUE(opened.ok()) << opened.status().message();
         store_ = std::move(*opened);
     }
+    // A store from a dump of an earlier version.
+    void make_store_of(const std::string& sql) {
+        ASSERT_FALSE(sql.empty());
+        sqlite3* old = nullptr;
+        ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);
+        EXPECT_EQ(sqlite3_exec(old, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+        sqlite3_close(old);
+    }
     std::string path() const { return folder_.path("store.db"); }
     std::string refusal() const {
         const auto opened = JobStore::open(path(), 3);
         return opened.ok() ? "opened" : opened.status().message();
     }
     std::string add(int priority = 0, const std::string& key = "") {
-        const auto added = store_->add(JobKind::run, "{}", priority, key, 100);
+        const auto added = store_->add({JobKind::run, "{}", priority, key}, 100);
         EXPECT_TRUE(added.ok());
         return added->job.id;
     }
@@ -60,14 +70,13 @@ TEST_F(StoreTest, WhatWasEnteredIsThereAgain) {
     open();
     const std::string id = running(3);
     ASSERT_TRUE(store_->frame_begins(id, 2).ok());
-    ASSERT_TRUE(
-        store_->frame_ends(id, {2, FrameState::written, "note", false, 1.5, "{\"a\": 1}"}).ok());
+    ASSERT_TRUE(store_->frame_ends(id, {2, FrameState::written, "note", false, 1.5, 70}).ok());
     open();
     EXPECT_EQ(job(id).state, JobState::queued);
     EXPECT_EQ(job(id).frames, 3);
     EXPECT_EQ(job(id).done, 1);
     EXPECT_EQ(frame(id, 2).state, FrameState::written);
-    EXPECT_EQ(frame(id, 2).sidecar, "{\"a\": 1}");
+    EXPECT_EQ(job(id).bytes, 70);
     EXPECT_EQ(frame(id, 2).filter_ms, 1.5);
     EXPECT_EQ(frame(id, 2).message, "note");
     ASSERT_EQ(store_->to_do(id)->size(), 2u);
@@ -79,7 +88,7 @@ TEST_F(StoreTest, EndedTwiceCountsOnce) {
     open();
     const std::string id = running(2);
     for (int i = 0; i < 2; ++i)
-        ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, ""}).ok());
+        ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, 0}).ok());
     EXPECT_EQ(job(id).done, 1);
     size_t ends = 0;
     for (const Event& event : events(id)) ends += event.type == "frame";
@@ -177,14 +186,14 @@ TEST_F(StoreTest, ThePriorityThenTheOrderOfArrival) {
 
 TEST_F(StoreTest, OneKeyIsOneJob) {
     open();
-    const auto first = store_->add(JobKind::run, "{}", 0, "key", 100);
-    const auto same = store_->add(JobKind::run, "{}", 0, "key", 100);
-    const auto other = store_->add(JobKind::run, "{ }", 0, "key", 100);
+    const auto first = store_->add({JobKind::run, "{}", 0, "key"}, 100);
+    const auto same = store_->add({JobKind::run, "{}", 0, "key"}, 100);
+    const auto other = store_->add({JobKind::run, "{ }", 0, "key"}, 100);
     EXPECT_EQ(first->what, Added::What::made);
     EXPECT_EQ(same->what, Added::What::same);
     EXPECT_EQ(same->job.id, first->job.id);
     EXPECT_EQ(other->what, Added::What::other_body);
-    EXPECT_EQ(store_->add(JobKind::run, "{}", 0, "", 1)->what, Added::What::full);
+    EXPECT_EQ(store_->add({JobKind::run, "{}", 0, ""}, 1)->what, Added::What::full);
     EXPECT_EQ(store_->jobs("", "", 10)->size(), 1u);
 }
 
@@ -232,13 +241,13 @@ TEST_F(StoreTest, JobsAreReadOnFromAnyOfThem) {
 
 TEST_F(StoreTest, TheOldestEndedJobsGo) {
     open();
-    for (int i = 0; i < kMaxEndedJobs + 3; ++i) {
+    for (int i = 0; i < Retention().jobs + 3; ++i) {
         const std::string id = add();
         ASSERT_TRUE(*store_->cancel(id));
     }
     const std::string waiting = add();
     open();
-    EXPECT_EQ(store_->jobs("canceled", "", 100000)->size(), size_t(kMaxEndedJobs));
+    EXPECT_EQ(store_->jobs("canceled", "", 100000)->size(), size_t(Retention().jobs));
     EXPECT_FALSE(*store_->job("1"));
     EXPECT_TRUE(*store_->job(waiting));
     EXPECT_TRUE(store_->events("1", 0, 10)->empty());
@@ -280,16 +289,11 @@ TEST_F(StoreTest, AStoreOfALaterVersionStays) {
 TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
     const std::string sql =
         test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql");
-    ASSERT_FALSE(sql.empty());
-    sqlite3* old = nullptr;
-    ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(old, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-    sqlite3_close(old);
+    make_store_of(sql);
     for (int i = 0; i < 2; ++i) open();  // the second time it is a store of this version
     EXPECT_EQ(job("1").state, JobState::failed);
     EXPECT_EQ(job("1").failed, 1);
     EXPECT_EQ(frame("1", 1).state, FrameState::written);
-    EXPECT_EQ(frame("1", 1).sidecar, "{\"a\": 1}");
     EXPECT_EQ(frame("1", 2).state, FrameState::quarantined);
     EXPECT_EQ(store_->tally("1")->quarantined, std::vector{2});
     std::vector<std::string> types;
@@ -302,10 +306,148 @@ TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
     EXPECT_EQ(to_do("1")[0].frame, 2);
 }
 
+// The version before: a job under way, a frame done and one in flight. It goes on.
+TEST_F(StoreTest, AStoreOfVersionTwoIsConvertedAndItsJobGoesOn) {
+    make_store_of(test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_2.sql"));
+    for (int i = 0; i < 2; ++i) open();
+    EXPECT_EQ(job("1").state, JobState::failed);
+    EXPECT_EQ(job("2").state, JobState::queued);
+    EXPECT_EQ(job("2").owner, "");
+    EXPECT_EQ(frame("2", 1).state, FrameState::written);
+    EXPECT_EQ(frame("2", 1).filter_ms, 345.5);
+    ASSERT_EQ(to_do("2").size(), 1u);
+    EXPECT_TRUE(to_do("2")[0].alone);
+    ASSERT_EQ(*store_->start("2"), 1);
+    ASSERT_TRUE(store_->frame_begins("2", 2).ok());
+    ASSERT_TRUE(store_->frame_ends("2", {2, FrameState::written, "", false, 1, 5}).ok());
+    EXPECT_EQ(job("2").done, 2);
+    EXPECT_EQ(job("2").bytes, 5);
+}
+
+TEST_F(StoreTest, OwnersOfOnePriorityTakeTurns) {
+    open();
+    User ann, bob;
+    ann.name = "ann";
+    bob.name = "bob";
+    const auto add_of = [&](const User& user, int priority) {
+        return store_->add({JobKind::run, "{}", priority}, 100, user)->job.id;
+    };
+    for (int i = 0; i < 3; ++i) add_of(ann, 0);
+    for (int i = 0; i < 2; ++i) add_of(bob, 0);
+    const std::string urgent = add_of(ann, 1);
+    std::string order;
+    for (int i = 0; i < 6; ++i) {
+        const Job next = **store_->next(-kMaxPriority);
+        order += next.id == urgent ? "!" : next.owner.substr(0, 1);
+        ASSERT_GT(*store_->start(next.id), 0);
+        ASSERT_TRUE(*store_->cancel(next.id));
+    }
+    EXPECT_EQ(order, "!babaa");
+    EXPECT_EQ(store_->jobs("", "", 100, "bob")->size(), 2u);
+}
+
+TEST_F(StoreTest, LimitsOfAUser) {
+    open();
+    User ann;
+    ann.name = "ann";
+    ann.max_jobs = 2;
+    const auto add_of = [&](int frames) {
+        return *store_->add({JobKind::run, "{}", 0, "", frames}, 100, ann);
+    };
+    const std::string first = add_of(5).job.id;
+    EXPECT_EQ(add_of(5).what, Added::What::made);
+    EXPECT_EQ(add_of(5).what, Added::What::over_limit);
+    EXPECT_NE(add_of(5).why.find("ann may have 2 unfinished jobs"), std::string::npos);
+    add();  // of another user
+    ann.max_jobs = 0;
+    ann.max_frames = 12;
+    EXPECT_EQ(add_of(2).what, Added::What::made);
+    EXPECT_NE(add_of(1).why.find("may have 12 frames in unfinished jobs, and would have 13"),
+              std::string::npos)
+        << add_of(1).why;
+    ASSERT_TRUE(*store_->cancel(first));
+    EXPECT_EQ(add_of(1).what, Added::What::made);
+    ann.max_frames = 0;
+    ann.max_bytes = 100;
+    ann.max_disk = "100";
+    const std::string writes = add_of(1).job.id;
+    ASSERT_GT(*store_->start(writes), 0);
+    JobFrame frame;
+    frame.frame = 1;
+    ASSERT_TRUE(store_->enter_frames(writes, {frame}).ok());
+    ASSERT_TRUE(store_->frame_ends(writes, {1, FrameState::written, "", false, 1, 100}).ok());
+    EXPECT_NE(add_of(1).why.find("have written 100 bytes"), std::string::npos) << add_of(1).why;
+    Job end = job(writes);
+    end.state = JobState::done;
+    ASSERT_TRUE(store_->end(end).ok());
+    ASSERT_TRUE(*store_->forget(writes));
+    EXPECT_EQ(add_of(1).what, Added::What::made);
+}
+
+TEST_F(StoreTest, PrioritiesChangeAndEndedJobsAreRemoved) {
+    open();
+    const std::string a = add(), b = add();
+    ASSERT_TRUE(*store_->set_priority(b, 7));
+    EXPECT_EQ((**store_->next(-kMaxPriority)).id, b);
+    EXPECT_EQ(events(b).back().type, "priority");
+    EXPECT_FALSE(*store_->forget(a)) << "it waits";
+    ASSERT_TRUE(*store_->cancel(a));
+    EXPECT_FALSE(*store_->set_priority(a, 1));
+    ASSERT_TRUE(*store_->forget(a));
+    EXPECT_FALSE(*store_->job(a));
+    EXPECT_TRUE(events(a).empty());
+    EXPECT_FALSE(*store_->forget(a));
+}
+
+TEST_F(StoreTest, EndedJobsAreKeptAsLongAsAskedFor) {
+    open();
+    std::vector<std::string> ids;
+    for (int i = 0; i < 5; ++i) {
+        ids.push_back(add());
+        ASSERT_TRUE(*store_->cancel(ids.back()));
+    }
+    store_.reset();
+    sqlite3* other = nullptr;
+    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
+    sqlite3_exec(other, "UPDATE jobs SET ended_ms = ended_ms - 3 * 86400000 WHERE id <= 2", nullptr,
+                 nullptr, nullptr);
+    sqlite3_close(other);
+    store_ = std::move(*JobStore::open(path(), 3, {1000, 2}));
+    EXPECT_EQ(store_->jobs("", "", 100)->size(), 3u);
+    store_.reset();
+    store_ = std::move(*JobStore::open(path(), 3, {2, 0}));
+    EXPECT_EQ(store_->jobs("", "", 100)->size(), 2u);
+    EXPECT_TRUE(*store_->job(ids.back()));
+}
+
+// While the store is in use, by this program and by SQLite's own; the copy is whole and usable.
+TEST_F(StoreTest, BackupsOfAStoreInUse) {
+    open();
+    const std::string id = running(2);
+    const std::string copy = folder_.path("backup.sqlite"), shell = folder_.path("shell.sqlite");
+    ASSERT_TRUE(back_up(path(), copy).ok());
+    ASSERT_TRUE(store_->frame_begins(id, 1).ok());
+    EXPECT_TRUE(back_up(path(), copy).ok()) << "again";
+    const std::string command = concat("sqlite3 ", path(), " '.backup ", shell, "'");
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 1, 5}).ok());
+    for (const std::string& file : {copy, shell}) {
+        auto restored = JobStore::open(file, 3);
+        ASSERT_TRUE(restored.ok()) << restored.status().message();
+        EXPECT_EQ((**(*restored)->job(id)).state, JobState::queued);
+        EXPECT_EQ((*restored)->to_do(id)->size(), 2u);
+    }
+    std::ofstream(folder_.path("mine")) << "mine";
+    EXPECT_EQ(back_up(path(), folder_.path("mine")).code(), StatusCode::usage);
+    EXPECT_EQ(test::read_text(folder_.path("mine")), "mine");
+    EXPECT_EQ(back_up(path(), path()).code(), StatusCode::usage);
+    EXPECT_EQ(back_up(folder_.path("none"), copy).code(), StatusCode::output);
+}
+
 TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
     open();
     for (int i = 0; i < 50; ++i)
-        ASSERT_TRUE(store_->add(JobKind::run, std::string(3000, 'b'), 0, "", 1000).ok());
+        ASSERT_TRUE(store_->add({JobKind::run, std::string(3000, 'b'), 0, ""}, 1000).ok());
     store_.reset();
     {
         std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
@@ -330,17 +472,17 @@ TEST_F(StoreTest, ADiskThatIsFull) {
     size_t taken = 0;
     Status refused;
     while (refused.ok() && taken < 100) {
-        refused = store_->add(JobKind::run, large, 0, "", 1000).status();
+        refused = store_->add({JobKind::run, large, 0, ""}, 1000).status();
         taken += refused.ok();
     }
-    const Status end = store_->frame_ends(id, {1, FrameState::written, large, false, 0, large});
+    const Status end = store_->frame_ends(id, {1, FrameState::written, large, false, 0, 1});
     const JobFrame meanwhile = frame(id, 1);
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
     EXPECT_EQ(refused.code(), StatusCode::output) << refused.message();
     EXPECT_EQ(end.code(), StatusCode::output) << end.message();
     EXPECT_EQ(meanwhile.state, FrameState::waiting);
     EXPECT_EQ(store_->jobs("queued", "", 1000)->size(), taken);
-    ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, large}).ok());
+    ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, 1}).ok());
     open();
     EXPECT_EQ(frame(id, 1).state, FrameState::written);
     EXPECT_EQ(job(id).done, 1);
@@ -357,7 +499,7 @@ TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
         said.clear();
         fs::rename(path(), folder_.path("away.db"));
         if (replaced) std::ofstream(path()) << "another";
-        const auto refused = store_->add(JobKind::run, "{}", 0, "", 100);
+        const auto refused = store_->add({JobKind::run, "{}", 0, ""}, 100);
         EXPECT_EQ(refused.status().code(), StatusCode::output);
         EXPECT_NE(refused.status().message().find("store.db: the store was removed or replaced"),
                   std::string::npos)

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <future>
 #include <thread>
 
@@ -34,13 +35,21 @@ std::string ServiceTest::body(const std::string& more) {
            more + "}";
 }
 
-ServiceSettings ServiceTest::settings() const {
+ServiceSettings ServiceTest::settings() {
     ServiceSettings settings;
     settings.store = folder_.path("store.db");
     settings.device = "software";
     settings.attempts = attempts_;
     settings.max_queue = max_queue_;
     settings.version = "test";
+    settings.users = users_;
+    settings.frame_timeout_s = frame_timeout_s_;
+    settings.slice_s = slice_s_;
+    settings.remote = remote_;
+    settings.log = [this](const LogLine& line) {
+        const std::lock_guard lock(log_mutex_);
+        log_.push_back(line);
+    };
     auto roots = Roots::of({root()});
     EXPECT_TRUE(roots.ok()) << roots.status().message();
     if (roots.ok()) settings.roots = *roots;
@@ -53,9 +62,22 @@ void ServiceTest::open() {
     service_ = std::move(*opened);
 }
 
-std::string ServiceTest::submit(const std::string& body) {
+const User& ServiceTest::user(const std::string& name) const {
+    return *users_->named(name);
+}
+
+void ServiceTest::use(const std::string& users) {
+    std::ofstream(folder_.path("users.yaml")) << "postchain_users: 1\nusers:\n" << users;
+    auto made = Users::of_file(folder_.path("users.yaml"), [this](const std::string& folder) {
+        return Roots::of({root()})->within({folder}).status();
+    });
+    ASSERT_TRUE(made.ok()) << made.status().message();
+    users_ = *made;
+}
+
+std::string ServiceTest::submit(const std::string& body, const std::string& of) {
     bool created = false;
-    const auto answer = service_->submit(body, "", &created);
+    const auto answer = service_->submit(user(of), body, "", &created);
     if (const auto* problem = std::get_if<Problem>(&answer)) {
         ADD_FAILURE() << problem->detail << "\n" << text_of(problem->diagnostics);
         return "";
@@ -64,9 +86,9 @@ std::string ServiceTest::submit(const std::string& body) {
     return std::get<Job>(answer).id;
 }
 
-Problem ServiceTest::refused(const std::string& body) {
+Problem ServiceTest::refused(const std::string& body, const std::string& of) {
     bool created = false;
-    auto answer = service_->submit(body, "", &created);
+    auto answer = service_->submit(user(of), body, "", &created);
     EXPECT_FALSE(created);
     if (auto* problem = std::get_if<Problem>(&answer)) return std::move(*problem);
     ADD_FAILURE() << "was taken: " << body;

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "chain/pass.h"
@@ -25,11 +26,15 @@ class ServiceTest : public testing::Test {
 
     void open();  // fails the test on errors
     void close() { service_.reset(); }
-    service::ServiceSettings settings() const;
+    service::ServiceSettings settings();
 
+    // The user of this name, or the only one.
+    const service::User& user(const std::string& name = "") const;
+    // Users of a text of the file of users.
+    void use(const std::string& users);
     // The id. Fails the test if the job is refused.
-    std::string submit(const std::string& body);
-    service::Problem refused(const std::string& body);
+    std::string submit(const std::string& body, const std::string& user = "");
+    service::Problem refused(const std::string& body, const std::string& user = "");
     service::Job job(const std::string& id) const;
     std::vector<service::JobFrame> frames(const std::string& id) const;
     service::Job ended(const std::string& id) const;  // waits
@@ -41,6 +46,12 @@ class ServiceTest : public testing::Test {
 
     TempFolder folder_;
     int attempts_ = 2;
+    double frame_timeout_s_ = 0;
+    double slice_s_ = 60;
+    std::shared_ptr<service::Users> users_ = std::make_shared<service::Users>();
+    service::RemoteSettings remote_;
+    std::mutex log_mutex_;
+    std::vector<service::LogLine> log_;
     size_t max_queue_ = 100;
     const PassRegistry* registry_;  // the built-in passes, unless a test has its own
     std::unique_ptr<service::Service> service_;

@@ -4,16 +4,20 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
+#include <ctime>
 
 #include "chain/printable.h"
 #include "chain/status.h"
-#include "tools/sequence/files/json.h"
 
 namespace postchain::log {
 namespace {
 
 constexpr const char* kNames[] = {"detail", "info", "warning", "error"};
+
+constexpr spdlog::level::level_enum kLevels[] = {spdlog::level::debug, spdlog::level::info,
+                                                 spdlog::level::warn, spdlog::level::err};
 
 bool g_json = false;
 bool g_terminal = false;
@@ -48,18 +52,31 @@ void write(Level level, const std::string& text) {
     write_as_is(level, named ? concat("postchain: ", kNames[size_t(level)], ": ", text) : text);
 }
 
+void write_event(Level level, const std::string& text, const io::Json& fields) {
+    const auto now = std::chrono::system_clock::now().time_since_epoch();
+    const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(now).count();
+    const std::time_t seconds = std::time_t(ms / 1000);
+    std::tm parts = {};
+    gmtime_r(&seconds, &parts);
+    char date[32], time[48];
+    std::strftime(date, sizeof(date), "%Y-%m-%dT%H:%M:%S", &parts);
+    std::snprintf(time, sizeof(time), "%s.%03dZ", date, int(ms % 1000));
+    if (!g_json) return write_as_is(level, concat(time, " ", text));
+    io::Json line = {{"time", time}, {"level", kNames[size_t(level)]}, {"message", text}};
+    line.update(fields);
+    logger().log(kLevels[size_t(level)], "{}", io::json_text(line));
+}
+
 void write_as_is(Level level, const std::string& text) {
-    static const spdlog::level::level_enum levels[] = {spdlog::level::debug, spdlog::level::info,
-                                                       spdlog::level::warn, spdlog::level::err};
     const auto index = static_cast<size_t>(level);
     progress("");
     if (g_openjd && level == Level::error) tell("openjd_fail", text);
     if (g_json) {
         const io::Json line = {{"level", kNames[index]}, {"message", text}};
-        logger().log(levels[index], "{}", io::json_text(line));
+        logger().log(kLevels[index], "{}", io::json_text(line));
         return;
     }
-    logger().log(levels[index], "{}", printable(text));
+    logger().log(kLevels[index], "{}", printable(text));
 }
 
 void progress(const std::string& text) {

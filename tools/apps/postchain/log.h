@@ -3,12 +3,16 @@
 
 #include <string>
 
+#include "tools/sequence/files/json.h"
+
 namespace postchain::log {
 
 enum class Level { detail, info, warning, error };
 
 void set_up(bool verbose, bool quiet, bool json);
 void write(Level level, const std::string& text);
+// An event with a time: in text before the message, in JSON "time" and the members of `fields`.
+void write_event(Level level, const std::string& text, const io::Json& fields);
 // Prints without "postchain: error: " in front: a diagnostic states place and severity itself.
 void write_as_is(Level level, const std::string& text);
 inline void detail(const std::string& text) {

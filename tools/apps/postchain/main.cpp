@@ -12,6 +12,7 @@
 
 #include "chain/printable.h"
 #include "config/reporter.h"
+#include "tools/apps/postchain/check.h"
 #include "tools/apps/postchain/completion.h"
 #include "tools/apps/postchain/describe.h"
 #include "tools/apps/postchain/diff.h"
@@ -64,6 +65,7 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
 int command(int argc, char** argv) {
     Options options;
     SceneOptions scene;
+    CheckOptions check;
     DiffOptions diff;
     SheetOptions sheet;
     ExperimentOptions experiment;
@@ -134,6 +136,10 @@ int command(int argc, char** argv) {
         app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
     add_diff(*diff_app, options, diff);
 
+    CLI::App* check_app = app.add_subcommand(
+        "check", "which outputs of a sequence are whole, missing, or from other settings");
+    add_check(*check_app, options, check);
+
     CLI::App* sheet_app = app.add_subcommand("sheet", "thumbnails of a sequence in one image");
     add_sheet(*sheet_app, options, sheet);
 
@@ -199,6 +205,7 @@ int command(int argc, char** argv) {
     if (*inspect) return inspect_subcommand(options);
     if (*view_app) return view_subcommand(argc, argv);
     if (*diff_app) return diff_subcommand(options, diff);
+    if (*check_app) return check_subcommand(options, check);
     if (*sheet_app) return sheet_subcommand(options, sheet);
     if (*scene_app) return scene_subcommand(options, scene);
     if (*ab) return ab_subcommand(options, experiment, argc, argv);

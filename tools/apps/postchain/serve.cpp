@@ -6,16 +6,22 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <thread>
 
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/notify.h"
 #include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/sequence/files/atomic_file.h"
 #include "tools/service/http/server.h"
+#include "tools/service/store/backup.h"
 #include "tools/service/work/service.h"
+#include "tools/service/work/slurm_queue.h"
 
 namespace postchain {
 namespace {
@@ -64,7 +70,82 @@ std::string address_text(const std::string& address, int port) {
     return concat("http://", six ? "[" : "", address, six ? "]" : "", ":", port, "/");
 }
 
-Result<service::ServerSettings> server_settings(const Options& options, const ServeOptions& serve) {
+Result<std::shared_ptr<service::Users>> users_of(const ServeOptions& serve,
+                                                 const service::Roots& roots) {
+    if (!serve.users.empty())
+        return service::Users::of_file(serve.users, [roots](const std::string& folder) {
+            return roots.within({folder}).status();
+        });
+    if (!serve.token_file.empty()) return service::Users::of_token_file(serve.token_file);
+    return std::make_shared<service::Users>();
+}
+
+Result<service::RemoteSettings> remote_settings(const Options& options, const ServeOptions& serve,
+                                                const service::Roots& roots) {
+    service::RemoteSettings remote;
+    if (serve.backend == "local") return remote;
+    remote.queue = std::make_shared<service::SlurmQueue>(serve.slurm_words);
+    remote.folder = serve.farm_folder.empty() ? roots.folders().front() + "/.postchain-jobs"
+                                              : serve.farm_folder;
+    if (!serve.farm_program.empty()) remote.program = serve.farm_program;
+    remote.device = options.device;
+    remote.frames_per_task = serve.farm_frames;
+    remote.max_memory = serve.farm_memory;
+    return remote;
+}
+
+// Follows SIGHUP, and tells the service manager that the service lives, until it is destroyed.
+class Keeper {
+  public:
+    Keeper(service::Service& service, service::Server& server, service::Users& users)
+        : service_(service), server_(server), users_(users), thread_([this] { loop(); }) {}
+    ~Keeper() {
+        ends_ = true;
+        thread_.join();
+    }
+    Keeper(const Keeper&) = delete;
+    Keeper& operator=(const Keeper&) = delete;
+
+  private:
+    using Clock = std::chrono::steady_clock;
+    static constexpr std::chrono::milliseconds kTick{100};
+
+    void loop() {
+        const char* text = std::getenv("WATCHDOG_USEC");
+        const std::chrono::microseconds every(text ? std::atoll(text) / 2 : 0);
+        auto told = Clock::now();
+        uint64_t beats = 0;
+        while (!ends_) {
+            std::this_thread::sleep_for(kTick);
+            if (StopOnSignal::asked_to_reload()) reload();
+            if (every.count() <= 0 || Clock::now() - told < every) continue;
+            told = Clock::now();
+            // Silence makes the service manager start the service anew.
+            const uint64_t now = server_.beats();
+            if (now != beats && service_.alive()) notify_system("WATCHDOG=1");
+            beats = now;
+        }
+    }
+
+    void reload() {
+        const Status status = users_.reload();
+        if (status.ok())
+            log::write_event(log::Level::info, concat("users read again: ", users_.count()),
+                             {{"event", "reload"}});
+        else
+            log::write_event(log::Level::error, concat(status.message(), "; the former users stay"),
+                             {{"event", "reload"}});
+    }
+
+    service::Service& service_;
+    service::Server& server_;
+    service::Users& users_;
+    std::atomic<bool> ends_ = false;
+    std::thread thread_;
+};
+
+Result<service::ServerSettings> server_settings(const Options& options, const ServeOptions& serve,
+                                                const std::shared_ptr<service::Users>& users) {
     service::ServerSettings settings;
     settings.address = serve.bind;
     settings.port = uint16_t(serve.port);
@@ -72,18 +153,24 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
     settings.max_connections = size_t(serve.max_connections);
     settings.max_connections_per_address = size_t(serve.max_connections_per_address);
     settings.guard.hosts = serve.hosts;
+    settings.guard.base = serve.base_path;
+    while (settings.guard.base.ends_with("/")) settings.guard.base.pop_back();
+    if (!settings.guard.base.empty() && settings.guard.base[0] != '/')
+        return Status(StatusCode::usage, "--base-path: begins with /, such as /postchain");
+    for (const std::string& text : serve.trusted) {
+        auto network = service::Network::parse(text);
+        if (!network.ok()) return network.status().at("--trusted-proxy");
+        settings.guard.trusted.push_back(*network);
+    }
     std::array<char, 256> name = {};
     if (gethostname(name.data(), name.size() - 1) == 0)
         settings.guard.hosts.emplace_back(name.data());
-    if (!serve.token_file.empty()) {
-        auto token = service::read_token(serve.token_file);
-        if (!token.ok()) return token.status();
-        settings.guard.token = *token;
-    } else if (!service::is_loopback(serve.bind)) {
-        return Status(StatusCode::usage, "--bind " + serve.bind +
-                                             " is reachable from other machines: add --token-file "
-                                             "(create it with `openssl rand -hex 32 > FILE`)");
-    }
+    if (!users->asks_for_token() && !service::is_loopback(serve.bind))
+        return Status(StatusCode::usage,
+                      "--bind " + serve.bind +
+                          " is reachable from other machines: add --token-file (create it with "
+                          "`openssl rand -hex 32 > FILE`), or --users");
+    settings.guard.users = users;
     if (options.verbose) settings.log = [](const std::string& line) { log::detail(line); };
     return settings;
 }
@@ -96,7 +183,6 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
                     "folder that must contain every path of a job, may be repeated; relative paths "
                     "start at the first")
         ->type_name("DIR")
-        ->required()
         ->expected(1)
         ->take_all();
     subcommand
@@ -116,6 +202,73 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
         .add_option("--token-file", serve.token_file,
                     "file whose first line is the bearer token that every request must have")
         ->type_name("FILE");
+    subcommand
+        .add_option("--users", serve.users,
+                    "file of users, each with a token, folders and limits; SIGHUP reads it again")
+        ->type_name("FILE")
+        ->excludes("--token-file");
+    subcommand
+        .add_option("--trusted-proxy", serve.trusted,
+                    "address or network of a proxy whose X-Forwarded-For, X-Forwarded-Proto and "
+                    "Forwarded are believed, may be repeated")
+        ->type_name("ADDRESS[/BITS]")
+        ->expected(1)
+        ->take_all();
+    subcommand
+        .add_option("--base-path", serve.base_path,
+                    "path under which a proxy shows the service, such as /postchain")
+        ->type_name("PATH");
+    subcommand
+        .add_option("--frame-timeout", serve.frame_timeout_s,
+                    "seconds that reading, filtering or writing a frame may take, then its job "
+                    "fails; 0 = no limit")
+        ->check(number_within(0, 86400))
+        ->capture_default_str();
+    subcommand
+        .add_option("--slice", serve.slice_s,
+                    "seconds until a job makes way for another user's of the same priority")
+        ->check(number_within(0, 86400))
+        ->capture_default_str();
+    subcommand
+        .add_option("--keep-jobs", serve.keep_jobs, "maximum of ended jobs that the store keeps")
+        ->check(CLI::Range(1, 1000000))
+        ->capture_default_str();
+    subcommand
+        .add_option("--keep-days", serve.keep_days,
+                    "days that the store keeps ended jobs; 0 = no limit")
+        ->check(CLI::Range(0, 36500))
+        ->capture_default_str();
+    subcommand
+        .add_option("--backup", serve.backup,
+                    "copy the store to this file and end; also while a service uses the store")
+        ->type_name("FILE");
+    subcommand
+        .add_option("--backend", serve.backend,
+                    "where jobs run: on this machine, or as arrays of Slurm")
+        ->check(CLI::IsMember({"local", "slurm"}))
+        ->capture_default_str();
+    subcommand
+        .add_option("--farm-folder", serve.farm_folder,
+                    "folder that the other machines see too, for chains and messages of tasks "
+                    "(default: .postchain-jobs in the first root)")
+        ->type_name("DIR");
+    subcommand
+        .add_option("--farm-program", serve.farm_program,
+                    "postchain on the other machines (default: from their PATH)")
+        ->type_name("FILE");
+    subcommand
+        .add_option("--farm-memory", serve.farm_memory,
+                    "memory of a task, such as 8G (default: the queue's)")
+        ->type_name("SIZE");
+    subcommand.add_option("--farm-frames", serve.farm_frames, "frames of a task")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    subcommand
+        .add_option("--slurm-option", serve.slurm_words,
+                    "further option of sbatch, such as --partition=farm, may be repeated")
+        ->type_name("WORD")
+        ->expected(1)
+        ->take_all();
     subcommand
         .add_option("--host", serve.hosts,
                     "host name by which clients reach this service, may be repeated")
@@ -145,15 +298,25 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
 }
 
 int serve_subcommand(const Options& options, const ServeOptions& serve) {
-    auto settings = server_settings(options, serve);
-    if (!settings.ok()) return fail(settings.status());
-    auto roots = service::Roots::of(serve.roots);
-    if (!roots.ok()) return fail(roots.status());
     auto store = store_of(serve);
     if (!store.ok()) return fail(store.status());
+    if (!serve.backup.empty()) {
+        const Status status = service::back_up(*store, serve.backup);
+        if (!status.ok()) return fail(status);
+        log::info(*store + " is copied to " + serve.backup);
+        return kExitOk;
+    }
+    auto roots = service::Roots::of(serve.roots);
+    if (!roots.ok()) return fail(roots.status());
+    auto users = users_of(serve, *roots);
+    if (!users.ok()) return fail(users.status());
+    auto settings = server_settings(options, serve, *users);
+    if (!settings.ok()) return fail(settings.status());
+    auto remote = remote_settings(options, serve, *roots);
+    if (!remote.ok()) return fail(remote.status());
     allow_connections(serve.max_connections);
 
-    const StopOnSignal stop;
+    const StopOnSignal stop(true);
     std::unique_ptr<service::Server> server;  // outlives the service, which may answer late
     service::ServiceSettings work;
     work.store = *store;
@@ -162,8 +325,18 @@ int serve_subcommand(const Options& options, const ServeOptions& serve) {
     work.threads = options.threads;
     work.attempts = serve.attempts;
     work.max_queue = size_t(serve.max_queue);
+    work.users = *users;
+    work.frame_timeout_s = serve.frame_timeout_s;
+    work.slice_s = serve.slice_s;
+    work.keep = {serve.keep_jobs, serve.keep_days};
+    work.remote = *remote;
     work.version = kVersion;
-    work.log = [](const std::string& line) { log::error(line); };
+    work.log = [](const service::LogLine& line) {
+        const auto level = line.level == service::LogLine::Level::info      ? log::Level::info
+                           : line.level == service::LogLine::Level::warning ? log::Level::warning
+                                                                            : log::Level::error;
+        log::write_event(level, line.message, line.fields);
+    };
     work.warn = [](const std::string& line) { log::warning(line); };
     auto opened = service::Service::open(work, builtin_passes());
     if (!opened.ok()) return fail(opened.status());
@@ -179,19 +352,34 @@ int serve_subcommand(const Options& options, const ServeOptions& serve) {
     log::info("jobs are stored in " + *store);
     const service::Health health = (*opened)->health();
     log::info("filtering on " + health.renderer);
-    if (settings->guard.token.empty())
+    if (!(*users)->asks_for_token())
         log::info("listening on " + address +
                   " for programs on this machine only, without a token");
-    else
+    else if (serve.users.empty())
         log::info("listening on " + address + " for clients with the token of " + serve.token_file);
-    if (!service::is_loopback(serve.bind))
+    else
+        log::info(concat("listening on ", address, " for ", (*users)->count(), " users of ",
+                         serve.users));
+    if (!service::is_loopback(serve.bind) && serve.trusted.empty())
         log::warning(
             "other machines can connect without encryption: on a shared network, "
             "put a TLS proxy in front");
     notify_system("READY=1");
-    server->run(stop.flag());
+    size_t lost = 0;
+    {
+        const Keeper keeper(**opened, *server, **users);
+        lost = server->run(stop.flag());
+    }
     notify_system("STOPPING=1");
+    lost += (*opened)->end();
     log::info("stopped; unfinished jobs stay in the queue");
+    if (lost > 0) {
+        // Waiting for them would wait for a disk that does not answer.
+        log::warning(concat(lost, " threads hang in a disk or a device and are left"));
+        io::remove_live_temporaries();
+        std::fflush(nullptr);
+        _exit(stop.exit_code());
+    }
     opened->reset();
     return stop.exit_code();
 }

@@ -14,6 +14,20 @@ struct ServeOptions {
     int port = 8080;
     std::string bind = "127.0.0.1";
     std::string token_file;
+    std::string users;
+    std::vector<std::string> trusted;  // proxies
+    std::string base_path;
+    double frame_timeout_s = 1800;
+    double slice_s = 60;
+    int keep_jobs = 1000;
+    int keep_days = 0;
+    std::string backup;
+    std::string backend = "local";
+    std::string farm_folder;
+    std::string farm_program;
+    std::string farm_memory;
+    int farm_frames = 8;
+    std::vector<std::string> slurm_words;
     std::vector<std::string> hosts;
     int attempts = 3;
     int max_queue = 1000;

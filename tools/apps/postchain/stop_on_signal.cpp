@@ -13,6 +13,7 @@ namespace {
 
 std::atomic<bool> g_stop = false;
 std::atomic<int> g_signal = 0;
+std::atomic<bool> g_reload = false;
 
 void on_signal(int number) {
     if (g_stop.exchange(true)) {
@@ -24,11 +25,18 @@ void on_signal(int number) {
 
 }  // namespace
 
-StopOnSignal::StopOnSignal() {
+StopOnSignal::StopOnSignal(bool reloads) {
     struct sigaction action = {};
     action.sa_handler = on_signal;
     action.sa_flags = SA_RESTART;  // reads and writes under way must not fail
     for (int number : {SIGINT, SIGTERM, SIGHUP}) sigaction(number, &action, nullptr);
+    if (!reloads) return;
+    action.sa_handler = [](int) { g_reload = true; };
+    sigaction(SIGHUP, &action, nullptr);
+}
+
+bool StopOnSignal::asked_to_reload() {
+    return g_reload.exchange(false);
 }
 
 StopOnSignal::~StopOnSignal() {

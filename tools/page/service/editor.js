@@ -147,7 +147,7 @@ const check = settle(async () => {
     const asked = text;
     let found;
     try {
-        found = (await post("/v1/chain/check", { text })).diagnostics;
+        found = (await post("v1/chain/check", { text })).diagnostics;
     } catch (error) {
         parts.diagnostics.replaceChildren(h("li", { class: "error" }, error.message));
         return;
@@ -173,7 +173,7 @@ const showPreview = settle(async () => {
         scale: Number(preview.scale || 0.5) };
     if (preview.camera) body.camera = preview.camera;
     try {
-        const blob = await picture("/v1/preview", body, mine.signal);
+        const blob = await picture("v1/preview", body, mine.signal);
         URL.revokeObjectURL(shownUrl);
         shownUrl = URL.createObjectURL(blob);
         parts.picture.replaceChildren(h("img", { src: shownUrl, alt: "the frame, filtered" }));
@@ -206,7 +206,7 @@ function previewField(key, label, attributes) {
 
 export async function showChain() {
     if (parts) return;
-    schema = await get("/v1/schema");
+    schema = await get("v1/schema");
     const textId = new_id();
     parts = { forms: h("div"), gutter: h("div", { class: "gutter mono", "aria-hidden": "true" }),
         text: h("textarea", { id: textId, class: "code", spellcheck: "false", autocomplete: "off",

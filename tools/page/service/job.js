@@ -19,7 +19,7 @@ function actions(job) {
             event.target.disabled = false;
         }
     } }, label);
-    const path = `/v1/jobs/${encodeURIComponent(job.id)}`;
+    const path = `v1/jobs/${encodeURIComponent(job.id)}`;
     const list = [];
     if (job.state === "queued" || job.state === "running")
         list.push(act("Cancel", () => remove(path)));
@@ -92,7 +92,7 @@ export function showJob(job, changed, fresh = false) {
 
 let known = [];
 async function loadFrames(id) {
-    const answer = await get(`/v1/jobs/${encodeURIComponent(id)}/frames`).catch(() => null);
+    const answer = await get(`v1/jobs/${encodeURIComponent(id)}/frames`).catch(() => null);
     if (!answer || id !== shown) return;
     known = answer.frames;
     drawFrames();
@@ -131,7 +131,7 @@ async function choose(number) {
     frame = number;
     for (const button of parts.list.querySelectorAll("button"))
         button.setAttribute("aria-pressed", String(Number(button.dataset.frame) === number));
-    const path = `/v1/jobs/${encodeURIComponent(shown)}/frames/${number}`;
+    const path = `v1/jobs/${encodeURIComponent(shown)}/frames/${number}`;
     const one = await get(path).catch(() => null);
     if (!one || frame !== number) return;
     const ready = one.state === "written" || one.state === "skipped";

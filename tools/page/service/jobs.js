@@ -39,7 +39,7 @@ function keep(job) {
 }
 
 async function load(before = "") {
-    const answer = await get(`/v1/jobs?limit=100${before ? `&before=${before}` : ""}`);
+    const answer = await get(`v1/jobs?limit=100${before ? `&before=${before}` : ""}`);
     for (const job of answer.jobs) keep(job);
     next = answer.next;
     loaded = true;
@@ -50,7 +50,7 @@ async function load(before = "") {
 async function ask() {
     const ids = [...waiting];
     waiting.clear();
-    for (const job of await Promise.all(ids.map((id) => get(`/v1/jobs/${id}`).catch(() => null))))
+    for (const job of await Promise.all(ids.map((id) => get(`v1/jobs/${id}`).catch(() => null))))
         if (job) keep(job);
     draw();
 }
@@ -68,7 +68,7 @@ export async function showJobs(id) {
     chosen = id || chosen;
     if (!loaded) await load();
     if (chosen && !jobs.has(chosen)) {
-        const job = await get(`/v1/jobs/${encodeURIComponent(chosen)}`).catch(() => null);
+        const job = await get(`v1/jobs/${encodeURIComponent(chosen)}`).catch(() => null);
         if (job) jobs.set(job.id, job);
     }
     if (!chosen && jobs.size) chosen = [...jobs.values()]

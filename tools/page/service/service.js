@@ -14,7 +14,7 @@ function say(text, bad = false) {
 
 async function readiness() {
     try {
-        const answer = await fetch("/readyz");
+        const answer = await fetch("readyz");
         const ready = await answer.json();
         if (ready.ready) return say(`ready · ${(ready.renderer || "").split(" (")[0]}`);
         say(ready.draining ? "draining: takes no jobs" : `not ready: ${ready.why || ""}`, true);
@@ -67,7 +67,7 @@ function askForToken() {
 async function start() {
     let session;
     try {
-        session = await get("/v1/session");
+        session = await get("v1/session");
     } catch (error) {
         say(error.message, true);
         return setTimeout(start, 3000);

@@ -82,12 +82,12 @@ function form() {
     plan.addEventListener("click", () => attempt(plan, async () => {
         const asked = Object.entries(body).filter(([key]) =>
             key !== "priority" && own.properties[key]?.["x-group"] !== "output");
-        planned.replaceChildren(...planView(await post("/v1/plan", Object.fromEntries(asked))));
+        planned.replaceChildren(...planView(await post("v1/plan", Object.fromEntries(asked))));
     }));
     const made = h("form", { onsubmit: (event) => {
         event.preventDefault();
         attempt(button, async () => {
-            const job = await post("/v1/jobs", ready());
+            const job = await post("v1/jobs", ready());
             addJob(job);
             location.hash = `#jobs/${encodeURIComponent(job.id)}`;
         });
@@ -133,6 +133,6 @@ function draw() {
 }
 
 export async function showNew() {
-    schema = schema || await get("/v1/schema/job");
+    schema = schema || await get("v1/schema/job");
     draw();
 }

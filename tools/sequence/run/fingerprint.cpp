@@ -15,13 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// If only a few bytes are missing, all chunks may still begin inside the file.
-bool whole(io::ExrFile& file) {
-    for (size_t part = 0; part < file.parts().size(); ++part)
-        if (!file.parts()[part].deep && !file.read_part(int(part)).ok()) return false;
-    return true;
-}
-
 // Sizes and times of an OpenColorIO configuration and the tables it names, and its variables.
 std::string text_of_config(const std::string& config) {
     io::OcioSources sources = {{config}, {}};
@@ -82,6 +75,14 @@ std::string preview_provenance_of(const std::string& fingerprint, const RunSetti
     return concat(fingerprint, " shown ", hex_of(hash_text(text)));
 }
 
+Status check_whole(io::ExrFile& file) {
+    for (size_t part = 0; part < file.parts().size(); ++part) {
+        if (file.parts()[part].deep) continue;
+        if (const auto read = file.read_part(int(part)); !read.ok()) return read.status();
+    }
+    return Status();
+}
+
 bool is_done(const std::string& output, const std::string& fingerprint,
              const RunSettings& settings) {
     std::error_code error;
@@ -111,7 +112,7 @@ bool is_done(const std::string& output, const std::string& fingerprint,
             if (found->second == one) provenance = one;
     }
     if (provenance.empty()) return false;
-    if (!settings.sidecar) return whole(*existing);
+    if (!settings.sidecar) return check_whole(*existing).ok();
     return sidecar_says(provenance, existing->file_bytes());
 }
 

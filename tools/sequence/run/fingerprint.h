@@ -22,6 +22,10 @@ std::string provenance_of(const std::string& fingerprint, bool strict);
 // Provenance of a preview: the fingerprint of its output, and the view it shows.
 std::string preview_provenance_of(const std::string& fingerprint, const RunSettings& settings);
 
+// Reads all data. If only a few bytes are missing, all chunks may still begin inside the file.
+// Errors (input): those of reading.
+Status check_whole(io::ExrFile& file);
+
 // Whether the output and the requested sidecar and preview exist, are complete and have this
 // fingerprint (the preview: this view too). Under RunSettings::strict only outputs made with it
 // count, because nothing else guarantees finite values.

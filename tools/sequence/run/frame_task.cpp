@@ -6,6 +6,18 @@ namespace postchain::sequence {
 
 namespace fs = std::filesystem;
 
+const char* name_of(FrameStep step) {
+    switch (step) {
+        case FrameStep::read:
+            return "read";
+        case FrameStep::filter:
+            return "filtered";
+        case FrameStep::write:
+            return "written";
+    }
+    return "";
+}
+
 std::string frames_text(const std::vector<int>& frames) {
     constexpr size_t kShown = 20;
     std::string list;

@@ -21,6 +21,12 @@ struct FrameTask {
 // Called on the reader thread before a frame's first file is opened; an error fails that frame.
 using FrameStart = std::function<Status(const FrameTask&)>;
 
+enum class FrameStep { read, filter, write };
+const char* name_of(FrameStep step);  // "read", "filtered", "written"
+
+// Called when a step of a frame begins and ends, on the thread of the step. Must not throw.
+using StepObserver = std::function<void(FrameStep step, int frame, bool begins)>;
+
 // With --watch and no range, the frames are only known once they have come.
 bool frames_are_unknown(const RunSettings& settings);
 

@@ -332,7 +332,7 @@ Status check_images(const RunSettings& settings) {
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop, const FrameStart& start,
-                                const WaitObserver& waits) {
+                                const WaitObserver& waits, const StepObserver& steps) {
     RunSettings settings = settings_for(asked, {&chain});
     settings.source.all_views = true;
     std::vector<int> gaps;
@@ -361,7 +361,7 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
         feed = std::make_unique<WatchFeed>(std::move(*tasks), settings);
     else
         feed = std::make_unique<ListFeed>(std::move(*tasks), settings);
-    auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits);
+    auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits, steps);
     if (!summary.ok()) return summary;
     if (frames_are_unknown(settings) && summary->total == 0 && !(stop && *stop))
         return Status(

@@ -25,6 +25,6 @@ namespace postchain::sequence {
 Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& settings, Executor& executor,
                                 const std::string& renderer, const FrameObserver& observer,
                                 const std::atomic<bool>* stop, const FrameStart& start = {},
-                                const WaitObserver& waits = {});
+                                const WaitObserver& waits = {}, const StepObserver& steps = {});
 
 }  // namespace postchain::sequence

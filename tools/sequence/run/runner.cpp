@@ -36,7 +36,7 @@ class Walk {
   public:
     Walk(FrameJob& job, const RunSettings& settings, const FrameObserver& observer,
          const std::atomic<bool>* stop, const FrameStart& start, FrameFeed& feed,
-         const WaitObserver& waits)
+         const WaitObserver& waits, const StepObserver& steps)
         : job_(job),
           settings_(settings),
           observer_(observer),
@@ -44,6 +44,7 @@ class Walk {
           frame_start_(start),
           feed_(feed),
           waits_(waits),
+          steps_(steps),
           reader_(
               settings.source, settings.input,
               [&job](const FrameHeader& header) { return job.planes(header); },
@@ -69,7 +70,7 @@ class Walk {
             report_waiting();
             if (!next) continue;
             if (next->frame.source && !given_up(next->index))
-                finish_stage(*next, [&] { return process(next->frame); });
+                finish_stage(*next, FrameStep::filter, [&] { return process(next->frame); });
             if (!to_write_.push(std::move(*next))) break;
         }
         to_write_.close();
@@ -112,7 +113,7 @@ class Walk {
             next.frame.report.frame = task.frame;
             next.frame.report.output = task.output;
             next.frame.report.inputs = task.files;
-            finish_stage(next, [&] { return read(*fed, next); });
+            finish_stage(next, FrameStep::read, [&] { return read(*fed, next); });
             if (!to_process_.push(std::move(next))) break;
         }
         to_process_.close();
@@ -149,7 +150,9 @@ class Walk {
                 check_memory(task.files.at(Role::color), bytes, settings_.source.max_memory);
             !status.ok())
             return status;
+        step(FrameStep::read, report.frame, false);
         gate_.enter(bytes);
+        step(FrameStep::read, report.frame, true);
         next.bytes = bytes;
         auto source = reader_.read(*inputs);
         if (!source.ok()) return source.status();
@@ -250,7 +253,7 @@ class Walk {
             FrameReport& report = next->frame.report;
             if (next->frame.source && !given_up(next->index)) {
                 report.frames_in_flight = in_flight_peak_;
-                finish_stage(*next, [&] { return job_.write(next->frame); });
+                finish_stage(*next, FrameStep::write, [&] { return job_.write(next->frame); });
             } else if (next->frame.source) {
                 report.status = Status(StatusCode::canceled, "stopped before it was written");
                 report.outcome = Outcome::failed;
@@ -267,12 +270,18 @@ class Walk {
     }
 
     // --------------------------------------------------------------------- any thread
+    void step(FrameStep step, int frame, bool begins) const {
+        if (steps_) steps_(step, frame, begins);
+    }
+
     template <class Stage>
-    void finish_stage(Numbered& at, const Stage& stage) {
+    void finish_stage(Numbered& at, FrameStep of, const Stage& stage) {
         FrameReport& report = at.frame.report;
         const auto color = report.inputs.find(Role::color);
+        step(of, report.frame, true);
         const Status status =
             guarded(color == report.inputs.end() ? report.output : color->second, stage);
+        step(of, report.frame, false);
         if (status.ok()) return;
         report.outcome = Outcome::failed;
         report.status = status;
@@ -341,6 +350,7 @@ class Walk {
     const FrameStart& frame_start_;
     FrameFeed& feed_;
     const WaitObserver& waits_;
+    const StepObserver& steps_;
     SequenceReader reader_;                               // used by the reader thread
     std::map<std::string, SequenceReader> view_readers_;  // of the other views; likewise
     MemoryGate gate_;
@@ -363,8 +373,9 @@ class Walk {
 
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
                                  const FrameObserver& observer, const std::atomic<bool>* stop,
-                                 const FrameStart& start, const WaitObserver& waits) {
-    return Walk(job, settings, observer, stop, start, feed, waits).walk();
+                                 const FrameStart& start, const WaitObserver& waits,
+                                 const StepObserver& steps) {
+    return Walk(job, settings, observer, stop, start, feed, waits, steps).walk();
 }
 
 }  // namespace postchain::sequence

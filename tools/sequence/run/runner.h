@@ -25,6 +25,7 @@ inline constexpr int kFramesInFlight = 4;  // reading, waiting, processing, writ
 // exceptions of libraries become a Status.
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
                                  const FrameObserver& observer, const std::atomic<bool>* stop,
-                                 const FrameStart& start = {}, const WaitObserver& waits = {});
+                                 const FrameStart& start = {}, const WaitObserver& waits = {},
+                                 const StepObserver& steps = {});
 
 }  // namespace postchain::sequence

@@ -18,8 +18,7 @@ namespace postchain::service {
 struct Admitted {
     Target target;
     Match match;
-    // The reply is immediate and needs no other thread.
-    bool at_once = false;
+    KnownUser user;
 };
 
 class Api {
@@ -33,20 +32,10 @@ class Api {
     // `request` includes its body. Responds once, on this or another thread.
     void run(const Admitted& admitted, const Request& request, const Respond& respond) const;
 
-    const std::vector<Route>& routes() const { return routes_; }
     const Guard& guard() const { return guard_; }
 
   private:
-    void add_jobs();
-    void add_results();
-    void add_tools();
-    void add_about();
-    void add_page();
-
-    Service& service_;
     Guard guard_;
-    std::string version_;
-    std::function<std::string()> more_metrics_;
     std::vector<Route> routes_;
 };
 

@@ -1,10 +1,13 @@
 #include "tools/service/http/connection.h"
 
+#include <sys/socket.h>
+
 #include <array>
 #include <atomic>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
+#include <cerrno>
 
 #include "tools/service/http/problem.h"
 #include "tools/service/http/wire.h"
@@ -66,6 +69,8 @@ void Connection::on_header(const error_code& error) {
     if (state_ == State::closed) return;
     if (error) return refuse_read(error);
     request_ = request_of(*parser_);
+    request_.peer = address_;
+    request_.left = std::make_shared<std::atomic<bool>>(false);
     keep_ = parser_->keep_alive();
     if (request_.target.size() > kLongestTarget) {
         keep_ = false;
@@ -112,13 +117,15 @@ void Connection::on_body(const error_code& error) {
 
 void Connection::work() {
     state_ = State::working;
-    const auto respond = [self = shared_from_this(), &io = shared_.io](Reply answer) {
-        asio::post(io, [self, answer = std::move(answer)]() mutable {
-            if (self->state_ == State::closed) return;
+    deadline_in(shared_.settings.working);
+    const auto respond = [self = shared_from_this(), &io = shared_.io,
+                          request = ++requests_](Reply answer) {
+        asio::post(io, [self, request, answer = std::move(answer)]() mutable {
+            if (self->state_ != State::working || self->requests_ != request) return;
             self->reply(std::move(answer));
         });
     };
-    if (admitted_->at_once) return shared_.api.run(*admitted_, request_, respond);
+    if (admitted_->match.route->at_once) return shared_.api.run(*admitted_, request_, respond);
     {
         const std::lock_guard lock(shared_.traffic_mutex);
         if (shared_.traffic.waiting >= shared_.settings.max_waiting) {
@@ -138,15 +145,35 @@ void Connection::work() {
         }
         respond(std::move(answer));
     };
-    asio::post(shared_.pool, [self = shared_from_this(), counted] {
-        try {
-            self->shared_.api.run(*self->admitted_, self->request_, counted);
-        } catch (const std::bad_alloc&) {
-            counted(problem(503, "not enough memory for this request"));
-        } catch (const std::exception&) {
-            counted(problem(500, "the request failed"));
-        }
-    });
+    watch_client();
+    // The task has its own copies: after a deadline the connection may go on to another request.
+    const bool taken =
+        shared_.pool.run([&shared = shared_, counted, admitted = *admitted_, request = request_] {
+            try {
+                shared.api.run(admitted, request, counted);
+            } catch (const std::bad_alloc&) {
+                counted(problem(503, "not enough memory for this request"));
+            } catch (const std::exception&) {
+                counted(problem(500, "the request failed"));
+            }
+        });
+    if (!taken) counted(problem(503, "the service is shutting down"));
+}
+
+// Notices that the client has left while its request is worked on: nobody waits for its preview.
+// Bytes of a next request stay where they are.
+void Connection::watch_client() {
+    socket_.async_wait(
+        asio::ip::tcp::socket::wait_read,
+        [self = shared_from_this(), request = requests_](const error_code& error) {
+            if (error || self->state_ != State::working || self->requests_ != request) return;
+            char byte = 0;
+            const ssize_t got =
+                ::recv(self->socket_.native_handle(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+            if (got > 0 || (got < 0 && errno == EAGAIN)) return;
+            *self->request_.left = true;
+            self->abandon();
+        });
 }
 
 void Connection::reply(Reply answer) {
@@ -159,7 +186,10 @@ void Connection::reply(Reply answer) {
                                     answer.status, " ", answer.body.size()));
     if (shared_.closing || finish_) keep_ = false;
     if (answer.events) keep_ = false;
+    boost::system::error_code ignored;
+    socket_.cancel(ignored);  // watch_client()
     head_ = head_of(answer, keep_);
+    source_ = request_.method == "HEAD" ? nullptr : answer.source;
     content_ = request_.method == "HEAD" ? "" : std::move(answer.body);
     state_ = State::writing;
     // One more second per 64 KiB, for large images.
@@ -170,6 +200,7 @@ void Connection::reply(Reply answer) {
         [self = shared_from_this(), wanted = answer.events](const error_code& error, size_t) {
             if (self->state_ == State::closed) return;
             if (!error && wanted) return self->listen(*wanted);
+            if (!error && self->source_) return self->send_source();
             self->on_written(error);
         });
 }
@@ -179,6 +210,34 @@ void Connection::on_written(const error_code& error) {
     content_ = {};
     if (keep_ && !finish_) return read_header();
     linger();
+}
+
+// Reads a part of the body on another thread, and sends it.
+void Connection::send_source() {
+    state_ = State::sending;
+    content_ = {};
+    deadline_in(shared_.settings.working);
+    const bool taken = shared_.pool.run([self = shared_from_this(), source = source_] {
+        auto part = source->next();
+        asio::post(self->shared_.io, [self, part = std::move(part)]() mutable {
+            if (self->state_ != State::sending) return;
+            // The length has been sent: only an early end tells the client of an error.
+            if (!part.ok()) return self->abandon();
+            if (part->empty()) {
+                self->source_.reset();
+                return self->on_written({});
+            }
+            self->content_ = std::move(*part);
+            self->deadline_in(self->shared_.settings.write);
+            asio::async_write(self->socket_, asio::buffer(self->content_),
+                              [self](const error_code& error, size_t) {
+                                  if (self->state_ != State::sending) return;
+                                  if (error) return self->abandon();
+                                  self->send_source();
+                              });
+        });
+    });
+    if (!taken) abandon();
 }
 
 // Closing a socket with unread bytes resets the connection, and the client may lose the reply.
@@ -277,7 +336,7 @@ void Connection::send_batch(EventBatch batch) {
 }
 
 void Connection::tick(Clock::time_point now) {
-    if (state_ == State::closed || state_ == State::working) return;
+    if (state_ == State::closed) return;
     if (state_ == State::listening && !sending_) {
         if (now - spoke_ < shared_.settings.heartbeat) return;
         static const EventText kComment = std::make_shared<const std::string>(":\n\n");
@@ -288,6 +347,14 @@ void Connection::tick(Clock::time_point now) {
         return send_batch(std::move(comment));
     }
     if (now < deadline_) return;
+    if (state_ == State::working) {
+        Reply late = problem(
+            503, concat("the request took longer than ", shared_.settings.working.count() / 1000,
+                        " s; a disk may hang, see /readyz"));
+        late.headers.emplace_back("Retry-After", "60");
+        *request_.left = true;
+        return reply(std::move(late));
+    }
     if (state_ != State::lingering && state_ != State::header) {
         const std::lock_guard lock(shared_.traffic_mutex);
         ++shared_.traffic.cut_off;
@@ -304,6 +371,7 @@ void Connection::finish() {
 void Connection::abandon() {
     if (state_ == State::closed) return;
     if (state_ == State::listening) count_listener(-1);
+    if (request_.left) *request_.left = true;
     state_ = State::closed;
     error_code ignored;
     socket_.close(ignored);

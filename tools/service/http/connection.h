@@ -31,7 +31,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string& address() const { return address_; }
 
   private:
-    enum class State { header, body, working, writing, listening, lingering, closed };
+    enum class State { header, body, working, writing, sending, listening, lingering, closed };
 
     void read_header();
     void on_header(const boost::system::error_code& error);
@@ -39,7 +39,9 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void on_body(const boost::system::error_code& error);
     void refuse_read(const boost::system::error_code& error);
     void work();
+    void watch_client();
     void reply(Reply reply);
+    void send_source();
     void on_written(const boost::system::error_code& error);
     void listen(const EventsWanted& wanted);
     void watch_listener();
@@ -58,9 +60,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
     std::optional<Parser> parser_;
     Request request_;
     std::optional<Admitted> admitted_;
-    bool keep_ = false;    // keep the connection open after this reply
-    bool finish_ = false;  // finish() was called
-    std::string head_;     // of the current reply
+    uint64_t requests_ = 0;               // so far; a reply to an earlier one is dropped
+    std::shared_ptr<BodySource> source_;  // of the current reply
+    bool keep_ = false;                   // keep the connection open after this reply
+    bool finish_ = false;                 // finish() was called
+    std::string head_;                    // of the current reply
     std::string content_;
     // Listeners only.
     std::string job_;

@@ -1,11 +1,6 @@
 #include "tools/service/http/guard.h"
 
-#include <arpa/inet.h>
-#include <sys/random.h>
-
 #include <algorithm>
-#include <array>
-#include <fstream>
 
 #include "tools/service/http/problem.h"
 
@@ -13,13 +8,6 @@ namespace postchain::service {
 namespace {
 
 constexpr const char* kCookie = "postchain_session";
-constexpr size_t kShortestToken = 16, kLongestToken = 512;
-
-bool is_address(const std::string& text) {
-    std::array<unsigned char, 16> bytes = {};
-    return inet_pton(AF_INET, text.c_str(), bytes.data()) == 1 ||
-           inet_pton(AF_INET6, text.c_str(), bytes.data()) == 1;
-}
 
 // "[::1]:8080" -> "::1", "name:8080" -> "name". Nothing for other forms.
 std::optional<std::string> name_of_host(const std::string& host) {
@@ -41,10 +29,6 @@ std::optional<std::string> name_of_host(const std::string& host) {
     return name;
 }
 
-bool is_token_character(unsigned char c) {
-    return c > 0x20 && c < 0x7f;
-}
-
 // The value of a cookie; empty if it is missing.
 std::string cookie_of(const Request& request) {
     const std::string key = std::string(kCookie) + "=";
@@ -63,17 +47,6 @@ std::string cookie_of(const Request& request) {
 }
 
 }  // namespace
-
-Guard::Guard(const GuardSettings& settings) : settings_(settings) {
-    std::array<unsigned char, 32> bytes = {};
-    // Fails only without randomness from the kernel; then no cookie is accepted.
-    if (getrandom(bytes.data(), bytes.size(), 0) != ssize_t(bytes.size())) return;
-    constexpr char kDigits[] = "0123456789abcdef";
-    for (const unsigned char byte : bytes) {
-        session_ += kDigits[byte >> 4];
-        session_ += kDigits[byte & 15];
-    }
-}
 
 std::optional<Reply> Guard::refuse_shape(const Request& request) const {
     // RFC 9112, 6.3 and 11.2: framing that a proxy in between might read differently.
@@ -114,60 +87,43 @@ std::optional<Reply> Guard::refuse_shape(const Request& request) const {
     return std::nullopt;
 }
 
-bool Guard::knows(const Request& request) const {
-    if (settings_.token.empty()) return true;
-    if (const std::string* given = request.header("Authorization")) {
+std::variant<KnownUser, Reply> Guard::identify(const Request& request) const {
+    const Users& users = *settings_.users;
+    if (!users.asks_for_token()) return users.named("");
+    const std::string* given = request.header("Authorization");
+    if (!given)
+        if (KnownUser user = users.in_session(cookie_of(request))) return user;
+    const std::string address = client_of(request, settings_.trusted).address;
+    if (given) {
+        // Before the token is compared: the reply must not tell whether it is right.
+        if (const int wait = wrong_.wait_s(address)) {
+            Reply reply = problem(429, "too many wrong tokens from this address; try again later");
+            reply.headers.emplace_back("Retry-After", std::to_string(wait));
+            return reply;
+        }
         constexpr std::string_view kScheme = "Bearer ";
-        return given->size() > kScheme.size() &&
-               same_word(std::string_view(*given).substr(0, kScheme.size()), kScheme) &&
-               same_secret(given->substr(kScheme.size()), settings_.token);
+        if (given->size() > kScheme.size() &&
+            same_word(std::string_view(*given).substr(0, kScheme.size()), kScheme))
+            if (KnownUser user = users.with_token(given->substr(kScheme.size()))) return user;
+        wrong_.enter(address);
     }
-    return !session_.empty() && same_secret(cookie_of(request), session_);
+    Reply reply = problem(401, "this address requires a token: Authorization: Bearer TOKEN");
+    reply.headers.emplace_back("WWW-Authenticate", "Bearer");
+    return reply;
 }
 
-std::string Guard::session_cookie() const {
-    return std::string(kCookie) + "=" + session_ + "; Path=/; HttpOnly; SameSite=Strict";
+std::string Guard::cookie(const Request& request, const std::string& session) const {
+    std::string text =
+        concat(kCookie, "=", session, "; Path=", settings_.base, "/; HttpOnly; SameSite=Strict");
+    if (client_of(request, settings_.trusted).secure) text += "; Secure";
+    return session.empty() ? text + "; Max-Age=0" : text;
 }
 
-std::string Guard::no_session_cookie() {
-    return std::string(kCookie) + "=; Path=/; HttpOnly; SameSite=Strict; Max-Age=0";
-}
-
-bool same_secret(const std::string& given, const std::string& secret) {
-    if (secret.empty()) return false;
-    volatile unsigned char difference = given.size() == secret.size() ? 0 : 1;
-    for (size_t i = 0; i < given.size(); ++i)
-        difference = static_cast<unsigned char>(
-            difference | (static_cast<unsigned char>(given[i]) ^
-                          static_cast<unsigned char>(secret[i % secret.size()])));
-    return difference == 0;
-}
-
-Result<std::string> read_token(const std::string& path) {
-    std::ifstream in(path);
-    std::string token(kLongestToken + 2, '\0');
-    if (!in) return Status(StatusCode::usage, "--token-file " + path + ": cannot be read");
-    in.read(token.data(), std::streamsize(token.size()));
-    token.resize(size_t(in.gcount()));
-    token.resize(std::min(token.find_first_of("\r\n"), token.size()));
-    if (token.size() < kShortestToken || token.size() > kLongestToken)
-        return Status(
-            StatusCode::usage,
-            concat("--token-file ", path, ": the first line must have ", kShortestToken, " to ",
-                   kLongestToken, " characters; `openssl rand -hex 32` makes one"));
-    if (!std::all_of(token.begin(), token.end(), is_token_character))
-        return Status(StatusCode::usage, "--token-file " + path +
-                                             ": the token may have printable ASCII characters "
-                                             "without spaces only");
-    return token;
-}
-
-bool is_loopback(const std::string& address) {
-    std::array<unsigned char, 16> bytes = {};
-    if (inet_pton(AF_INET, address.c_str(), bytes.data()) == 1) return bytes[0] == 127;
-    if (inet_pton(AF_INET6, address.c_str(), bytes.data()) != 1) return false;
-    return std::all_of(bytes.begin(), bytes.end() - 1, [](auto b) { return b == 0; }) &&
-           bytes[15] == 1;
+std::string Guard::without_base(const std::string& target) const {
+    const std::string& base = settings_.base;
+    if (base.empty() || !target.starts_with(base)) return target;
+    const std::string rest = target.substr(base.size());
+    return rest.starts_with("/") ? rest : target;
 }
 
 }  // namespace postchain::service

@@ -1,49 +1,53 @@
 // Access checks on the header alone, before any byte of a body is read.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "chain/status.h"
+#include "tools/service/http/client.h"
 #include "tools/service/http/message.h"
+#include "tools/service/http/wrong_tokens.h"
+#include "tools/service/store/users.h"
 
 namespace postchain::service {
 
 struct GuardSettings {
-    std::string token;               // empty = no token is required
+    std::shared_ptr<const Users> users = std::make_shared<Users>();
     std::vector<std::string> hosts;  // names allowed in Host beside addresses and localhost
+    Networks trusted;                // proxies
+    std::string base;                // "/postchain": the path before every address; may be empty
 };
 
 class Guard {
   public:
-    explicit Guard(const GuardSettings& settings);
+    explicit Guard(const GuardSettings& settings) : settings_(settings) {}
 
     // A refusal, or nothing: framing that two readers could interpret differently (400, 501), an
     // unknown Host (421: a name that another site points here), an Origin of another site (403).
     std::optional<Reply> refuse_shape(const Request& request) const;
-    // Whether the request has the token, as Authorization: Bearer or by the session's cookie. True
-    // if none is required.
-    bool knows(const Request& request) const;
-    bool asks_for_token() const { return !settings_.token.empty(); }
-    // A cookie for a page that has sent the token. Scripts cannot read it and other sites cannot
-    // send it. Valid until the process ends.
-    std::string session_cookie() const;
-    static std::string no_session_cookie();
+    // The user of the request's token, as Authorization: Bearer or by the cookie of a session. 401:
+    // no token, or a wrong one; 429 after many wrong ones.
+    std::variant<KnownUser, Reply> identify(const Request& request) const;
+    bool asks_for_token() const { return settings_.users->asks_for_token(); }
+    // Set-Cookie for a page that has sent the token. Scripts cannot read it and other sites cannot
+    // send it. Empty `session`: removes the cookie.
+    std::string cookie(const Request& request, const std::string& session) const;
+    // The address without the base path, which some proxies remove and others do not.
+    std::string without_base(const std::string& target) const;
+    bool is_base(const std::string& target) const {
+        return !settings_.base.empty() && target == settings_.base;
+    }
+    bool trusts(const std::string& address) const {
+        return has_address(settings_.trusted, address);
+    }
 
   private:
     GuardSettings settings_;
-    std::string session_;  // 256 random bits in hexadecimal
+    mutable WrongTokens wrong_;
 };
-
-// Compares in a time that depends only on the length of `given`.
-bool same_secret(const std::string& given, const std::string& secret);
-
-// The first line of the file. Errors (usage): unreadable, shorter than 16 characters, longer than
-// 512, characters outside printable ASCII.
-Result<std::string> read_token(const std::string& path);
-
-// 127.0.0.0/8, ::1
-bool is_loopback(const std::string& address);
 
 }  // namespace postchain::service

@@ -1,14 +1,18 @@
 // Requests and replies, independent of the HTTP library.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
+
+#include "chain/status.h"
 
 namespace postchain::service {
 
@@ -23,6 +27,8 @@ struct Request {
     Headers headers;
     std::string body;
     bool http_1_0 = false;
+    std::string peer;                              // the address that the connection comes from
+    std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 
     // The first header of that name, or null.
     const std::string* header(std::string_view name) const;
@@ -35,12 +41,23 @@ struct EventsWanted {
     std::optional<int64_t> after;  // an id; unset: from now on
 };
 
+// A body that is read while it is sent.
+class BodySource {
+  public:
+    virtual ~BodySource() = default;
+    virtual uint64_t bytes() const = 0;  // in all
+    // The next part; empty at the end. Called on any thread, one call at a time. An error ends the
+    // connection.
+    virtual Result<std::string> next() = 0;
+};
+
 struct Reply {
     int status = 200;
     std::string type = "application/json";
     std::string body;
     Headers headers;  // in addition to type and length
     std::optional<EventsWanted> events;
+    std::shared_ptr<BodySource> source;  // in place of `body`
 };
 
 // Called once, from any thread.

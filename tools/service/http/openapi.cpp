@@ -1,5 +1,7 @@
 #include "tools/service/http/openapi.h"
 
+#include <set>
+
 #include "tools/service/http/job_json.h"
 #include "tools/service/work/body_keys.h"
 
@@ -52,10 +54,18 @@ Json schemas(Json job) {
             {"minimum", kMinPreviewScale},
             {"maximum", 1},
             {"description", "scale of width and height"}}}}}};
+    const Json change = {
+        {"type", "object"},
+        {"properties",
+         {{"priority",
+           {{"type", "integer"}, {"minimum", -kMaxPriority}, {"maximum", kMaxPriority}}}}},
+        {"required", {"priority"}},
+        {"additionalProperties", false}};
     const Json chain_text = {{"type", "object"},
                              {"properties", {{"text", text("text of a chain file")}}},
                              {"required", {"text"}}};
     return {{"JobRequest", job},
+            {"JobChange", change},
             {"PlanRequest", plan},
             {"PreviewRequest", preview},
             {"ChainText", chain_text},
@@ -81,16 +91,42 @@ Json parameters_of(const Route& route) {
                               {"required", true},
                               {"schema", {{"type", number ? "integer" : "string"}}}});
     }
-    for (const auto& query : route.queries)
+    for (const auto& query : route.queries) {
+        Json schema = {{"type", "string"}};
+        if (!query.words.empty()) schema["enum"] = query.words;
+        if (!query.pattern.empty()) schema["pattern"] = "^" + query.pattern + "$";
         parameters.push_back({{"name", query.name},
                               {"in", "query"},
                               {"description", query.description},
-                              {"schema", {{"type", "string"}}}});
+                              {"schema", schema}});
+    }
+    const auto header = [&](const char* name, const char* description) {
+        parameters.push_back({{"name", name},
+                              {"in", "header"},
+                              {"description", description},
+                              {"schema", {{"type", "string"}, {"maxLength", 255}}}});
+    };
+    if (route.operation == "submitJob")
+        header("Idempotency-Key",
+               "the same key and body again return the same job; another body is refused");
+    if (route.operation == "previewFrame")
+        header("Preview-Session", "a later preview of the session ends this one");
+    if (route.streams) header("Last-Event-ID", "continues after this event");
     return parameters;
 }
 
+// Statuses of problems: those of any route, and the route's own.
+std::set<int> refusals_of(const Route& route) {
+    std::set<int> statuses = {400, 403, 413, 421, 429, 431, 500, 501, 503};
+    if (!route.open) statuses.insert(401);
+    if (route.path.find('{') != std::string::npos) statuses.insert(404);
+    if (!route.body.empty()) statuses.insert({408, 415});
+    statuses.insert(route.refusals.begin(), route.refusals.end());
+    return statuses;
+}
+
 Json operation_of(const Route& route) {
-    Json operation = {{"summary", route.summary}};
+    Json operation = {{"operationId", route.operation}, {"summary", route.summary}};
     if (Json parameters = parameters_of(route); !parameters.empty())
         operation["parameters"] = parameters;
     if (!route.body.empty())
@@ -101,11 +137,27 @@ Json operation_of(const Route& route) {
         success["content"] = {{route.type, route.schema.empty()
                                                ? Json::object()
                                                : Json{{"schema", ref(route.schema)}}}};
-    operation["responses"] = {
-        {std::to_string(route.status), success},
-        {"default",
-         {{"description", "Refused or failed"},
-          {"content", {{"application/problem+json", {{"schema", ref("Problem")}}}}}}}};
+    Json& responses = operation["responses"] = {{std::to_string(route.status), success}};
+    if (route.operation == "submitJob") {
+        responses["202"]["headers"]["Location"] = {
+            {"description", "the job, relative to this address"}, {"schema", {{"type", "string"}}}};
+        responses["200"] = responses["202"];
+        responses["200"]["description"] = "The job that already has this Idempotency-Key";
+    }
+    if (route.operation == "followJob")
+        responses["204"] = {{"description", "The job has ended, and has no later event"}};
+    if (route.operation == "getReadiness") {
+        responses["503"] = success;
+        responses["503"]["description"] = "Not ready";
+    }
+    for (const int status : refusals_of(route)) {
+        Json refusal = {{"description", reason_of(status)},
+                        {"content", {{"application/problem+json", {{"schema", ref("Problem")}}}}}};
+        if (status == 429 || status == 503)
+            refusal["headers"]["Retry-After"] = {{"description", "seconds"},
+                                                 {"schema", {{"type", "integer"}}}};
+        responses.emplace(std::to_string(status), std::move(refusal));
+    }
     if (route.open) operation["security"] = Json::array();
     return operation;
 }
@@ -127,8 +179,12 @@ std::string openapi_of(const std::vector<Route>& routes, Json job_schema,
         {"paths", paths},
         {"components",
          {{"schemas", schemas(std::move(job_schema))},
-          {"securitySchemes", {{"token", {{"type", "http"}, {"scheme", "bearer"}}}}}}}};
-    if (asks_for_token) document["security"] = Json::array({{{"token", Json::array()}}});
+          {"securitySchemes",
+           {{"token", {{"type", "http"}, {"scheme", "bearer"}}},
+            {"session", {{"type", "apiKey"}, {"in", "cookie"}, {"name", "postchain_session"}}}}}}}};
+    if (asks_for_token)
+        document["security"] =
+            Json::array({{{"token", Json::array()}}, {{"session", Json::array()}}});
     return io::json_text(document, 2);
 }
 

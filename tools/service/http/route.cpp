@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <regex>
 
 #include "tools/service/http/problem.h"
 
@@ -45,7 +46,31 @@ std::optional<std::vector<std::string>> match(const std::string& path,
     return values;
 }
 
+// Why a query is refused; empty = it is not.
+std::string fault_of(const Route& route, const std::string& name, const std::string& value) {
+    const auto found = std::find_if(route.queries.begin(), route.queries.end(),
+                                    [&](const auto& one) { return one.name == name; });
+    if (found == route.queries.end()) return "unknown query parameter '" + name + "'";
+    if (!found->words.empty() &&
+        std::find(found->words.begin(), found->words.end(), value) == found->words.end())
+        return name + " is not one of " + joined(found->words, ", ");
+    if (!found->pattern.empty() && !std::regex_match(value, std::regex(found->pattern)))
+        return name + " is not valid; expected: " + found->description;
+    return "";
+}
+
 }  // namespace
+
+std::string Call::query(const std::string& name) const {
+    const auto found = target.query.find(name);
+    return found == target.query.end() ? "" : found->second;
+}
+
+Handler replies(std::function<Reply(const Call&)> reply) {
+    return [reply = std::move(reply)](const Call& call, const Respond& respond) {
+        respond(reply(call));
+    };
+}
 
 std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const std::string& method,
                                       const Target& target) {
@@ -53,16 +78,15 @@ std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const st
     for (const Route& route : routes) {
         auto values = match(route.path, target.segments);
         if (!values) continue;
-        const bool streams = route.type == "text/event-stream";
-        if (route.method == method || (method == "HEAD" && route.method == "GET" && !streams)) {
+        if (route.method == method ||
+            (method == "HEAD" && route.method == "GET" && !route.streams)) {
             for (const auto& [key, value] : target.query)
-                if (std::none_of(route.queries.begin(), route.queries.end(),
-                                 [&key = key](const auto& one) { return one.name == key; }))
-                    return problem(400, "unknown query parameter '" + key + "'");
+                if (const std::string fault = fault_of(route, key, value); !fault.empty())
+                    return problem(400, fault);
             return Match{&route, std::move(*values)};
         }
         allowed.push_back(route.method);
-        if (route.method == "GET" && !streams) allowed.push_back("HEAD");
+        if (route.method == "GET" && !route.streams) allowed.push_back("HEAD");
     }
     if (allowed.empty()) return problem(404, "unknown address");
     std::string list;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "tools/service/http/message.h"
+#include "tools/service/store/users.h"
 
 namespace postchain::service {
 
@@ -16,26 +17,38 @@ struct Call {
     const Request& request;
     const Target& target;
     std::vector<std::string> values;  // of the path's {names}, in order
+    const User& user;
+
+    std::string query(const std::string& name) const;  // empty = not given
 };
 using Handler = std::function<void(const Call&, const Respond&)>;
 
 struct QueryParameter {
     std::string name;
     std::string description;
+    std::vector<std::string> words = {};  // the values it may have; empty = any
+    std::string pattern = {};             // instead of words: a regular expression
 };
 
 struct Route {
-    std::string method = {};   // HEAD is GET without a body
-    std::string path = {};     // "/v1/jobs/{id}"; "{name...}" takes the rest of the path
-    std::string summary = {};  // one line for /openapi.json
+    std::string method = {};     // HEAD is GET without a body
+    std::string path = {};       // "/v1/jobs/{id}"; "{name...}" takes the rest of the path
+    std::string operation = {};  // operationId
+    std::string summary = {};    // one line for /openapi.json
     Handler handle = {};
     bool open = false;                         // requires no token
     std::vector<QueryParameter> queries = {};  // others are refused
     std::string body = {};                     // name of the body's schema; empty = no body
     int status = 200;                          // on success
+    std::vector<int> refusals = {};            // statuses besides those that any route has
     std::string type = "application/json";
     std::string schema = {};  // name of the reply's schema; empty = none
+    bool streams = false;     // HEAD is not possible
+    bool at_once = false;     // the reply is immediate and needs no other thread
 };
+
+// A handler that replies at the end of the call.
+Handler replies(std::function<Reply(const Call&)> reply);
 
 // A route and the values of its {names}, or a refusal: 400, 404, 405 with Allow.
 struct Match {

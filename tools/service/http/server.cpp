@@ -23,14 +23,15 @@ class Loop {
     Loop(Shared& shared, const std::atomic<bool>& stop)
         : shared_(shared), stop_(stop), timer_(shared.io), retry_(shared.io) {}
 
-    void run() {
+    size_t run() {
         shared_.service.on_event([this](const Event&) { poke(); });
         accept();
         tick();
         shared_.io.run();
         shared_.service.on_event([](const Event&) {});
-        shared_.pool.join();
+        const size_t lost = shared_.pool.end();
         shared_.event_pool.join();
+        return lost;
     }
 
   private:
@@ -79,7 +80,8 @@ class Loop {
         const std::string address = peer.address().to_string();
         const ServerSettings& settings = shared_.settings;
         const bool full = shared_.connections.size() >= settings.max_connections;
-        const bool many = shared_.per_address[address] >= settings.max_connections_per_address;
+        const bool many = shared_.per_address[address] >= settings.max_connections_per_address &&
+                          !shared_.api.guard().trusts(address);
         // Refusals are connections too. Over kToldSo of them, clients are closed without a reply.
         const bool crowd = shared_.connections.size() >= settings.max_connections + kToldSo;
         {
@@ -111,6 +113,7 @@ class Loop {
 
     void tick() {
         const auto now = Connection::Clock::now();
+        ++shared_.beats;
         each([&](Connection& one) { one.tick(now); });
         if (stop_ && !draining_) drain();
         if (shared_.closing && (shared_.connections.empty() || now > closed_by_)) {
@@ -124,7 +127,7 @@ class Loop {
     // First the jobs, while clients can still query them; then the clients.
     void drain() {
         draining_ = true;
-        asio::post(shared_.pool, [this] {
+        asio::post(shared_.event_pool, [this] {
             shared_.service.drain();
             asio::post(shared_.io, [this] {
                 shared_.closing = true;
@@ -152,7 +155,10 @@ class Loop {
 
 Server::Server(std::unique_ptr<Shared> shared) : shared_(std::move(shared)) {}
 
-Server::~Server() = default;
+Server::~Server() {
+    // A request that hangs goes on using it when its disk answers.
+    if (lost_ > 0) (void)shared_.release();
+}
 
 Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Service& service) {
     error_code error;
@@ -173,6 +179,7 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     if (error)
         return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),
                                                  "; choose another port, or 0 for any free one"));
+    if (Status status = shared->pool.begin(); !status.ok()) return status;
     return std::unique_ptr<Server>(new Server(std::move(shared)));
 }
 
@@ -181,8 +188,12 @@ uint16_t Server::port() const {
     return shared_->acceptor.local_endpoint(ignored).port();
 }
 
-void Server::run(const std::atomic<bool>& stop) {
-    Loop(*shared_, stop).run();
+size_t Server::run(const std::atomic<bool>& stop) {
+    return lost_ = Loop(*shared_, stop).run();
+}
+
+uint64_t Server::beats() const {
+    return shared_->beats;
 }
 
 }  // namespace postchain::service

@@ -33,6 +33,7 @@ struct ServerSettings {
     size_t kept_events = 4096;                    // in memory, for all listeners
     std::chrono::milliseconds header{20'000};     // from connecting, or the last reply, to a header
     std::chrono::milliseconds body{30'000};       // from the header to the end of the body
+    std::chrono::milliseconds working{120'000};   // until a reply, and for each part of a file
     std::chrono::milliseconds write{30'000};      // per reply or batch of events
     std::chrono::milliseconds heartbeat{15'000};  // between comments to listeners
     std::chrono::milliseconds closing{5'000};     // for unfinished replies, after draining
@@ -49,12 +50,16 @@ class Server {
     ~Server();
 
     uint16_t port() const;
-    // Serves until `stop` is set. Then drains the service, closes all connections and returns.
-    void run(const std::atomic<bool>& stop);
+    // Serves until `stop` is set. Then drains the service, closes all connections, and returns the
+    // number of threads that hang in a request: the process should end without them.
+    size_t run(const std::atomic<bool>& stop);
+    // Increases while the thread of run() works.
+    uint64_t beats() const;
 
   private:
     explicit Server(std::unique_ptr<Shared> shared);
     std::unique_ptr<Shared> shared_;
+    size_t lost_ = 0;  // threads that hang
 };
 
 }  // namespace postchain::service

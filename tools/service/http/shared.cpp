@@ -1,10 +1,16 @@
 #include "tools/service/http/shared.h"
 
 namespace postchain::service {
+namespace {
+
+constexpr size_t kRequestThreads = 2;
+
+}  // namespace
 
 Shared::Shared(const ServerSettings& given, Service& what)
     : settings(given),
       service(what),
+      pool(kRequestThreads, given.max_waiting + given.max_connections, std::chrono::seconds(20)),
       api(what, given.guard, given.version, [this] { return metrics(); }),
       events(newest_event(what), given.kept_events) {}
 

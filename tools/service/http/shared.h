@@ -1,6 +1,7 @@
 // State shared by the connections of a server. Only the I/O thread uses it, except the pools.
 #pragma once
 
+#include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/thread_pool.hpp>
@@ -13,6 +14,7 @@
 #include "tools/service/http/api.h"
 #include "tools/service/http/event_log.h"
 #include "tools/service/http/server.h"
+#include "tools/service/work/helper_threads.h"
 
 namespace postchain::service {
 
@@ -36,13 +38,14 @@ struct Shared {
     Service& service;
     boost::asio::io_context io{1};
     boost::asio::ip::tcp::acceptor acceptor{io};
-    boost::asio::thread_pool pool{2};        // for quick calls of the service
-    boost::asio::thread_pool event_pool{1};  // reads events from the store
+    HelperThreads pool;                      // calls of the service
+    boost::asio::thread_pool event_pool{2};  // reads events from the store, and drains the service
     Api api;
     EventLog events;
     std::set<std::shared_ptr<Connection>> connections;
     std::map<std::string, size_t> per_address;
     bool closing = false;
+    std::atomic<uint64_t> beats = 0;
 
     mutable std::mutex traffic_mutex;
     Traffic traffic;

@@ -55,8 +55,11 @@ std::string head_of(const Reply& reply, bool keep) {
     for (const auto& [name, value] : security_headers(reply)) add(name, value);
     for (const auto& [name, value] : reply.headers) add(name, value);
     if (reply.status != 204) add("Content-Type", reply.type);
+    // nginx would keep events until its buffer is full.
+    if (reply.events) add("X-Accel-Buffering", "no");
     if (!reply.events && reply.status != 204)
-        add("Content-Length", std::to_string(reply.body.size()));
+        add("Content-Length",
+            std::to_string(reply.source ? reply.source->bytes() : reply.body.size()));
     if (!keep) add("Connection", "close");
     return head + "\r\n\r\n";
 }

@@ -6,11 +6,12 @@ namespace postchain::service {
 
 const std::vector<PageFile>& page_files() {
     static const std::vector<PageFile> files = {
-        {"/", "text/html; charset=utf-8", "The page", page::file("service/index.html")},
-        {"/page/style.css", "text/css; charset=utf-8", "Its style",
+        {"/", "text/html; charset=utf-8", "getPage", "The page", page::file("service/index.html")},
+        {"/page/style.css", "text/css; charset=utf-8", "getPageStyle", "Its style",
          page::file("service/style.css")},
-        {"/page/icon.svg", "image/svg+xml", "Its icon", page::file("service/icon.svg")},
-        {"/page/main.js", "text/javascript; charset=utf-8", "Its script",
+        {"/page/icon.svg", "image/svg+xml", "getPageIcon", "Its icon",
+         page::file("service/icon.svg")},
+        {"/page/main.js", "text/javascript; charset=utf-8", "getPageScript", "Its script",
          page::file("service/main.js")}};
     return files;
 }

@@ -8,9 +8,10 @@
 namespace postchain::service {
 
 struct PageFile {
-    std::string address;  // "/", "/page/main.js"
-    std::string type;     // "text/javascript; charset=utf-8"
-    std::string what;     // one line
+    std::string address;    // "/", "/page/main.js"
+    std::string type;       // "text/javascript; charset=utf-8"
+    std::string operation;  // operationId of its address
+    std::string what;       // one line
     std::string_view text;
 };
 const std::vector<PageFile>& page_files();

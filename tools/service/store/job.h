@@ -33,6 +33,7 @@ struct Job {
     JobKind kind = JobKind::run;
     JobState state = JobState::queued;
     int priority = 0;        // -kMaxPriority..kMaxPriority, larger first; then by arrival
+    std::string owner;       // a user's name; empty without a file of users
     std::string body;        // the request as received
     std::string message;     // reason of a failure, or notes
     int64_t created_ms = 0;  // milliseconds since 1970-01-01 UTC; 0 = not yet
@@ -41,6 +42,7 @@ struct Job {
     int frames = 0;          // 0 = not known yet
     int done = 0;            // written, skipped
     int failed = 0;          // missing, quarantined
+    int64_t bytes = 0;       // of the outputs that it wrote
     double remaining_s = 0;  // estimate while the job runs; 0 = unknown
     int exit_code = 0;       // as of the command
     std::string verdict;     // ab, bench and study: one line
@@ -53,7 +55,7 @@ struct JobFrame {
     std::string output;   // as in the job
     std::string message;  // the last failure
     double filter_ms = 0;
-    std::string sidecar;  // JSON: steps that ran, elided steps with reasons, times of each pass
+    std::string sidecar;  // JSON, read from the file beside the output; empty = none
 };
 
 struct Event {

@@ -17,9 +17,8 @@ Status status_of(const std::string& path) {
     } catch (const SqlError& error) {
         const int kind = error.code & 0xff;
         if (kind == SQLITE_BUSY || kind == SQLITE_LOCKED)
-            return Status(StatusCode::output, path +
-                                                  ": another service uses this store; stop it, or "
-                                                  "choose another file");
+            return Status(StatusCode::output,
+                          path + ": another program holds this store; end that program");
         if (kind == SQLITE_NOTADB)
             return Status(StatusCode::output,
                           path + ": is not a store of jobs; choose another file for the store");
@@ -46,8 +45,8 @@ std::pair<dev_t, ino_t> identity_of(const std::string& path) {
 
 }  // namespace
 
-JobStore::JobStore(const std::string& path, int attempts)
-    : path_(path), attempts_(attempts), database_(path) {}
+JobStore::JobStore(const std::string& path, int attempts, const Retention& keep)
+    : path_(path), attempts_(attempts), keep_(keep), database_(path) {}
 
 template <class Work>
 Status JobStore::change(const Work& work) {
@@ -79,9 +78,11 @@ Result<T> JobStore::look(const Work& work) const {
     }
 }
 
-Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts) {
+Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts,
+                                                 const Retention& keep) {
     try {
-        std::unique_ptr<JobStore> store(new JobStore(path, attempts));
+        std::unique_ptr<JobStore> store(new JobStore(path, attempts, keep));
+        if (Status status = store->lock_.take(path); !status.ok()) return status;
         prepare(store->database_, path);
         store->file_ = identity_of(path);
         if (Status status = store->change([&] {
@@ -91,7 +92,7 @@ Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int at
             });
             !status.ok())
             return status;
-        if (Status status = store->change([&] { prune(store->database_); }); !status.ok())
+        if (Status status = store->change([&] { prune(store->database_, keep); }); !status.ok())
             return status;
         return store;
     } catch (...) {
@@ -111,15 +112,36 @@ void JobStore::add_event(const std::string& id, const std::string& type, const s
     said_.push_back(std::move(event));
 }
 
-Result<Added> JobStore::add(JobKind kind, const std::string& body, int priority,
-                            const std::string& key, size_t max_queue) {
+std::string JobStore::over_limit(const NewJob& job, const User& owner) {
+    Statement used(database_,
+                   "SELECT COUNT(*) FILTER (WHERE ended_ms = 0), SUM(frames - done - failed) "
+                   "FILTER (WHERE ended_ms = 0), SUM(bytes) FROM jobs WHERE owner = ?");
+    used.bind(owner.name).step();
+    const int64_t jobs = used.integer(0) + 1, frames = used.integer(1) + job.frames;
+    if (owner.max_jobs > 0 && jobs > owner.max_jobs)
+        return concat(owner.name, " may have ", owner.max_jobs,
+                      " unfinished jobs; wait until one has ended, or cancel one");
+    if (owner.max_frames > 0 && frames > owner.max_frames)
+        return concat(owner.name, " may have ", owner.max_frames,
+                      " frames in unfinished jobs, and would have ", frames,
+                      "; submit fewer, or wait");
+    if (owner.max_bytes > 0 && used.integer(2) >= owner.max_bytes)
+        return concat("the jobs of ", owner.name, " have written ", used.integer(2),
+                      " bytes, the limit is ", owner.max_disk,
+                      "; delete outputs that are not needed, and their jobs");
+    return "";
+}
+
+Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& owner) {
     Added added;
     const Status status = change([&] {
-        if (!key.empty()) {
+        if (!job.key.empty()) {
             Statement same(database_, concat(kJob, "WHERE key = ?").c_str());
-            if (same.bind(key).step()) {
+            if (same.bind(job.key).step()) {
                 added.job = job_of(same);
-                added.what = added.job.body == body ? Added::What::same : Added::What::other_body;
+                added.what = added.job.body == job.body && added.job.owner == owner.name
+                                 ? Added::What::same
+                                 : Added::What::other_body;
                 return;
             }
         }
@@ -128,17 +150,25 @@ Result<Added> JobStore::add(JobKind kind, const std::string& body, int priority,
             added.what = Added::What::full;
             return;
         }
+        added.why = over_limit(job, owner);
+        if (!added.why.empty()) {
+            added.what = Added::What::over_limit;
+            return;
+        }
         Statement(database_,
-                  "INSERT INTO jobs(kind, state, priority, body, key, created_ms) VALUES(?, "
-                  "'queued', ?, ?, ?, ?)")
-            .bind(name_of(kind))
-            .bind(priority)
-            .bind(body)
-            .bind(key)
+                  "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames) "
+                  "VALUES(?, 'queued', ?, ?, ?, ?, ?, ?)")
+            .bind(name_of(job.kind))
+            .bind(job.priority)
+            .bind(job.body)
+            .bind(job.key)
             .bind(now_ms())
+            .bind(owner.name)
+            .bind(job.frames)
             .run();
         const std::string id = std::to_string(database_.last_id());
-        add_event(id, "queued", io::json_text({{"kind", name_of(kind)}, {"priority", priority}}));
+        add_event(id, "queued",
+                  io::json_text({{"kind", name_of(job.kind)}, {"priority", job.priority}}));
         Statement made(database_, concat(kJob, "WHERE id = ?").c_str());
         made.bind(number_of(id)).step();
         added.job = job_of(made);
@@ -164,16 +194,16 @@ Result<std::optional<Job>> JobStore::job_of_key(const std::string& key) const {
 }
 
 Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::string& before,
-                                        size_t limit) const {
+                                        size_t limit, const std::string& owner) const {
     return look<std::vector<Job>>([&] {
         std::vector<Job> jobs;
         Statement found(database_, concat(kJob,
                                           "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) "
-                                          "ORDER BY id DESC LIMIT ?3")
+                                          "AND (?4 = '' OR owner = ?4) ORDER BY id DESC LIMIT ?3")
                                        .c_str());
         // No jobs are older than an invalid id.
         found.bind(state).bind(before.empty() ? 0 : std::max<int64_t>(number_of(before), 1));
-        found.bind(int64_t(limit));
+        found.bind(int64_t(limit)).bind(owner);
         while (found.step()) jobs.push_back(job_of(found));
         return jobs;
     });
@@ -182,7 +212,7 @@ Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::str
 Result<std::vector<JobFrame>> JobStore::frames(const std::string& id) const {
     return look<std::vector<JobFrame>>([&] {
         std::vector<JobFrame> frames;
-        Statement found(database_, concat(kFrameAlone, "WHERE job = ? ORDER BY place").c_str());
+        Statement found(database_, concat(kFrame, "WHERE job = ? ORDER BY place").c_str());
         found.bind(number_of(id));
         while (found.step()) frames.push_back(frame_of(found));
         return frames;
@@ -252,7 +282,8 @@ Result<std::optional<Job>> JobStore::next(int above) const {
     return look<std::optional<Job>>([&]() -> std::optional<Job> {
         Statement found(database_, concat(kJob,
                                           "WHERE state = 'queued' AND priority >= ? ORDER BY "
-                                          "priority DESC, id LIMIT 1")
+                                          "priority DESC, IFNULL((SELECT turn FROM turns WHERE "
+                                          "turns.owner = jobs.owner), 0), id LIMIT 1")
                                        .c_str());
         if (!found.bind(above).step()) return std::nullopt;
         return job_of(found);
@@ -269,6 +300,11 @@ Result<int> JobStore::start(const std::string& id) {
             .bind(number_of(id))
             .run();
         if (database_.changes() == 0) return;
+        Statement(database_,
+                  "INSERT OR REPLACE INTO turns(owner, turn) SELECT owner, (SELECT "
+                  "IFNULL(MAX(turn), 0) + 1 FROM turns) FROM jobs WHERE id = ?")
+            .bind(number_of(id))
+            .run();
         add_event(id, "started", "{}");
         Statement now(database_, "SELECT attempts FROM jobs WHERE id = ?");
         now.bind(number_of(id)).step();
@@ -359,20 +395,22 @@ Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
         const int64_t job = number_of(id);
         Statement(database_,
                   "UPDATE frames SET state = ?, in_flight = 0, alone = 0, held = ?, message = ?, "
-                  "filter_ms = ?, sidecar = ? WHERE job = ? AND frame = ? AND state = 'waiting'")
+                  "filter_ms = ? WHERE job = ? AND frame = ? AND state = 'waiting'")
             .bind(name_of(end.state))
             .bind(end.held ? 1 : 0)
             .bind(end.message)
             .bind(end.filter_ms)
-            .bind(end.sidecar)
             .bind(job)
             .bind(end.frame)
             .run();
         if (database_.changes() == 0) return;
         const bool good = end.state == FrameState::written || end.state == FrameState::skipped;
-        Statement(database_, good
-                                 ? "UPDATE jobs SET attempts = 0, done = done + 1 WHERE id = ?"
-                                 : "UPDATE jobs SET attempts = 0, failed = failed + 1 WHERE id = ?")
+        Statement(database_,
+                  "UPDATE jobs SET attempts = 0, done = done + ?, failed = failed + ?, bytes = "
+                  "bytes + ? WHERE id = ?")
+            .bind(good ? 1 : 0)
+            .bind(good ? 0 : 1)
+            .bind(end.bytes)
             .bind(job)
             .run();
         io::Json data = {{"frame", end.frame}, {"state", name_of(end.state)}};
@@ -455,7 +493,7 @@ Status JobStore::end(const Job& job) {
         add_event(job.id, name_of(job.state), io::json_text(data));
     });
     // If pruning fails, the next end() prunes.
-    if (status.ok()) (void)change([&] { prune(database_); });
+    if (status.ok()) (void)change([&] { prune(database_, keep_); });
     return status;
 }
 
@@ -496,6 +534,78 @@ Result<bool> JobStore::retry(const std::string& id) {
     });
     if (!status.ok()) return status;
     return done;
+}
+
+Result<bool> JobStore::set_priority(const std::string& id, int priority) {
+    bool done = false;
+    const Status status = change([&] {
+        Statement(database_,
+                  "UPDATE jobs SET priority = ? WHERE id = ? AND state IN ('queued', 'running')")
+            .bind(priority)
+            .bind(number_of(id))
+            .run();
+        done = database_.changes() > 0;
+        if (done) add_event(id, "priority", io::json_text({{"priority", priority}}));
+    });
+    if (!status.ok()) return status;
+    return done;
+}
+
+Result<bool> JobStore::forget(const std::string& id) {
+    bool done = false;
+    const Status status = change([&] {
+        Statement(database_,
+                  "DELETE FROM jobs WHERE id = ? AND state IN ('done', 'failed', 'canceled')")
+            .bind(number_of(id))
+            .run();
+        done = database_.changes() > 0;
+    });
+    if (!status.ok()) return status;
+    return done;
+}
+
+Result<std::string> JobStore::remote(const std::string& id) const {
+    return look<std::string>([&] {
+        Statement found(database_, "SELECT remote FROM jobs WHERE id = ?");
+        return found.bind(number_of(id)).step() ? found.text(0) : std::string();
+    });
+}
+
+Result<std::vector<std::pair<Job, std::string>>> JobStore::remotes() const {
+    return look<std::vector<std::pair<Job, std::string>>>([&] {
+        std::vector<std::pair<Job, std::string>> jobs;
+        std::string query = kJob;
+        query.replace(query.find(" FROM"), 0, ", remote");
+        // A queued one follows when it has started again.
+        Statement found(database_,
+                        (query + "WHERE remote <> '' AND state <> 'queued' ORDER BY id").c_str());
+        while (found.step()) jobs.emplace_back(job_of(found), found.text(16));
+        return jobs;
+    });
+}
+
+Status JobStore::set_remote(const std::string& id, const std::string& remote) {
+    return change([&] {
+        Statement(database_, "UPDATE jobs SET remote = ? WHERE id = ?")
+            .bind(remote)
+            .bind(number_of(id))
+            .run();
+    });
+}
+
+QueueTimes JobStore::times() const {
+    const auto times = look<QueueTimes>([&] {
+        QueueTimes found;
+        Statement oldest(database_,
+                         "SELECT MIN(created_ms), COUNT(*) FROM jobs WHERE state = 'queued'");
+        if (oldest.step() && oldest.integer(1) > 0) found.oldest_queued_ms = oldest.integer(0);
+        for (const char* suffix : {"", "-wal"}) {
+            struct stat info = {};
+            if (::stat((path_ + suffix).c_str(), &info) == 0) found.store_bytes += info.st_size;
+        }
+        return found;
+    });
+    return times.ok() ? *times : QueueTimes();
 }
 
 Status JobStore::say(const std::string& id, const std::string& type, const std::string& data) {

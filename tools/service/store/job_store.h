@@ -27,6 +27,9 @@
 #include "chain/status.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/sqlite.h"
+#include "tools/service/store/store_lock.h"
+#include "tools/service/store/upkeep.h"
+#include "tools/service/store/users.h"
 
 namespace postchain::service {
 
@@ -45,7 +48,7 @@ struct FrameEnd {
     std::string message;  // warnings
     bool held = false;    // the output is another frame's image
     double filter_ms = 0;
-    std::string sidecar;
+    int64_t bytes = 0;  // of the output
 };
 
 // A job's frames, counted by state.
@@ -54,10 +57,25 @@ struct FrameTally {
     std::vector<int> quarantined;
 };
 
+struct NewJob {
+    JobKind kind = JobKind::run;
+    std::string body;
+    int priority = 0;
+    std::string key = {};  // may be empty
+    int frames = 0;        // 0 = not known yet
+};
+
 struct Added {
-    enum class What { made, same, other_body, full };
+    enum class What { made, same, other_body, full, over_limit };
     What what = What::made;
-    Job job;  // except for `full`
+    Job job;          // if made, same, other_body
+    std::string why;  // over_limit: the user's limit
+};
+
+// Times for /metrics.
+struct QueueTimes {
+    std::optional<int64_t> oldest_queued_ms;  // time of submission; none waits
+    int64_t store_bytes = 0;                  // the file and its log
 };
 
 class JobStore {
@@ -65,22 +83,22 @@ class JobStore {
     // `attempts`: per frame, and per job that dies before its first frame. Errors (output): the
     // file cannot be created or written, is in use, is damaged, or is from another program or a
     // later version.
-    static Result<std::unique_ptr<JobStore>> open(const std::string& path, int attempts);
+    static Result<std::unique_ptr<JobStore>> open(const std::string& path, int attempts,
+                                                  const Retention& keep = {});
 
-    // `key` may be empty. Result `full` if `max_queue` jobs wait.
-    Result<Added> add(JobKind kind, const std::string& body, int priority, const std::string& key,
-                      size_t max_queue);
+    // Result `full` if `max_queue` jobs wait.
+    Result<Added> add(const NewJob& job, size_t max_queue, const User& owner = User());
     Result<std::optional<Job>> job(const std::string& id) const;
     Result<std::optional<Job>> job_of_key(const std::string& key) const;
-    // Newest first; `state` and `before` may be empty.
-    Result<std::vector<Job>> jobs(const std::string& state, const std::string& before,
-                                  size_t limit) const;
-    // In the order of the job, without their sidecars.
+    // Newest first; `state`, `before` and `owner` may be empty.
+    Result<std::vector<Job>> jobs(const std::string& state, const std::string& before, size_t limit,
+                                  const std::string& owner = "") const;
+    // In the order of the job.
     Result<std::vector<JobFrame>> frames(const std::string& id) const;
-    // With its sidecar.
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
     Result<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
     std::map<JobState, size_t> counts() const;  // of jobs; empty on failure
+    QueueTimes times() const;
     // Errors (output): the file was removed or replaced after open().
     Status in_place() const;
     // Called by change or in_place() when the file is no longer in place, once until it is again.
@@ -88,7 +106,8 @@ class JobStore {
     // Called after each commit, with the store unlocked.
     void on_event(std::function<void(const Event&)> listener);
 
-    // The queued job with the highest priority, at least `above`; the oldest of equals.
+    // The queued job with the highest priority, at least `above`. Of equals the one whose owner had
+    // its turn longest ago; then the oldest.
     Result<std::optional<Job>> next(int above) const;
     // Sets the job running, counts an attempt and returns their number. 0: it is no longer queued.
     Result<int> start(const std::string& id);
@@ -115,12 +134,22 @@ class JobStore {
     Result<bool> cancel(const std::string& id);
     // Queues the unfinished frames of a failed or canceled job; false for other states.
     Result<bool> retry(const std::string& id);
+    // Changes the priority of an unfinished job; false for other states.
+    Result<bool> set_priority(const std::string& id, int priority);
+    // Removes an ended job with its frames and events; false for other states.
+    Result<bool> forget(const std::string& id);
+    // The id of a running job in another queue; empty = none.
+    Result<std::string> remote(const std::string& id) const;
+    // Every job that has one, ended ones too.
+    Result<std::vector<std::pair<Job, std::string>>> remotes() const;
+    Status set_remote(const std::string& id, const std::string& remote);
     // Adds an event of a running job without changing its state.
     Status say(const std::string& id, const std::string& type, const std::string& data);
 
   private:
-    JobStore(const std::string& path, int attempts);
+    JobStore(const std::string& path, int attempts, const Retention& keep);
     void add_event(const std::string& id, const std::string& type, const std::string& data);
+    std::string over_limit(const NewJob& job, const User& owner);
     template <class Work>
     Status change(const Work& work);
     template <class T, class Work>
@@ -128,6 +157,8 @@ class JobStore {
 
     const std::string path_;
     const int attempts_;
+    const Retention keep_;
+    StoreLock lock_;
     mutable std::recursive_mutex mutex_;
     mutable Database database_;
     std::pair<dev_t, ino_t> file_ = {};  // identity of the opened file

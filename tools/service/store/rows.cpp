@@ -42,6 +42,8 @@ Job job_of(const Statement& row) {
     job.failed = int(row.integer(11));
     job.exit_code = int(row.integer(12));
     job.verdict = row.text(13);
+    job.owner = row.text(14);
+    job.bytes = row.integer(15);
     return job;
 }
 
@@ -53,7 +55,6 @@ JobFrame frame_of(const Statement& row) {
     frame.output = row.text(3);
     frame.message = row.text(4);
     frame.filter_ms = row.number(5);
-    frame.sidecar = row.text(6);
     return frame;
 }
 

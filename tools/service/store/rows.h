@@ -12,12 +12,9 @@ namespace postchain::service {
 // The queries of job_of() and frame_of(), up to WHERE.
 inline constexpr const char* kJob =
     "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
-    "done, failed, exit_code, verdict FROM jobs ";
+    "done, failed, exit_code, verdict, owner, bytes FROM jobs ";
 inline constexpr const char* kFrame =
-    "SELECT frame, state, attempts, output, message, filter_ms, sidecar FROM frames ";
-// Without its sidecar.
-inline constexpr const char* kFrameAlone =
-    "SELECT frame, state, attempts, output, message, filter_ms, '' FROM frames ";
+    "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
 
 // The number of a displayed id; 0 if it is not an id.
 int64_t number_of(const std::string& id);

@@ -7,6 +7,8 @@
 namespace postchain::service {
 namespace {
 
+constexpr int kBusyMs = 10'000;
+
 [[noreturn]] void fail(sqlite3* handle, int code) {
     if (code == SQLITE_NOMEM) throw std::bad_alloc();
     throw SqlError{code, handle ? sqlite3_errmsg(handle) : sqlite3_errstr(code)};
@@ -18,10 +20,12 @@ void check(sqlite3* handle, int code) {
 
 }  // namespace
 
-Database::Database(const std::string& path) {
-    const int flags =
-        SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE;
+Database::Database(const std::string& path, Open how) {
+    const int flags = SQLITE_OPEN_READWRITE | (how == Open::created ? SQLITE_OPEN_CREATE : 0) |
+                      SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE;
     const int code = sqlite3_open_v2(path.c_str(), &handle_, flags, nullptr);
+    // A backup or a look with another program holds the file for a moment.
+    if (code == SQLITE_OK) sqlite3_busy_timeout(handle_, kBusyMs);
     if (code == SQLITE_OK) return;
     const SqlError error{code, handle_ ? sqlite3_errmsg(handle_) : sqlite3_errstr(code)};
     sqlite3_close_v2(handle_);

@@ -21,8 +21,9 @@ struct SqlError {
 
 class Database {
   public:
-    // Creates the file if it does not exist. Throws SqlError.
-    explicit Database(const std::string& path);
+    enum class Open { created, existing };  // created: if it does not exist
+    // Throws SqlError.
+    explicit Database(const std::string& path, Open how = Open::created);
     ~Database();
     Database(const Database&) = delete;
     Database& operator=(const Database&) = delete;

@@ -11,8 +11,8 @@
 namespace postchain::service {
 namespace {
 
-constexpr int64_t kApplication = 0x70634a53;  // "pcJS"
-constexpr int64_t kVersion = 2;
+constexpr int64_t kVersion = 3;
+constexpr int64_t kDayMs = 86'400'000;
 
 constexpr const char* kTables = R"sql(
 CREATE TABLE jobs(
@@ -22,7 +22,9 @@ CREATE TABLE jobs(
   ended_ms INTEGER NOT NULL DEFAULT 0, frames INTEGER NOT NULL DEFAULT 0,
   done INTEGER NOT NULL DEFAULT 0, failed INTEGER NOT NULL DEFAULT 0,
   exit_code INTEGER NOT NULL DEFAULT 0, verdict TEXT NOT NULL DEFAULT '',
-  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0);
+  begun INTEGER NOT NULL DEFAULT 0, attempts INTEGER NOT NULL DEFAULT 0,
+  owner TEXT NOT NULL DEFAULT '', bytes INTEGER NOT NULL DEFAULT 0,
+  remote TEXT NOT NULL DEFAULT '');
 CREATE UNIQUE INDEX jobs_key ON jobs(key) WHERE key <> '';
 CREATE INDEX jobs_queue ON jobs(state, priority DESC, id);
 CREATE TABLE frames(
@@ -30,18 +32,28 @@ CREATE TABLE frames(
   frame INTEGER NOT NULL, state TEXT NOT NULL, attempts INTEGER NOT NULL DEFAULT 0,
   begun INTEGER NOT NULL DEFAULT 0, in_flight INTEGER NOT NULL DEFAULT 0,
   alone INTEGER NOT NULL DEFAULT 0, held INTEGER NOT NULL DEFAULT 0, output TEXT NOT NULL, message TEXT NOT NULL DEFAULT '',
-  filter_ms REAL NOT NULL DEFAULT 0, sidecar TEXT NOT NULL DEFAULT '',
+  filter_ms REAL NOT NULL DEFAULT 0,
   PRIMARY KEY(job, frame)) WITHOUT ROWID;
 CREATE TABLE events(
   id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
   time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
 CREATE INDEX events_job ON events(job, id);
+CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
 )sql";
 
 // Version 1 called the state "set_aside".
 constexpr const char* kFromVersion1 = R"sql(
 UPDATE frames SET state = 'quarantined' WHERE state = 'set_aside';
 UPDATE events SET type = 'quarantined' WHERE type = 'set_aside';
+)sql";
+
+// Version 2 had no owners, and copies of the sidecars.
+constexpr const char* kFromVersion2 = R"sql(
+ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
+ALTER TABLE jobs ADD COLUMN bytes INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN remote TEXT NOT NULL DEFAULT '';
+ALTER TABLE frames DROP COLUMN sidecar;
+CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
 )sql";
 
 constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled')";
@@ -64,9 +76,7 @@ void count_frames(Database& database, int64_t job) {
 }
 
 void prepare(Database& database, const std::string& path) {
-    // Must come before the first lock, to hold it until the process ends.
-    database.run("PRAGMA locking_mode = EXCLUSIVE");
-    database.run("BEGIN EXCLUSIVE");
+    database.run("BEGIN IMMEDIATE");
     const bool empty = database.number("SELECT COUNT(*) FROM sqlite_master") == 0;
     const int64_t application = database.number("PRAGMA application_id");
     const int64_t version = database.number("PRAGMA user_version");
@@ -88,7 +98,12 @@ void prepare(Database& database, const std::string& path) {
     database.run("PRAGMA foreign_keys = ON");
     if (version == kVersion) return;
     Transaction transaction(database);
-    database.run(empty ? kTables : kFromVersion1);
+    if (empty) {
+        database.run(kTables);
+    } else {
+        if (version < 2) database.run(kFromVersion1);
+        database.run(kFromVersion2);
+    }
     database.run(concat("PRAGMA application_id = ", kApplication).c_str());
     database.run(concat("PRAGMA user_version = ", kVersion).c_str());
     transaction.commit();
@@ -97,7 +112,10 @@ void prepare(Database& database, const std::string& path) {
 void recover(Database& database, int most_attempts, const EventSink& add_event) {
     std::vector<std::pair<int64_t, int>> found;  // jobs with their attempts
     {
-        Statement jobs(database, "SELECT id, attempts FROM jobs WHERE state = 'running'");
+        // A job in another queue goes on without this process: its death is no attempt.
+        Statement jobs(database,
+                       "SELECT id, CASE remote WHEN '' THEN attempts ELSE 0 END FROM jobs WHERE "
+                       "state = 'running'");
         while (jobs.step()) found.emplace_back(jobs.integer(0), int(jobs.integer(1)));
     }
     for (const auto& [job, attempts] : found) {
@@ -158,18 +176,20 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
     database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
 }
 
-void prune(Database& database) {
+void prune(Database& database, const Retention& keep) {
     int64_t jobs = 0, frames = 0;
     std::vector<int64_t> old;
     {
-        Statement ended(database, concat("SELECT id, frames FROM jobs WHERE ", kEnded,
+        const int64_t first = keep.days > 0 ? now_ms() - keep.days * kDayMs : 0;
+        Statement ended(database, concat("SELECT id, frames, ended_ms FROM jobs WHERE ", kEnded,
                                          " ORDER BY ended_ms DESC, id DESC")
                                       .c_str());
         while (ended.step()) {
             ++jobs;
             frames += ended.integer(1);
-            // Keeps the newest job, whatever its size.
-            if (jobs > 1 && (jobs > kMaxEndedJobs || frames > kMaxEndedFrames))
+            // The newest job has no limit of frames.
+            if (jobs > keep.jobs || (jobs > 1 && frames > kMaxEndedFrames) ||
+                ended.integer(2) < first)
                 old.push_back(ended.integer(0));
         }
     }

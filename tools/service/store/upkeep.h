@@ -10,9 +10,14 @@
 
 namespace postchain::service {
 
-// Limits on ended jobs and on their frames; the oldest jobs are removed first.
-inline constexpr int kMaxEndedJobs = 1000;
-inline constexpr int kMaxEndedFrames = 200'000;
+inline constexpr int64_t kApplication = 0x70634a53;  // "pcJS", the application_id of a store
+
+// Ended jobs that a store keeps; the oldest ones are removed first.
+struct Retention {
+    int jobs = 1000;
+    int days = 0;  // since their end; 0 = no limit
+};
+inline constexpr int kMaxEndedFrames = 200'000;  // in all
 // Limit on events, without those of unfinished jobs.
 inline constexpr int kMaxEvents = 100'000;
 
@@ -22,7 +27,7 @@ using EventSink =
 
 int64_t now_ms();  // since 1970-01-01 UTC
 
-// Locks the file. Creates the tables of a new one, and converts those of an earlier version. `path`
+// Creates the tables of a new one, and converts those of an earlier version. `path`
 // is for messages.
 void prepare(Database& database, const std::string& path);
 
@@ -31,7 +36,7 @@ void prepare(Database& database, const std::string& path);
 void recover(Database& database, int most_attempts, const EventSink& add_event);
 
 // Removes old jobs and events. Requires a transaction.
-void prune(Database& database);
+void prune(Database& database, const Retention& keep);
 
 // Updates a job's counts of frames: all, done and failed.
 void count_frames(Database& database, int64_t job);

@@ -57,6 +57,14 @@ BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table) {
                                            {"minimum", -kMaxPriority},
                                            {"maximum", kMaxPriority},
                                            {"default", 0}});
+        keys.emplace_back(
+            "frame_timeout",
+            Json{{"description",
+                  "seconds that reading, filtering or writing a frame may take; in place of "
+                  "--frame-timeout of the service"},
+                 {"type", "integer"},
+                 {"minimum", 1},
+                 {"maximum", kMaxFrameTimeoutS}});
     }
     if (kind == RequestKind::study) {
         keys.emplace_back("study", string_or_object("a study's file, or the study as an object "

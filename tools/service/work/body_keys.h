@@ -13,6 +13,7 @@ namespace postchain::service {
 
 enum class RequestKind { run, ab, bench, study, plan, preview };  // the jobs first, as in JobKind
 
+inline constexpr int kMaxFrameTimeoutS = 86'400;
 inline constexpr double kMinPreviewScale = 0.05;  // of RequestKind::preview
 
 using BodyKeys = std::vector<std::pair<std::string, io::Json>>;

@@ -5,6 +5,11 @@
 #include <prometheus/histogram.h>
 #include <prometheus/registry.h>
 #include <prometheus/text_serializer.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 namespace postchain::service {
 namespace {
@@ -13,6 +18,15 @@ const prometheus::Histogram::BucketBoundaries& seconds() {
     static const prometheus::Histogram::BucketBoundaries bounds = {
         0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100, 300};
     return bounds;
+}
+
+size_t entries_of(const char* folder) {
+    std::error_code error;
+    size_t count = 0;
+    for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end;
+         at.increment(error))
+        ++count;
+    return count;
 }
 
 }  // namespace
@@ -58,12 +72,66 @@ struct Counters::Families {
                                                        .Name("postchain_build_info")
                                                        .Help("1, with version and GL renderer")
                                                        .Register(registry);
+    prometheus::Histogram& queue_wait =
+        prometheus::BuildHistogram()
+            .Name("postchain_queue_wait_seconds")
+            .Help("time from the submission of a job to its first start")
+            .Register(registry)
+            .Add({},
+                 prometheus::Histogram::BucketBoundaries{0.1, 1, 10, 60, 300, 1800, 7200, 43200});
+    prometheus::Family<prometheus::Counter>& ended = prometheus::BuildCounter()
+                                                         .Name("postchain_jobs_ended_total")
+                                                         .Help("jobs that ended, by state and kind")
+                                                         .Register(registry);
+    // Gauges that are set when they are read.
+    prometheus::Gauge& gauge(const char* name, const char* help) {
+        return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+    }
+    prometheus::Gauge& oldest =
+        gauge("postchain_queue_oldest_seconds", "age of the oldest waiting job; 0 = none waits");
+    prometheus::Gauge& store = gauge("postchain_store_bytes", "size of the store with its log");
+    prometheus::Gauge& step = gauge("postchain_step_under_way_seconds",
+                                    "time of the longest step of the running job so far");
+    prometheus::Gauge& stuck =
+        gauge("postchain_stuck_threads", "threads that hang in a disk or a device");
+    prometheus::Counter& replaced = prometheus::BuildCounter()
+                                        .Name("postchain_workers_replaced_total")
+                                        .Help("workers replaced because a step took too long")
+                                        .Register(registry)
+                                        .Add({});
+    // Names of Prometheus's own client libraries.
+    prometheus::Gauge& memory =
+        gauge("process_resident_memory_bytes", "resident memory of the process");
+    prometheus::Gauge& files = gauge("process_open_fds", "open files of the process");
+    prometheus::Gauge& threads = gauge("process_threads", "threads of the process");
+    prometheus::Counter& cpu = prometheus::BuildCounter()
+                                   .Name("process_cpu_seconds_total")
+                                   .Help("user and system time of the process")
+                                   .Register(registry)
+                                   .Add({});
+    prometheus::Gauge& start =
+        gauge("process_start_time_seconds", "start of the process since 1970");
+
+    void read_process() {
+        std::ifstream status("/proc/self/statm");
+        int64_t pages = 0, resident = 0;
+        if (status >> pages >> resident)
+            memory.Set(double(resident) * double(sysconf(_SC_PAGESIZE)));
+        files.Set(double(entries_of("/proc/self/fd")));
+        threads.Set(double(entries_of("/proc/self/task")));
+        rusage usage = {};
+        if (getrusage(RUSAGE_SELF, &usage) != 0) return;
+        const auto seconds = [](const timeval& t) { return double(t.tv_sec) + t.tv_usec * 1e-6; };
+        const double used = seconds(usage.ru_utime) + seconds(usage.ru_stime);
+        if (used > cpu.Value()) cpu.Increment(used - cpu.Value());
+    }
 };
 
 Counters::Counters(const std::string& version) : families_(std::make_unique<Families>(version)) {
     for (const auto outcome : {sequence::Outcome::written, sequence::Outcome::skipped,
                                sequence::Outcome::missing, sequence::Outcome::failed})
         families_->frames.Add({{"result", name_of(outcome)}});
+    families_->start.Set(double(now_ms()) * 1e-3);
 }
 
 Counters::~Counters() = default;
@@ -98,7 +166,26 @@ void Counters::set_renderer(const std::string& renderer) noexcept try {
 } catch (...) {
 }
 
-std::string Counters::text(const std::map<JobState, size_t>& jobs) const {
+void Counters::started(double waited_s) noexcept try {
+    families_->queue_wait.Observe(waited_s);
+} catch (...) {
+}
+
+void Counters::ended(JobKind kind, const std::string& state) noexcept try {
+    families_->ended.Add({{"kind", name_of(kind)}, {"state", state}}).Increment();
+} catch (...) {
+}
+
+std::string Counters::text(const std::map<JobState, size_t>& jobs, const QueueTimes& times,
+                           const StuckThreads& stuck) const {
+    const std::lock_guard lock(mutex_);
+    families_->oldest.Set(times.oldest_queued_ms ? double(now_ms() - *times.oldest_queued_ms) * 1e-3
+                                                 : 0);
+    families_->store.Set(double(times.store_bytes));
+    families_->step.Set(stuck.oldest_step_s);
+    families_->stuck.Set(double(stuck.now));
+    families_->replaced.Increment(double(stuck.ever) - families_->replaced.Value());
+    families_->read_process();
     for (const JobState state : kJobStates) {
         const auto found = jobs.find(state);
         families_->jobs.Add({{"state", name_of(state)}})

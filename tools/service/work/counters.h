@@ -3,12 +3,18 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "tools/sequence/run/frame_report.h"
-#include "tools/service/store/job.h"
+#include "tools/service/store/job_store.h"
 
 namespace postchain::service {
+
+struct StuckThreads {
+    size_t now = 0, ever = 0;
+    double oldest_step_s = 0;  // of the running job
+};
 
 class Counters {
   public:
@@ -18,11 +24,15 @@ class Counters {
     // Callable from any thread; throws nothing.
     void add(const sequence::FrameReport& report) noexcept;
     void set_renderer(const std::string& renderer) noexcept;
-    std::string text(const std::map<JobState, size_t>& jobs) const;
+    void started(double waited_s) noexcept;                       // a job, for the first time
+    void ended(JobKind kind, const std::string& state) noexcept;  // a job
+    std::string text(const std::map<JobState, size_t>& jobs, const QueueTimes& times,
+                     const StuckThreads& stuck) const;
 
   private:
     struct Families;
     std::unique_ptr<Families> families_;
+    mutable std::mutex mutex_;  // of text()
 };
 
 }  // namespace postchain::service

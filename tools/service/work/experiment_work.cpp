@@ -25,6 +25,7 @@ class ExperimentWork {
         settings.software = place_.gl.software();
         if (Status status = check_paths(settings, roots_); !status.ok())
             return WorkEnd::failed(status);
+        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
         const auto begun = place_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
         // After its first start the folder's files are this job's own: ab replaces them, bench
@@ -38,7 +39,10 @@ class ExperimentWork {
             return WorkEnd::of(WorkEnd::How::store_failed, status.message());
         settings.on_existing = later;
         bool met = true;
+        place_.progress.does("the first measurement did not end");
         auto report = request_.kind == JobKind::ab ? ab() : bench(*files, met);
+        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+        place_.progress.does("the report was not written");
         if (!report.ok()) return end_of(report.status());
         if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (Status status = experiment::write_report_files(*report, settings.assets); !status.ok())
@@ -49,6 +53,8 @@ class ExperimentWork {
   private:
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
+            if (place_.lost) return;
+            place_.progress.does(progress.what + " did not end");
             events_.say(progress.what, progress.done, progress.total);
             place_.remaining(progress.remaining_s);
             place_.between();
@@ -63,6 +69,8 @@ class ExperimentWork {
     Result<report::Report> bench(const io::OutputFiles& files, bool& met) {
         const Status found = experiment::find_truth(request_.bench, files, place_.device,
                                                     [&](const std::string& what) {
+                                                        if (place_.lost) return false;
+                                                        place_.progress.does(what + " did not end");
                                                         events_.say(what, 0, 0);
                                                         return !place_.stop;
                                                     });

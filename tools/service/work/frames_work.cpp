@@ -18,12 +18,11 @@ namespace fs = std::filesystem;
 using sequence::FrameTask;
 using sequence::RunSettings;
 
-constexpr size_t kMaxFramesOfJob = 100'000;
-
 class FramesWork {
   public:
     FramesWork(const Job& job, JobRequest& request, const WorkPlace& place)
         : id_(job.id),
+          request_(request),
           chain_(request.chain.chain),
           settings_(request.run),
           stops_on_error_(request.run.on_error == sequence::ErrorPolicy::stop),
@@ -48,6 +47,7 @@ class FramesWork {
             if (waiting->empty()) return ending();
             if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
             const Status status = work_on(next_of(*waiting));
+            if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
             // Frames that were begun and interrupted wait again without a counted attempt.
             const Status released = place_.store.release(id_);
             if (!store_.ok()) return store_failed(store_);
@@ -71,40 +71,14 @@ class FramesWork {
     // --------------------------------------------------------------------------- beginning
     // The checks that the command makes before its first frame. Enters the frames in the store.
     std::optional<WorkEnd> begin() {
-        std::vector<int> gaps;
-        auto tasks = sequence::plan_tasks(settings_, true, gaps);
-        if (!tasks.ok()) return WorkEnd::failed(tasks.status());
-        if (tasks->size() > kMaxFramesOfJob)
-            return WorkEnd::failed(
-                Status(StatusCode::usage, concat("frames: ", tasks->size(), " are more than ",
-                                                 kMaxFramesOfJob, "; submit several jobs")));
-        if (Status status = sequence::files_of_run(chain_, settings_, *tasks).check(); !status.ok())
-            return WorkEnd::failed(status);
-        if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
-        std::vector<JobFrame> frames;
-        for (const FrameTask& task : *tasks) {
-            JobFrame frame;
-            frame.frame = task.frame;
-            frame.output = task.output;
-            if (task.files.empty()) {
-                frame.state = FrameState::missing;
-                frame.message =
-                    sequence::absent_files(task.frame, settings_) + ": frame is not on disk";
-            }
-            frames.push_back(std::move(frame));
-        }
-        if (Status status = place_.store.enter_frames(id_, frames); !status.ok())
+        place_.progress.does("the input's folder was not listed");
+        const auto frames = begin_frames(request_, place_.reader.roots());
+        place_.progress.does("");
+        if (!frames.ok()) return WorkEnd::failed(frames.status());
+        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+        if (Status status = place_.store.enter_frames(id_, *frames); !status.ok())
             return store_failed(status);
         return std::nullopt;
-    }
-
-    Status check_paths() const {
-        const Roots& roots = place_.reader.roots();
-        if (Status status = check_inputs(settings_.input, roots); !status.ok()) return status;
-        if (Status status = check_folder(settings_.output.folder(), roots); !status.ok())
-            return status;
-        if (settings_.dump_folder.empty()) return Status();
-        return check_folder(settings_.dump_folder, roots);
     }
 
     // ----------------------------------------------------------------------------- batches
@@ -136,7 +110,10 @@ class FramesWork {
     }
 
     Status work_on(const Batch& batch) {
-        if (Status status = check_paths(); !status.ok()) return status;
+        place_.progress.does("the input's folder was not listed");
+        if (Status status = check_run_paths(settings_, place_.reader.roots()); !status.ok())
+            return status;
+        if (place_.lost) return Status();
         RunSettings settings = sequence::settings_for(settings_, {&chain_});
         settings.frames = io::FrameRange{batch.frames};
         settings.chunk = {};  // the job's frames are already those of its chunk
@@ -144,45 +121,32 @@ class FramesWork {
         if (batch.judged) {
             // Recorded first, because is_own() opens the frame's files.
             if (!entered(place_.store.frame_begins(id_, batch.frames[0]))) return store_;
-            if (is_own(settings)) settings.on_existing = io::OnExisting::skip;
+            if (is_own_output(request_, batch.frames[0]))
+                settings.on_existing = io::OnExisting::skip;
         } else if (!batch.begun.empty() && settings.on_existing != io::OnExisting::fail) {
             // Keeps this job's own outputs. Others are replaced as the job requests.
             settings.on_existing = io::OnExisting::skip;
         }
-        return sequence::run_sequence(
-                   chain_, settings, place_.gl.executor(), place_.gl.renderer(),
-                   [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
-                       finish(report, progress);
-                   },
-                   &place_.stop, [&](const FrameTask& task) { return start(task); })
-            .status();
-    }
-
-    // Whether this job wrote the existing output of the only frame, with or without its sidecar and
-    // preview.
-    bool is_own(const RunSettings& settings) const {
-        std::vector<int> gaps;
-        const auto tasks = sequence::plan_tasks(settings, true, gaps);
-        std::error_code error;
-        if (!tasks.ok() || tasks->size() != 1 || !fs::exists((*tasks)[0].output, error))
-            return false;
-        const FrameTask& task = (*tasks)[0];
-        if (task.files.empty()) return false;
-        sequence::SequenceReader reader(
-            settings.source, settings.input, [&](const sequence::FrameHeader& header) {
-                return sequence::planes_needed(chain_, settings.source, header, settings.plan);
-            });
-        const auto inputs = reader.open(task.source, task.files);
-        if (!inputs.ok()) return false;
-        RunSettings image_alone = settings;
-        image_alone.sidecar = image_alone.preview = false;
-        return sequence::is_done(task.output, sequence::fingerprint_of(chain_, settings, *inputs),
-                                 image_alone);
+        place_.progress.does("");
+        const Status status =
+            sequence::run_sequence(
+                chain_, settings, place_.gl.executor(), place_.gl.renderer(),
+                [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
+                    if (!place_.lost) finish(report, progress);
+                },
+                &place_.stop, [&](const FrameTask& task) { return start(task); }, {},
+                [&](sequence::FrameStep step, int frame, bool begins) {
+                    place_.progress.step(step, frame, begins);
+                })
+                .status();
+        place_.progress.does("the job did not go on");
+        return status;
     }
 
     // ---------------------------------------------------------------------------- one frame
     // Called on the reader thread.
     Status start(const FrameTask& task) {
+        if (place_.lost) return Status(StatusCode::canceled, "the job has ended");
         if (!batch_->judged)
             if (Status status = place_.store.frame_begins(id_, task.frame); !status.ok()) {
                 place_.stop = true;
@@ -222,13 +186,12 @@ class FramesWork {
         const bool own = batch_->begun.count(report.frame) > 0;
         if (report.outcome == sequence::Outcome::skipped) {
             end.state = own ? FrameState::written : FrameState::skipped;
-            const auto text =
-                read_text_file(sequence::sidecar_path(report.output), StatusCode::output);
-            if (settings_.sidecar && text.ok()) end.sidecar = *text;
             return end;
         }
         end.state = FrameState::written;
-        end.sidecar = sequence::sidecar_json(report, settings_.version);
+        std::error_code error;
+        if (const auto bytes = fs::file_size(report.output, error); !error)
+            end.bytes = int64_t(bytes);
         for (const std::string& warning : report.warnings)
             end.message += (end.message.empty() ? "" : "; ") + roots.shown_in(warning);
         end.held = report.outcome == sequence::Outcome::held;
@@ -276,30 +239,12 @@ class FramesWork {
     }
 
     WorkEnd ending() const {
-        const auto tally = place_.store.tally(id_);
-        const auto job = place_.store.job(id_);
-        if (!tally.ok()) return store_failed(tally.status());
-        if (!job.ok() || !*job) return store_failed(job.status());
-        WorkEnd end;
-        const auto say = [&](const std::string& text) {
-            end.message += (end.message.empty() ? "" : "; ") + text;
-        };
-        if (!tally->quarantined.empty())
-            say(concat(tally->quarantined.size(), " of ", (*job)->frames,
-                       " frames quarantined: ", sequence::frames_text(tally->quarantined)));
-        if (tally->missing > 0) say(concat(tally->missing, " frames are not on disk"));
-        if (tally->held > 0) say(concat(tally->held, " frames are held"));
-        if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
-        if (!tally->quarantined.empty()) {
-            end.state = JobState::failed;
-            if ((*job)->done == 0 && !first_failure_.ok())
-                end.exit_code = sequence::exit_code(first_failure_);
-            if (first_failure_.code() == StatusCode::health) end.exit_code = sequence::kExitHealth;
-        }
-        return end;
+        const auto end = end_of_frames(place_.store, id_, first_failure_);
+        return end.ok() ? *end : store_failed(end.status());
     }
 
     const std::string id_;
+    const JobRequest& request_;
     const Chain& chain_;
     RunSettings settings_;
     const bool stops_on_error_;
@@ -314,6 +259,100 @@ class FramesWork {
 };
 
 }  // namespace
+
+Result<std::vector<FrameTask>> tasks_of(const RunSettings& settings) {
+    std::vector<int> gaps;
+    auto tasks = sequence::plan_tasks(settings, true, gaps);
+    if (tasks.ok() && tasks->size() > kMaxFramesOfJob)
+        return Status(StatusCode::usage, concat("frames: ", tasks->size(), " are more than ",
+                                                kMaxFramesOfJob, "; submit several jobs"));
+    return tasks;
+}
+
+Status check_run_paths(const RunSettings& settings, const Roots& roots) {
+    if (Status status = check_inputs(settings.input, roots); !status.ok()) return status;
+    if (Status status = check_folder(settings.output.folder(), roots); !status.ok()) return status;
+    return settings.dump_folder.empty() ? Status() : check_folder(settings.dump_folder, roots);
+}
+
+Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Roots& roots) {
+    const auto tasks = tasks_of(request.run);
+    if (!tasks.ok()) return tasks.status();
+    if (Status status = sequence::files_of_run(request.chain.chain, request.run, *tasks).check();
+        !status.ok())
+        return status;
+    if (Status status = check_run_paths(request.run, roots); !status.ok()) return status;
+    std::vector<JobFrame> frames;
+    for (const FrameTask& task : *tasks) {
+        JobFrame frame;
+        frame.frame = task.frame;
+        frame.output = task.output;
+        if (task.files.empty()) {
+            frame.state = FrameState::missing;
+            frame.message =
+                sequence::absent_files(task.frame, request.run) + ": frame is not on disk";
+        }
+        frames.push_back(std::move(frame));
+    }
+    return frames;
+}
+
+bool is_own_output(const JobRequest& request, int frame) {
+    const Chain& chain = request.chain.chain;
+    RunSettings settings = sequence::settings_for(request.run, {&chain});
+    settings.frames = io::FrameRange{{frame}};
+    settings.chunk = {};
+    settings.missing = sequence::MissingPolicy::skip;
+    std::vector<int> gaps;
+    const auto tasks = sequence::plan_tasks(settings, true, gaps);
+    std::error_code error;
+    if (!tasks.ok() || tasks->size() != 1 || !fs::exists((*tasks)[0].output, error)) return false;
+    const FrameTask& task = (*tasks)[0];
+    if (task.files.empty()) return false;
+    sequence::SequenceReader reader(
+        settings.source, settings.input, [&](const sequence::FrameHeader& header) {
+            return sequence::planes_needed(chain, settings.source, header, settings.plan);
+        });
+    const auto inputs = reader.open(task.source, task.files);
+    if (!inputs.ok()) return false;
+    RunSettings image_alone = settings;
+    image_alone.sidecar = image_alone.preview = false;
+    return sequence::is_done(task.output, sequence::fingerprint_of(chain, settings, *inputs),
+                             image_alone);
+}
+
+bool made_after(const std::string& path, int64_t ms) {
+    std::error_code error;
+    const auto time = fs::last_write_time(path, error);
+    const auto since = std::chrono::file_clock::to_sys(time).time_since_epoch();
+    return !error && std::chrono::duration_cast<std::chrono::milliseconds>(since).count() >= ms;
+}
+
+Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
+                              const Status& first_failure) {
+    const auto tally = store.tally(id);
+    const auto job = store.job(id);
+    if (!tally.ok()) return tally.status();
+    if (!job.ok()) return job.status();
+    if (!*job) return WorkEnd::of(WorkEnd::How::stopped, "");  // removed meanwhile
+    WorkEnd end;
+    const auto say = [&](const std::string& text) {
+        end.message += (end.message.empty() ? "" : "; ") + text;
+    };
+    if (!tally->quarantined.empty())
+        say(concat(tally->quarantined.size(), " of ", (*job)->frames,
+                   " frames quarantined: ", sequence::frames_text(tally->quarantined)));
+    if (tally->missing > 0) say(concat(tally->missing, " frames are not on disk"));
+    if (tally->held > 0) say(concat(tally->held, " frames are held"));
+    if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
+    if (!tally->quarantined.empty()) {
+        end.state = JobState::failed;
+        if ((*job)->done == 0 && !first_failure.ok())
+            end.exit_code = sequence::exit_code(first_failure);
+        if (first_failure.code() == StatusCode::health) end.exit_code = sequence::kExitHealth;
+    }
+    return end;
+}
 
 WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkPlace& place) {
     return FramesWork(job, request, place).work();

@@ -2,9 +2,28 @@
 // end of every frame, so that any process can resume the job.
 #pragma once
 
+#include "tools/sequence/run/frame_task.h"
 #include "tools/service/work/job_work.h"
 
 namespace postchain::service {
+
+inline constexpr size_t kMaxFramesOfJob = 100'000;
+
+// The frames of a job, from the files on disk. Errors: those of plan_tasks(); (usage) too many.
+Result<std::vector<sequence::FrameTask>> tasks_of(const sequence::RunSettings& settings);
+
+// Checks that the folders of a run still are under the roots. Errors (input), (output).
+Status check_run_paths(const sequence::RunSettings& settings, const Roots& roots);
+// The checks that the command makes before its first frame, and the frames as the store keeps them.
+Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Roots& roots);
+// Whether the existing output of a frame is whole and made as the job asks, with or without its
+// sidecar and preview.
+bool is_own_output(const JobRequest& request, int frame);
+// Whether a file was changed after this time, in milliseconds since 1970.
+bool made_after(const std::string& path, int64_t ms);
+// The end of a job whose frames have all ended. Errors (output): the store.
+Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
+                              const Status& first_failure);
 
 // `job` is running. GL is current on this thread.
 WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkPlace& place);

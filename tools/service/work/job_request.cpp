@@ -23,7 +23,13 @@ JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std
       registry_(registry),
       version_(version),
       threads_(threads),
-      table_(sequence::job_parameters(registry)) {}
+      table_(std::make_shared<const ParameterTable>(sequence::job_parameters(registry))) {}
+
+JobReader JobReader::with(Roots roots) const {
+    JobReader reader = *this;
+    reader.roots_ = std::move(roots);
+    return reader;
+}
 
 class RequestParser {
   public:
@@ -34,12 +40,13 @@ class RequestParser {
         if (!body_.faults().empty()) return body_.problem();
         kind_ = asked == RequestKind::run ? kind_of_job() : asked;
         std::vector<std::string> known;
-        for (const auto& [key, schema] : body_keys(kind_, reader_.table_)) known.push_back(key);
+        for (const auto& [key, schema] : body_keys(kind_, *reader_.table_)) known.push_back(key);
         for (const auto& [key, value] : body_.root().entries)
             if (std::find(known.begin(), known.end(), current_key(key.text)) == known.end())
                 body_.fault(key, key.text, unknown_word("key", key.text, known));
         if (is_job()) request_.kind = JobKind(kind_);
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
+        body_.integer("frame_timeout", 1, kMaxFrameTimeoutS, request_.frame_timeout_s);
         if (kind_ == RequestKind::study) {
             read_study();
             return result();
@@ -69,7 +76,7 @@ class RequestParser {
     // Also for a former key.
     std::string current_key(const std::string& key) const {
         for (const ParameterTable* table :
-             {&reader_.table_, &experiment::ab_parameters(), &experiment::bench_parameters()})
+             {reader_.table_.get(), &experiment::ab_parameters(), &experiment::bench_parameters()})
             if (const Parameter* row = table->find(key)) return row->key;
         return key;
     }
@@ -93,11 +100,11 @@ class RequestParser {
     void read_tables() {
         // By default a failed frame does not end a job of the service.
         job_.on_error = sequence::ErrorPolicy::keep_going;
-        body_.read_rows(reader_.table_, sequence::kInputGroup, &job_);
-        body_.read_rows(reader_.table_, sequence::kPlanGroup, &job_);
-        if (takes_layers()) body_.read_rows(reader_.table_, sequence::kLayerGroup, &job_);
+        body_.read_rows(*reader_.table_, sequence::kInputGroup, &job_);
+        body_.read_rows(*reader_.table_, sequence::kPlanGroup, &job_);
+        if (takes_layers()) body_.read_rows(*reader_.table_, sequence::kLayerGroup, &job_);
         if (kind_ == RequestKind::run)
-            body_.read_rows(reader_.table_, sequence::kOutputGroup, &job_);
+            body_.read_rows(*reader_.table_, sequence::kOutputGroup, &job_);
         if (kind_ == RequestKind::ab)
             body_.read_rows(experiment::ab_parameters(), "", &request_.ab);
         if (kind_ == RequestKind::bench)
@@ -293,7 +300,7 @@ class RequestParser {
     void read_settings() {
         const size_t before = body_.faults().size();
         request_.input = job_.input;
-        for (const Parameter& row : reader_.table_.rows())
+        for (const Parameter& row : reader_.table_->rows())
             if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
                 body_.hold_file(row, &job_);
         body_.hold_rows(experiment::ab_parameters(), &request_.ab);
@@ -301,7 +308,7 @@ class RequestParser {
         if (!hold_camera() || body_.faults().size() > before) return;
         std::optional<io::InputSpec> input;
         if (!job_.input.empty()) input = body_.hold_input("input", job_.input);
-        for (const Parameter& row : reader_.table_.rows())
+        for (const Parameter& row : reader_.table_->rows())
             if (path_kind(row) != PathKind::input && path_kind(row) != PathKind::output &&
                 row.type == ParameterType::text)
                 if (Status status = status_of_row(row); !status.ok())

@@ -6,6 +6,7 @@
 // time.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ namespace postchain::service {
 struct JobRequest {
     JobKind kind = JobKind::run;
     int priority = 0;
+    int frame_timeout_s = 0;         // 0 = that of the service
     ChainText text;                  // the first chain's, for the sweeps of a bench
     experiment::NamedChain chain;    // after `set`
     experiment::NamedChain chain_b;  // ab
@@ -49,9 +51,11 @@ struct JobRequest {
 
 class JobReader {
   public:
-    // The arguments outlive the reader.
+    // `registry` and `version` outlive the reader.
     JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
               int threads);
+    // The same reader with other folders.
+    JobReader with(Roots roots) const;
 
     // Problems: (invalid), (forbidden), with every fault in `diagnostics`.
     Answer<JobRequest> job(const std::string& body) const;
@@ -60,15 +64,15 @@ class JobReader {
 
     const Roots& roots() const { return roots_; }
     // The table of a run's settings.
-    const ParameterTable& run_table() const { return table_; }
+    const ParameterTable& run_table() const { return *table_; }
 
   private:
     friend class RequestParser;
-    const Roots& roots_;
+    Roots roots_;
     const PassRegistry& registry_;
     const std::string& version_;
-    const int threads_;
-    ParameterTable table_;
+    int threads_;
+    std::shared_ptr<const ParameterTable> table_;
 };
 
 }  // namespace postchain::service

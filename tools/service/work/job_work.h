@@ -11,6 +11,7 @@
 #include "tools/service/work/counters.h"
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/progress.h"
 
 namespace postchain::service {
 
@@ -21,6 +22,8 @@ struct WorkPlace {
     Counters& counters;
     const egl::ContextOptions& device;
     std::atomic<bool>& stop;                // set: the job ends within the current frame
+    const std::atomic<bool>& lost;          // set: the job has ended; the store is no longer ours
+    Progress& progress;                     // steps under way
     std::function<void()> between;          // call after each frame, on this thread
     std::function<void(double)> remaining;  // call with an estimate in seconds
 };

@@ -4,6 +4,18 @@
 
 namespace postchain::service {
 
+Problem problem_of(const Status& status, const Roots& roots) {
+    const std::string detail = roots.shown_in(status.message());
+    switch (status.code()) {
+        case StatusCode::gl:
+            return {Problem::Kind::unavailable, detail, {}, kRetryAfterS};
+        case StatusCode::internal:
+            return {Problem::Kind::internal, detail, {}, 0};
+        default:
+            return {Problem::Kind::invalid, detail, {}, 0};
+    }
+}
+
 Problem refusal(Problem::Kind kind, Diagnostics diagnostics) {
     const auto is_error = [](const Diagnostic& one) { return one.severity == Severity::error; };
     const auto first = std::find_if(diagnostics.begin(), diagnostics.end(), is_error);

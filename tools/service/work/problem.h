@@ -6,8 +6,11 @@
 
 #include "chain/status.h"
 #include "config/diagnostic.h"
+#include "tools/service/work/roots.h"
 
 namespace postchain::service {
+
+inline constexpr int kRetryAfterS = 30;
 
 struct Problem {
     enum class Kind {
@@ -26,6 +29,9 @@ struct Problem {
 };
 template <class T>
 using Answer = std::variant<T, Problem>;
+
+// An error of a request's work: without paths outside the roots.
+Problem problem_of(const Status& status, const Roots& roots);
 
 // `detail` is the first error of `diagnostics` and the number of further ones.
 Problem refusal(Problem::Kind kind, Diagnostics diagnostics);

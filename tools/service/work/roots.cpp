@@ -107,10 +107,25 @@ Result<std::string> Roots::resolve(const std::string& path) const {
     const std::string resolved = without_links(whole);
     if (resolved.size() >= PATH_MAX)
         return Status(StatusCode::usage, "'" + given(path) + "' is too long for a path");
-    for (const std::string& folder : folders_)
+    for (const std::string& folder : within_.empty() ? folders_ : within_)
         if (!resolved.empty() && is_in(resolved, folder)) return resolved;
-    return Status(StatusCode::usage,
-                  "'" + given(path) + "' is outside the folders of this service");
+    return Status(StatusCode::usage, "'" + given(path) + "' is outside the folders of this " +
+                                         (within_.empty() ? "service" : "user"));
+}
+
+Result<Roots> Roots::within(const std::vector<std::string>& folders) const {
+    Roots part = *this;
+    std::vector<std::string> found;
+    for (const std::string& folder : folders) {
+        auto resolved = resolve(folder);
+        if (!resolved.ok()) return resolved.status();
+        std::error_code error;
+        if (!fs::is_directory(*resolved, error))
+            return Status(StatusCode::usage, folder + ": folder does not exist; create it first");
+        found.push_back(std::move(*resolved));
+    }
+    part.within_ = std::move(found);
+    return part;
 }
 
 std::string Roots::shown(const std::string& path) const {

@@ -13,6 +13,10 @@ class Roots {
     // Errors (usage): empty list, or a folder that does not exist.
     static Result<Roots> of(const std::vector<std::string>& folders);
 
+    // These folders alone, for a user: each must be in a root. Paths stay relative to the first
+    // root.
+    Result<Roots> within(const std::vector<std::string>& folders) const;
+
     // The absolute path without links. Relative paths start at the first root. The file and the
     // folder of an output need not exist. Errors (usage): outside the roots, a zero byte, longer
     // than PATH_MAX, a part longer than NAME_MAX. The message shows only `path` as given.
@@ -27,6 +31,7 @@ class Roots {
 
   private:
     std::vector<std::string> folders_;  // absolute, resolved
+    std::vector<std::string> within_;   // likewise, in these; empty = all
 };
 
 }  // namespace postchain::service

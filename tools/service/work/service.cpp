@@ -1,40 +1,35 @@
 #include "tools/service/work/service.h"
 
-#include <sys/statvfs.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <filesystem>
-#include <fstream>
-#include <future>
-#include <iterator>
 
 #include "config/chain_file.h"
 #include "config/describe.h"
 #include "config/reporter.h"
 #include "config/schema.h"
 #include "config/text_tree.h"
-#include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/service/store/job_store.h"
-#include "tools/service/work/errands.h"
+#include "tools/service/work/disk_check.h"
+#include "tools/service/work/helper_threads.h"
+#include "tools/service/work/job_files.h"
+#include "tools/service/work/job_log.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/json_body.h"
 #include "tools/service/work/preview.h"
+#include "tools/service/work/previews.h"
+#include "tools/service/work/readers.h"
+#include "tools/service/work/remote_backend.h"
+#include "tools/service/work/submission.h"
 #include "tools/service/work/worker.h"
 
 namespace postchain::service {
 namespace {
 
-constexpr int kRetryAfterS = 30;
 constexpr size_t kMaxKeyBytes = 255;
-constexpr uintmax_t kMaxReportBytes = 512 << 20;  // per file of a report
-constexpr size_t kMaxImages = 64;                 // waiting previews and thumbnails
-constexpr int kMaxPlannedFrames = 100;            // per request
-constexpr uint64_t kMinRoom = 64 << 20;           // free bytes; below, a disk counts as full
-constexpr auto kTestPatience = std::chrono::seconds(1);
+constexpr size_t kMaxThumbnails = 256;  // waiting
+constexpr int kMaxPlannedFrames = 100;  // per request
 
 Problem problem(Problem::Kind kind, const std::string& detail, int retry_after_s = 0) {
     return {kind, detail, {}, retry_after_s};
@@ -49,127 +44,125 @@ Problem no_job(const std::string& id) {
     return problem(Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'");
 }
 
-// An error of a request's work.
-Problem problem_of(const Status& status, const Roots& roots) {
-    const std::string detail = roots.shown_in(status.message());
-    switch (status.code()) {
-        case StatusCode::gl:
-            return problem(Problem::Kind::unavailable, detail, kRetryAfterS);
-        case StatusCode::internal:
-            return problem(Problem::Kind::internal, detail);
-        default:
-            return problem(Problem::Kind::invalid, detail);
-    }
-}
-
-// Why files cannot be written to a folder; empty = they can.
-std::string trouble_of_folder(const std::string& folder) {
-    if (::access(folder.c_str(), W_OK | X_OK) != 0) return folder + ": cannot be written";
-    struct statvfs room;
-    if (::statvfs(folder.c_str(), &room) == 0 &&
-        uint64_t(room.f_bavail) * uint64_t(room.f_frsize) < kMinRoom)
-        return folder + ": the disk is full";
-    return "";
-}
-
-std::string type_of(const std::string& name) {
-    const std::string extension = std::filesystem::path(name).extension().string();
-    if (extension == ".html") return "text/html; charset=utf-8";
-    if (extension == ".json") return "application/json";
-    if (extension == ".csv") return "text/csv; charset=utf-8";
-    if (extension == ".md") return "text/markdown; charset=utf-8";
-    if (extension == ".png") return "image/png";
-    if (extension == ".exr") return "image/x-exr";
-    if (extension == ".yaml") return "application/yaml";
-    return "";
+std::vector<std::string> folders_of(const ServiceSettings& settings) {
+    std::vector<std::string> folders = settings.roots.folders();
+    const auto beside = std::filesystem::path(settings.store).parent_path();
+    folders.push_back(beside.empty() ? "." : beside.string());
+    return folders;
 }
 
 }  // namespace
 
 struct Service::State {
-    State(const ServiceSettings& s, const PassRegistry& r)
+    State(const ServiceSettings& s, const PassRegistry& r, const egl::ContextOptions& device)
         : settings(s),
           registry(r),
           reader(settings.roots, registry, settings.version, settings.threads),
-          counters(settings.version) {}
+          readers(reader, *settings.users),
+          counters(settings.version),
+          thumbnails(1, kMaxThumbnails),
+          previews(device, registry),
+          disks(folders_of(settings)) {}
 
     const ServiceSettings settings;
     const PassRegistry& registry;
     const JobReader reader;
+    const Readers readers;
     Counters counters;
     std::unique_ptr<JobStore> store;
-    std::unique_ptr<Worker> worker;
-    // Destroyed before the worker, because it may wait for the worker's device.
-    std::unique_ptr<ErrandThread> pictures;
+    std::unique_ptr<JobLog> log;
+    HelperThreads thumbnails;
+    Previews previews;
+    DiskCheck disks;
+    std::unique_ptr<Backend> backend;
     std::atomic<bool> draining = false;
+    std::mutex listener_mutex;
+    std::function<void(const Event&)> listener;
 
     // A job of the store with the remaining time of the running job.
     Job shown(Job job) const {
-        const auto [running, remaining_s] = worker->under_way();
-        if (job.id == running) job.remaining_s = remaining_s;
+        job.remaining_s = backend->remaining_s(job.id);
         return job;
     }
 
-    // Filters on the worker's thread and waits for it.
-    Result<ImageF> filter(const PreparedPreview& preview) {
-        auto promise = std::make_shared<std::promise<Result<ImageF>>>();
-        auto result = promise->get_future();
-        worker->run([promise, &preview](GlDevice* gl) {
-            if (!gl)
-                return promise->set_value(Status(StatusCode::gl, "no GL device is available now"));
-            try {
-                auto planes = gl->executor().filter(preview.plan, preview.planes);
-                if (planes.ok())
-                    promise->set_value(std::move(planes->at(Role::color)));
-                else
-                    promise->set_value(planes.status());
-            } catch (...) {
-                promise->set_value(status_of_exception("the preview"));
-            }
-        });
-        return result.get();
+    void hear(const Event& event) {
+        log->enter(event);
+        const std::lock_guard lock(listener_mutex);
+        if (listener) listener(event);
     }
 
-    // Queues the making of an image and passes its result to `done`.
-    void picture(std::function<Result<Picture>()> work,
-                 const std::function<void(Answer<Picture>)>& done) {
-        const bool taken = pictures->run([this, work = std::move(work), done] {
-            Result<Picture> picture = Status(StatusCode::internal, "no picture");
-            try {
-                picture = work();
-            } catch (...) {
-                picture = status_of_exception("the picture");
-            }
-            if (picture.ok())
-                done(std::move(*picture));
-            else
-                done(problem_of(picture.status(), settings.roots));
-        });
-        if (!taken)
-            done(problem(Problem::Kind::busy, "too many previews are waiting; try again", 1));
+    // A job that the user may change.
+    Answer<Job> own(const User& user, const std::string& id) const {
+        const auto job = store->job(id);
+        if (!job.ok()) return problem_of(job.status());
+        if (!*job) return no_job(id);
+        if (!user.admin && (*job)->owner != user.name)
+            return problem(Problem::Kind::forbidden,
+                           concat("job ", id, " is of ",
+                                  (*job)->owner.empty() ? "another user" : (*job)->owner,
+                                  "; only its owner and administrators may change it"));
+        return std::move(**job);
+    }
+
+    // Changes a job with `work`, which returns false if its state does not allow it.
+    template <class Work>
+    Answer<Job> change(const User& user, const std::string& id, const std::string& why_not,
+                       const Work& work) {
+        auto job = own(user, id);
+        if (std::holds_alternative<Problem>(job)) return job;
+        const Result<bool> done = work();
+        if (!done.ok()) return problem_of(done.status());
+        if (!*done)
+            return problem(Problem::Kind::conflict,
+                           concat("job ", id, " is ", name_of(std::get<Job>(job).state), why_not));
+        const auto now = store->job(id);
+        if (!now.ok()) return problem_of(now.status());
+        return *now ? shown(std::move(**now)) : std::get<Job>(job);
     }
 };
 
 Service::Service(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Service::~Service() {
-    drain();
+    // A thread that hangs goes on using it when its disk answers.
+    if (state_ && end() > 0) (void)state_.release();
+}
+
+size_t Service::end() {
+    state_->draining = true;
+    const size_t lost = state_->backend ? state_->backend->end() : 0;
+    return lost + state_->previews.end() + state_->thumbnails.end() + state_->disks.end();
 }
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
     auto device = sequence::context_options_of(settings.device, settings.threads, settings.warn);
     if (!device.ok()) return device.status();
-    auto state = std::make_unique<State>(settings, registry);
-    auto store = JobStore::open(settings.store, settings.attempts);
+    auto state = std::make_unique<State>(settings, registry, *device);
+    auto store = JobStore::open(settings.store, settings.attempts, settings.keep);
     if (!store.ok()) return store.status();
     state->store = std::move(*store);
-    if (settings.log) state->store->on_loss(settings.log);
-    state->worker = std::make_unique<Worker>(*state->store, state->reader, state->counters,
-                                             registry, *device, settings.attempts);
-    state->pictures = std::make_unique<ErrandThread>(kMaxImages);
-    if (Status status = state->pictures->begin(); !status.ok()) return status;
-    if (Status status = state->worker->begin(); !status.ok()) return status;
+    state->log = std::make_unique<JobLog>(*state->store, state->counters, settings.log);
+    if (settings.log)
+        state->store->on_loss([log = settings.log](const std::string& text) {
+            log({LogLine::Level::error, text, {{"event", "store"}}});
+        });
+    state->store->on_event([at = state.get()](const Event& event) { at->hear(event); });
+    if (settings.remote.queue) {
+        state->backend =
+            std::make_unique<RemoteBackend>(*state->store, state->readers, settings.remote);
+    } else {
+        WorkerSettings work;
+        work.device = *device;
+        work.attempts = settings.attempts;
+        work.frame_timeout_s = settings.frame_timeout_s;
+        work.slice_s = settings.slice_s;
+        state->backend = std::make_unique<Worker>(*state->store, state->readers, state->counters,
+                                                  registry, work);
+    }
+    for (const Status& status : {state->thumbnails.begin(), state->previews.begin(),
+                                 state->disks.begin(), state->backend->begin()})
+        if (!status.ok()) return status;
     return std::unique_ptr<Service>(new Service(std::move(state)));
 } catch (...) {
     return status_of_exception("the service");
@@ -177,11 +170,16 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
 
 void Service::drain() {
     state_->draining = true;
-    state_->worker->drain();
+    state_->backend->drain();
 }
 
-Answer<Job> Service::submit(const std::string& body, const std::string& idempotency_key,
-                            bool* created) {
+bool Service::alive() const {
+    const BackendState state = state_->backend->state();
+    return state.works || state.lost == 0;
+}
+
+Answer<Job> Service::submit(const User& user, const std::string& body,
+                            const std::string& idempotency_key, bool* created) {
     *created = false;
     if (state_->draining)
         return problem(Problem::Kind::unavailable, "the service is shutting down; try again later",
@@ -192,17 +190,22 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
     // An accepted body is not checked again.
     const auto earlier = state_->store->job_of_key(idempotency_key);
     if (!earlier.ok()) return problem_of(earlier.status());
-    if (*earlier && (*earlier)->body == body) return **earlier;
-    const auto request = state_->reader.job(body);
-    if (const auto* refused = std::get_if<Problem>(&request)) return *refused;
-    const JobRequest& job = std::get<JobRequest>(request);
-    auto added = state_->store->add(job.kind, body, job.priority, idempotency_key,
-                                    state_->settings.max_queue);
+    if (*earlier && (*earlier)->body == body && (*earlier)->owner == user.name) return **earlier;
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
+    const auto checked = check_submission(body, *reader, state_->settings.remote.queue != nullptr);
+    if (const auto* refused = std::get_if<Problem>(&checked)) return *refused;
+    const Submission& job = std::get<Submission>(checked);
+    if (job.priority > user.max_priority)
+        return problem(Problem::Kind::forbidden,
+                       concat("priority: the largest of ", user.name, " is ", user.max_priority));
+    auto added = state_->store->add({job.kind, body, job.priority, idempotency_key, job.frames},
+                                    state_->settings.max_queue, user);
     if (!added.ok()) return problem_of(added.status());
     switch (added->what) {
         case Added::What::made:
             *created = true;
-            state_->worker->wake();
+            state_->backend->wake();
             added->job.message = joined(job.warnings, "; ");
             return added->job;
         case Added::What::same:
@@ -211,6 +214,8 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
             return problem(Problem::Kind::conflict, "job " + added->job.id +
                                                         " has this Idempotency-Key and another "
                                                         "body; use a new key");
+        case Added::What::over_limit:
+            return problem(Problem::Kind::busy, added->why, kRetryAfterS);
         case Added::What::full:
             break;
     }
@@ -219,9 +224,8 @@ Answer<Job> Service::submit(const std::string& body, const std::string& idempote
                    kRetryAfterS);
 }
 
-Answer<std::vector<Job>> Service::jobs(const std::string& state, const std::string& before,
-                                       size_t limit) const {
-    auto jobs = state_->store->jobs(state, before, limit);
+Answer<std::vector<Job>> Service::jobs(const JobQuery& query) const {
+    auto jobs = state_->store->jobs(query.state, query.before, query.limit, query.owner);
     if (!jobs.ok()) return problem_of(jobs.status());
     for (Job& job : *jobs) job = state_->shown(std::move(job));
     return std::move(*jobs);
@@ -250,31 +254,44 @@ Answer<JobFrame> Service::frame(const std::string& id, int number) const {
     if (!frame.ok()) return problem_of(frame.status());
     if (!*frame)
         return problem(Problem::Kind::not_found, concat("job ", id, " has no frame ", number));
-    (*frame)->output = state_->settings.roots.shown((*frame)->output);
+    const Roots& roots = state_->settings.roots;
+    if ((*frame)->state == FrameState::written || (*frame)->state == FrameState::skipped)
+        (*frame)->sidecar = sidecar_of((*frame)->output, roots);
+    (*frame)->output = roots.shown((*frame)->output);
     return std::move(**frame);
 }
 
-Answer<Job> Service::cancel(const std::string& id) {
-    const auto done = state_->store->cancel(id);
-    if (!done.ok()) return problem_of(done.status());
-    if (*done) state_->worker->stop_job(id);
-    const auto now = job(id);
-    if (!*done && std::holds_alternative<Job>(now))
-        return problem(Problem::Kind::conflict,
-                       concat("job ", id, " is already ", name_of(std::get<Job>(now).state)));
-    return now;
+Answer<Job> Service::cancel(const User& user, const std::string& id) {
+    return state_->change(user, id, "; only waiting and running jobs can be canceled", [&] {
+        const auto done = state_->store->cancel(id);
+        if (done.ok() && *done) state_->backend->stop_job(id);
+        return done;
+    });
 }
 
-Answer<Job> Service::retry(const std::string& id) {
-    const auto done = state_->store->retry(id);
-    if (!done.ok()) return problem_of(done.status());
-    if (*done) state_->worker->wake();
-    const auto now = job(id);
-    if (!*done && std::holds_alternative<Job>(now))
-        return problem(Problem::Kind::conflict,
-                       concat("job ", id, " is ", name_of(std::get<Job>(now).state),
-                              "; only failed and canceled jobs can be retried"));
-    return now;
+Answer<Job> Service::retry(const User& user, const std::string& id) {
+    return state_->change(user, id, "; only failed and canceled jobs can be retried", [&] {
+        const auto done = state_->store->retry(id);
+        if (done.ok() && *done) state_->backend->wake();
+        return done;
+    });
+}
+
+Answer<Job> Service::change(const User& user, const std::string& id, const std::string& body) {
+    const auto priority = read_priority(body, state_->settings.roots);
+    if (const auto* refused = std::get_if<Problem>(&priority)) return *refused;
+    if (std::get<int>(priority) > user.max_priority)
+        return problem(Problem::Kind::forbidden,
+                       concat("priority: the largest of ", user.name, " is ", user.max_priority));
+    return state_->change(user, id, "; only waiting and running jobs have a priority", [&] {
+        const auto done = state_->store->set_priority(id, std::get<int>(priority));
+        if (done.ok() && *done) state_->backend->wake();
+        return done;
+    });
+}
+
+Answer<Job> Service::forget(const User& user, const std::string& id) {
+    return state_->change(user, id, "; cancel it first", [&] { return state_->store->forget(id); });
 }
 
 Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
@@ -289,34 +306,24 @@ Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
 }
 
 void Service::on_event(std::function<void(const Event&)> listener) {
-    state_->store->on_event(std::move(listener));
+    const std::lock_guard lock(state_->listener_mutex);
+    state_->listener = std::move(listener);
 }
 
-void Service::preview(const std::string& body, std::function<void(Answer<Picture>)> done,
-                      const std::string& type) {
-    auto read = state_->reader.preview(body);
+void Service::preview(const User& user, const std::string& body, const PreviewWanted& wanted,
+                      std::function<void(Answer<Picture>)> done) {
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return done(problem(Problem::Kind::forbidden, reader.status().message()));
+    auto read = reader->preview(body);
     if (const auto* refused = std::get_if<Problem>(&read)) return done(*refused);
-    // std::function must be copyable; a chain is not.
-    const auto request = std::make_shared<JobRequest>(std::move(std::get<JobRequest>(read)));
-    state_->picture(
-        [state = state_.get(), request, type]() -> Result<Picture> {
-            if (Status status = check_inputs(request->run.input, state->settings.roots);
-                !status.ok())
-                return status;
-            auto prepared = prepare_preview(*request);
-            if (!prepared.ok()) return prepared.status();
-            auto color = state->filter(*prepared);
-            if (!color.ok()) return color.status();
-            const bool exr = type == "image/x-exr";
-            auto bytes = exr ? io::planes_exr_bytes(*color, {"R", "G", "B", "A"})
-                             : io::encode_png_preview(*color);
-            if (!bytes.ok()) return bytes.status();
-            return Picture{exr ? type : "image/png", std::move(*bytes)};
-        },
-        done);
+    PreviewWanted of_user = wanted;
+    if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
+    if (!state_->previews.run(std::move(std::get<JobRequest>(read)), reader->roots(), of_user,
+                              done))
+        done(problem(Problem::Kind::busy, "too many previews are waiting; try again", 1));
 }
 
-void Service::thumbnail(const std::string& id, int frame, bool after,
+void Service::thumbnail(const User& user, const std::string& id, int frame, bool after,
                         std::function<void(Answer<Picture>)> done) {
     const auto known = job(id);
     if (const auto* refused = std::get_if<Problem>(&known)) return done(*refused);
@@ -324,61 +331,58 @@ void Service::thumbnail(const std::string& id, int frame, bool after,
     if (!entry.ok()) return done(problem_of(entry.status()));
     if (!*entry)
         return done(problem(Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)));
-    auto read = state_->reader.job(std::get<Job>(known).body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return done(*refused);
-    const auto request = std::make_shared<JobRequest>(std::move(std::get<JobRequest>(read)));
-    const std::string path = after ? (*entry)->output : request->run.input.color().format(frame);
-    std::error_code error;
-    if (!std::filesystem::exists(path, error))
-        return done(problem(Problem::Kind::not_found,
-                            state_->settings.roots.shown(path) + ": does not exist"));
-    if (!state_->settings.roots.resolve(path).ok())
-        return done(problem(
-            Problem::Kind::forbidden,
-            state_->settings.roots.shown(path) + ": links outside the folders of this service"));
-    state_->picture(
-        [request, path, frame]() -> Result<Picture> {
-            auto png = thumbnail_of(path, frame, request->run.source);
-            if (!png.ok()) return png.status();
-            return Picture{"image/png", std::move(*png)};
-        },
-        done);
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return done(problem(Problem::Kind::forbidden, reader.status().message()));
+    const bool taken = state_->thumbnails.run(
+        [job = std::get<Job>(known), entry = **entry, after, reader = *reader, done] {
+            Answer<Picture> answer = Problem{};
+            try {
+                const auto shown = shown_frame(job, entry, after, reader);
+                if (const auto* refused = std::get_if<Problem>(&shown)) return done(*refused);
+                const auto& [path, source] = std::get<ShownFrame>(shown);
+                auto png = thumbnail_of(path, entry.frame, source);
+                if (png.ok())
+                    answer = Picture{"image/png", std::move(*png)};
+                else
+                    answer = problem_of(png.status(), reader.roots());
+            } catch (...) {
+                answer = problem_of(status_of_exception("the thumbnail"), reader.roots());
+            }
+            done(std::move(answer));
+        });
+    if (!taken) done(problem(Problem::Kind::busy, "too many thumbnails are waiting; try again", 1));
 }
 
-Answer<Picture> Service::report_file(const std::string& id, const std::string& name) const {
+Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
+                                        const std::string& name) const {
     const auto known = job(id);
     if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
-    auto read = state_->reader.job(std::get<Job>(known).body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-    const JobRequest& request = std::get<JobRequest>(read);
-    if (request.kind == JobKind::run)
-        return problem(Problem::Kind::not_found, "job " + id + " has no report");
-    const std::string folder = request.kind == JobKind::ab      ? request.ab.folder
-                               : request.kind == JobKind::bench ? request.bench.folder
-                                                                : request.study_settings.folder;
-    const auto path = state_->settings.roots.resolve(folder + "/" + name);
-    std::error_code error;
-    if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||
-        !std::filesystem::is_regular_file(*path, error))
-        return problem(Problem::Kind::not_found,
-                       "the report of job " + id + " does not have this file");
-    // Pages contain their images, so the limit is far above that of text files.
-    if (std::filesystem::file_size(*path, error) > kMaxReportBytes || error)
-        return problem(Problem::Kind::internal, "the file is too large to send");
-    std::ifstream in(*path, std::ios::binary);
-    Picture file{type_of(name), {std::istreambuf_iterator<char>(in), {}}};
-    if (in.bad()) return problem(Problem::Kind::internal, "the file cannot be read");
-    return file;
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
+    return report_file_of(std::get<Job>(known), name, *reader);
 }
 
-Answer<std::string> Service::plan(const std::string& body) {
-    auto read = state_->reader.plan(body);
+Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
+                                                 int last) const {
+    const auto known = job(id);
+    if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
+    const auto frames = state_->store->frames(id);
+    if (!frames.ok()) return problem_of(frames.status());
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
+    return outputs_of(*frames, first, last, reader->roots());
+}
+
+Answer<std::string> Service::plan(const User& user, const std::string& body) {
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
+    auto read = reader->plan(body);
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     JobRequest& request = std::get<JobRequest>(read);
-    const Roots& roots = state_->settings.roots;
+    const Roots& roots = reader->roots();
     try {
         if (Status status = check_inputs(request.run.input, roots); !status.ok())
-            return problem_of(status, roots);
+            return service::problem_of(status, roots);
         // Plans one frame, unless the request names frames.
         const int most = request.run.frames ? kMaxPlannedFrames : 1;
         io::Json frames = io::Json::array();
@@ -395,10 +399,10 @@ Answer<std::string> Service::plan(const std::string& body) {
                 frames.push_back(std::move(frame));
                 return int(frames.size()) < most;
             });
-        if (!status.ok()) return problem_of(status, roots);
+        if (!status.ok()) return service::problem_of(status, roots);
         return io::json_text({{"frames", std::move(frames)}});
     } catch (...) {
-        return problem_of(status_of_exception("the plan"), roots);
+        return service::problem_of(status_of_exception("the plan"), roots);
     }
 }
 
@@ -426,34 +430,28 @@ io::Json Service::job_schema() const {
 }
 
 Health Service::health() {
-    const auto test = std::make_shared<std::promise<Status>>();
-    auto tested = test->get_future();
-    state_->worker->run([test](GlDevice* gl) {
-        test->set_value(gl ? gl->test() : Status(StatusCode::gl, "no GL device is available now"));
-    });
-    // The current frame may take long; then the answer is the last known state.
-    const bool answered = tested.wait_for(kTestPatience) == std::future_status::ready;
-    const Worker::State worker = state_->worker->state();
-    const Status status = answered ? tested.get() : Status();
+    // A preview may take long; then the answer is the last known state.
+    const std::optional<Status> tested = state_->previews.test();
+    const BackendState backend = state_->backend->state();
+    const Status status = tested.value_or(Status());
     Health health;
-    health.renderer = worker.renderer;
-    health.draining = state_->draining;
-    health.gl = worker.gl && status.ok();
-    health.why = status.ok() ? worker.trouble : status.message();
     const auto say = [&](const std::string& text) {
         if (!text.empty()) health.why += (health.why.empty() ? "" : "; ") + text;
     };
+    health.renderer = backend.renderer;
+    health.draining = state_->draining;
+    health.gl = backend.works && status.ok();
+    say(status.ok() ? backend.trouble : status.message());
+    health.progress =
+        alive() && (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
+    if (!health.progress && backend.trouble.empty())
+        say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
+    if (backend.lost > 0) say(concat(backend.lost, " threads hang in a disk or a device"));
     const Status in_place = state_->store->in_place();
     say(in_place.message());
-    health.disk = in_place.ok();
-    std::vector<std::string> folders = state_->settings.roots.folders();
-    const auto beside = std::filesystem::path(state_->settings.store).parent_path();
-    folders.push_back(beside.empty() ? "." : beside.string());
-    for (const std::string& folder : folders) {
-        const std::string trouble = trouble_of_folder(folder);
-        say(trouble);
-        health.disk = health.disk && trouble.empty();
-    }
+    const std::string fault = state_->disks.fault();
+    say(fault);
+    health.disk = in_place.ok() && fault.empty();
     const auto counts = state_->store->counts();
     const auto queued = counts.find(JobState::queued);
     health.queue =
@@ -467,7 +465,9 @@ Health Service::health() {
 }
 
 std::string Service::metrics() const {
-    return state_->counters.text(state_->store->counts());
+    const BackendState backend = state_->backend->state();
+    return state_->counters.text(state_->store->counts(), state_->store->times(),
+                                 {backend.lost, backend.replaced, backend.oldest_step_s});
 }
 
 }  // namespace postchain::service

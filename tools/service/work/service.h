@@ -1,14 +1,16 @@
-// The service without HTTP: jobs over sequences, one at a time on one GL context, kept in a store
-// that outlives the process.
+// The service without HTTP: jobs over sequences, kept in a store that outlives the process, and run
+// by a backend.
 //
-//   submit(JSON) --> JobStore (SQLite) --> the worker thread (GL) --> run/run_sequence,
-//                       |                                             experiment/ab, bench
+//   submit(JSON) --> JobStore (SQLite) --> Backend: worker.h (GL) --> run/run_sequence,
+//                       |                    |                        experiment/ab, bench
+//                       |                    or remote_backend.h --> another queue (Slurm)
 //                       +--> jobs(), job(), events(): served by http/
 //
 // Job settings come from the tables of run/job_settings.h and experiment/settings.h, as in the
-// command. Thread-safe, except open() and the destructor.
+// command. Thread-safe, except open(), end() and the destructor.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -19,20 +21,36 @@
 #include "chain/status.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
+#include "tools/service/store/upkeep.h"
+#include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
+#include "tools/service/work/remote_settings.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
 
+// A line for the log: what happened to a job, or to the service.
+struct LogLine {
+    enum class Level { info, warning, error };
+    Level level = Level::info;
+    std::string message;
+    io::Json fields = io::Json::object();  // event, job, user, kind, frame, seconds
+};
+
 struct ServiceSettings {
-    std::string store;                                  // SQLite file, created if it does not exist
-    Roots roots;                                        // the folders of all paths of jobs
-    std::string device = "auto";                        // as --device of the command
-    int threads = 0;                                    // CPU threads; 0 = one per core
-    size_t max_queue = 1000;                            // waiting jobs; further ones are refused
-    int attempts = 3;                                   // per frame, before it is quarantined
-    std::string version;                                // the command's version, for metadata
-    std::function<void(const std::string&)> log = {};   // errors that no request asked for
+    std::string store;  // SQLite file, created if it does not exist
+    Roots roots;        // the folders of all paths of jobs
+    std::shared_ptr<const Users> users = std::make_shared<Users>();
+    std::string device = "auto";    // as --device of the command
+    int threads = 0;                // CPU threads; 0 = one per core
+    size_t max_queue = 1000;        // waiting jobs; further ones are refused
+    int attempts = 3;               // per frame, before it is quarantined
+    double frame_timeout_s = 1800;  // of each step of a frame; 0 = none
+    double slice_s = 60;            // until a job makes way for another user's
+    Retention keep;
+    RemoteSettings remote;  // runs the jobs, if it has a queue
+    std::string version;    // the command's version, for metadata
+    std::function<void(const LogLine&)> log = {};
     std::function<void(const std::string&)> warn = {};  // `auto` found no GPU
 };
 
@@ -41,11 +59,32 @@ struct Picture {
     std::string bytes;
 };
 
+struct PreviewWanted {
+    std::string type = "image/png";  // or "image/x-exr": scene-linear, float
+    std::string session;             // a later preview of the session replaces this one; empty = no
+    std::shared_ptr<std::atomic<bool>> left = {};  // set: nobody waits for it
+};
+
+// A file that is sent as it is.
+struct ResultFile {
+    std::string path;  // on disk
+    std::string name;  // without folders
+    std::string type;
+    uint64_t bytes = 0;
+};
+
+struct JobQuery {
+    std::string state, owner;  // empty = any
+    std::string before;        // an id, to continue a list; empty = from the newest
+    size_t limit = 50;
+};
+
 // State for monitoring.
 struct Health {
-    bool gl = false;     // a test dispatch returned the right result
-    bool disk = false;   // the store is in its place, its folder and every root are writable
-    bool queue = false;  // the queue accepts jobs
+    bool gl = false;        // a test dispatch returned the right result
+    bool disk = false;      // the store is in its place, its folder and every root are writable
+    bool queue = false;     // the queue accepts jobs
+    bool progress = false;  // no step of the running job is over its limit
     bool draining = false;
     std::string renderer;
     std::string why;  // reasons of the false values
@@ -57,42 +96,55 @@ class Service {
     // another service uses it; (gl).
     static Result<std::unique_ptr<Service>> open(const ServiceSettings& settings,
                                                  const PassRegistry& registry);
-    ~Service();  // stop(), then closes the store
+    ~Service();  // end(), then closes the store, unless threads hang
 
     // Gives up the current frame and leaves every unfinished job in the queue.
     void drain();
+    // drain(), then ends the threads. Returns the number of those that hang in a disk or a device:
+    // a program should then end without waiting for them.
+    size_t end();
+    // False if only a restart helps: too many threads hang.
+    bool alive() const;
 
-    // `body`: a JSON object, see docs/service.md. If an earlier job has the key and the same body,
-    // returns that job. `created` tells whether the job is new.
-    Answer<Job> submit(const std::string& body, const std::string& idempotency_key, bool* created);
-    // Newest first. `before`: an id, to continue a list; empty = from the newest.
-    Answer<std::vector<Job>> jobs(const std::string& state, const std::string& before,
-                                  size_t limit) const;
+    // `body`: a JSON object, see docs/service.md. If an earlier job of the user has the key and the
+    // same body, returns that job. `created` tells whether the job is new.
+    Answer<Job> submit(const User& user, const std::string& body,
+                       const std::string& idempotency_key, bool* created);
+    Answer<std::vector<Job>> jobs(const JobQuery& query) const;  // newest first
     Answer<Job> job(const std::string& id) const;
-    // In the order of the job, without their sidecars, which would be large together.
+    // In the order of the job, without their sidecars.
     Answer<std::vector<JobFrame>> frames(const std::string& id) const;
     Answer<JobFrame> frame(const std::string& id, int number) const;  // with its sidecar
-    Answer<Job> cancel(const std::string& id);
-    Answer<Job> retry(
-        const std::string& id);  // runs the unfinished frames of a failed or canceled job
+    // The following change a job of the user, or any job if the user is an administrator.
+    Answer<Job> cancel(const User& user, const std::string& id);
+    // Runs the unfinished frames of a failed or canceled job.
+    Answer<Job> retry(const User& user, const std::string& id);
+    // `body`: {"priority": 5}, of an unfinished job.
+    Answer<Job> change(const User& user, const std::string& id, const std::string& body);
+    // Removes an ended job from the store; its outputs stay. Returns the job as it was.
+    Answer<Job> forget(const User& user, const std::string& id);
 
     // At most `limit` events after `after`, oldest first, of one job, or of all if `id` is empty.
     Answer<std::vector<Event>> events(const std::string& id, int64_t after, size_t limit) const;
     // Called on any thread soon after an event is stored. Must be quick and must not throw.
     void on_event(std::function<void(const Event&)> listener);
 
-    // Filters one frame of an input, at `scale` of its size, between two frames of the running job
-    // (docs/service.md). `type`: "image/png" (display transform) or "image/x-exr" (scene-linear,
-    // float). `done` is called once, on any thread.
-    void preview(const std::string& body, std::function<void(Answer<Picture>)> done,
-                 const std::string& type = "image/png");
+    // Filters one frame of an input, at a scale of its size (docs/service.md). `done` is called
+    // once, on any thread.
+    void preview(const User& user, const std::string& body, const PreviewWanted& wanted,
+                 std::function<void(Answer<Picture>)> done);
     // A thumbnail of a job's frame before or after filtering, at most 320 pixels wide and high.
-    void thumbnail(const std::string& id, int frame, bool after,
+    void thumbnail(const User& user, const std::string& id, int frame, bool after,
                    std::function<void(Answer<Picture>)> done);
     // A file of a job's report, such as "index.html" or "report.json".
-    Answer<Picture> report_file(const std::string& id, const std::string& name) const;
+    Answer<ResultFile> report_file(const User& user, const std::string& id,
+                                   const std::string& name) const;
+    // The outputs of a job's finished frames first..last, in order.
+    Answer<std::vector<ResultFile>> outputs(const User& user, const std::string& id, int first,
+                                            int last) const;
 
-    Answer<std::string> plan(const std::string& body);  // JSON, as `postchain plan --json`
+    // JSON, as `postchain plan --json`.
+    Answer<std::string> plan(const User& user, const std::string& body);
     // Diagnostics of a chain file's text, for the editor; none = it is valid. `body`: {"text":
     // ...}.
     Answer<Diagnostics> check_chain(const std::string& body) const;

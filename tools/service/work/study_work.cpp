@@ -20,6 +20,7 @@ class StudyWork {
 
     WorkEnd work() {
         if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
+        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
         const auto begun = place_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
         // After its first start the folder's results are this job's own.
@@ -35,6 +36,7 @@ class StudyWork {
                                      place_.device,
                                      0,
                                      {"postchain", "serve", "study"}};
+        place_.progress.does("the first measurement did not end");
         const auto done =
             study::work_on_tasks(study_, *folder, {}, machine, progress(), &place_.stop);
         if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
@@ -58,6 +60,8 @@ class StudyWork {
 
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
+            if (place_.lost) return;
+            place_.progress.does(progress.what + " did not end");
             events_.say(progress.what, progress.done, progress.total);
             place_.between();
         };

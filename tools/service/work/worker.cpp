@@ -1,5 +1,7 @@
 #include "tools/service/work/worker.h"
 
+#include <sys/resource.h>
+
 #include <optional>
 #include <system_error>
 
@@ -15,39 +17,64 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds kFirstWait = 1s;
 constexpr std::chrono::milliseconds kLongestWait = 30s;
+constexpr size_t kMostLost = 8;  // each holds a frame's memory and a GL context
+constexpr int kNice = 10;        // of the threads of jobs: previews and requests go first
+
+Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
+    using sequence::FrameStep;
+    const StatusCode code = stuck.step == FrameStep::filter  ? StatusCode::gl
+                            : stuck.step == FrameStep::write ? StatusCode::output
+                                                             : StatusCode::input;
+    const char* cause = stuck.step == FrameStep::filter
+                            ? "the GL device hangs, or the limit is too low for this chain"
+                            : "the disk hangs, or the limit is too low for it";
+    return Status(code, concat(stuck.what, " within ", limit_s, " s: ", cause,
+                               "; then retry the job, or submit it with a larger frame_timeout"));
+}
 
 }  // namespace
 
-Worker::Worker(JobStore& store, const JobReader& reader, Counters& counters,
-               const PassRegistry& registry, const egl::ContextOptions& device, int attempts)
+Worker::Worker(JobStore& store, const Readers& readers, Counters& counters,
+               const PassRegistry& registry, const WorkerSettings& settings)
     : store_(store),
-      reader_(reader),
+      readers_(readers),
       counters_(counters),
       registry_(registry),
-      device_options_(device),
-      attempts_(attempts),
-      wait_(kFirstWait) {}
+      settings_(settings) {}
 
 Worker::~Worker() {
-    if (!thread_.joinable()) return;
-    drain();
-    {
-        const std::lock_guard lock(mutex_);
-        ends_ = true;
-        changed_.notify_all();
-    }
-    thread_.join();
+    end();
 }
 
 Status Worker::begin() {
+    {
+        std::unique_lock lock(mutex_);
+        if (Status status = take_on(); !status.ok()) return status;
+        changed_.wait(lock, [&] { return made_; });
+        if (!first_.ok()) return first_;
+    }
     try {
-        thread_ = std::thread([this] { loop(); });
+        watcher_ = std::thread([this] { watch(); });
     } catch (const std::system_error& error) {
         return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
     }
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return made_; });
-    return first_;
+    return Status();
+}
+
+// Requires the lock.
+Status Worker::take_on() {
+    hand_.reset();
+    auto hand = std::make_shared<Hand>();
+    try {
+        thread_ = std::thread([this, hand, lost = lost_] {
+            loop(*hand);
+            if (hand->lost) --*lost;
+        });
+    } catch (const std::system_error& error) {
+        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
+    }
+    hand_ = std::move(hand);
+    return Status();
 }
 
 void Worker::wake() {
@@ -58,37 +85,55 @@ void Worker::wake() {
 
 void Worker::stop_job(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    if (running_ == id) stop_ = true;
+    if (running_ == id && hand_) hand_->stop = true;
 }
 
 void Worker::drain() {
     std::unique_lock lock(mutex_);
     draining_ = true;
-    stop_ = true;
+    if (hand_) hand_->stop = true;
     changed_.notify_all();
-    changed_.wait(lock, [&] { return running_.empty(); });
+    if (changed_.wait_for(lock, settings_.drain, [&] { return running_.empty(); })) return;
+    // The step hangs. The job waits for the next process, without a counted attempt.
+    if (!hand_) return;
+    const std::string id = running_;
+    hand_->lost = true;
+    hand_.reset();
+    thread_.detach();
+    ++*lost_;
+    lock.unlock();
+    (void)store_.release(id);
+    (void)store_.requeue(id, "stopped", false);
+    lock.lock();
+    running_.clear();
+    changed_.notify_all();
 }
 
-void Worker::run(Errand errand) {
+size_t Worker::end() {
+    drain();
     {
         const std::lock_guard lock(mutex_);
-        if (!ends_) {
-            errands_.push_back(std::move(errand));
-            changed_.notify_all();
-            return;
-        }
+        ends_ = true;
+        changed_.notify_all();
     }
-    errand(nullptr);
+    if (watcher_.joinable()) watcher_.join();
+    if (thread_.joinable()) thread_.join();
+    return *lost_;
 }
 
-std::pair<std::string, double> Worker::under_way() const {
+double Worker::remaining_s(const std::string& id) const {
     const std::lock_guard lock(mutex_);
-    return {running_, remaining_s_};
+    return id == running_ ? remaining_s_ : 0;
 }
 
-Worker::State Worker::state() const {
+BackendState Worker::state() const {
     const std::lock_guard lock(mutex_);
-    return state_;
+    BackendState state = state_;
+    state.lost = *lost_;
+    state.step_limit_s = limit_s_;
+    if (hand_ && !running_.empty())
+        if (const auto longest = hand_->progress.longest()) state.oldest_step_s = longest->seconds;
+    return state;
 }
 
 void Worker::set_trouble(const std::string& text) {
@@ -96,96 +141,113 @@ void Worker::set_trouble(const std::string& text) {
     state_.trouble = text;
 }
 
+// ------------------------------------------------------------------------------ the watcher
+
+void Worker::watch() {
+    std::unique_lock lock(mutex_);
+    while (!ends_) {
+        changed_.wait_for(lock, 200ms);
+        if (ends_ || draining_) continue;
+        if (!hand_) {
+            if (*lost_ < kMostLost) (void)take_on();
+            continue;
+        }
+        if (running_.empty() || limit_s_ <= 0) continue;
+        const auto longest = hand_->progress.longest();
+        if (longest && longest->seconds > limit_s_) let_go(lock, *longest);
+    }
+}
+
+// Ends the job of a hand whose step hangs, and takes on another hand.
+void Worker::let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck) {
+    const std::string id = running_;
+    const Status failure = failure_of(stuck, limit_s_);
+    hand_->stop = true;
+    hand_->lost = true;
+    hand_.reset();
+    thread_.detach();
+    ++*lost_;
+    ++state_.replaced;
+    lock.unlock();
+    if (stuck.frame) (void)store_.frame_fails(id, *stuck.frame, failure.message());
+    (void)store_.release(id);
+    Job ended;
+    ended.id = id;
+    ended.state = JobState::failed;
+    ended.exit_code = sequence::exit_code(failure);
+    ended.message = failure.message();
+    while (!store_.end(ended).ok()) {
+        std::unique_lock waiting(mutex_);
+        changed_.wait_for(waiting, kFirstWait);
+        if (draining_ || ends_) break;
+    }
+    lock.lock();
+    running_.clear();
+    remaining_s_ = limit_s_ = 0;
+    if (*lost_ >= kMostLost)
+        state_.trouble = concat(kMostLost, " frames hang in disks or devices; restart the service");
+    else if (Status status = take_on(); !status.ok())
+        state_.trouble = status.message();
+    state_.works = hand_ != nullptr;
+    changed_.notify_all();
+}
+
 // ------------------------------------------------------------------------------ the thread
 
-void Worker::run_errands() {
-    for (;;) {
-        Errand errand;
-        {
-            const std::lock_guard lock(mutex_);
-            if (errands_.empty()) return;
-            errand = std::move(errands_.front());
-            errands_.pop_front();
-        }
-        try {
-            // An errand between two frames of a job is not stopped with the job.
-            std::optional<StopScope> whole;
-            if (gl_) whole.emplace(gl_->executor(), nullptr);
-            errand(gl_.get());
-        } catch (...) {
-            // Errands must not throw. If one does, the running job continues.
-        }
-    }
-}
-
-void Worker::pause(std::chrono::milliseconds time) {
-    const auto end = Clock::now() + time;
-    std::unique_lock lock(mutex_);
-    while (!ends_ && !draining_ && Clock::now() < end) {
-        changed_.wait_until(lock, end, [&] { return ends_ || draining_ || !errands_.empty(); });
-        lock.unlock();
-        run_errands();
-        lock.lock();
-    }
-}
-
-bool Worker::make_device() {
-    gl_.reset();
-    auto made = GlDevice::create(device_options_, registry_);
-    if (made.ok()) gl_ = std::move(*made);
-    if (gl_) counters_.set_renderer(gl_->renderer());
+bool Worker::make_device(Hand& hand) {
+    hand.gl.reset();
+    auto made = GlDevice::create(settings_.device, registry_);
+    if (made.ok()) hand.gl = std::move(*made);
+    if (hand.gl) counters_.set_renderer(hand.gl->renderer());
     const std::lock_guard lock(mutex_);
-    state_.gl = gl_ != nullptr;
-    state_.renderer = gl_ ? gl_->renderer() : "";
+    state_.works = hand.gl != nullptr;
+    state_.renderer = hand.gl ? hand.gl->renderer() : "";
     state_.trouble = made.status().message();
     if (!made_) first_ = made.status();
     made_ = true;
     changed_.notify_all();
-    return gl_ != nullptr;
+    return hand.gl != nullptr;
 }
 
-void Worker::loop() {
-    make_device();
-    while (turn()) {
+void Worker::loop(Hand& hand) {
+    // Threads of this one inherit it, those of a software renderer too.
+    (void)setpriority(PRIO_PROCESS, 0, kNice);
+    make_device(hand);
+    while (turn(hand)) {
     }
-    // Answers the waiting errands.
-    gl_.reset();
-    run_errands();
+    hand.gl.reset();
 }
 
 // False if the thread shall end.
-bool Worker::turn() noexcept {
+bool Worker::turn(Hand& hand) noexcept {
     try {
-        run_errands();
         {
             std::unique_lock lock(mutex_);
-            if (ends_) return false;
+            if (draining_) changed_.wait(lock, [&] { return ends_; });
+            if (ends_ || hand.lost) return false;
             awake_ = false;
-            if (draining_) {
-                changed_.wait(lock, [&] { return ends_ || !errands_.empty(); });
-                return true;
-            }
         }
-        if (!gl_ && !make_device()) {
-            wait_longer();
+        if (!hand.gl && !make_device(hand)) {
+            wait_longer(hand);
             return true;
         }
         const auto job = store_.next(-kMaxPriority);
         if (!job.ok()) {
             set_trouble(job.status().message());
-            wait_longer();
+            wait_longer(hand);
             return true;
         }
-        wait_ = kFirstWait;
+        hand.wait = kFirstWait;
         if (*job) {
-            work(**job);
-            return true;
+            work(hand, **job);
+            return !hand.lost;
         }
         std::unique_lock lock(mutex_);
-        changed_.wait(lock, [&] { return ends_ || draining_ || awake_ || !errands_.empty(); });
+        changed_.wait(lock, [&] { return ends_ || draining_ || awake_; });
     } catch (...) {
         // Out of memory at a place without a Status; a later turn may succeed.
         const std::lock_guard lock(mutex_);
+        if (hand.lost) return false;
         running_.clear();
         changed_.notify_all();
     }
@@ -193,63 +255,84 @@ bool Worker::turn() noexcept {
 }
 
 // Called after a failure.
-void Worker::wait_longer() {
-    pause(wait_);
-    wait_ = std::min<std::chrono::milliseconds>(2 * wait_, kLongestWait);
+void Worker::wait_longer(Hand& hand) {
+    std::unique_lock lock(mutex_);
+    changed_.wait_for(lock, hand.wait, [&] { return ends_ || draining_; });
+    hand.wait = std::min<std::chrono::milliseconds>(2 * hand.wait, kLongestWait);
 }
 
-void Worker::between(const Job& job) {
-    run_errands();
-    if (stop_ || (job.kind != JobKind::run && job.kind != JobKind::study)) return;
-    const auto next = store_.next(job.priority + 1);
+// Makes way for a job of larger priority, and after a slice of time for one of another user.
+void Worker::between(Hand& hand, const Job& job) {
+    if (hand.stop) return;
+    const auto now = store_.job(job.id);  // its priority may have been changed
+    if (!now.ok() || !*now) return;
+    const int priority = (*now)->priority;
+    const auto next = store_.next(priority);
     if (!next.ok() || !*next) return;
-    preempted_ = true;
-    stop_ = true;
+    // ab and bench would lose what they have measured.
+    const bool in_parts = job.kind == JobKind::run || job.kind == JobKind::study;
+    const bool slice_over =
+        in_parts &&
+        std::chrono::duration<double>(Clock::now() - hand.began).count() > settings_.slice_s;
+    if ((*next)->priority == priority && ((*next)->owner == job.owner || !slice_over)) return;
+    hand.preempted = true;
+    hand.stop = true;
 }
 
-WorkEnd Worker::work_on(const Job& job, int attempts) {
-    auto read = reader_.job(job.body);
+WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
+    const auto reader = readers_.of(job.owner);
+    if (!reader.ok()) return WorkEnd::failed(reader.status());
+    auto read = reader->job(job.body);
     if (const auto* problem = std::get_if<Problem>(&read)) {
         const Status status = status_of(problem->diagnostics);
         return WorkEnd::failed(
             Status(status.ok() ? StatusCode::usage : status.code(), problem->detail));
     }
     JobRequest& request = std::get<JobRequest>(read);
+    if (request.frame_timeout_s > 0) {
+        const std::lock_guard lock(mutex_);
+        if (!hand.lost) limit_s_ = request.frame_timeout_s;
+    }
     const WorkPlace place{store_,
-                          reader_,
-                          *gl_,
+                          *reader,
+                          *hand.gl,
                           counters_,
-                          device_options_,
-                          stop_,
-                          [&] { between(job); },
+                          settings_.device,
+                          hand.stop,
+                          hand.lost,
+                          hand.progress,
+                          [&] {
+                              if (!hand.lost) between(hand, job);
+                          },
                           [&](double seconds) {
                               const std::lock_guard lock(mutex_);
-                              remaining_s_ = seconds;
+                              if (!hand.lost) remaining_s_ = seconds;
                           }};
     WorkEnd end = request.kind == JobKind::run     ? work_on_frames(job, request, place)
                   : request.kind == JobKind::study ? work_on_study(job, request, place)
                                                    : work_on_experiment(job, request, place);
-    if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run && attempts >= attempts_)
+    if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run &&
+        attempts >= settings_.attempts)
         end = WorkEnd::failed(Status(StatusCode::gl, end.message));
     return end;
 }
 
 // True if the store has recorded it.
-bool Worker::enter_end(const Job& job, const WorkEnd& end) {
+bool Worker::enter_end(const Hand& hand, const Job& job, const WorkEnd& end) {
     Status status;
     switch (end.how) {
         case WorkEnd::How::ended: {
             Job ended = job;
             ended.state = end.state;
             ended.exit_code = end.exit_code;
-            ended.message = reader_.roots().shown_in(end.message);
+            ended.message = readers_.shown_in(end.message);
             ended.verdict = end.verdict;
             status = store_.end(ended);
             break;
         }
         case WorkEnd::How::stopped:
-            status = store_.requeue(
-                job.id, preempted_ ? "a job of higher priority goes first" : "stopped", false);
+            status = store_.requeue(job.id, hand.preempted ? "another job goes first" : "stopped",
+                                    false);
             break;
         case WorkEnd::How::gl_failed:
             status = store_.requeue(job.id, end.message, job.kind != JobKind::run);
@@ -262,14 +345,17 @@ bool Worker::enter_end(const Job& job, const WorkEnd& end) {
     return status.ok();
 }
 
-void Worker::work(const Job& job) {
+void Worker::work(Hand& hand, const Job& job) {
     {
         const std::lock_guard lock(mutex_);
         if (draining_) return;
         running_ = job.id;
         remaining_s_ = 0;
-        stop_ = false;
-        preempted_ = false;
+        limit_s_ = settings_.frame_timeout_s;
+        hand.stop = false;
+        hand.preempted = false;
+        hand.began = Clock::now();
+        hand.progress.does("the job was not read");
     }
     WorkEnd end;
     try {
@@ -279,22 +365,30 @@ void Worker::work(const Job& job) {
         else if (*attempts == 0)
             end = WorkEnd::of(WorkEnd::How::stopped, "");  // canceled just now
         else
-            end = work_on(job, *attempts);
+            end = work_on(hand, job, *attempts);
     } catch (...) {
         end = WorkEnd::failed(status_of_exception("job " + job.id));
     }
+    hand.progress.does("");
+    {
+        // From here on the watcher finds no step.
+        const std::lock_guard lock(mutex_);
+        if (hand.lost) return;
+        limit_s_ = 0;
+    }
     if (end.how == WorkEnd::How::store_failed) {
         set_trouble(end.message);
-        wait_longer();
+        wait_longer(hand);
     }
     // Until its end is recorded, the job stays with this thread; a next process would resume it.
-    while (!enter_end(job, end)) {
-        wait_longer();
+    while (!enter_end(hand, job, end)) {
+        wait_longer(hand);
         const std::lock_guard lock(mutex_);
         if (draining_ || ends_) break;
     }
-    if (end.how == WorkEnd::How::gl_failed) gl_.reset();
+    if (end.how == WorkEnd::How::gl_failed) hand.gl.reset();
     const std::lock_guard lock(mutex_);
+    if (hand.lost) return;
     running_.clear();
     remaining_s_ = 0;
     changed_.notify_all();

@@ -1,86 +1,95 @@
-// The thread that owns the GL context: runs one job of the store at a time, and errands between its
-// frames.
+// The backend of this machine: one thread with a GL context runs one job of the store at a time. A
+// second thread watches its steps. If one takes longer than the limit, the job fails, and another
+// thread with a context of its own takes the place of the one that hangs.
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
-#include <deque>
 #include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
 
 #include "tools/service/store/job_store.h"
+#include "tools/service/work/backend.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
+#include "tools/service/work/readers.h"
 
 namespace postchain::service {
 
-// Called with the device, or with null if there is none. Must not throw.
-using Errand = std::function<void(GlDevice* gl)>;
+struct WorkerSettings {
+    egl::ContextOptions device;
+    int attempts = 3;
+    double frame_timeout_s = 0;               // of each step of a frame; 0 = none
+    double slice_s = 60;                      // a job makes way for another user's after this time
+    std::chrono::milliseconds drain{20'000};  // for the work under way
+};
 
-class Worker {
+class Worker final : public Backend {
   public:
-    Worker(JobStore& store, const JobReader& reader, Counters& counters,
-           const PassRegistry& registry, const egl::ContextOptions& device, int attempts);
-    ~Worker();  // drain(), then ends the thread; waiting errands get null
+    Worker(JobStore& store, const Readers& readers, Counters& counters,
+           const PassRegistry& registry, const WorkerSettings& settings);
+    ~Worker() override;
 
     // Creates the device on the thread and starts. Errors (gl); (internal): no thread.
-    Status begin();
-    void wake();                           // there may be a new job
-    void stop_job(const std::string& id);  // after it was canceled
-    void drain();  // waits for the end of the running job and starts no other
-    void run(Errand errand);
-
-    // Id and remaining seconds of the running job; empty and 0 if none runs.
-    std::pair<std::string, double> under_way() const;
-    struct State {
-        bool gl = false;
-        std::string renderer, trouble;  // trouble: failure of GL or the store, empty = none
-    };
-    State state() const;
+    Status begin() override;
+    void wake() override;
+    void stop_job(const std::string& id) override;
+    void drain() override;
+    size_t end() override;
+    double remaining_s(const std::string& id) const override;
+    BackendState state() const override;
 
   private:
     using Clock = std::chrono::steady_clock;
-    void loop();
-    bool turn() noexcept;
-    void wait_longer();
-    void run_errands();
-    bool make_device();
-    void work(const Job& job);
-    WorkEnd work_on(const Job& job, int attempts);
-    bool enter_end(const Job& job, const WorkEnd& end);
-    void between(const Job& job);
-    void pause(std::chrono::milliseconds time);
+    // A thread with its device. It stays until its thread ends, also after it was replaced.
+    struct Hand {
+        std::unique_ptr<GlDevice> gl;
+        std::atomic<bool> stop = false;
+        std::atomic<bool> lost = false;  // replaced: must not change the store
+        bool preempted = false;
+        Progress progress;
+        Clock::time_point began;                                   // the running job
+        std::chrono::milliseconds wait = std::chrono::seconds(1);  // before the next retry
+    };
+    using HandPtr = std::shared_ptr<Hand>;
+
+    Status take_on();  // a new hand
+    void loop(Hand& hand);
+    bool turn(Hand& hand) noexcept;
+    void wait_longer(Hand& hand);
+    bool make_device(Hand& hand);
+    void work(Hand& hand, const Job& job);
+    WorkEnd work_on(Hand& hand, const Job& job, int attempts);
+    bool enter_end(const Hand& hand, const Job& job, const WorkEnd& end);
+    void between(Hand& hand, const Job& job);
+    void watch();
+    void let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);
     void set_trouble(const std::string& text);
 
     JobStore& store_;
-    const JobReader& reader_;
+    const Readers& readers_;
     Counters& counters_;
     const PassRegistry& registry_;
-    const egl::ContextOptions device_options_;
-    const int attempts_;
+    const WorkerSettings settings_;
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::deque<Errand> errands_;
     bool awake_ = false;  // there may be a new job
     bool made_ = false;   // the first device was created or failed
     Status first_;        // the result
-    bool ends_ = false;   // the thread shall end
+    bool ends_ = false;   // the threads shall end
     bool draining_ = false;
     std::string running_;  // id
     double remaining_s_ = 0;
-    State state_;
-
-    std::unique_ptr<GlDevice> gl_;  // used by the thread only
-    std::atomic<bool> stop_ = false;
-    bool preempted_ = false;          // used by the thread only
-    std::chrono::milliseconds wait_;  // used by the thread only: delay before the next retry
-    std::thread thread_;
+    double limit_s_ = 0;  // of the running job
+    BackendState state_;
+    HandPtr hand_;  // none: no thread could be started
+    std::thread thread_, watcher_;
+    std::shared_ptr<std::atomic<size_t>> lost_ = std::make_shared<std::atomic<size_t>>(0);
 };
 
 }  // namespace postchain::service

@@ -1,0 +1,102 @@
+"""postchain check: states of frames, table, JSON, exit codes.
+
+usage: check_test.py POSTCHAIN"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PROGRAM = None
+
+
+class Check(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.folder.name)
+        cls.call(0, "scene", "wheels", "-o", "in", "--frames", "1-8", "--size", "64x36",
+                 "--device", "software", "-q")
+        cls.run_chain("good", "fast")
+        cls.run_chain("png", "fast", "--overflow", "clamp", name="o.####.png")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @classmethod
+    def call(cls, code, *words):
+        done = subprocess.run([PROGRAM, *words], cwd=cls.path, capture_output=True, text=True,
+                              timeout=300, check=False)
+        assert done.returncode == code, (words, done.returncode, done.stdout, done.stderr)
+        return done.stdout if code < 2 else done.stderr
+
+    @classmethod
+    def run_chain(cls, folder, chain, *more, name="o.####.exr"):
+        cls.call(0, "run", chain, "-i", "in/sharp.####.exr", "--camera", "in/camera.json", "-o",
+                 f"{folder}/{name}", "--mkdir", "--device", "software", "-q", *more)
+
+    def states(self, pattern, *more, code):
+        found = json.loads(self.call(code, "check", pattern, "--json", *more))
+        self.assertEqual(found["whole"], code == 0)
+        [sequence] = found["sequences"]
+        states = {one["frame"]: one["state"] for one in sequence["frames"]}
+        for state, count in sequence["counts"].items():
+            self.assertEqual(list(states.values()).count(state), count)
+        return states, sequence["frames"]
+
+    def test_whole(self):
+        for folder, name in [("good", "exr"), ("png", "png")]:
+            states, frames = self.states(f"{folder}/o.####.{name}", code=0)
+            self.assertEqual(states, {n: "whole" for n in range(1, 9)})
+            # The sidecars in one.
+            for frame in frames:
+                sidecar = json.loads((self.path / (frame["output"] + ".json")).read_text())
+                self.assertEqual(frame["times_ms"], sidecar["times_ms"])
+                self.assertEqual(frame["bytes"], sidecar["output_bytes"])
+        # Parts of one job are the same settings.
+        self.run_chain("parts", "fast", "--chunk", "1/2")
+        self.run_chain("parts", "fast", "--frames", "5-8", "--on-existing", "skip", "--png")
+        self.states("parts/o.####.exr", code=0)
+
+    def test_each_fault(self):
+        shutil.copytree(self.path / "good", self.path / "bad")
+        bad = self.path / "bad"
+        (bad / "o.0002.exr").unlink()
+        whole = (bad / "o.0003.exr").read_bytes()
+        (bad / "o.0003.exr").write_bytes(whole[:-40])
+        (bad / "o.0004.exr").write_bytes(b"no EXR")
+        shutil.copy(self.path / "in/sharp.0005.exr", bad / "o.0005.exr")
+        self.run_chain("bad", "fast", "--frames", "6", "--half", "--on-existing", "overwrite")
+        self.run_chain("bad", "paper", "--frames", "7", "--on-existing", "overwrite")
+        states, frames = self.states("bad/o.####.exr", code=1)
+        self.assertEqual(states, {1: "whole", 2: "missing", 3: "damaged", 4: "damaged",
+                                  5: "foreign", 6: "other settings", 7: "other settings",
+                                  8: "whole"})
+        self.assertIn("half=true", frames[5]["why"])
+        table = self.call(1, "check", "bad/o.####.exr", "good/o.####.exr")
+        lines = [line.split() for line in table.splitlines()]
+        self.assertEqual(lines[1][:5], ["2", "1", "2", "2", "1"])
+        self.assertEqual(lines[2][:5], ["8", "0", "0", "0", "0"])
+        self.assertIn("bad/o.####.exr: damaged: 3-4", table)
+        self.assertEqual(table.count(": missing: "), 1)
+        # The settings that are meant may be those of few frames.
+        states, _ = self.states("bad/o.####.exr", "--like", "bad/o.0007.exr", code=1)
+        self.assertEqual([n for n in states if states[n] == "whole"], [7])
+
+    def test_frames_that_must_exist(self):
+        states, _ = self.states("good/o.####.exr", "--frames", "7-10", code=1)
+        self.assertEqual(states, {7: "whole", 8: "whole", 9: "missing", 10: "missing"})
+        self.states("none/o.####.exr", "--frames", "1", code=1)
+        self.assertIn("--frames", self.call(4, "check", "none/o.####.exr"))
+        self.call(2, "check")
+        self.call(2, "check", "good/o.####.exr", "--frames", "x")
+        self.assertIn("--like", self.call(4, "check", "good/o.####.exr", "--like",
+                                          "in/sharp.0001.exr"))
+
+
+if __name__ == "__main__":
+    PROGRAM = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()

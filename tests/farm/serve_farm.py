@@ -1,0 +1,153 @@
+"""postchain serve --backend slurm on a real Slurm of two nodes, while tasks, a node's daemon and the
+service are killed: the outputs have the bits of one run, each frame is counted once, and a canceled
+job leaves no task behind. Skips with a message if Slurm cannot start.
+
+    serve_farm.py COMMAND [--work DIR]
+"""
+import argparse
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "service"))
+from cluster import CannotStart, Cluster  # noqa: E402
+from server import Server  # noqa: E402  (of tests/service)
+
+FRAMES = 16
+SECONDS = 500
+failures = []
+
+
+def check(holds, text):
+    if not holds:
+        failures.append(text)
+        print("FAILED:", text)
+
+
+def workers(out):
+    """Tasks of Slurm that write below `out`."""
+    found = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            command = (entry / "cmdline").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if b"run" in command and any(word.startswith(str(out).encode()) for word in command):
+            found.append(int(entry.name))
+    return found
+
+
+class Service:
+    def __init__(self, postchain, work, environment):
+        self.command = [str(postchain), "serve", "--root", str(work), "--store",
+                        str(work / "jobs.sqlite"), "--port", "0", "--device", "software",
+                        "--backend", "slurm", "--farm-frames", "4", "--farm-program",
+                        str(postchain), "--attempts", "4"]
+        self.environment = environment
+        self.server = Server(self.command, environment)
+
+    def kill(self):
+        self.server.stop(signal.SIGKILL)
+        self.server = Server(self.command, self.environment)
+
+    def job(self, number):
+        return json.loads(self.server.ask("GET", f"/v1/jobs/{number}", timeout=60)[2])
+
+
+def body(out, **more):
+    return {"chain": {"postchain": 1, "passes": ["motion_blur", "fxaa"]},
+            "set": ["motion_blur.samples=9"], "input": "in/sharp.####.exr",
+            "camera": "in/camera.json", "output": f"{out}/o.####.exr", "mkdir": True, **more}
+
+
+def disturbed(service, cluster, work, expected):
+    chance = random.Random(1)
+    status, _, text = service.server.ask("POST", "/v1/jobs", body("out"), timeout=60)
+    check(status == 202, f"submission: {status} {text}")
+    out = work / "out"
+    kills = ["task", "service", "node1", "task", "node2", "service"]
+    end = time.monotonic() + SECONDS
+    while time.monotonic() < end:
+        running = workers(out)
+        if kills and running:
+            kind = kills.pop(0)
+            if kind == "task":
+                try:
+                    os.kill(chance.choice(running), signal.SIGKILL)
+                except ProcessLookupError:
+                    kills.insert(0, kind)
+            elif kind == "service":
+                service.kill()
+            else:
+                cluster.kill_node(kind)
+        job = service.job(1)
+        if job["ended"]:
+            break
+        time.sleep(0.3)
+    check((job["state"], job["done"]) == ("done", FRAMES), f"the job: {job}")
+    check(not kills, f"kills that did not come in time: {kills}")
+    made = {file.name: file.read_bytes() for file in out.glob("o.*.exr")}
+    check(made == expected, f"{len(made)} of {len(expected)} frames, or other bits")
+    ends = [json.loads(line[6:])["data"]["frame"]
+            for line in service.server.ask("GET", "/v1/jobs/1/events", timeout=60)[2].decode()
+            .splitlines() if line.startswith("data: ") and '"type":"frame"' in line]
+    check(sorted(ends) == list(range(1, FRAMES + 1)), f"ends of frames: {sorted(ends)}")
+    print(f"serve on two nodes: {len(made)} frames, 2 tasks, 2 daemons and 2 services killed")
+
+
+def canceled(service, cluster):
+    status, _, _ = service.server.ask("POST", "/v1/jobs", body("later"), timeout=60)
+    check(status == 202, "submission")
+    end = time.monotonic() + 120
+    while time.monotonic() < end and "postchain-" not in cluster.ask("squeue", "-h", "-o", "%j"):
+        time.sleep(0.2)
+    status, _, _ = service.server.ask("DELETE", "/v1/jobs/2", timeout=60)
+    check(status == 200, "cancel")
+    while time.monotonic() < end and cluster.ask("squeue", "-h"):
+        time.sleep(0.2)
+    check(not cluster.ask("squeue", "-h"), "tasks of the canceled job are left")
+    print("a canceled job leaves no task")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("postchain", type=pathlib.Path)
+    parser.add_argument("--work", type=pathlib.Path, required=True)
+    arguments = parser.parse_args()
+    postchain = arguments.postchain.resolve()
+    work = arguments.work.resolve()
+    shutil.rmtree(work, ignore_errors=True)
+    work.mkdir(parents=True)
+    run = [str(postchain)]
+    quiet = ["--device", "software", "-q"]
+    subprocess.run(run + ["scene", "wheels", "-o", str(work / "in"), "--frames", f"1-{FRAMES}",
+                          "--size", "160x90"] + quiet, check=True)
+    (work / "chain.yaml").write_text(
+        "postchain: 1\npasses: [{motion_blur: {samples: 9}}, fxaa]\n")
+    subprocess.run(run + ["run", str(work / "chain.yaml"), "-i", f"{work}/in/sharp.####.exr",
+                          "--camera", f"{work}/in/camera.json", "-o",
+                          f"{work}/expected/o.####.exr", "--mkdir"] + quiet, check=True)
+    expected = {file.name: file.read_bytes() for file in (work / "expected").glob("o.*.exr")}
+    try:
+        with Cluster(work / "cluster", cores=1, nodes=2) as cluster:
+            service = Service(postchain, work, cluster.environment)
+            try:
+                disturbed(service, cluster, work, expected)
+                canceled(service, cluster)
+            finally:
+                service.server.stop()
+    except CannotStart as reason:
+        print(f"skipped: Slurm cannot start: {reason}")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

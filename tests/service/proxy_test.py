@@ -1,0 +1,142 @@
+"""The service behind nginx and Caddy, by the recipes of tools/packaging/service: page, requests,
+events as they happen, downloads. Skips a proxy that is not installed, with a message.
+
+usage: proxy_test.py SERVE_FAKE"""
+import json
+import pathlib
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import urllib.request
+
+from server import Server
+
+PROGRAM = None
+RECIPES = pathlib.Path(__file__).parents[2] / "tools/packaging/service"
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+class Proxy:
+    """A running proxy."""
+
+    def __init__(self, command, port):
+        self.port = port
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL,
+                                        stderr=subprocess.PIPE, text=True)
+        for _ in range(600):
+            try:
+                self.connect().close()
+                return
+            except ConnectionRefusedError:
+                if self.process.poll() is not None:
+                    raise RuntimeError(self.process.stderr.read()) from None
+                time.sleep(0.1)
+        raise RuntimeError("the proxy does not listen")
+
+    def connect(self, timeout=30):
+        return socket.create_connection(("127.0.0.1", self.port), timeout)
+
+    def stop(self):
+        self.process.terminate()
+        self.process.wait(timeout=30)
+        self.process.stderr.close()
+
+
+class Behind:
+    """Tests of both."""
+
+    def setUp(self):
+        if not shutil.which(self.program, path="/usr/sbin:/usr/bin:/sbin:/bin"):
+            self.skipTest(f"{self.program} is not installed")
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.path = pathlib.Path(self.folder.name)
+        self.server = Server([PROGRAM, "frame=300", "trust_own=1", "base=1", "heartbeat=60000"])
+        self.addCleanup(self.server.stop)
+        port = free_port()
+        self.proxy = Proxy(self.command(port), port)
+        self.addCleanup(self.proxy.stop)
+
+    def recipe(self, name):
+        text = (RECIPES / name).read_text().replace("/postchain", "/base")
+        self.assertEqual(text.count("127.0.0.1:8080"), 1)
+        return text.replace("127.0.0.1:8080", f"127.0.0.1:{self.server.port}")
+
+    def get(self, path, headers=None, body=None):
+        request = urllib.request.Request(f"http://127.0.0.1:{self.proxy.port}{path}", body,
+                                         headers or {})
+        return urllib.request.urlopen(request, timeout=60)
+
+    def test_page_requests_and_downloads(self):
+        page = self.get("/base/").read().decode()
+        # Every file that the page names, and every address in its script, is below the page.
+        script = self.get("/base/page/main.js").read().decode()
+        for name in re.findall(r'(?:href|src)="([^"#]+)"', page):
+            self.assertEqual(self.get("/base/" + name).status, 200, name)
+        self.assertEqual(re.findall(r'["`]/(?:v1|page|readyz|openapi)', page + script), [])
+        made = self.get("/base/v1/jobs", {"Content-Type": "application/json"}, b"{}")
+        self.assertEqual((made.status, made.headers["Location"]), (202, "jobs/j1"))
+        self.assertEqual(self.get("/base/v1/" + made.headers["Location"]).status, 200)
+        data = self.get("/base/v1/jobs/j1/frames/2/output").read()
+        self.assertEqual(data, b"2" * 600_000)
+        self.assertEqual(self.get("/base/v1/jobs/j1/report/index.html").status, 200)
+
+    def test_events_come_as_they_happen(self):
+        self.get("/base/v1/jobs", {"Content-Type": "application/json"}, b"{}")
+        times, types = [], []
+        with self.get("/base/v1/jobs/j1/events") as events:
+            for line in events:
+                if line.startswith(b"data: "):
+                    times.append(time.monotonic())
+                    types.append(json.loads(line[6:])["type"])
+                    if types[-1] == "done":
+                        break
+        self.assertEqual(types, ["queued", "started"] + ["frame"] * 4 + ["done"])
+        # Four frames of 0.3 s: a buffer would give them at once, at the end.
+        self.assertGreater(times[-1] - times[1], 0.8)
+
+    def test_clients_are_told_apart(self):
+        text = self.get("/base/v1/session").read()
+        self.assertIn("known", json.loads(text))
+        cookie = self.get("/base/v1/session", {}, b"").headers["Set-Cookie"]
+        self.assertIsNone(cookie, "no token is required here")
+
+
+class Nginx(Behind, unittest.TestCase):
+    program = "nginx"
+
+    def command(self, port):
+        folders = "".join(f"    {kind}_temp_path {self.path}/{kind};\n"
+                          for kind in ("client_body", "proxy", "fastcgi", "uwsgi", "scgi"))
+        (self.path / "nginx.conf").write_text(
+            f"daemon off;\nmaster_process off;\npid {self.path}/pid;\nerror_log stderr;\n"
+            "events { }\nhttp {\n    access_log off;\n" + folders +
+            f"    server {{\n        listen 127.0.0.1:{port};\n" + self.recipe("nginx.conf") +
+            "    }\n}\n")
+        return [shutil.which("nginx", path="/usr/sbin:/usr/bin:/sbin:/bin"), "-e", "stderr", "-c",
+                str(self.path / "nginx.conf")]
+
+
+class Caddy(Behind, unittest.TestCase):
+    program = "caddy"
+
+    def command(self, port):
+        (self.path / "Caddyfile").write_text(
+            "{\n    admin off\n    auto_https off\n}\n"
+            f"http://127.0.0.1:{port} {{\n" + self.recipe("Caddyfile") + "}\n")
+        return ["caddy", "run", "--adapter", "caddyfile", "--config", str(self.path / "Caddyfile")]
+
+
+if __name__ == "__main__":
+    PROGRAM = sys.argv.pop(1)
+    unittest.main()

@@ -1,0 +1,140 @@
+#include "tools/apps/postchain/check.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <map>
+
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/print_line.h"
+#include "tools/sequence/run/check_outputs.h"
+
+namespace postchain {
+namespace {
+
+using io::Json;
+using sequence::CheckedOutput;
+using sequence::OutputState;
+
+constexpr OutputState kStates[] = {OutputState::whole, OutputState::missing, OutputState::damaged,
+                                   OutputState::other, OutputState::foreign};
+
+// "1-4, 7"
+std::string ranges_text(const std::vector<int>& frames) {
+    std::string text;
+    for (size_t i = 0; i < frames.size();) {
+        size_t last = i;
+        while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
+        text += concat(text.empty() ? "" : ", ", frames[i]);
+        if (last > i) text += concat("-", frames[last]);
+        i = last + 1;
+    }
+    return text;
+}
+
+Json json_of(const CheckedOutput& one) {
+    Json json = {{"frame", one.frame}, {"output", one.path}, {"state", name_of(one.state)}};
+    if (!one.why.empty()) json["why"] = one.why;
+    if (one.bytes > 0) json["bytes"] = one.bytes;
+    if (!one.settings.empty()) json["settings"] = one.settings;
+    if (one.sidecar.is_object())
+        for (const char* key : {"outcome", "held_from", "times_ms", "warnings", "renderer"})
+            if (const auto found = one.sidecar.find(key); found != one.sidecar.end())
+                json[key] = *found;
+    return json;
+}
+
+double seconds_of(const CheckedOutput& one) {
+    double ms = 0;
+    if (const auto times = one.sidecar.find("times_ms");
+        one.sidecar.is_object() && times != one.sidecar.end())
+        for (const auto& [name, value] : times->items())
+            if (value.is_number()) ms += value.get<double>();
+    return ms * 1e-3;
+}
+
+struct Sequence {
+    std::string pattern;
+    std::map<OutputState, std::vector<int>> frames;
+    uint64_t bytes = 0;
+    double seconds = 0;
+};
+
+Sequence summary_of(const std::string& pattern, const std::vector<CheckedOutput>& outputs) {
+    Sequence sequence{pattern, {}, 0, 0};
+    for (const CheckedOutput& one : outputs) {
+        sequence.frames[one.state].push_back(one.frame);
+        sequence.bytes += one.bytes;
+        sequence.seconds += seconds_of(one);
+    }
+    return sequence;
+}
+
+void print_table(const std::vector<Sequence>& sequences) {
+    std::printf("%8s %8s %8s %8s %8s %10s %10s  %s\n", "whole", "missing", "damaged", "other",
+                "foreign", "MB", "seconds", "output");
+    for (const Sequence& one : sequences) {
+        for (const OutputState state : kStates) {
+            const auto found = one.frames.find(state);
+            std::printf("%8zu ", found == one.frames.end() ? 0 : found->second.size());
+        }
+        std::printf("%10.1f %10.1f  %s\n", double(one.bytes) * 1e-6, one.seconds,
+                    one.pattern.c_str());
+    }
+    for (const Sequence& one : sequences)
+        for (const auto& [state, frames] : one.frames)
+            if (state != OutputState::whole)
+                std::printf("%s: %s: %s\n", one.pattern.c_str(), name_of(state),
+                            ranges_text(frames).c_str());
+}
+
+}  // namespace
+
+void add_check(CLI::App& subcommand, Options& options, CheckOptions& check) {
+    subcommand.add_option("OUT", check.outputs, "output pattern, as for --output of `run`")
+        ->required()
+        ->expected(1, -1);
+    subcommand
+        .add_option("--frames", check.frames,
+                    "frames that must exist, such as 1-100 (default: from the first to the last on "
+                    "disk)")
+        ->type_name("RANGE");
+    subcommand
+        .add_option("--like", check.like,
+                    "an output whose settings all frames must have (default: those of most frames)")
+        ->type_name("OUT");
+    subcommand.add_flag("--json", options.json, "one JSON object with every frame");
+}
+
+int check_subcommand(const Options& options, const CheckOptions& check) {
+    std::optional<io::FrameRange> frames;
+    if (!check.frames.empty()) {
+        auto range = io::FrameRange::parse(check.frames);
+        if (!range.ok()) return fail(range.status().at("--frames"));
+        frames = std::move(*range);
+    }
+    std::vector<Sequence> sequences;
+    Json all = Json::array();
+    bool whole = true;
+    for (const std::string& text : check.outputs) {
+        const auto pattern = io::PathPattern::parse(text);
+        if (!pattern.ok()) return fail(pattern.status());
+        const auto outputs = sequence::check_outputs(*pattern, frames, check.like);
+        if (!outputs.ok()) return fail(outputs.status());
+        sequences.push_back(summary_of(text, *outputs));
+        Json list = Json::array(), counts = Json::object();
+        for (const CheckedOutput& one : *outputs) list.push_back(json_of(one));
+        for (const OutputState state : kStates)
+            counts[name_of(state)] = sequences.back().frames[state].size();
+        whole = whole && sequences.back().frames[OutputState::whole].size() == outputs->size();
+        all.push_back({{"output", text}, {"counts", counts}, {"frames", list}});
+    }
+    for (Sequence& one : sequences)
+        std::erase_if(one.frames, [](const auto& state) { return state.second.empty(); });
+    if (options.json)
+        print_line({{"whole", whole}, {"sequences", all}});
+    else
+        print_table(sequences);
+    return whole ? kExitOk : kExitSomeFailed;
+}
+
+}  // namespace postchain

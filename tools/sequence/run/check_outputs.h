@@ -1,0 +1,40 @@
+// Which outputs of a sequence are whole, missing, or made with other settings; from the outputs and
+// their sidecars alone.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/sequence.h"
+
+namespace postchain::sequence {
+
+enum class OutputState {
+    whole,
+    missing,
+    damaged,  // it does not end as it should, or its data cannot be read
+    other,    // made by another version, chain or settings than most of the sequence
+    foreign,  // not an output of `run`
+};
+const char* name_of(OutputState state);
+
+struct CheckedOutput {
+    int frame = 0;
+    std::string path;
+    OutputState state = OutputState::missing;
+    std::string why;       // of every state but whole
+    std::string settings;  // what made it, without the frame's own input; empty = unknown
+    uint64_t bytes = 0;
+    io::Json sidecar;  // null = none, or that of another image
+};
+
+// The frames of `frames`; without them, those from the first to the last on disk. `like`: an output
+// whose settings all must have; empty = most of them decide. Errors (input): no frame is on disk
+// and none is given; `like` is not an output of `run`.
+Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
+                                                 const std::optional<io::FrameRange>& frames,
+                                                 const std::string& like);
+
+}  // namespace postchain::sequence

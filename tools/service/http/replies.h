@@ -1,0 +1,39 @@
+// Replies and values of requests that several resources need.
+#pragma once
+
+#include <charconv>
+#include <optional>
+#include <string>
+
+#include "tools/sequence/files/json.h"
+#include "tools/service/http/job_json.h"
+#include "tools/service/http/message.h"
+#include "tools/service/http/problem.h"
+#include "tools/service/work/service.h"
+
+namespace postchain::service {
+
+inline constexpr const char* kPolicy = "Content-Security-Policy";
+// The name of a user who is not known, at routes that are open. No user of a file has it.
+inline constexpr const char* kStranger = "\n";
+
+Reply json_reply(int status, const std::string& text);
+Reply image_reply(const Answer<Picture>& answer);
+
+// The reply to an answer: its problem, or what `made` returns for its value.
+template <class T, class Made>
+Reply reply_to(const Answer<T>& answer, const Made& made) {
+    if (const auto* wrong = std::get_if<Problem>(&answer)) return problem(*wrong);
+    return made(std::get<T>(answer));
+}
+Reply job_reply(int status, const Answer<Job>& answer);
+
+template <class T>
+std::optional<T> number_of(const std::string& text) {
+    T value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+}  // namespace postchain::service

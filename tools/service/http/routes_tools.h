@@ -1,0 +1,13 @@
+// Work without a job: plans, previews, checks of chains.
+#pragma once
+
+#include <vector>
+
+#include "tools/service/http/route.h"
+#include "tools/service/work/service.h"
+
+namespace postchain::service {
+
+void add_tool_routes(std::vector<Route>& routes, Service& service);
+
+}  // namespace postchain::service

@@ -1,0 +1,96 @@
+#include "tools/service/work/job_files.h"
+
+#include <filesystem>
+
+#include "config/text_tree.h"
+#include "tools/sequence/run/sidecar.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string type_of(const std::string& name) {
+    const std::string extension = fs::path(name).extension().string();
+    if (extension == ".html") return "text/html; charset=utf-8";
+    if (extension == ".json") return "application/json";
+    if (extension == ".csv") return "text/csv; charset=utf-8";
+    if (extension == ".md") return "text/markdown; charset=utf-8";
+    if (extension == ".png") return "image/png";
+    if (extension == ".exr") return "image/x-exr";
+    if (extension == ".yaml") return "application/yaml";
+    return "";
+}
+
+Problem not_found(const std::string& detail) {
+    return {Problem::Kind::not_found, detail, {}, 0};
+}
+
+ResultFile file_at(const std::string& path) {
+    const std::string name = fs::path(path).filename().string();
+    const std::string type = type_of(name);
+    std::error_code error;
+    const auto bytes = fs::file_size(path, error);
+    return {path, name, type.empty() ? "application/octet-stream" : type,
+            error ? 0 : uint64_t(bytes)};
+}
+
+}  // namespace
+
+std::string sidecar_of(const std::string& output, const Roots& roots) {
+    const auto path = roots.resolve(sequence::sidecar_path(output));
+    if (!path.ok()) return "";
+    auto text = read_text_file(*path, StatusCode::output);
+    return text.ok() ? std::move(*text) : std::string();
+}
+
+Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
+                               const JobReader& reader) {
+    auto read = reader.job(job.body);
+    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
+    JobRequest& request = std::get<JobRequest>(read);
+    const std::string path = after ? frame.output : request.run.input.color().format(frame.frame);
+    const Roots& roots = reader.roots();
+    std::error_code error;
+    if (!fs::exists(path, error)) return not_found(roots.shown(path) + ": does not exist");
+    if (!roots.resolve(path).ok())
+        return Problem{Problem::Kind::forbidden,
+                       roots.shown(path) + ": links outside the folders of this service",
+                       {},
+                       0};
+    return ShownFrame{path, request.run.source};
+}
+
+Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
+                                  const JobReader& reader) {
+    auto read = reader.job(job.body);
+    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
+    const JobRequest& request = std::get<JobRequest>(read);
+    if (request.kind == JobKind::run) return not_found("job " + job.id + " has no report");
+    const std::string folder = request.kind == JobKind::ab      ? request.ab.folder
+                               : request.kind == JobKind::bench ? request.bench.folder
+                                                                : request.study_settings.folder;
+    const auto path = reader.roots().resolve(folder + "/" + name);
+    std::error_code error;
+    if (name.empty() || type_of(name).empty() || !path.ok() || !path->starts_with(folder + "/") ||
+        !fs::is_regular_file(*path, error))
+        return not_found("the report of job " + job.id + " does not have this file");
+    return file_at(*path);
+}
+
+Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, int first, int last,
+                                           const Roots& roots) {
+    std::vector<ResultFile> files;
+    for (const JobFrame& frame : frames) {
+        const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
+        if (!done || frame.frame < first || frame.frame > last) continue;
+        const auto path = roots.resolve(frame.output);
+        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
+        std::error_code error;
+        if (fs::is_regular_file(*path, error)) files.push_back(file_at(*path));
+    }
+    if (files.empty()) return not_found("no finished frame of this job is on disk in that range");
+    return files;
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,113 @@
+#include "tools/service/work/previews.h"
+
+#include <future>
+
+#include "tools/sequence/exr/planes_writer.h"
+#include "tools/sequence/image/preview.h"
+#include "tools/service/work/gl_device.h"
+#include "tools/service/work/preview.h"
+
+namespace postchain::service {
+namespace {
+
+constexpr size_t kMostWaiting = 64;
+constexpr auto kTestPatience = std::chrono::seconds(1);
+
+// The device of this thread; made when it is first needed, and destroyed with the thread.
+Result<GlDevice*> device_of_thread(const egl::ContextOptions& options, const PassRegistry& registry,
+                                   bool anew = false) {
+    thread_local std::unique_ptr<GlDevice> device;
+    if (anew) device.reset();
+    if (device) return device.get();
+    auto made = GlDevice::create(options, registry);
+    if (!made.ok()) return made.status();
+    device = std::move(*made);
+    return device.get();
+}
+
+}  // namespace
+
+Previews::Previews(const egl::ContextOptions& device, const PassRegistry& registry)
+    : device_(device), registry_(registry), threads_(1, kMostWaiting) {}
+
+bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
+                   std::function<void(Answer<Picture>)> done) {
+    auto ticket = std::make_shared<Ticket>();
+    ticket->stop = wanted.left ? wanted.left : std::make_shared<std::atomic<bool>>(false);
+    if (!wanted.session.empty()) {
+        const std::lock_guard lock(mutex_);
+        std::erase_if(newest_, [](const auto& one) { return one.second.expired(); });
+        auto& newest = newest_[wanted.session];
+        if (const auto former = newest.lock()) {
+            former->replaced = true;
+            *former->stop = true;
+        }
+        newest = ticket;
+    }
+    // std::function must be copyable; a chain is not.
+    const auto shared = std::make_shared<JobRequest>(std::move(request));
+    return threads_.run([this, shared, roots, type = wanted.type, ticket, done = std::move(done)] {
+        Answer<Picture> answer = Problem{};
+        try {
+            answer = picture(*shared, roots, type, *ticket);
+        } catch (...) {
+            answer = problem_of(status_of_exception("the preview"), roots);
+        }
+        if (ticket->replaced)
+            answer = Problem{Problem::Kind::conflict,
+                             "a later preview of this session has replaced this one",
+                             {},
+                             0};
+        done(std::move(answer));
+    });
+}
+
+Answer<Picture> Previews::picture(JobRequest& request, const Roots& roots, const std::string& type,
+                                  const Ticket& ticket) {
+    if (Status status = check_inputs(request.run.input, roots); !status.ok())
+        return problem_of(status, roots);
+    const auto color = filter(request, ticket);
+    if (!color.ok()) return problem_of(color.status(), roots);
+    const bool exr = type == "image/x-exr";
+    auto bytes =
+        exr ? io::planes_exr_bytes(*color, {"R", "G", "B", "A"}) : io::encode_png_preview(*color);
+    if (!bytes.ok()) return problem_of(bytes.status(), roots);
+    return Picture{exr ? type : "image/png", std::move(*bytes)};
+}
+
+Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
+    const auto over = [&] { return ends_ || *ticket.stop; };
+    const Status canceled(StatusCode::canceled, "the preview was canceled");
+    if (over()) return canceled;
+    auto prepared = prepare_preview(request);
+    if (!prepared.ok()) return prepared.status();
+    if (over()) return canceled;
+    auto device = device_of_thread(device_, registry_);
+    if (!device.ok()) return device.status();
+    Executor& executor = (*device)->executor();
+    const StopScope stop(executor, ticket.stop.get());
+    auto planes = executor.filter(prepared->plan, prepared->planes);
+    if (planes.ok()) return std::move(planes->at(Role::color));
+    return planes.status();
+}
+
+std::optional<Status> Previews::test() {
+    const auto promise = std::make_shared<std::promise<Status>>();
+    auto tested = promise->get_future();
+    const bool taken = threads_.run([this, promise] {
+        auto device = device_of_thread(device_, registry_);
+        Status status = device.ok() ? (*device)->test() : device.status();
+        // After a loss of the context a new one may work.
+        if (!status.ok()) status = device_of_thread(device_, registry_, true).status();
+        promise->set_value(status);
+    });
+    if (!taken || tested.wait_for(kTestPatience) != std::future_status::ready) return std::nullopt;
+    return tested.get();
+}
+
+size_t Previews::end() {
+    ends_ = true;
+    return threads_.end();
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,49 @@
+// Previews: a thread with a GL context of its own, so that a preview does not wait for the frame of
+// the running job.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "chain/egl/context.h"
+#include "tools/service/work/helper_threads.h"
+#include "tools/service/work/job_request.h"
+#include "tools/service/work/service.h"
+
+namespace postchain::service {
+
+class Previews {
+  public:
+    Previews(const egl::ContextOptions& device, const PassRegistry& registry);
+
+    Status begin() { return threads_.begin(); }
+    // False if too many wait. `done` is called once. A later preview of the same session ends this
+    // one, as do `wanted.left` and end().
+    bool run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
+             std::function<void(Answer<Picture>)> done);
+    // Runs a test dispatch; nothing if the thread is busy for longer than a second.
+    std::optional<Status> test();
+    size_t end();  // HelperThreads::end()
+
+  private:
+    struct Ticket {
+        std::shared_ptr<std::atomic<bool>> stop;
+        std::atomic<bool> replaced = false;
+    };
+    Answer<Picture> picture(JobRequest& request, const Roots& roots, const std::string& type,
+                            const Ticket& ticket);
+    Result<ImageF> filter(JobRequest& request, const Ticket& ticket);
+
+    const egl::ContextOptions device_;
+    const PassRegistry& registry_;
+    std::mutex mutex_;
+    std::map<std::string, std::weak_ptr<Ticket>> newest_;  // by session
+    std::atomic<bool> ends_ = false;
+    HelperThreads threads_;
+};
+
+}  // namespace postchain::service

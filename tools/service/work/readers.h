@@ -1,0 +1,28 @@
+// The reader of requests for each user: with the user's own folders.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tools/service/store/users.h"
+#include "tools/service/work/job_request.h"
+
+namespace postchain::service {
+
+class Readers {
+  public:
+    // The arguments outlive this object.
+    Readers(const JobReader& all, const Users& users) : all_(all), users_(users) {}
+
+    // Errors (usage): a folder of the user no longer exists.
+    Result<JobReader> of(const User& user) const;
+    // Errors (usage): as above, or the user is no longer known.
+    Result<JobReader> of(const std::string& owner) const;
+    std::string shown_in(const std::string& text) const { return all_.roots().shown_in(text); }
+
+  private:
+    const JobReader& all_;
+    const Users& users_;
+};
+
+}  // namespace postchain::service

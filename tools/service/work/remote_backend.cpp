@@ -1,0 +1,278 @@
+#include "tools/service/work/remote_backend.h"
+
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+#include "chain/text.h"
+#include "config/chain_file.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/run/exit_code.h"
+#include "tools/sequence/run/run_files.h"
+#include "tools/sequence/run/sidecar.h"
+#include "tools/service/work/frames_work.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Words of `postchain run` for the settings that the job gives.
+std::vector<std::string> words_of(const JobRequest& request) {
+    std::vector<std::string> words;
+    for (const auto& [key, value] : request.run.given) {
+        if (key == "input" || key == "output" || key == "chunk" || key == "on_existing" ||
+            key == "mkdir" || key == "max_memory")
+            continue;
+        const std::string option = sequence::option_name(key);
+        if (const bool* flag = std::get_if<bool>(&value))
+            words.push_back(*flag ? option : "--no-" + option.substr(2));
+        else
+            words.push_back(option + "=" + text_of(value));
+    }
+    return words;
+}
+
+std::string input_words(const io::InputSpec& input) {
+    if (!input.separate_files()) return input.color().text();
+    std::string text;
+    for (const auto& [role, pattern] : input.patterns)
+        text += concat(text.empty() ? "" : ",", io::InputSpec::word_of(role), "=", pattern.text());
+    return text;
+}
+
+}  // namespace
+
+RemoteBackend::RemoteBackend(JobStore& store, const Readers& readers,
+                             const RemoteSettings& settings)
+    : store_(store), readers_(readers), settings_(settings) {}
+
+RemoteBackend::~RemoteBackend() {
+    end();
+}
+
+Status RemoteBackend::begin() {
+    try {
+        thread_ = std::thread([this] { loop(); });
+    } catch (const std::system_error& error) {
+        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
+    }
+    return Status();
+}
+
+void RemoteBackend::wake() {
+    const std::lock_guard lock(mutex_);
+    awake_ = true;
+    changed_.notify_all();
+}
+
+// The tasks go on; the next process follows them.
+void RemoteBackend::drain() {
+    {
+        const std::lock_guard lock(mutex_);
+        ends_ = true;
+        changed_.notify_all();
+    }
+    if (thread_.joinable()) thread_.join();
+}
+
+size_t RemoteBackend::end() {
+    drain();
+    return 0;
+}
+
+BackendState RemoteBackend::state() const {
+    const std::lock_guard lock(mutex_);
+    BackendState state;
+    state.works = true;
+    state.renderer = settings_.queue->name();
+    state.trouble = trouble_;
+    return state;
+}
+
+void RemoteBackend::loop() {
+    std::unique_lock lock(mutex_);
+    while (!ends_) {
+        awake_ = false;
+        lock.unlock();
+        try {
+            turn();
+        } catch (...) {
+            // Out of memory at a place without a Status; a later turn may succeed.
+        }
+        lock.lock();
+        changed_.wait_for(lock, settings_.poll, [&] { return ends_ || awake_; });
+    }
+}
+
+void RemoteBackend::turn() {
+    std::string trouble;
+    const auto note = [&](const Status& status) {
+        if (!status.ok() && trouble.empty()) trouble = status.message();
+    };
+    const auto known = store_.remotes();
+    note(known.status());
+    if (known.ok())
+        for (const auto& [job, remote] : *known) note(follow(job, remote));
+    // Running jobs without a remote one: new, or with frames to make again.
+    const auto running = store_.jobs("running", "", 10'000);
+    note(running.status());
+    if (running.ok())
+        for (const Job& job : *running)
+            if (const auto remote = store_.remote(job.id); remote.ok() && remote->empty())
+                note(take(job));
+    for (;;) {
+        const auto next = store_.next(-kMaxPriority);
+        note(next.status());
+        if (!next.ok() || !*next) break;
+        const auto started = store_.start((*next)->id);
+        note(started.status());
+        if (!started.ok()) break;
+        const auto remote = store_.remote((*next)->id);
+        // With a remote job it was handed over by an earlier process.
+        if (remote.ok() && remote->empty()) note(take(**next));
+    }
+    const std::lock_guard lock(mutex_);
+    trouble_ = trouble;
+}
+
+Status RemoteBackend::fail(const Job& job, const Status& status) {
+    Job ended = job;
+    ended.state = JobState::failed;
+    ended.exit_code = sequence::exit_code(status);
+    ended.message = readers_.shown_in(status.message());
+    return store_.end(ended);
+}
+
+Status RemoteBackend::take(const Job& job) {
+    const auto reader = readers_.of(job.owner);
+    if (!reader.ok()) return fail(job, reader.status());
+    auto read = reader->job(job.body);
+    if (const auto* problem = std::get_if<Problem>(&read))
+        return fail(job, Status(StatusCode::usage, problem->detail));
+    JobRequest& request = std::get<JobRequest>(read);
+    const auto begun = store_.has_begun(job.id);
+    if (!begun.ok()) return begun.status();
+    if (!*begun) {
+        const auto frames = begin_frames(request, reader->roots());
+        if (!frames.ok()) return fail(job, frames.status());
+        std::error_code error;
+        const std::string folder = request.run.output.folder();
+        if (request.run.make_folder) fs::create_directories(folder, error);
+        if (!fs::is_directory(folder, error))
+            return fail(job, Status(StatusCode::output, folder + ": folder does not exist"));
+        if (Status status = store_.enter_frames(job.id, *frames); !status.ok()) return status;
+    }
+    return hand_over(job, request);
+}
+
+Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
+    const auto waiting = store_.to_do(job.id);
+    if (!waiting.ok()) return waiting.status();
+    if (waiting->empty()) return enter_outputs(job, request, true, "");
+    // Another round has another name: the queue may still know the earlier one.
+    const std::string name = concat("postchain-", hex_of(hash_text(settings_.folder)).substr(0, 8),
+                                    "-", job.id, "-", waiting->front().attempts);
+    auto remote = settings_.queue->find(name);
+    if (!remote.ok()) return remote.status();
+    if (remote->empty()) {
+        const std::string folder = settings_.folder + "/" + job.id;
+        std::error_code error;
+        fs::create_directories(folder, error);
+        const std::string chain = folder + "/chain.yaml";
+        std::ofstream out(chain);
+        out << write_chain(request.chain.chain);
+        out.close();
+        if (!out)
+            return Status(StatusCode::output, chain + ": cannot be written; see --farm-folder");
+        std::vector<std::string> command = {settings_.program,
+                                            "run",
+                                            chain,
+                                            "--input",
+                                            input_words(request.run.input),
+                                            "--output",
+                                            request.run.output.text(),
+                                            "--on-existing=skip",
+                                            "--device=" + settings_.device};
+        // The frames that were listed at the start, whatever comes later.
+        const auto frames = store_.frames(job.id);
+        if (!frames.ok()) return frames.status();
+        std::string numbers;
+        int count = 0;
+        for (const JobFrame& frame : *frames) {
+            if (frame.state != FrameState::waiting) continue;
+            numbers += concat(count++ > 0 ? "," : "", frame.frame);
+        }
+        for (const std::string& word : words_of(request))
+            if (!word.starts_with("--frames=")) command.push_back(word);
+        command.push_back("--frames=" + numbers);
+        const int per_task = settings_.frames_per_task;
+        remote = settings_.queue->submit(
+            {name, command, (count + per_task - 1) / per_task, folder, settings_.max_memory});
+        if (!remote.ok()) return remote.status();
+    }
+    return store_.set_remote(job.id, *remote);
+}
+
+Status RemoteBackend::follow(const Job& job, const std::string& remote) {
+    if (job.ended_ms != 0) {
+        if (Status status = settings_.queue->cancel(remote); !status.ok()) return status;
+        return store_.set_remote(job.id, "");
+    }
+    // Before the outputs: what is not there afterward was not made.
+    const auto tasks = settings_.queue->look(remote);
+    if (!tasks.ok()) return tasks.status();
+    const auto reader = readers_.of(job.owner);
+    if (!reader.ok()) return fail(job, reader.status());
+    auto read = reader->job(job.body);
+    if (const auto* problem = std::get_if<Problem>(&read))
+        return fail(job, Status(StatusCode::usage, problem->detail));
+    const bool ended = !tasks->known || tasks->ended();
+    const std::string why =
+        tasks->message.empty() ? "the task ended without this frame" : tasks->message;
+    return enter_outputs(job, std::get<JobRequest>(read), ended, why);
+}
+
+// Records frames whose outputs are on disk. At the end the others have failed an attempt.
+Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, bool at_end,
+                                    const std::string& why) {
+    const auto waiting = store_.to_do(job.id);
+    if (!waiting.ok()) return waiting.status();
+    for (const FrameToDo& frame : *waiting) {
+        const std::string path = request.run.output.format(frame.frame);
+        std::error_code error;
+        // A quick look while tasks run: the sidecar follows the whole image.
+        const bool there =
+            fs::exists(path, error) &&
+            (!request.run.sidecar || fs::exists(sequence::sidecar_path(path), error));
+        const bool changed = there && made_after(path, job.created_ms);
+        if (changed || (at_end && there && is_own_output(request, frame.frame))) {
+            FrameEnd end;
+            end.frame = frame.frame;
+            end.state = changed ? FrameState::written : FrameState::skipped;
+            end.bytes = int64_t(fs::file_size(path, error));
+            if (Status status = store_.frame_ends(job.id, end); !status.ok()) return status;
+        } else if (at_end) {
+            if (Status status = store_.frame_begins(job.id, frame.frame); !status.ok())
+                return status;
+            if (Status status = store_.frame_fails(
+                    job.id, frame.frame,
+                    concat(why, "; see ", settings_.folder, "/", job.id, "/*.log"));
+                !status.ok())
+                return status;
+        }
+    }
+    if (!at_end) return Status();
+    if (Status status = store_.set_remote(job.id, ""); !status.ok()) return status;
+    const auto left = store_.to_do(job.id);
+    if (!left.ok() || !left->empty()) return left.status();
+    const auto end = end_of_frames(store_, job.id, Status());
+    if (!end.ok()) return end.status();
+    Job ended = job;
+    ended.state = end->state;
+    ended.exit_code = end->exit_code;
+    ended.message = readers_.shown_in(end->message);
+    return store_.end(ended);
+}
+
+}  // namespace postchain::service

@@ -1,0 +1,53 @@
+// The backend of another queue: hands each `run` job over as an array of tasks, and follows it by
+// the queue's states and by the outputs on disk. A frame counts as done only when its output is
+// whole. Frames that a job's tasks did not make are handed over again, up to the attempts of the
+// store.
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "tools/service/store/job_store.h"
+#include "tools/service/work/backend.h"
+#include "tools/service/work/readers.h"
+#include "tools/service/work/remote_settings.h"
+
+namespace postchain::service {
+
+class RemoteBackend final : public Backend {
+  public:
+    RemoteBackend(JobStore& store, const Readers& readers, const RemoteSettings& settings);
+    ~RemoteBackend() override;
+
+    Status begin() override;
+    void wake() override;
+    void stop_job(const std::string&) override { wake(); }
+    void drain() override;
+    size_t end() override;
+    double remaining_s(const std::string&) const override { return 0; }
+    BackendState state() const override;
+
+  private:
+    void loop();
+    void turn();
+    Status take(const Job& job);
+    Status hand_over(const Job& job, JobRequest& request);
+    Status follow(const Job& job, const std::string& remote);
+    Status enter_outputs(const Job& job, const JobRequest& request, bool at_end,
+                         const std::string& why);
+    Status fail(const Job& job, const Status& status);
+
+    JobStore& store_;
+    const Readers& readers_;
+    const RemoteSettings settings_;
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    bool awake_ = false, ends_ = false;
+    std::string trouble_;
+    std::thread thread_;
+};
+
+}  // namespace postchain::service

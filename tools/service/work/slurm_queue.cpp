@@ -1,0 +1,146 @@
+#include "tools/service/work/slurm_queue.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <sstream>
+
+#include "tools/service/work/program.h"
+
+namespace postchain::service {
+namespace {
+
+// slurmctld answers within seconds, or it is down: sbatch and squeue then try for a minute.
+constexpr auto kLimit = std::chrono::seconds(90);
+
+std::string first_line(const std::string& text) {
+    return text.substr(0, text.find('\n'));
+}
+
+// The output of a command of Slurm that succeeds.
+Result<std::string> answer_of(const std::vector<std::string>& words,
+                              const std::string& input = "") {
+    const auto ran = run_program(words, input, kLimit);
+    if (!ran.ok()) return ran.status();
+    if (ran->exit_code != 0)
+        return Status(StatusCode::output, concat(words.front(), ": ", first_line(ran->err)));
+    return ran->out;
+}
+
+// The value of "Name=value" in a line of scontrol.
+std::string value_of(const std::string& line, const std::string& name) {
+    const std::string key = " " + name + "=";
+    const size_t at = (" " + line).find(key);
+    if (at == std::string::npos) return "";
+    const size_t begin = at + key.size() - 1;
+    return line.substr(begin, line.find(' ', begin) - begin);
+}
+
+// The number of tasks in "7", "1-40%4", "3,5,9-12".
+int count_of(std::string text) {
+    text = text.substr(0, text.find('%'));
+    int count = 0;
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, ',');) {
+        const size_t dash = part.find('-');
+        int first = 0, last = 0;
+        std::from_chars(part.data(), part.data() + std::min(dash, part.size()), first);
+        last = first;
+        if (dash != std::string::npos)
+            std::from_chars(part.data() + dash + 1, part.data() + part.size(), last);
+        count += std::max(1, last - first + 1);
+    }
+    return std::max(1, count);
+}
+
+void add(RemoteTasks& tasks, const std::string& state, int count, const std::string& task) {
+    const auto is = [&](std::initializer_list<const char*> names) {
+        return std::any_of(names.begin(), names.end(),
+                           [&](const char* name) { return state.starts_with(name); });
+    };
+    if (is({"PENDING", "REQUEUE", "CONFIGURING", "SUSPENDED", "SPECIAL_EXIT", "RESV_DEL_HOLD"})) {
+        tasks.waiting += count;
+    } else if (is({"RUNNING", "COMPLETING", "STAGE_OUT", "SIGNALING", "STOPPED", "RESIZING"})) {
+        tasks.running += count;
+    } else if (is({"COMPLETED"})) {
+        tasks.done += count;
+    } else {
+        tasks.failed += count;
+        tasks.message = "task " + task + ": " + state.substr(0, state.find(' '));
+    }
+}
+
+bool is_unknown(const Status& status) {
+    return status.message().find("Invalid job id") != std::string::npos;
+}
+
+}  // namespace
+
+RemoteTasks tasks_of_scontrol(const std::string& text) {
+    RemoteTasks tasks;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const std::string state = value_of(line, "JobState"), task = value_of(line, "ArrayTaskId");
+        if (!state.empty()) add(tasks, state, count_of(task), task);
+    }
+    return tasks;
+}
+
+RemoteTasks tasks_of_sacct(const std::string& text) {
+    RemoteTasks tasks;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+        const size_t bar = line.find('|'), under = line.find('_');
+        if (bar == std::string::npos || under == std::string::npos) continue;
+        std::string task = line.substr(under + 1, bar - under - 1);
+        std::erase_if(task, [](char c) { return c == '[' || c == ']'; });
+        add(tasks, line.substr(bar + 1), count_of(task), task);
+    }
+    return tasks;
+}
+
+Result<std::string> SlurmQueue::submit(const RemoteJob& job) {
+    std::vector<std::string> words = {"sbatch",
+                                      "--parsable",
+                                      "--requeue",
+                                      "--open-mode=append",
+                                      "--job-name=" + job.name,
+                                      concat("--array=1-", job.tasks),
+                                      "--output=" + job.log_folder + "/%a.log"};
+    if (!job.max_memory.empty()) words.push_back("--mem=" + job.max_memory);
+    words.insert(words.end(), words_.begin(), words_.end());
+    std::string script = "#!/bin/sh\nexec";
+    for (const std::string& word : job.command) script += " " + shell_quoted(word);
+    script += concat(" --chunk \"$SLURM_ARRAY_TASK_ID/", job.tasks, "\"\n");
+    auto answer = answer_of(words, script);
+    if (!answer.ok()) return answer.status();
+    const std::string id = first_line(*answer).substr(0, answer->find_first_of(";\n"));
+    if (id.empty() ||
+        !std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
+        return Status(StatusCode::output, "sbatch: did not print a job's id: " + *answer);
+    return id;
+}
+
+Result<std::string> SlurmQueue::find(const std::string& name) {
+    auto answer = answer_of({"squeue", "-h", "--name=" + name, "-o", "%F"});
+    if (!answer.ok()) return answer.status();
+    return first_line(*answer);
+}
+
+Result<RemoteTasks> SlurmQueue::look(const std::string& id) {
+    const auto now = answer_of({"scontrol", "show", "job", "-o", id});
+    if (now.ok()) return tasks_of_scontrol(*now);
+    if (!is_unknown(now.status())) return now.status();
+    // Ended some minutes ago. Without accounting only the outputs tell how.
+    const auto ended = answer_of({"sacct", "-n", "-X", "-P", "-j", id, "-o", "JobID,State"});
+    RemoteTasks tasks;
+    tasks.known = false;
+    return ended.ok() && !ended->empty() ? tasks_of_sacct(*ended) : tasks;
+}
+
+Status SlurmQueue::cancel(const std::string& id) {
+    const auto done = answer_of({"scancel", id});
+    return done.ok() || is_unknown(done.status()) ? Status() : done.status();
+}
+
+}  // namespace postchain::service

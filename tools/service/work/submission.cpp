@@ -1,0 +1,87 @@
+#include "tools/service/work/submission.h"
+
+#include <filesystem>
+
+#include "tools/service/work/frames_work.h"
+#include "tools/service/work/request_body.h"
+
+namespace postchain::service {
+namespace {
+
+// A fault of a key, at its place in the body.
+Problem fault_at(const std::string& body, const Roots& roots, const std::string& key,
+                 const std::string& message) {
+    RequestBody text(body, roots);
+    text.fault(key, message);
+    return text.problem();
+}
+
+}  // namespace
+
+std::string in_terms_of_request(std::string message, const ParameterTable& table) {
+    for (const Parameter& row : table.rows()) {
+        const std::string option = sequence::option_name(row.key);
+        for (size_t at = 0; (at = message.find(option, at)) != std::string::npos;) {
+            const size_t end = at + option.size();
+            const char next = end < message.size() ? message[end] : ' ';
+            if (std::isalnum(static_cast<unsigned char>(next)) || next == '-') {
+                at = end;
+                continue;
+            }
+            const bool flag = row.type == ParameterType::boolean;
+            const bool valued = !flag && next == ' ';
+            const std::string key = row.key + (flag ? ": true" : valued ? ":" : "");
+            message.replace(at, option.size(), key);
+            at += key.size();
+        }
+    }
+    return message;
+}
+
+Answer<Submission> check_submission(const std::string& body, const JobReader& reader, bool remote) {
+    auto read = reader.job(body);
+    if (auto* refused = std::get_if<Problem>(&read)) {
+        refused->detail = in_terms_of_request(refused->detail, reader.run_table());
+        for (Diagnostic& one : refused->diagnostics)
+            one.message = in_terms_of_request(one.message, reader.run_table());
+        return std::move(*refused);
+    }
+    const JobRequest& job = std::get<JobRequest>(read);
+    Submission submission{job.kind, job.priority, 0, job.warnings};
+    if (remote && job.kind != JobKind::run)
+        return fault_at(body, reader.roots(), "kind",
+                        concat("this service hands its jobs to another queue, which runs only "
+                               "kind: run; use `postchain ",
+                               name_of(job.kind), "` or a service without --backend"));
+    if (job.kind != JobKind::run) return submission;
+    const auto refuse = [&](const std::string& key, const Status& status) {
+        return fault_at(
+            body, reader.roots(), key,
+            in_terms_of_request(reader.roots().shown_in(status.message()), reader.run_table()));
+    };
+    const auto tasks = tasks_of(job.run);
+    if (!tasks.ok()) return refuse(job.run.frames ? "frames" : "input", tasks.status());
+    submission.frames = int(tasks->size());
+    std::error_code error;
+    const std::string folder = job.run.output.folder();
+    if (!job.run.make_folder && !std::filesystem::is_directory(folder, error))
+        return refuse("output", Status(StatusCode::output,
+                                       folder + ": folder does not exist; create it or use "
+                                                "--mkdir"));
+    return submission;
+}
+
+Answer<int> read_priority(const std::string& body, const Roots& roots) {
+    RequestBody text(body, roots);
+    int priority = 0;
+    if (text.faults().empty() && !text.find("priority"))
+        text.fault("priority", "missing; it is the only key that can be changed");
+    for (const auto& [key, value] : text.root().entries)
+        if (key.text != "priority")
+            text.fault(key, key.text, "cannot be changed; submit another job");
+    text.integer("priority", -kMaxPriority, kMaxPriority, priority);
+    if (has_errors(text.faults())) return text.problem();
+    return priority;
+}
+
+}  // namespace postchain::service

@@ -4,13 +4,14 @@
 # installed. Usage: tools/install_packages.sh [--tests | --fuzz]
 set -euo pipefail
 
+# libglfw3-dev and libimgui-dev are those of postchain view; without them the rest is built.
 packages=(
     g++ cmake ninja-build pkg-config
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
     libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools zlib1g-dev libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
     libsqlite3-dev prometheus-cpp-dev libboost-dev curl
-    libglfw3-dev libimgui-dev # of postchain view; without them the rest is built
+    libglfw3-dev libimgui-dev
 )
 if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
     packages+=(

@@ -40,8 +40,7 @@ void set_places(const Focus::Depths& places, const HostFrame& frame,
     const int radius = int(std::lround(double(frame.given->focus_radius) * frame.height));
     for (const auto& entry : places)
         uniforms.focus[uniforms.focus_count++] = {pixel(entry.first[0], frame.width),
-                                                  pixel(entry.first[1], frame.height),
-                                                  radius, 0};
+                                                  pixel(entry.first[1], frame.height), radius, 0};
 }
 
 }  // namespace

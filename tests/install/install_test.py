@@ -306,7 +306,8 @@ def keeps_policy(deb):
     if re.search(r"/lib\w+\.so\.", held):
         control = call("dpkg-deb", "-I", deb)
         assert " shlibs" in control and " triggers" in control, control
-        library = "libpostchain_config" if "config" in name else "libpostchain"
+        library = ("libpostchain_config" if "config" in name else
+                   "libpostchain_vk" if "-vk" in name else "libpostchain")
         so = re.search(r"[0-9.]+$", name).group()
         assert call("dpkg-deb", "-I", deb, "shlibs") == f"{library} {so} {name} (>= {so})\n", name
         assert call("dpkg-deb", "-I", deb, "triggers") == "activate-noawait ldconfig\n", name
@@ -327,7 +328,8 @@ def source_package(options, folder):
     control = (folder / "tree/debian/control").read_text()
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain{soversion(options)}", f"libpostchain-config{soversion(options)}",
-        "libpostchain-dev", "postchain"], control
+        "libpostchain-dev", "postchain", f"libpostchain-vk{soversion(options)}",
+        "postchain-view", "python3-postchain"], control
 
 
 def use_unpacked(options, folder, names):

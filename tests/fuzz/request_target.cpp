@@ -24,7 +24,10 @@ constexpr uint64_t kMaxBody = 8192;
 struct Behind {
     std::unique_ptr<Service> service = test::fake_service({});
     Api open{*service, {}, "0", nullptr};
-    Api closed{*service, {"0123456789abcdef", {"render.example"}}, "0", nullptr};
+    Api closed{*service,
+               {.users = Users::of_token("0123456789abcdef"), .hosts = {"render.example"}},
+               "0",
+               nullptr};
 };
 
 void check(const Reply& reply, const Request& request) {

@@ -164,6 +164,36 @@ sys.exit(7)
     assert time.monotonic() - start < 60
 
 
+@pytest.mark.parametrize("attempt", range(4))  # each meets the wrong moment more often than not
+def test_the_interpreter_exits_while_threads_close_devices(monkeypatch, attempt):
+    monkeypatch.setenv("MALLOC_PERTURB_", "165")  # freed memory is overwritten
+    process = python("""
+import atexit, os, sys, threading, time
+os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+threads = []
+atexit.register(lambda: [thread.join() for thread in threads])  # runs after postchain's
+import numpy, postchain
+chain, color = postchain.Chain({"postchain": 1, "passes": ["fxaa"]}), numpy.ones((64, 64, 3), "f4")
+running = threading.Barrier(49)
+def work(i):
+    with postchain.Device("software") as device:
+        chain.run(color, device=device)
+        running.wait()
+        try:
+            while True:
+                chain.run(color, device=device)
+        except postchain.CanceledError:
+            time.sleep(0.004 + 0.0005 * i)  # into the time in which postchain closes the devices
+for i in range(48):
+    threads.append(threading.Thread(target=work, args=(i,), daemon=True))
+    threads[-1].start()
+running.wait()
+sys.exit(7)
+""")
+    out, error = process.communicate(timeout=300)
+    assert (process.returncode, out) == (7, ""), (attempt, error)
+
+
 def test_a_fork_is_refused():
     process = python("""
 import os, numpy, postchain

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <set>
 
 #include "tools/python/errors.h"
@@ -18,6 +19,7 @@ struct Shared {
     std::shared_ptr<Device> by_default;
     pid_t process = 0;  // that made the first context
     int threads = 0;    // 0 = one for each core
+    int joining = 0;    // calls of close() that wait for a thread
 };
 Shared& shared() {
     static auto* const state = new Shared;  // outlives every thread
@@ -42,7 +44,7 @@ egl::ContextOptions context_options(const std::string& name, std::vector<std::st
     return options;
 }
 
-Device::Device() : process_(getpid()), worker_(std::make_unique<Worker>()) {}
+Device::Device() : process_(getpid()), worker_(std::make_shared<Worker>()) {}
 
 std::shared_ptr<Device> Device::create(const std::string& name) {
     std::vector<std::string> warnings;
@@ -61,7 +63,7 @@ std::shared_ptr<Device> Device::create(const std::string& name) {
         }
         call.finish();
     });
-    worker.thread = std::thread([&worker] { worker.work_off(); });
+    worker.thread = std::thread([held = device->worker_] { held->work_off(); });
     shared().alive.insert(device.get());
     call.wait();
     if (!status.ok()) raise(status);
@@ -70,9 +72,8 @@ std::shared_ptr<Device> Device::create(const std::string& name) {
 }
 
 Device::~Device() {
+    // A forked process has the worker, but not its thread, whose reference keeps it.
     close();
-    // A forked process has the worker, but not the thread that waits in it.
-    if (process_ != getpid()) (void)worker_.release();
 }
 
 void Device::close() {
@@ -84,8 +85,13 @@ void Device::close() {
     }
     worker_->changed.notify_all();
     std::thread ending = std::move(worker_->thread);
-    const py::gil_scoped_release no_gil;
-    ending.join();
+    ++shared().joining;
+    {
+        // Another thread may delete this device meanwhile.
+        const py::gil_scoped_release no_gil;
+        ending.join();
+    }
+    --shared().joining;
 }
 
 void Device::post(std::function<void()> task) {
@@ -132,6 +138,11 @@ void set_threads(int threads) {
 void close_all_devices() {
     shared().by_default.reset();
     while (!shared().alive.empty()) (*shared().alive.begin())->close();
+    // Threads of Python that are in close() need the interpreter once more.
+    while (shared().joining > 0) {
+        const py::gil_scoped_release no_gil;
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
 }
 
 }  // namespace postchain::python

@@ -56,7 +56,7 @@ class Device {
         std::deque<std::function<void()>> tasks;
         bool closing = false;
         std::thread thread;
-        // Of the thread.
+        // The thread's own.
         std::unique_ptr<egl::Context> context;
         std::unique_ptr<Executor> executor;
 
@@ -67,7 +67,7 @@ class Device {
 
     const pid_t process_;  // that made it
     std::string renderer_;
-    std::unique_ptr<Worker> worker_;
+    std::shared_ptr<Worker> worker_;  // shared with its thread, which may end later
 };
 
 // The device of calls that name none: made at the first use, on --device auto.

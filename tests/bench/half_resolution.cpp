@@ -75,7 +75,7 @@ double shown(float x) {
     return std::pow(light / (1 + light), 1 / 2.2);
 }
 
-// Of RGB, on a display.
+// PSNR of RGB, as a display shows it.
 double psnr(const pc_texture& output, const std::vector<float>& truth) {
     std::vector<float> rgb(truth.size());
     glPixelStorei(GL_PACK_ALIGNMENT, 4);

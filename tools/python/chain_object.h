@@ -24,7 +24,7 @@ ChainPtr chain_from_text(const std::string& text, const std::string& name,
 // A Chain, a dict, or a shipped name or path.
 ChainPtr chain_of(const pybind11::object& source, const pybind11::object& set);
 
-// What dict() returns: {"postchain": 1, "camera": {...}, "passes": [{name: {...}}, ...]}.
+// The result of dict(): {"postchain": 1, "camera": {...}, "passes": [{name: {...}}, ...]}.
 pybind11::dict dict_of(const ChainObject& chain);
 
 }  // namespace postchain::python

@@ -44,7 +44,7 @@ struct BenchSettings : ExperimentSettings {
 };
 
 const ParameterTable& flip_parameters();  // over metrics::FlipSettings
-// What every measurement has, over ExperimentSettings and types derived from it with other
+// The rows of every measurement, over ExperimentSettings and types derived from it with other
 // defaults.
 template <class P>
 ParameterTableBuilder<P> measuring_rows() {

@@ -10,7 +10,7 @@
 
 namespace postchain::tune {
 
-// Of a report's settings tune reads run, input, truth, threads, renderer, repeats and flip.
+// Tune reads run, input, truth, threads, renderer, repeats and flip of a report's settings.
 // `folder` is the chain file.
 struct TuneSettings : experiment::ExperimentSettings {
     TuneSettings() { repeats = 3; }

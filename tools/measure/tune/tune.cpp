@@ -102,7 +102,7 @@ class Shot final : public Laboratory {
     }
 
     const std::vector<std::string>& notes() const { return notes_; }
-    // What converging changed, in words.
+    // The changes by converging, in words.
     const std::vector<std::string>& changes() const { return changes_; }
 
   private:
@@ -126,7 +126,7 @@ class Shot final : public Laboratory {
         return plans;
     }
 
-    // Of the first plans.size() frames, whose programs are compiled.
+    // Times the first plans.size() frames, whose programs are compiled.
     Result<Times> times_of(std::span<const Plan> plans, int repeats) {
         Times times;
         times.repeats = repeats;

@@ -12,7 +12,7 @@ namespace postchain::tune {
 std::string outcome_text(const Tuning& tuning);
 // A line per chain of the front, the fastest first; the chosen one is marked.
 std::string front_text(const Tuning& tuning);
-// What limits the figures, a line each.
+// The limits of the figures, a line each.
 std::vector<std::string> doubts_of(const Tuning& tuning);
 // The chain file of the chosen chain, which must exist, with conditions and front as comments.
 std::string tuned_chain_file(const Tuning& tuning);

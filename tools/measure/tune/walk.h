@@ -35,7 +35,7 @@ struct Measured {
     std::optional<double> error;  // none: far beyond the budget, so not measured
 };
 
-// What a chain costs and how far off it is. Measuring takes long and may fail.
+// Measures the cost and the error of a chain, which takes long and may fail.
 class Laboratory {
   public:
     virtual ~Laboratory() = default;

@@ -194,6 +194,9 @@ def test_wrong_arguments(planes):
     for words, settings in [("unknown argument 'threads'; known are", {"threads": 2}),
                             ("precision", {"precision": "fp8"}),
                             ("no rule 'speed'", {"no_elide": "speed"}),
+                            ("device: is a str; give a Device", {"device": "gpu"}),
+                            ("frame: is a str; give an integer", {"frame": "7"}),
+                            ("frame: 1099511627776 is too large", {"frame": 2 ** 40}),
                             ("pixel_aspect", {"pixel_aspect": 0})]:
         with pytest.raises(postchain.UsageError, match=words):
             chain.run(color, **settings)
@@ -215,6 +218,12 @@ def test_frame_keeps_what_it_has(planes, expected):
     assert postchain.Frame(planes["color"]).planes()["motion"] is None
     with pytest.raises(postchain.UsageError, match="give them to Frame"):
         postchain.Chain(BLUR).run(frame, camera=CAMERA)
+    for settings in ({"depth_encoding": "linear"}, {"depth_encoding": "nonsense"},
+                     {"pixel_aspect": 2.0}):
+        with pytest.raises(postchain.UsageError, match="give them to Frame"):
+            postchain.Chain(BLUR).run(frame, **settings)
+        with pytest.raises(postchain.UsageError, match="give them to Frame"):
+            postchain.Chain(BLUR).plan(frame, **settings)
 
 
 def test_plan(planes):

@@ -5,7 +5,7 @@ import threading
 import numpy
 import postchain
 import pytest
-from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of
+from conftest import BLUR, CAMERA, FXAA, bits, color_of_exr, command, planes_of, python
 
 
 def test_run_sequence_writes_the_bytes_of_the_command(frames, tmp_path):
@@ -124,6 +124,11 @@ def test_inspect(frames):
     assert list(one) == ["frames"] and one["frames"][0]["match"]["profile"] == "generic"
     with pytest.raises(postchain.InputError, match="no such file"):
         postchain.inspect(frames / "other.exr")
+    for settings in ({"profile": "cycles"}, {"profil": "cycles"}, {"camera": CAMERA}):
+        with pytest.raises(postchain.UsageError, match="is a folder.*give a sequence"):
+            postchain.inspect(frames, **settings)
+    with pytest.raises(postchain.UsageError, match="frame: is a str; give an integer"):
+        postchain.read(frames / "frame.####.exr", "1")
 
 
 def test_diff(frames, tmp_path):
@@ -182,6 +187,27 @@ def test_wrong_diffs():
             postchain.diff(*arguments, **settings)
 
 
+def test_a_diff_that_the_exit_ends_is_canceled():
+    process = python("""
+import atexit, sys, threading, time
+ends = []
+atexit.register(lambda: (thread.join(), print(*ends, flush=True)))  # runs after postchain's
+import numpy, postchain
+a = numpy.zeros((256, 256, 3), "f4")
+def work():
+    try:
+        ends.append(postchain.diff([a] * 200, [a] * 200))
+    except BaseException as error:
+        ends.append(type(error).__name__)
+thread = threading.Thread(target=work, daemon=True)
+thread.start()
+time.sleep(0.5)
+sys.exit(7)
+""")
+    out, error = process.communicate(timeout=300)
+    assert (process.returncode, out) == (7, "CanceledError\n"), error
+
+
 def test_scene(tmp_path):
     command("scene", "wheels", "-o", tmp_path / "a", "--size", "32x18", "--frames", "1")
     reports = []
@@ -193,6 +219,8 @@ def test_scene(tmp_path):
     assert reports[-1]["frame"] == 1 and reports[-1]["picture"] == "sharp"
     for kind, words, arguments, settings in [
             (postchain.UsageError, "wheels", ("wheel", tmp_path / "c"), {}),
+            (postchain.UsageError, "camera: is a str; give a dict", ("wheels", tmp_path / "c"),
+             {"camera": "camera.json"}),
             (postchain.UsageError, "size: 0x9", ("wheels", tmp_path / "c"), {"size": (0, 9)}),
             (postchain.UsageError, "fail or overwrite", ("wheels", tmp_path / "c"),
              {"on_existing": "skip"}),

@@ -90,7 +90,7 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     sequence::RunSettings job = job_settings("read", input, "", camera, settings, &file_keys());
     frame->settings_ = std::move(job.source);
     std::optional<io::FrameRange> range;
-    if (!number.is_none()) range = io::FrameRange{{number.cast<int>()}};
+    if (!number.is_none()) range = io::FrameRange{{frame_number_of(number)}};
     const io::FrameList list = value_of(io::find_frames(job.input, range));
     if (!range && list.frames.size() > 1)
         raise(Status(StatusCode::usage,

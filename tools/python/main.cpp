@@ -26,7 +26,11 @@ namespace postchain::python {
 namespace {
 
 std::shared_ptr<Device> device_of(const py::object& device) {
-    return device.is_none() ? default_device() : device.cast<std::shared_ptr<Device>>();
+    if (device.is_none()) return default_device();
+    if (!py::isinstance<Device>(device))
+        raise(Status(StatusCode::usage, concat("device: is a ", type_of(device),
+                                               "; give a Device(), as Device(\"gpu\")")));
+    return device.cast<std::shared_ptr<Device>>();
 }
 
 // A frame that is given as one, or as arrays. `place`: "before".
@@ -62,13 +66,17 @@ FrameWithNeighbors frames_of(const py::object& color, const py::object& depth,
                              const py::object& motion, const py::object& motion_back,
                              const py::object& camera, const py::object& before,
                              const py::object& after, const py::object& number,
-                             const std::string& depth_encoding, double pixel_aspect,
+                             const std::optional<std::string>& depth_encoding,
+                             const std::optional<double>& pixel_aspect,
                              const py::kwargs& settings) {
     FrameWithNeighbors frames;
     std::shared_ptr<Frame> frame;
+    const std::string encoding = depth_encoding.value_or("linear");
+    const double aspect = pixel_aspect.value_or(1);
     if (py::isinstance<Frame>(color)) {
         const bool more = !depth.is_none() || !motion.is_none() || !motion_back.is_none() ||
-                          !camera.is_none() || !number.is_none() || py::len(settings) > 0;
+                          !camera.is_none() || !number.is_none() || depth_encoding ||
+                          pixel_aspect || py::len(settings) > 0;
         if (more)
             raise(Status(StatusCode::usage,
                          "run: the planes, camera and settings of a Frame are its own; give them "
@@ -76,12 +84,12 @@ FrameWithNeighbors frames_of(const py::object& color, const py::object& depth,
         frame = color.cast<std::shared_ptr<Frame>>();
     } else {
         frame = Frame::of_arrays({color, depth, motion, motion_back},
-                                 number.is_none() ? 0 : number.cast<int>(), camera, depth_encoding,
-                                 pixel_aspect, settings);
+                                 number.is_none() ? 0 : frame_number_of(number), camera, encoding,
+                                 aspect, settings);
     }
     const auto neighbor = [&](const char* place, const py::object& value, int step) {
-        return neighbor_of(place, value, frame->number() + step, camera, depth_encoding,
-                           pixel_aspect, settings);
+        return neighbor_of(place, value, frame->number() + step, camera, encoding, aspect,
+                           settings);
     };
     frames.before = neighbor("before", before, -1);
     frames.after = neighbor("after", after, 1);
@@ -156,8 +164,8 @@ void add_chain(py::module_& module) {
         [](const ChainObject& self, const py::object& color, const py::object& depth,
            const py::object& motion, const py::object& camera, const py::object& before,
            const py::object& after, const py::object& motion_back, const py::object& frame,
-           const std::string& depth_encoding, double pixel_aspect, const py::object& device,
-           py::kwargs values) {
+           const std::optional<std::string>& depth_encoding,
+           const std::optional<double>& pixel_aspect, const py::object& device, py::kwargs values) {
             const PlanOptions options = plan_options_of(taken(values, plan_keys()));
             const auto frames = frames_of(color, depth, motion, motion_back, camera, before, after,
                                           frame, depth_encoding, pixel_aspect, values);
@@ -166,14 +174,15 @@ void add_chain(py::module_& module) {
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("camera") = py::none(), py::arg("before") = py::none(),
         py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
-        py::arg("frame") = py::none(), py::arg("depth_encoding") = "linear",
-        py::arg("pixel_aspect") = 1.0, py::arg("device") = py::none(), run_text.c_str());
+        py::arg("frame") = py::none(), py::arg("depth_encoding") = py::none(),
+        py::arg("pixel_aspect") = py::none(), py::arg("device") = py::none(), run_text.c_str());
     chain.def(
         "plan",
         [](const ChainObject& self, const py::object& color, const py::object& depth,
            const py::object& motion, const py::object& camera, const py::object& before,
            const py::object& after, const py::object& motion_back, const py::object& frame,
-           const std::string& depth_encoding, double pixel_aspect, py::kwargs values) {
+           const std::optional<std::string>& depth_encoding,
+           const std::optional<double>& pixel_aspect, py::kwargs values) {
             const PlanOptions options = plan_options_of(taken(values, plan_keys()));
             const auto frames = frames_of(color, depth, motion, motion_back, camera, before, after,
                                           frame, depth_encoding, pixel_aspect, values);
@@ -182,8 +191,8 @@ void add_chain(py::module_& module) {
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("camera") = py::none(), py::arg("before") = py::none(),
         py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
-        py::arg("frame") = py::none(), py::arg("depth_encoding") = "linear",
-        py::arg("pixel_aspect") = 1.0,
+        py::arg("frame") = py::none(), py::arg("depth_encoding") = py::none(),
+        py::arg("pixel_aspect") = py::none(),
         "What run() would do with these arguments, as a dict; computes nothing.");
     chain.def(
         "dict", [](const ChainObject& self) { return dict_of(self); },

@@ -64,6 +64,10 @@ Side side_of(const char* argument, const py::object& value) {
     return side;
 }
 
+Status stopped() {
+    return Status(StatusCode::canceled, "diff: stopped");
+}
+
 class Comparer {
   public:
     Comparer(const sequence::SourceSettings& source, const DiffRequest& request,
@@ -76,9 +80,10 @@ class Comparer {
     };
 
     // The exposures of all references together.
-    Status find_exposures(const std::vector<Picture>& references) {
+    Status find_exposures(const std::vector<Picture>& references, const std::atomic<bool>& stop) {
         metrics::ExposureRange range;
         for (const Picture& reference : references) {
+            if (stop) return stopped();
             auto pixels = read(reference);
             if (!pixels.ok()) return pixels.status();
             const auto image = metrics::rgb_image_of(*pixels);
@@ -190,8 +195,10 @@ py::dict diff(const py::object& reference, const py::object& test, const DiffReq
     const Status status = in_background("diff", [&](Call& call) -> Status {
         Comparer comparer(source, request, settings, tde);
         if (many)
-            if (Status found = comparer.find_exposures(a.pictures); !found.ok()) return found;
-        for (size_t i = 0; i < a.pictures.size() && !call.stop(); ++i) {
+            if (Status found = comparer.find_exposures(a.pictures, call.stop()); !found.ok())
+                return found;
+        for (size_t i = 0; i < a.pictures.size(); ++i) {
+            if (call.stop()) return stopped();
             auto frame = comparer.compare(a.pictures[i], b.pictures[i]);
             if (!frame.ok()) return frame.status();
             frames.push_back(std::move(*frame));
@@ -239,6 +246,8 @@ void write_scene(const std::string& name, const std::string& folder, std::pair<i
         raise(Status(StatusCode::usage,
                      "on_existing: a scene has no frames to skip; give fail or overwrite"));
     request.on_existing = job.on_existing;
+    if (!camera.is_none() && !py::isinstance<py::dict>(camera))
+        raise(Status(StatusCode::usage, concat("camera: is a ", type_of(camera), "; give a dict")));
     if (!camera.is_none() && py::len(camera) > 0)
         request.camera = camera_of(camera.cast<py::dict>()).camera;
     if (auto model = scenes::model_for(request); !model.ok()) raise(model.status());

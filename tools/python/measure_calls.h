@@ -20,7 +20,7 @@ struct DiffRequest {
     std::string tone_mapper;
 };
 
-// Of one pair (arrays or files) the metrics by name, with `map` as an array; of two lists or two
+// The metrics of one pair (arrays or files) by name, with `map` as an array; for two lists or two
 // patterns {"frames": [...], "summary": {...}}, with tde. A metric without a value is None. Raises.
 pybind11::dict diff(const pybind11::object& reference, const pybind11::object& test,
                     const DiffRequest& request, const pybind11::kwargs& settings);

@@ -106,6 +106,7 @@ py::list plan_sequence(const ChainObject& chain, const std::string& input, const
                 frames.back()["warnings"] = planned.warnings;
                 return true;
             });
+        if (call.stop()) return Status(StatusCode::canceled, "plan_sequence: stopped");
         return ended.ok() ? failure : ended;
     });
     if (!status.ok()) raise(status);
@@ -116,8 +117,14 @@ py::list plan_sequence(const ChainObject& chain, const std::string& input, const
 
 py::object inspect(const std::string& input, const py::object& camera, const py::kwargs& values) {
     std::error_code error;
-    if (std::filesystem::is_directory(input, error))
+    if (std::filesystem::is_directory(input, error)) {
+        if (!camera.is_none() || py::len(values) > 0)
+            raise(Status(StatusCode::usage,
+                         concat("inspect: ", input,
+                                " is a folder, which is only listed; give a sequence in it for "
+                                "camera and settings")));
         return python_of(value_of(sequence::inspect_folder(input)));
+    }
     const sequence::RunSettings settings = job_settings("inspect", input, "", camera, values);
     std::vector<std::string> warnings;
     auto json = in_background("inspect", [&](Call& call) -> Result<io::Json> {

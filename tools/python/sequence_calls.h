@@ -11,7 +11,7 @@
 
 namespace postchain::python {
 
-// What ends a call early.
+// The ways to end a call early.
 struct Callbacks {
     pybind11::object progress;  // called with a dict; False ends the call; None
     pybind11::object stop;      // an object with is_set(), as threading.Event; None

@@ -13,11 +13,7 @@ namespace {
     raise(Status(StatusCode::usage, concat(place, ": ", what)));
 }
 
-std::string type_of(const py::handle& value) {
-    return py::str(py::type::handle_of(value).attr("__name__"));
-}
-
-// Of json.dumps(): NumPy's numbers and arrays, paths.
+// For json.dumps(): NumPy's numbers and arrays, paths.
 py::object plain_value(const py::object& value) {
     if (py::hasattr(value, "__fspath__")) return value.attr("__fspath__")();
     if (py::hasattr(value, "tolist")) return value.attr("tolist")();
@@ -53,6 +49,17 @@ std::string list_text_of(const py::handle& value, const std::string& place) {
 }
 
 }  // namespace
+
+std::string type_of(const py::handle& value) {
+    return py::str(py::type::handle_of(value).attr("__name__"));
+}
+
+int frame_number_of(const py::handle& value) {
+    if (!is_integer(value)) refuse("frame", concat("is a ", type_of(value), "; give an integer"));
+    const int64_t number = integer_of(value, "frame");
+    if (number != int(number)) refuse("frame", concat(number, " is too large a number"));
+    return int(number);
+}
 
 py::object python_of(const std::string& json_text) {
     return py::module_::import("json").attr("loads")(json_text);

@@ -19,7 +19,13 @@ pybind11::object python_of(const std::string& json_text);
 // JSON of a dict or list, in which numbers may be NumPy's and paths os.PathLike. Raises.
 std::string json_text_of(const pybind11::handle& value);
 
-// A string, or the path of an os.PathLike. Raises TypeError naming `place`.
+// The name of a value's type, for messages.
+std::string type_of(const pybind11::handle& value);
+
+// The number of a frame, of the argument `frame`. Raises UsageError.
+int frame_number_of(const pybind11::handle& value);
+
+// A string, or the path of an os.PathLike. Raises UsageError naming `place`.
 std::string path_of(const pybind11::handle& value, const std::string& place);
 
 // A value for a row. Texts may be given as paths, numbers, or as lists of texts or numbers, which

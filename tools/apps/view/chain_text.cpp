@@ -282,7 +282,7 @@ ChainFileText chain_file_text(const std::string& file_text, const Document& docu
         old_text = without(old_text, pass.lines());
     if (auto found = edited(old_text, document)) {
         const ChainFile again = parse_chain(found->text, "", document.registry());
-        if (again.status().ok() && again.chain.text() == chain.text()) return *found;
+        if (again.status().ok() && write_chain(again.chain) == write_chain(chain)) return *found;
     }
     ChainFileText found;
     for (const std::string& line : lines_of(old_text)) {

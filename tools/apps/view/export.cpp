@@ -81,6 +81,7 @@ Status write_frames(const ExportJob& job, Executor& executor, const std::string&
     const io::OutputFiles files =
         sequence::files_of_run(*job.chains.at(job.frames[0]), settings, *tasks);
     if (Status status = files.check(); !status.ok()) return status;
+    files.remove_left_temporaries();
     int done = 0;
     for (const int frame : job.frames) {
         settings.frames = io::FrameRange{{frame}};

@@ -198,7 +198,7 @@ bool Session::take_results(Clock::time_point now) {
         changed = true;
         for (const std::string& text : result.messages) say(text, true);
         if (result.request.id == 0) {
-            // Of a chain B or a frame from before.
+            // A result for a former chain B or frame.
             if (result.request.chain != other_ || result.request.source != other_source_) continue;
             other_seen_ = other_revision_;
             other_sent_ = false;

@@ -23,7 +23,7 @@ def render_and_filter(scene):
         scene.postchain.preset, scene.postchain.output = chain, os.path.join(OUT, chain)
         bpy.ops.postchain.filter()
     bpy.ops.postchain.put_back()
-    addon.compare.set_truth(scene, 256)
+    addon.compare.set_truth(scene, 256, lens=True, motion=True)
     scene.frame_set(int(FRAME))
     image = scene.render.image_settings
     image.file_format, image.color_depth, image.color_mode = "OPEN_EXR", "32", "RGB"

@@ -280,6 +280,18 @@ class Camera(Case):
                  for frames, text in runs(([3, 4, 5], True, True), {"passes": chain})]
         self.assertEqual(split, [([3], "none"), ([4], None), ([5], "before")])
         self.assertEqual(len(runs(([3, 4, 5], False, False), {"passes": chain})), 1)
+        for before, after in ((True, False), (False, True)):
+            (_, text), = runs(([3], before, after), {"passes": chain})
+            self.assertIn('"neighbors": "none"', text)
+        at = addon().camera.camera_at
+        self.assertEqual([at(self.scene, frame) for frame in (0, 2, 3, 4, 5, 9)],
+                         [eye, eye, second, second, eye, eye])
+
+    def test_resolution_is_blenders(self):
+        self.scene.render.resolution_x, self.scene.render.resolution_y = 1100, 300
+        self.scene.render.resolution_percentage = 29
+        (_, content), = self.describe([1])
+        self.assertEqual(content["resolution"], [319, 87])
 
     def test_scenes_without_a_camera_file(self):
         eye = self.scene.camera

@@ -156,8 +156,8 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    // run, ab and bench, study, scene, diff, selftest, sheet, stress, tune, view
-    EXPECT_EQ(checks.size(), 10u);
+    // run, ab and bench, study, scene, diff, selftest, sheet, stress, tune, view and its export
+    EXPECT_EQ(checks.size(), 11u);
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 

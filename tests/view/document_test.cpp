@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tools/apps/view/chain_text.h"
@@ -104,9 +106,26 @@ TEST(Document, KeysGiveEachFrameItsFocus) {
     EXPECT_EQ(document.chain_at(10).camera.focus_distance, 1.0);
     EXPECT_EQ(document.chain_at(20).camera.focus_distance, 2.0);
     EXPECT_FALSE(document.chain_to_save().camera.focus_distance);
+    EXPECT_TRUE(document.keys_changed());
+    document.keys_saved();
+    document.saved();
+    EXPECT_FALSE(document.keys_changed());
     document.undo();
+    EXPECT_TRUE(document.keys_changed());
     document.undo();
+    EXPECT_FALSE(document.keys_changed()) << "there are none";
     EXPECT_EQ(document.chain_at(10).camera.focus_distance, 3.0);
+}
+
+TEST(Document, KeysCountForPassesWithAFocusOfTheirOwn) {
+    Document document = opened(
+        "postchain: 1\npasses:\n  - depth_of_field: {focus_at: [0.5, 0.5]}\n"
+        "  - depth_of_field: {focus_distance: 4}\n");
+    EXPECT_TRUE(document.set_focus_key(10, 1).ok());
+    for (const ChainLink& link : document.chain().links) {
+        EXPECT_EQ(link.text().find("focus_at=["), std::string::npos) << link.text();
+        EXPECT_EQ(link.text().find("focus_distance=4"), std::string::npos) << link.text();
+    }
 }
 
 TEST(Document, PassesThatAreOffDoNotFilter) {
@@ -155,8 +174,68 @@ TEST(ChainText, PassesThatAreOffBecomeComments) {
     EXPECT_NE(saved.text.find("\n#   - depth_of_field: {samples: 16"), std::string::npos)
         << saved.text;
     EXPECT_TRUE(saved.text.ends_with("  - fxaa\n  - fxaa\n# The end.\n")) << saved.text;
-    document.saved(true);
+    document.saved(saved.off);
     EXPECT_FALSE(document.changed());
+}
+
+// Saves as the session does.
+std::string save(const std::string& text, Document& document) {
+    ChainFileText saved = chain_file_text(text, document);
+    const ChainFile again = parse_chain(saved.text, "saved", builtin_passes());
+    EXPECT_TRUE(again.status().ok()) << saved.text;
+    EXPECT_EQ(again.chain.text(), document.chain_to_save().text()) << saved.text;
+    document.saved(std::move(saved.off));
+    return saved.text;
+}
+
+TEST(ChainText, UndoAcrossASaveIsSaved) {
+    Document document = opened(kText);
+    EXPECT_TRUE(document.erase(0).ok());
+    const std::string without = save(kText, document);
+    document.undo();
+    const std::string with = save(without, document);
+    EXPECT_NE(with.find("  # with many samples.\n"), std::string::npos) << with;
+    document.redo();
+    EXPECT_EQ(save(with, document), without);
+
+    Document other = opened(kText);
+    EXPECT_TRUE(other.add("fxaa", 0).ok());
+    const std::string added = save(kText, other);
+    other.undo();
+    EXPECT_EQ(save(added, other), kText);
+    other.redo();
+    EXPECT_EQ(save(kText, other), added);
+}
+
+TEST(ChainText, UndoOfAReloadIsSaved) {
+    Document document = opened(kText);
+    const std::string text = "postchain: 1\npasses:\n  - motion_blur\n";
+    document.replace(parse_chain(text, "", builtin_passes()).chain.clone(), "reload");
+    document.saved();
+    document.undo();
+    EXPECT_EQ(document.entry(0), -1);
+    save(text, document);
+    EXPECT_EQ(document.entry(2), 2);
+}
+
+TEST(ChainText, APassThatIsOffIsOneComment) {
+    Document document = opened(kText);
+    EXPECT_TRUE(document.switch_off(1, true).ok());
+    const std::string once = save(kText, document);
+    EXPECT_NE(once.find("#   - motion_blur:\n#       # an odd number\n"), std::string::npos)
+        << once;
+    EXPECT_EQ(save(once, document), once);
+    EXPECT_TRUE(document.switch_off(1, false).ok());
+    EXPECT_EQ(save(once, document), kText) << "its lines again";
+    for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(document.switch_off(i, true).ok());
+    std::string none = chain_file_text(kText, document).text;
+    EXPECT_EQ(std::count(none.begin(), none.end(), '#'), 1 + 3) << none;
+    for (size_t i = 0; i < 3; ++i) EXPECT_TRUE(document.switch_off(i, false).ok());
+    EXPECT_TRUE(document.switch_off(0, true).ok());
+    EXPECT_TRUE(document.set(0, "samples", int64_t(5)).ok());
+    const std::string changed = save(kText, document);
+    EXPECT_TRUE(document.erase(0).ok());
+    EXPECT_EQ(save(changed, document).find("depth_of_field"), std::string::npos);
 }
 
 // Whatever the text is like, the saved one is the document's chain.

@@ -356,6 +356,56 @@ TEST_F(SessionTest, TheChainFileIsReloaded) {
     EXPECT_EQ(session_->save_chain(path("chain.json"), true).code(), StatusCode::output);
 }
 
+TEST_F(SessionTest, AChangeOfTheFileByOthersIsNotOverwritten) {
+    open();
+    settle();
+    const std::string text = std::string(kJoint) + "# by others\n";
+    write_text(path("chain.yaml"), text);
+    EXPECT_TRUE(session_->document().set(0, "samples", int64_t(4)).ok());
+    EXPECT_EQ(session_->save_chain(path("chain.yaml"), false).code(), StatusCode::output);
+    EXPECT_EQ(test::read_text(path("chain.yaml")), text);
+    EXPECT_TRUE(session_->save_chain(path("chain.yaml"), true).ok());
+}
+
+TEST_F(SessionTest, AReloadedChainKeepsTheValuesOfSet) {
+    settings_.sets = {"fxaa.mode=directional"};
+    open();
+    std::string text = kJoint;
+    text.replace(text.find("samples: 8"), 10, "samples: 16");
+    write_text(path("chain.yaml"), text);
+    ASSERT_TRUE(wait_for([&] { return session_->document().can_undo(); }));
+    EXPECT_NE(session_->document().chain().text().find("mode=directional"), std::string::npos)
+        << session_->document().chain().text();
+}
+
+TEST_F(SessionTest, AFailureIsOnlyThatOfItsRequest) {
+    open();
+    settle();
+    EXPECT_TRUE(session_->document().set_camera("focal_length_mm", ParameterValue()).ok());
+    ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
+    session_->document().undo();
+    session_->tick();
+    EXPECT_EQ(session_->trouble(), "") << "the former failure is not of this request";
+    settle();
+}
+
+TEST_F(SessionTest, OnlyTheirOwnFilesAreReplaced) {
+    write_text(path("profile.yaml"), "a profile");
+    write_text(path("own.json"), "{}");
+    settings_.run.other_inputs = {{path("profile.yaml"), "the profile"},
+                                  {path("own.json"), "the camera file"}};
+    settings_.run.source.camera = *load_camera(path("own.json"));
+    open();
+    settle();
+    EXPECT_EQ(session_->save_chain(path("profile.yaml"), true).code(), StatusCode::usage);
+    EXPECT_TRUE(session_->document().set_focus_key(1, 2).ok());
+    EXPECT_EQ(save_camera(*session_, path("profile.yaml"), true).code(), StatusCode::usage);
+    EXPECT_EQ(save_camera(*session_, path("own.json"), false).code(), StatusCode::usage);
+    EXPECT_TRUE(session_->document().keys_changed());
+    EXPECT_TRUE(save_camera(*session_, path("own.json"), true).ok());
+    EXPECT_FALSE(session_->document().keys_changed());
+}
+
 TEST_F(SessionTest, ChangesLeakNoTextures) {
     open();
     settle();
@@ -426,6 +476,9 @@ TEST_F(ExportTest, FramesAreThoseOfRun) {
     EXPECT_EQ(done_, 3);
     EXPECT_EQ(test::read_color(path("out/o.0002.exr")).data, as_run(2).data);
     EXPECT_EQ(write(job).code(), StatusCode::output) << "not without replace";
+    fs::remove(path("out/o.0001.exr"));
+    EXPECT_EQ(write(job).code(), StatusCode::output);
+    EXPECT_FALSE(fs::exists(path("out/o.0001.exr"))) << "nothing is written";
     EXPECT_EQ(write(job_of(ExportKind::frames, "in.####.exr")).code(), StatusCode::usage);
 }
 

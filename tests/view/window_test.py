@@ -277,7 +277,6 @@ def session(display):
     check(state["textures_alive"] == before["textures_alive"], "resizing makes no textures")
     for name in ["interface", "draft_latency", "refined_latency"]:
         print(name, state[name])
-    check(state["interface"]["median_ms"] < 5 * 33, "the interface answers")
 
     viewer.chord("ctrl", "q")
     check(viewer.process.wait(PATIENCE_S) == 0, "closed")

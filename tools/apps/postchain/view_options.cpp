@@ -18,9 +18,7 @@ void add_view(CLI::App& subcommand, Options& options, ViewOptions& view) {
         .add_option("--shaders", view.shaders,
                     "folder with GLSL sources, compiled again after each change")
         ->type_name("DIR");
-    subcommand.add_option("--frame", view.frame, "frame to begin with")
-        ->check(CLI::Number)
-        ->type_name("N");
+    subcommand.add_option("--frame", view.frame, "frame to begin with")->type_name("N");
     subcommand.add_option("--size", view.size, "width x height of the window")
         ->capture_default_str();
     subcommand

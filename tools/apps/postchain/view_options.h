@@ -1,6 +1,7 @@
 // Options of `postchain view`, shared by the command, which checks them, and the viewer.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "tools/apps/postchain/options.h"
@@ -12,7 +13,7 @@ struct ViewOptions {
     std::string other;
     std::string shaders;
     std::string state_file;
-    std::string frame;  // number; empty: the first
+    std::optional<int> frame;  // empty: the first
     double ui_scale = 0;
     std::string size = "1280x800";
 };

@@ -166,7 +166,7 @@ void ChainPanel::camera_slider(const char* key, const char* label, double least,
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip("%s", camera_parameters().find(key)->help.c_str());
     if (!changed) return;
-    // Of keys, the one of this frame changes.
+    // With keys, the one of this frame changes.
     if (std::string_view(key) == "focus_distance" &&
         !ui_.session.document().state().focus_keys.empty())
         return ui_.say(ui_.session.document().set_focus_key(ui_.session.frame(), double(number)));

@@ -75,6 +75,14 @@ std::string in_braces(const Rows& rows) {
     return text;
 }
 
+// The text without these lines of it.
+std::string without(std::string text, const std::string& lines) {
+    size_t at = text.find(lines);
+    while (at != std::string::npos && at > 0 && text[at - 1] != '\n') at = text.find(lines, at + 1);
+    if (at != std::string::npos) text.erase(at, lines.size());
+    return text;
+}
+
 std::string entry_line(const ChainLink& link, const std::string& indent) {
     ChainLink plain;
     plain.type = link.type;
@@ -206,7 +214,7 @@ std::optional<Blocks> blocks_of(const TextNode& root, const std::vector<std::str
     return found;
 }
 
-std::optional<std::string> edited(const std::string& old_text, const Document& document) {
+std::optional<ChainFileText> edited(const std::string& old_text, const Document& document) {
     const TextTree tree = read_text_tree(old_text, "");
     const ChainFile old = parse_chain(old_text, "", document.registry());
     if (!tree.diagnostics.empty() || !old.status().ok()) return {};
@@ -216,64 +224,81 @@ std::optional<std::string> edited(const std::string& old_text, const Document& d
     const DocumentState& state = document.state();
     const TextNode& items = *tree.root.find("passes");
     LineEdits edits(lines);
-    // Which blocks cannot be changed in place, and are replaced by a line.
-    std::vector<std::string> anew(state.entry.size());
-    for (size_t i = 0; i < state.entry.size(); ++i) {
+    // The lines of passes that cannot be changed in place.
+    std::vector<std::string> anew(state.id.size());
+    for (size_t i = 0; i < state.id.size(); ++i) {
         const ChainLink& link = state.chain.links[i];
-        const auto entry = size_t(state.entry[i]);
+        const auto entry = size_t(document.entry(i));
         LineEdits one(lines);
         const bool from_file =
-            state.entry[i] >= 0 && entry < old.chain.links.size() &&
+            document.entry(i) >= 0 && entry < old.chain.links.size() &&
             old.chain.links[entry].type == link.type &&
             edit_entry(items.items[entry], old.chain.links[entry], link, lines, one);
         if (from_file)
             edit_entry(items.items[entry], old.chain.links[entry], link, lines, edits);
+        else if (const auto off = document.off_in_file().find(state.id[i]);
+                 off != document.off_in_file().end() && off->second.link == link.text())
+            anew[i] = off->second.body;
         else
-            anew[i] = entry_line(link, blocks->indent);
+            anew[i] = entry_line(link, blocks->indent) + "\n";
     }
     const Camera camera = document.chain_to_save().camera;
     if (!edit_camera(tree.root, old.chain.camera, camera, lines, edits)) return {};
     edits.apply();
 
-    std::string text;
-    const auto put = [&](size_t from, size_t to, const std::string& before = "") {
-        for (size_t i = from; i < to; ++i) text += before + lines[i] + "\n";
+    const auto from_to = [&](size_t from, size_t to) {
+        std::string text;
+        for (size_t i = from; i < to; ++i) text += lines[i] + "\n";
+        return text;
     };
-    put(0, blocks->first);
+    ChainFileText found{from_to(0, blocks->first), true, {}};
     bool any = false;
-    for (size_t i = 0; i < state.entry.size(); ++i) {
-        const std::string mark = state.off[i] ? "# " : "";
-        any = any || !state.off[i];
-        if (state.entry[i] >= 0) {
-            const Blocks::Block& block = blocks->blocks[size_t(state.entry[i])];
-            put(block.begin, block.content);
-            if (anew[i].empty()) put(block.content, block.end, mark);
+    for (size_t i = 0; i < state.id.size(); ++i) {
+        OffPass pass{"", anew[i], state.chain.links[i].text()};
+        if (const int entry = document.entry(i);
+            entry >= 0 && size_t(entry) < blocks->blocks.size()) {
+            const Blocks::Block& block = blocks->blocks[size_t(entry)];
+            pass.above = from_to(block.begin, block.content);
+            if (anew[i].empty()) pass.body = from_to(block.content, block.end);
+        } else if (const auto off = document.off_in_file().find(state.id[i]);
+                   off != document.off_in_file().end()) {
+            pass.above = off->second.above;
         }
-        if (!anew[i].empty()) text += mark + anew[i] + "\n";
+        any = any || !state.off[i];
+        found.text += state.off[i] ? pass.lines() : pass.above + pass.body;
+        if (state.off[i]) found.off.emplace(state.id[i], std::move(pass));
     }
     if (!any) return {};
-    put(blocks->end, lines.size());
-    return text;
+    found.text += from_to(blocks->end, lines.size());
+    return found;
 }
 
 }  // namespace
 
-ChainFileText chain_file_text(const std::string& old_text, const Document& document) {
+ChainFileText chain_file_text(const std::string& file_text, const Document& document) {
     const Chain chain = document.chain_to_save();
-    if (auto text = edited(old_text, document)) {
-        const ChainFile again = parse_chain(*text, "", document.registry());
-        if (again.status().ok() && again.chain.text() == chain.text()) return {*text, true};
+    std::string old_text = file_text;
+    for (const auto& [id, pass] : document.off_in_file())
+        old_text = without(old_text, pass.lines());
+    if (auto found = edited(old_text, document)) {
+        const ChainFile again = parse_chain(found->text, "", document.registry());
+        if (again.status().ok() && write_chain(again.chain) == write_chain(chain)) return *found;
     }
-    std::string text;
+    ChainFileText found;
     for (const std::string& line : lines_of(old_text)) {
         if (!is_comment(line)) break;
-        text += line + "\n";
+        found.text += line + "\n";
     }
-    text += write_chain(chain);
+    found.text += write_chain(chain);
     const DocumentState& state = document.state();
-    for (size_t i = 0; i < state.off.size(); ++i)
-        if (state.off[i]) text += "# " + entry_line(state.chain.links[i], "  ") + "\n";
-    return {text, false};
+    for (size_t i = 0; i < state.off.size(); ++i) {
+        if (!state.off[i]) continue;
+        const ChainLink& link = state.chain.links[i];
+        const OffPass pass{"", entry_line(link, "  ") + "\n", link.text()};
+        found.text += pass.lines();
+        found.off.emplace(state.id[i], pass);
+    }
+    return found;
 }
 
 }  // namespace postchain::view

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "config/chain_file.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::view {
 namespace {
@@ -16,10 +17,31 @@ Status no_pass(size_t link) {
     return Status(StatusCode::chain, concat("the chain has no pass ", link));
 }
 
+// A place that is in focus is another way to state the distance.
+void unset_in_passes(Chain& chain, std::string_view key) {
+    for (ChainLink& link : chain.links) {
+        for (const Parameter& row : link.type->parameters->rows()) {
+            const bool other_focus = key == "focus_distance" && row.excludes == key;
+            if (row.optional && (row.key == key || other_focus))
+                row.set(link.pass->parameters(), ParameterValue());
+        }
+    }
+}
+
 }  // namespace
 
 DocumentState DocumentState::clone() const {
-    return {chain.clone(), off, entry, focus_keys};
+    return {chain.clone(), off, id, focus_keys};
+}
+
+std::string OffPass::lines() const {
+    std::string text = above;
+    for (size_t at = 0; at < body.size();) {
+        const size_t end = std::min(body.find('\n', at), body.size() - 1) + 1;
+        text += "# " + body.substr(at, end - at);
+        at = end;
+    }
+    return text;
 }
 
 double focus_at(const std::map<int, double>& keys, int frame) {
@@ -34,12 +56,11 @@ double focus_at(const std::map<int, double>& keys, int frame) {
 Document::Document(const PassRegistry& registry, Chain chain) : registry_(registry) {
     DocumentState state;
     state.off.assign(chain.links.size(), false);
-    state.entry.resize(chain.links.size());
-    std::iota(state.entry.begin(), state.entry.end(), 0);
+    for (size_t i = 0; i < chain.links.size(); ++i) state.id.push_back(next_id_++);
     state.chain = std::move(chain);
     states_.push_back(std::make_shared<const DocumentState>(std::move(state)));
     names_.push_back("");
-    saved_ = states_[0];
+    saved();
 }
 
 bool Document::same(const DocumentState& a, const DocumentState& b) const {
@@ -89,15 +110,22 @@ void Document::redo() {
     ++revision_;
 }
 
-void Document::saved(bool entries) {
-    if (entries) {
-        DocumentState state = states_[at_]->clone();
-        int next = 0;
-        for (size_t i = 0; i < state.entry.size(); ++i) state.entry[i] = state.off[i] ? -1 : next++;
-        states_[at_] = std::make_shared<const DocumentState>(std::move(state));
-    }
+void Document::saved(std::map<uint64_t, OffPass> off) {
+    in_file_.clear();
+    for (size_t i = 0; i < state().id.size(); ++i)
+        if (!state().off[i]) in_file_.emplace(state().id[i], int(in_file_.size()));
+    off_in_file_ = std::move(off);
     saved_ = states_[at_];
     end_gesture();
+}
+
+int Document::entry(size_t link) const {
+    const auto found = in_file_.find(state().id[link]);
+    return found == in_file_.end() ? -1 : found->second;
+}
+
+bool Document::keys_changed() const {
+    return !state().focus_keys.empty() && state().focus_keys != saved_keys_;
 }
 
 Chain Document::chain_at(int frame) const {
@@ -150,14 +178,11 @@ Status Document::set_camera(std::string_view key, const ParameterValue& value) {
     if (Status status = camera_parameters().set(&next.chain.camera, key, value); !status.ok())
         return status;
     if (Status status = camera_parameters().check(&next.chain.camera); !status.ok()) return status;
-    for (ChainLink& link : next.chain.links) {
-        for (const Parameter& row : link.type->parameters->rows()) {
-            // A place that is in focus is another way to state the distance.
-            const bool other_focus = key == "focus_distance" && row.excludes == key;
-            if (row.optional && (row.key == key || other_focus))
-                row.set(link.pass->parameters(), ParameterValue());
-        }
+    if (key == "aperture_image") {
+        io::ApertureFiles pictures;
+        if (Status status = pictures.read(next.chain.camera); !status.ok()) return status;
     }
+    unset_in_passes(next.chain, key);
     if (key == "focus_distance") next.focus_keys.clear();
     push(std::move(next), concat("camera.", key));
     return Status();
@@ -170,13 +195,12 @@ Status Document::add(std::string_view type, size_t position) {
     if (!next.chain.append(registry_, type))
         return Status(StatusCode::chain, concat("unknown pass '", type, "'"));
     next.off.push_back(false);
-    next.entry.push_back(-1);
+    next.id.push_back(next_id_++);
     position = std::min(position, next.off.size() - 1);
     std::rotate(next.chain.links.begin() + std::ptrdiff_t(position), next.chain.links.end() - 1,
                 next.chain.links.end());
     std::rotate(next.off.begin() + std::ptrdiff_t(position), next.off.end() - 1, next.off.end());
-    std::rotate(next.entry.begin() + std::ptrdiff_t(position), next.entry.end() - 1,
-                next.entry.end());
+    std::rotate(next.id.begin() + std::ptrdiff_t(position), next.id.end() - 1, next.id.end());
     push(std::move(next), concat("add ", type));
     return Status();
 }
@@ -187,7 +211,7 @@ Status Document::erase(size_t link) {
     const std::string name = next.chain.links[link].type->name;
     next.chain.links.erase(next.chain.links.begin() + std::ptrdiff_t(link));
     next.off.erase(next.off.begin() + std::ptrdiff_t(link));
-    next.entry.erase(next.entry.begin() + std::ptrdiff_t(link));
+    next.id.erase(next.id.begin() + std::ptrdiff_t(link));
     push(std::move(next), "remove " + name);
     return Status();
 }
@@ -213,7 +237,7 @@ Status Document::reorder(const std::vector<size_t>& order) {
     for (const size_t i : order) {
         next.chain.links.push_back(now.chain.links[i].clone());
         next.off.push_back(now.off[i]);
-        next.entry.push_back(now.entry[i]);
+        next.id.push_back(now.id[i]);
     }
     push(std::move(next), "order");
     return Status();
@@ -227,11 +251,10 @@ Status Document::switch_off(size_t link, bool off) {
     return Status();
 }
 
-void Document::replace(Chain chain, const std::string& name, bool entries) {
+void Document::replace(Chain chain, const std::string& name) {
     DocumentState next;
     next.off.assign(chain.links.size(), false);
-    next.entry.assign(chain.links.size(), -1);
-    if (entries) std::iota(next.entry.begin(), next.entry.end(), 0);
+    for (size_t i = 0; i < chain.links.size(); ++i) next.id.push_back(next_id_++);
     next.focus_keys = state().focus_keys;
     next.chain = std::move(chain);
     push(std::move(next), name);
@@ -240,7 +263,7 @@ void Document::replace(Chain chain, const std::string& name, bool entries) {
 void Document::take_passes(const Chain& chain, const std::string& name) {
     Chain next = chain.clone();
     next.camera = state().chain.camera;
-    replace(std::move(next), name, false);
+    replace(std::move(next), name);
 }
 
 Status Document::set_focus_key(int frame, double distance) {
@@ -249,6 +272,7 @@ Status Document::set_focus_key(int frame, double distance) {
                       concat("focus_distance: ", distance, " is not a distance above 0"));
     DocumentState next = state().clone();
     next.focus_keys[frame] = distance;
+    unset_in_passes(next.chain, "focus_distance");
     push(std::move(next), concat("focus key ", frame));
     return Status();
 }

@@ -16,10 +16,20 @@ namespace postchain::view {
 struct DocumentState {
     Chain chain;                       // also passes that are switched off
     std::vector<bool> off;             // by link
-    std::vector<int> entry;            // by link: index in the file's list of passes; -1: added
+    std::vector<uint64_t> id;          // by link: stays the same through edits, undo and redo
     std::map<int, double> focus_keys;  // by frame: focus distance, scene units
 
     DocumentState clone() const;
+};
+
+// A pass that is switched off, as the file has it: in comments.
+struct OffPass {
+    std::string above;  // lines of comments that belong to it
+    std::string body;   // its lines without the mark of a comment
+    std::string link;   // ChainLink::text() then
+
+    // The lines of the file.
+    std::string lines() const;
 };
 
 class Document {
@@ -51,11 +61,11 @@ class Document {
     // `order`: every index once.
     Status reorder(const std::vector<size_t>& order);
     Status switch_off(size_t link, bool off);
-    // Another chain in place of this one; `entries`: its passes are those of the file, in order.
-    void replace(Chain chain, const std::string& name, bool entries);
+    // Another chain in place of this one.
+    void replace(Chain chain, const std::string& name);
     // The passes of another chain; the camera stays.
     void take_passes(const Chain& chain, const std::string& name);
-    // Errors (chain): not a distance above 0.
+    // Unsets the passes' own focus. Errors (chain): not a distance above 0.
     Status set_focus_key(int frame, double distance);
     void remove_focus_key(int frame);
 
@@ -72,9 +82,16 @@ class Document {
     void redo();
 
     bool changed() const { return saved_ != states_[at_]; }
-    // The current state is in the file now. `entries`: in the file's list of passes each link that
-    // is on has the index of its place among these.
-    void saved(bool entries);
+    // The current state is in the file now: its links that are on, in order, and in comments those
+    // that are off, by id.
+    void saved(std::map<uint64_t, OffPass> off = {});
+    // Index in the file's list of passes, in whatever state; -1: the file does not have it.
+    int entry(size_t link) const;
+    const std::map<uint64_t, OffPass>& off_in_file() const { return off_in_file_; }
+
+    // There are focus keys, and they are in no camera file.
+    bool keys_changed() const;
+    void keys_saved() { saved_keys_ = state().focus_keys; }
 
   private:
     void push(DocumentState state, const std::string& name);
@@ -85,6 +102,10 @@ class Document {
     std::vector<std::string> names_;  // of the edit that led to the state
     size_t at_ = 0;
     std::shared_ptr<const DocumentState> saved_;
+    std::map<int, double> saved_keys_;
+    uint64_t next_id_ = 0;
+    std::map<uint64_t, int> in_file_;  // index in the file's list of passes, by id
+    std::map<uint64_t, OffPass> off_in_file_;
     bool gesture_ = false;
     bool gesture_pushed_ = false;
     uint64_t revision_ = 1;

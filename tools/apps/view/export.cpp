@@ -9,6 +9,7 @@
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/run/device.h"
+#include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/run_sequence.h"
 #include "tools/sequence/run/sequence_reader.h"
 
@@ -72,6 +73,15 @@ Status write_frames(const ExportJob& job, Executor& executor, const std::string&
     settings.output = std::move(*output);
     settings.on_existing = on_existing(job.replace);
     settings.watch.reset();
+    // No frame is written if one cannot be.
+    settings.frames = io::FrameRange{job.frames};
+    std::vector<int> gaps;
+    const auto tasks = sequence::plan_tasks(settings, true, gaps);
+    if (!tasks.ok()) return tasks.status();
+    const io::OutputFiles files =
+        sequence::files_of_run(*job.chains.at(job.frames[0]), settings, *tasks);
+    if (Status status = files.check(); !status.ok()) return status;
+    files.remove_left_temporaries();
     int done = 0;
     for (const int frame : job.frames) {
         settings.frames = io::FrameRange{{frame}};

@@ -82,7 +82,7 @@ class FilterWorker {
     const std::function<void()> wake_;
     std::string renderer_;
 
-    // Of the worker's thread.
+    // Only the worker's thread uses these.
     std::unique_ptr<Executor> executor_;
     SharedFrame reduced_from_, reduced_;
     double reduced_by_ = 1;

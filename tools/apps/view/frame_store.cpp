@@ -21,7 +21,7 @@ uint64_t bytes_of(const sequence::SourceFrame& frame) {
     return bytes;
 }
 
-// Of the files of a frame and of its neighbors.
+// Stamps of the files of a frame and of its neighbors.
 std::vector<io::FileStamp> stamps_of(int frame,
                                      const std::map<int, std::map<Role, std::string>>& files) {
     std::vector<io::FileStamp> stamps;
@@ -93,11 +93,6 @@ std::vector<int> FrameStore::frames() const {
     return frames;
 }
 
-uint64_t FrameStore::revision() const {
-    const std::lock_guard lock(mutex_);
-    return revision_;
-}
-
 uint64_t FrameStore::bytes() const {
     const std::lock_guard lock(mutex_);
     uint64_t bytes = 0;
@@ -123,7 +118,6 @@ void FrameStore::scan() {
         });
         changed = stale > 0 || files != files_;
         files_ = std::move(files);
-        if (changed) ++revision_;
     }
     if (changed) {
         reader_.reset();
@@ -194,7 +188,6 @@ void FrameStore::read(int frame, const std::shared_ptr<const Chain>& chain) {
         const std::lock_guard lock(mutex_);
         kept.used = ++clock_;
         kept_[frame] = std::move(kept);
-        ++revision_;
         make_room(frame);
     }
     wake_();

@@ -38,8 +38,6 @@ class FrameStore {
     Status failure(int frame) const;
     // Frames on disk, in order.
     std::vector<int> frames() const;
-    // Grows with every frame that is read, and with every change of the files.
-    uint64_t revision() const;
     uint64_t bytes() const;  // of the planes kept
 
   private:
@@ -60,7 +58,7 @@ class FrameStore {
     const uint64_t budget_;
     const std::function<void()> wake_;
 
-    // Of the reading thread.
+    // Only the reading thread uses these.
     std::unique_ptr<sequence::SequenceReader> reader_;
     std::vector<int> handed_out_;         // frames of this reader
     std::shared_ptr<const Chain> reads_;  // the chain whose planes it reads
@@ -73,7 +71,6 @@ class FrameStore {
     std::shared_ptr<const Chain> chain_;
     std::map<int, std::map<Role, std::string>> files_;
     std::map<int, Kept> kept_;
-    uint64_t revision_ = 1;
     uint64_t clock_ = 0;
     std::thread thread_;
 };

@@ -24,7 +24,7 @@ class InspectPanel {
     void draw_plan();
 
     UiContext& ui_;
-    // Of refined frames, ms: the filter, and each step by name.
+    // Times of refined frames, ms: the filter, and each step by name.
     std::deque<float> history_;
     std::map<std::string, std::deque<float>> step_history_;
     uint64_t in_history_ = 0;  // the last request

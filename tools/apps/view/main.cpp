@@ -82,6 +82,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     session.chain_name = options.chain;
     session.chain_text = text->text;
     session.chain_is_file = !text->shipped;
+    session.sets = options.sets;
     session.chain = std::move(chain->chain);
     auto run = run_settings_of(options);
     if (!run.ok()) return run.status();
@@ -112,7 +113,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
         setenv("POSTCHAIN_SHADER_DIR", view.shaders.c_str(), 1);
         session.shaders = view.shaders;
     }
-    if (!view.frame.empty()) session.frame = std::atoi(view.frame.c_str());
+    session.frame = view.frame;
     return session;
 }
 

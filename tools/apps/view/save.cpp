@@ -13,8 +13,7 @@ Result<NewFile> new_file(const sequence::RunSettings& settings, const std::strin
     if (path.empty()) return Status(StatusCode::usage, what + ": give it a file name");
     io::OutputFiles files(on_existing(replace), "replace");
     for (const auto& [role, pattern] : settings.input.patterns) files.read(pattern, "the input");
-    for (const io::InputFile& file : settings.other_inputs)
-        if (file.path != path || !replace) files.read(file);
+    for (const io::InputFile& file : settings.other_inputs) files.read(file);
     files.write(io::OutputFile{path, what, "name another file"});
     if (Status status = files.check(); !status.ok()) return status;
     files.remove_left_temporaries();

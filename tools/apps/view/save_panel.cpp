@@ -18,6 +18,13 @@ bool SavePanel::save_chain() {
     return status.ok();
 }
 
+bool SavePanel::save_keys() {
+    const Status status = save_camera(ui_.session, camera_path_, replace_);
+    ui_.say(status);
+    if (status.ok()) ui_.session.say(camera_path_ + ": saved");
+    return status.ok();
+}
+
 void SavePanel::save_button(const char* name, const char* label, std::string& path,
                             const char* hint, const std::function<void(const std::string&)>& save) {
     ImGui::PushID(name);
@@ -37,8 +44,9 @@ void SavePanel::start_export(ExportKind kind, const std::string& path) {
     job.kind = kind;
     job.path = path;
     job.replace = replace_;
+    const auto pattern = io::PathPattern::parse(path);
     const bool all = kind == ExportKind::sheet || kind == ExportKind::movie ||
-                     path.find('#') != std::string::npos;
+                     (pattern.ok() && pattern->has_token());
     job.frames = all ? ui_.session.frames() : std::vector<int>{ui_.session.frame()};
     for (const int frame : job.frames)
         job.chains[frame] = std::make_shared<const Chain>(ui_.session.document().chain_at(frame));
@@ -71,11 +79,7 @@ void SavePanel::draw() {
         }
         save_button("camera", "camera file with the keys", camera_path_,
                     "a focus distance for every frame; use it with --camera",
-                    [&](const std::string& path) {
-                        const Status status = save_camera(ui_.session, path, replace_);
-                        ui_.say(status);
-                        if (status.ok()) ui_.session.say(path + ": saved");
-                    });
+                    [&](const std::string&) { save_keys(); });
         ImGui::Separator();
     }
     save_button("frames", "frame, as postchain run writes it", frames_path_,

@@ -14,7 +14,9 @@ class SavePanel {
     SavePanel(UiContext& ui, std::function<void()> wake);
     void draw();
     bool save_chain();  // false: it failed, and the message is shown
+    bool save_keys();   // into the camera file; false: as above
     const std::string& chain_path() const { return chain_path_; }
+    const std::string& camera_path() const { return camera_path_; }
     const Exporter& exporter() const { return exporter_; }
 
   private:

@@ -8,6 +8,7 @@
 #include "tools/apps/view/chain_text.h"
 #include "tools/apps/view/save.h"
 #include "tools/apps/view/session_values.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/memory.h"
 
 namespace postchain::view {
@@ -151,15 +152,18 @@ void Session::reload_chain() {
     const auto text = read_text_file(settings_.chain_name, StatusCode::chain);
     if (!text.ok()) return say(text.status().message(), true);
     if (*text == chain_text_) return;
-    ChainFile file = parse_chain(*text, settings_.chain_name, document_.registry());
+    ChainFile file = parse_chain(*text, settings_.chain_name, document_.registry(), settings_.sets);
     if (!file.status().ok()) {
         for (const auto& one : file.diagnostics)
             if (one.severity == Severity::error) say(one.text(), true);
         return say(settings_.chain_name + ": the chain stays as it was; mend the file");
     }
+    io::ApertureFiles pictures;
+    if (const Status status = pictures.read(file.chain.camera); !status.ok())
+        return say(status.at("camera.aperture_image").message(), true);
     chain_text_ = *text;
-    document_.replace(std::move(file.chain), "reload", true);
-    document_.saved(true);
+    document_.replace(std::move(file.chain), "reload");
+    document_.saved();
     say(settings_.chain_name + ": reloaded");
 }
 
@@ -194,6 +198,8 @@ bool Session::take_results(Clock::time_point now) {
         changed = true;
         for (const std::string& text : result.messages) say(text, true);
         if (result.request.id == 0) {
+            // A result for a former chain B or frame.
+            if (result.request.chain != other_ || result.request.source != other_source_) continue;
             other_seen_ = other_revision_;
             other_sent_ = false;
             if (result.status.ok())
@@ -275,6 +281,7 @@ void Session::request(Clock::time_point now) {
     if (key != wanted_) {
         wanted_ = key;
         wanted_since_ = now;
+        filter_status_ = Status();
         ++request_id_;
         draft_sent_ = full_sent_ = draft_seen_ = full_seen_ = false;
     }
@@ -319,6 +326,7 @@ void Session::request_other() {
 void Session::hold_chain() {
     other_ = std::make_shared<const Chain>(document_.chain_at(frame_));
     other_source_ = nullptr;
+    other_sent_ = false;
 }
 
 std::shared_ptr<const ImageF> Session::plane_image(const std::string& plane) const {
@@ -402,12 +410,16 @@ bool Session::at_rest() const {
 Status Session::save_chain(const std::string& path, bool replace) {
     if (path.ends_with(".json"))
         return Status(StatusCode::output, path + ": chains are saved as YAML; name a .yaml file");
-    const ChainFileText saved = chain_file_text(chain_text_, document_);
+    ChainFileText saved = chain_file_text(chain_text_, document_);
     sequence::RunSettings settings = settings_.run;
     // The open chain file is the only input that is replaced by its own new text.
     std::erase_if(settings.other_inputs,
                   [&](const io::InputFile& file) { return file.path == settings_.chain_name; });
-    const bool own = settings_.chain_is_file && path == settings_.chain_name;
+    bool own = settings_.chain_is_file && path == settings_.chain_name;
+    if (own && !replace) {
+        const auto text = read_text_file(path, StatusCode::chain);
+        own = !text.ok() || *text == chain_text_;
+    }
     if (Status status = save_text(settings, path, saved.text, "the chain file", replace || own);
         !status.ok())
         return status;
@@ -415,9 +427,10 @@ Status Session::save_chain(const std::string& path, bool replace) {
     settings_.chain_name = path;
     settings_.chain_is_file = true;
     chain_stamp_ = io::FileStamp::of(path);
-    document_.saved(true);
+    settings_.sets.clear();
+    document_.saved(std::move(saved.off));
     say(path + (saved.kept ? ": saved" : ": saved, written anew below its first comments"));
-    if (!document_.state().focus_keys.empty())
+    if (document_.keys_changed())
         say("the focus keys are not in the chain file: save the camera file too");
     return Status();
 }

@@ -28,6 +28,7 @@ struct SessionSettings {
     std::string chain_name;  // as given: a file or a shipped chain
     std::string chain_text;
     bool chain_is_file = false;
+    std::vector<std::string> sets;  // of --set; hold for the file until it is saved
     Chain chain;
     sequence::RunSettings run;
     std::optional<sequence::RunSettings> truth;
@@ -41,7 +42,7 @@ struct SessionSettings {
 enum class Compare { off, wipe, flip, difference };
 enum class With { before, other_chain, truth };
 
-// What the window shows. Changed directly by the user interface.
+// Choices of what the window shows. Changed directly by the user interface.
 struct ViewChoice {
     std::string plane = "result";  // "result", a name of planes(), kFillMask or a plan's texture
     io::PreviewOptions display;
@@ -121,9 +122,9 @@ class Session {
     bool has_other_chain() const { return other_ != nullptr; }
     bool has_truth() const { return truth_ != nullptr; }
 
-    // Writes the chain file, which is the open one from then on. Errors: those of new_file().
+    // Writes the chain file, which is the open one from then on. Errors: those of new_file(), also
+    // for the open file if another program has changed it.
     Status save_chain(const std::string& path, bool replace);
-    // The camera file with the focus of every frame. Errors (output).
     const SessionSettings& settings() const { return settings_; }
     const std::string& renderer() const { return worker_->renderer(); }
     uint64_t frame_bytes() const { return store_->bytes(); }
@@ -136,7 +137,7 @@ class Session {
 
   private:
     Session(SessionSettings settings, std::function<void()> wake);
-    // What a result is made of: a request for the same is the same.
+    // A request for the same has the same result.
     struct Key {
         SharedFrame source;
         uint64_t revision = 0;  // of the chain
@@ -185,7 +186,6 @@ class Session {
     Key shown_key_;
     Status filter_status_;
     double full_ms_ = 0;  // estimate of a whole frame
-    std::string timed_passes_;
 
     std::shared_ptr<const ImageF> other_image_;
     SharedFrame other_source_;

@@ -147,7 +147,7 @@ std::vector<std::array<double, 2>> motion_path(const Session& session, int x, in
     return path;
 }
 
-Status save_camera(const Session& session, const std::string& path, bool replace) {
+Status save_camera(Session& session, const std::string& path, bool replace) {
     const SharedFrame source = session.source();
     if (session.document().state().focus_keys.empty())
         return Status(StatusCode::usage,
@@ -163,7 +163,14 @@ Status save_camera(const Session& session, const std::string& path, bool replace
     }
     const auto json = camera_with_focus(text, camera_of(session), focus);
     if (!json.ok()) return json.status();
-    return save_text(session.settings().run, path, *json, "the camera file", replace);
+    sequence::RunSettings settings = session.settings().run;
+    if (const auto& file = settings.source.camera; file && file->file_name == path && replace)
+        std::erase_if(settings.other_inputs,
+                      [&](const io::InputFile& input) { return input.path == path; });
+    if (Status status = save_text(settings, path, *json, "the camera file", replace); !status.ok())
+        return status;
+    session.document().keys_saved();
+    return Status();
 }
 
 }  // namespace postchain::view

@@ -32,6 +32,7 @@ std::optional<std::array<double, 2>> sharp_limits(const Session& session);
 std::vector<std::array<double, 2>> motion_path(const Session& session, int x, int y);
 
 // Writes the camera file with the focus of every frame. Errors: no keys, those of new_file().
-Status save_camera(const Session& session, const std::string& path, bool replace);
+// With `replace` the session's own camera file may be replaced.
+Status save_camera(Session& session, const std::string& path, bool replace);
 
 }  // namespace postchain::view

@@ -13,7 +13,8 @@ constexpr float kSide = 372, kBottom = 80;  // pixels at scale 1
 }  // namespace
 
 void Ui::ask_to_close() {
-    if (ui_.session.document().changed() && !closing_)
+    const Document& document = ui_.session.document();
+    if ((document.changed() || document.keys_changed()) && !closing_)
         closing_ = true;
     else
         close_ = true;
@@ -192,11 +193,17 @@ void Ui::draw_closing(float width, float height) {
     ImGui::Begin("closing", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_AlwaysAutoResize |
                      ImGuiWindowFlags_NoSavedSettings);
-    ImGui::TextUnformatted("The chain has changes that are not saved.");
+    const Document& document = ui_.session.document();
+    if (document.changed()) ImGui::TextUnformatted("The chain has changes that are not saved.");
+    if (document.keys_changed())
+        ImGui::Text("The focus keys are not saved; their camera file: %s",
+                    save_.camera_path().c_str());
     if (ImGui::Button("save and close")) {
-        close_ = save_.save_chain();
+        close_ = (!document.changed() || save_.save_chain()) &&
+                 (!document.keys_changed() || save_.save_keys());
         closing_ = false;
     }
+    ui_.mark("save and close");
     ImGui::SameLine();
     if (ImGui::Button("close")) close_ = true;
     ui_.mark("close");

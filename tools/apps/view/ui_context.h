@@ -1,4 +1,4 @@
-// What the parts of the window share.
+// Shared by the parts of the window.
 #pragma once
 
 #include <imgui.h>

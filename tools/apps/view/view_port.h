@@ -9,7 +9,7 @@ namespace postchain::view {
 
 using Point = std::array<double, 2>;
 
-// Of the area that shows the image, in pixels of the window from its top left corner.
+// The area that shows the image; places in it are pixels from its top left corner.
 struct ScreenArea {
     double width = 1, height = 1;
 };

@@ -94,6 +94,18 @@ def check(camera, frame):
                           "scales; apply the parent's scale")
 
 
+def camera_at(scene, frame):
+    """The camera of a frame: that of the last marker with one up to it, or of the first marker with
+    one, as Blender chooses it."""
+    markers = sorted((marker for marker in scene.timeline_markers
+                      if marker.camera and not marker.camera.hide_render),
+                     key=lambda marker: marker.frame)
+    until = [marker for marker in markers if marker.frame <= frame]
+    if until:
+        return until[-1].camera
+    return markers[0].camera if markers else scene.camera
+
+
 class _Sequence:
     """The scene at other frames; afterwards it is at its own again."""
 
@@ -146,13 +158,14 @@ def describe(scene, frames):
 
 def _content(scene, camera, frames, values, matrices):
     render = scene.render
-    share = render.resolution_percentage / 100
+    percentage = render.resolution_percentage
     first = values[frames[0]]
     changing = [key for key in first if any(values[frame].get(key) != first[key] for frame in frames)]
     return {
         "scene": scene.name,
         "camera": camera.name,
-        "resolution": [int(render.resolution_x * share), int(render.resolution_y * share)],
+        "resolution": [render.resolution_x * percentage // 100,
+                       render.resolution_y * percentage // 100],
         **first,
         # Blender takes a scene unit for a meter in its lens, whatever the scene's unit scale is.
         "meters_per_unit": 1,

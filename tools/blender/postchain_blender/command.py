@@ -72,7 +72,7 @@ def postchain(title, arguments):
 
 
 def message_of(text):
-    """What the command says in a line of its log: (level, message)."""
+    """(level, message) of a line of the command's log."""
     try:
         line = json.loads(text)
         return line["level"], line["message"]
@@ -175,6 +175,8 @@ class Job:
 
 
 def cancel_all():
+    for operator in list(JobOperator.modal_ones):
+        operator.cancel(bpy.context)
     for job in list(Job.running):
         job.cancel()
 
@@ -184,6 +186,7 @@ class JobOperator:
     bar, ended by Esc; without a window, or called from a script, until it is done.
 
     A subclass has steps(context) -> [Step], done(context, job) -> text."""
+    modal_ones = set()
     _timer = None
     _job = None
 
@@ -211,6 +214,7 @@ class JobOperator:
         self._timer = manager.event_timer_add(0.1, window=context.window)
         manager.progress_begin(0, 100)
         manager.modal_handler_add(self)
+        JobOperator.modal_ones.add(self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
@@ -250,6 +254,7 @@ class JobOperator:
         self._job.start()
 
     def _end(self, context):
+        JobOperator.modal_ones.discard(self)
         if self._timer:
             context.window_manager.event_timer_remove(self._timer)
             self._timer = None

@@ -22,21 +22,22 @@ def render(folder, frame, samples):
     settings.engine = "CYCLES"
     settings.use_file_extension = settings.use_border = False
     settings.use_compositing = settings.use_sequencer = False
+    blurs = properties.blurs(scene)
     prepare.apply(scene)
     for number in (frame - 1, frame, frame + 1):
         _render(scene, number, os.path.join(folder, f"sharp.{number:04d}.exr"))
-    set_truth(scene, samples)
+    set_truth(scene, samples, **blurs)
     image.file_format = "OPEN_EXR"
     image.color_mode = "RGBA" if settings.film_transparent else "RGB"
     _render(scene, frame, os.path.join(folder, f"truth.{frame:04d}.exr"))
 
 
-def set_truth(scene, samples):
-    """Shutter and lens open, about the frame's own time as in the filter."""
+def set_truth(scene, samples, lens, motion):
+    """Shutter and lens open if the chain has their blur, about the frame's own time as in the filter."""
     owner = scene.render if hasattr(scene.render, "motion_blur_position") else scene.cycles
     owner.motion_blur_position = "CENTER"
-    scene.render.use_motion_blur = True
-    scene.camera.data.dof.use_dof = scene.camera.data.type == "PERSP"
+    scene.render.use_motion_blur = motion
+    scene.camera.data.dof.use_dof = lens and scene.camera.data.type == "PERSP"
     scene.cycles.samples = samples
     scene.cycles.seed += 1  # its noise is another than the input's
 
@@ -56,6 +57,7 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
 
     def steps(self, context):
         scene, frame = context.scene, context.scene.frame_current
+        self._scene, self._frame = scene.name, frame  # the user goes on meanwhile
         filtering.check(scene)
         chain = properties.chain(scene)
         self._folder = os.path.join(filtering.output_folder(scene), f"ground_truth_{frame:04d}")
@@ -104,8 +106,10 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
         os.remove(self._at("scene.blend"))
         job.warnings.clear()  # the report has them
         page = self._at("report/index.html")
-        context.scene.postchain.comparison = json.dumps(
-            {"frame": context.scene.frame_current, "page": page, "rows": rows})
+        scene = bpy.data.scenes.get(self._scene)
+        if scene:
+            scene.postchain.comparison = json.dumps(
+                {"frame": self._frame, "page": page, "rows": rows})
         if not bpy.app.background:
             bpy.ops.wm.url_open(url=pathlib.Path(page).as_uri())
         titles = [title for title, _ in SHOWN.values()]

@@ -42,7 +42,7 @@ def on_disk(pattern):
 
 
 def ranges(frames):
-    """What --frames takes."""
+    """The value of --frames."""
     return ",".join(str(frame) for frame in frames)
 
 
@@ -68,12 +68,13 @@ def check_motion(scene, path):
 
 
 def runs(shot, chain):
-    """[(frames, chain text)]: the calls for the frames of one camera. shot: (frames, is there one
-    before, one after). Across a cut a frame uses no neighbor."""
+    """[(frames, chain text)]: the calls for the frames of one camera. shot: (frames, is there a cut
+    before them, one after them). Across a cut a frame uses no neighbor."""
     frames, before, after = shot
     whole = properties.chain_text(chain)
-    parts = [(frames[:1], "none" if before else None), (frames[1:-1], None),
-             (frames[-1:] if len(frames) > 1 else [], "before" if after else None)]
+    single = len(frames) == 1
+    parts = [(frames[:1], "none" if before or single and after else None), (frames[1:-1], None),
+             ([] if single else frames[-1:], "before" if after else None)]
     found = []
     for part, neighbors in parts:
         text = properties.chain_text(chain, neighbors) if neighbors else whole
@@ -89,8 +90,11 @@ def steps(scene, pattern, output, frames):
     chain = properties.chain(scene)
     shots = camera.write(beside(output, "camera.json"), scene, frames)
     found = []
-    for index, (path, numbers) in enumerate(shots):
-        shot = numbers, index > 0, index < len(shots) - 1
+    for path, numbers in shots:
+        # The files beyond the range may be there, and of another camera.
+        shot = numbers, *(camera.camera_at(scene, inside) != camera.camera_at(scene, outside)
+                          for inside, outside in ((numbers[0], numbers[0] - 1),
+                                                  (numbers[-1], numbers[-1] + 1)))
         for part, text in runs(shot, chain):
             name = beside(output, f"chain{len(found) or ''}.json")
             with open(name, "w", encoding="utf-8") as file:
@@ -156,6 +160,8 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
         """The render result as a file."""
         folder = os.path.join(bpy.app.tempdir, "postchain")
         os.makedirs(folder, exist_ok=True)
+        for former in on_disk(os.path.join(folder, "render_####.exr")).values():
+            os.remove(former)  # they would be its neighbors
         path = os.path.join(folder, f"render_{frame:04d}.exr")
         result = bpy.data.images.get("Render Result")
         try:

@@ -62,11 +62,15 @@ def apply(scene):
     """Sets them and records their values from before. Returns a text for each change."""
     changes = missing(scene)
     before = [_get(scene, camera, path) for camera, path, _, _ in changes]
-    recorded = {(change.camera, change.path): change for change in scene.postchain.changes}
+    # Indices: Blender moves the items of a collection when one is added.
+    recorded = {(change.camera, change.path): index
+                for index, change in enumerate(scene.postchain.changes)}
     for (camera, path, value, text), old in zip(changes, before):
         _set(scene, camera, path, value)
-        change = recorded.get((camera, path))
-        if change is None:
+        index = recorded.get((camera, path))
+        if index is not None:
+            change = scene.postchain.changes[index]
+        else:
             change = scene.postchain.changes.add()
             change.camera, change.path, change.before = camera, path, json.dumps(old)
         change.now, change.text = json.dumps(value), text

@@ -52,6 +52,8 @@ class Serve(unittest.TestCase):
         token = self.write("token", "0123456789abcdef\n")
         self.fails(2, "is not an address", "--bind", "example.org", "--token-file", token)
         self.fails(2, "not an address of this machine", "--bind", "192.0.2.1", "--token-file", token)
+        self.fails(2, "--token-file", "--trusted-proxy", "127.0.0.1")
+        self.fails(2, "add --backend slurm", "--farm-frames", "3")
         self.fails(2, "--root", command=[PROGRAM, "serve"])
         self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
 

@@ -81,14 +81,24 @@ bool Clock::read(Sequence& sequence) {
     return true;
 }
 
-const Times* Clock::newest() {
+template <class Wanted>
+const Times* Clock::newest_of(const Wanted& wanted) {
     for (size_t back = 0; back < kSequences; ++back) {
         Sequence& sequence = sequences_[(current_ + kSequences - back) % kSequences];
-        if (!read(sequence)) continue;
+        if (!wanted(sequence.times.tag) || !read(sequence)) continue;
         add_up(sequence.times);
         return &newest_;
     }
     return nullptr;
+}
+
+const Times* Clock::newest() {
+    return newest_of([](uint64_t) { return true; });
+}
+
+const Times* Clock::newest(std::span<const uint64_t> tags) {
+    return newest_of(
+        [&](uint64_t tag) { return std::find(tags.begin(), tags.end(), tag) != tags.end(); });
 }
 
 void Clock::add_up(const Times& times) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,7 +26,7 @@ struct Times {
     uint64_t tag = 0;  // the caller's
     std::vector<Interval> intervals;
 
-    double milliseconds() const;  // of all
+    double milliseconds() const;  // the sum of all intervals
 };
 
 class Clock {
@@ -42,6 +43,8 @@ class Clock {
     // The newest sequence that the device has finished, with intervals of the same pass and name
     // summed at the place of the first; null: none. Never waits.
     const Times* newest();
+    // Likewise among the sequences with these tags.
+    const Times* newest(std::span<const uint64_t> tags);
     // The sequence that was begun last is forgotten.
     void cancel();
     // Its queries went with their context.
@@ -50,7 +53,7 @@ class Clock {
   private:
     // A sequence is written over only after the others have been: a device may be that many frames
     // behind.
-    static constexpr size_t kSequences = 4;
+    static constexpr size_t kSequences = 8;
     struct Sequence {
         Times times;
         size_t marks = 0;  // 0: none; the first is its start
@@ -59,6 +62,8 @@ class Clock {
     };
     void take();
     bool read(Sequence& sequence);
+    template <class Wanted>
+    const Times* newest_of(const Wanted& wanted);
 
     void add_up(const Times& times);
 

@@ -30,16 +30,27 @@ const Budgets::Governed* Budgets::find(uint64_t chain) const {
     return nullptr;
 }
 
+// More samples where they disagree stay more, which selects a program.
+int64_t Budgets::scaled(const std::vector<Samples>& all, const Samples& one, double part) {
+    const int64_t value = nearest(*one.row, double(one.full) * part);
+    for (const Samples& least : all)
+        if (&least != &one && least.pass == one.pass && one.row->key == "max_samples" &&
+            one.full > least.full)
+            return std::max(value, nearest(*least.row, double(least.full) * part) + 1);
+    return value;
+}
+
 void Budgets::set_samples(ChainHandle& chain, Governed& governed, double part) {
     for (Samples& samples : governed.samples) {
         const int64_t before = chain.integer(samples.pass, *samples.row);
         if (before != samples.now) samples.full = before;  // the host has set it meanwhile
-        samples.now = nearest(*samples.row, double(samples.full) * part);
+        samples.now = scaled(governed.samples, samples, part);
         if (samples.now != before) chain.set(samples.pass, samples.row->key, samples.now);
     }
 }
 
 Failure Budgets::set(ChainHandle& chain, const pc_budget& budget) {
+    if (budget.reserved != 0) return {PC_ERROR_VERSION, "pc_budget.reserved is not 0"};
     if (!(budget.milliseconds >= 0) || !std::isfinite(budget.milliseconds))
         return {PC_ERROR_ARGUMENT,
                 concat("milliseconds: ", budget.milliseconds, "; give a time, or 0 for no budget")};
@@ -73,17 +84,40 @@ void Budgets::query(const ChainHandle& chain, pc_budget_state& state) const {
     state.changes = governed ? uint32_t(governed->governor.changes()) : 0;
 }
 
-bool Budgets::govern(ChainHandle& chain, const gl::Times* newest, uint64_t tag) {
+std::vector<Chain> Budgets::variants(const ChainHandle& chain) const {
+    std::vector<Chain> all;
+    const Governed* governed = find(chain.id());
+    if (!governed) return all;
+    for (const double part : Governor::kParts) {
+        Chain variant = chain.chain().clone();
+        for (const Samples& samples : governed->samples)
+            samples.row->set(variant.links[samples.pass].pass->parameters(),
+                             scaled(governed->samples, samples, part));
+        all.push_back(std::move(variant));
+    }
+    return all;
+}
+
+bool Budgets::undo(ChainHandle& chain) {
+    Governed* governed = find(chain.id());
+    if (!governed || !governed->changed) return false;
+    governed->changed = false;
+    governed->governor.take_back();
+    set_samples(chain, *governed, governed->governor.part());
+    return true;
+}
+
+bool Budgets::govern(ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
     Governed* governed = find(chain.id());
     if (!governed) return false;
-    const auto end =
-        governed->ran.begin() + std::ptrdiff_t(std::min(governed->runs, governed->ran.size()));
-    if (newest && newest->tag > governed->last &&
-        std::find(governed->ran.begin(), end, newest->tag) != end) {
+    const gl::Times* newest = clock.newest(
+        std::span(governed->ran).first(std::min(governed->runs, governed->ran.size())));
+    if (newest && newest->tag > governed->last) {
         governed->last = newest->tag;
         governed->governor.add(newest->milliseconds());
     }
-    if (governed->governor.change(now_seconds())) {
+    governed->changed = governed->governor.change(now_seconds());
+    if (governed->changed) {
         set_samples(chain, *governed, governed->governor.part());
         governed->runs = 0;
     }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <span>
 
+#include "chain/gl/debug.h"
+
 namespace postchain::guest {
 namespace {
 
@@ -97,7 +99,11 @@ Failure Focus::prepare(const HostFrame& frame, gl::TexturePool& pool, gl::Progra
         glNamedBufferStorage(buffer_, sizeof(Values) * kSlots, nullptr, kAccess);
         mapped_ = static_cast<const Values*>(
             glMapNamedBufferRange(buffer_, 0, sizeof(Values) * kSlots, kAccess));
-        if (!mapped_) return {PC_ERROR_MEMORY, "the buffer of depths in focus cannot be mapped"};
+        if (!mapped_) {
+            glDeleteBuffers(1, &buffer_);
+            buffer_ = 0;
+            return {PC_ERROR_MEMORY, gl::check_error("allocating the depths in focus").message()};
+        }
     }
     if (step_ && array_ == frame.depth.array) return {};
     step_.reset();

@@ -26,6 +26,7 @@ bool Governor::change(double now) {
         ++next;
     if (next == level_ && level_ > 0 && predicted(level_ - 1) <= 0.9 * budget_ms_) --next;
     if (next == level_) return false;
+    before_ = level_;
     level_ = next;
     frames_ = 0;
     changed_ = now;

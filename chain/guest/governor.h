@@ -23,6 +23,9 @@ class Governor {
     // a tenth to spare. `now`: seconds, of any origin.
     bool change(double now);
 
+    // Takes the last change() back. It is tried again as if it had been made.
+    void take_back() { level_ = before_; }
+
     double part() const { return kParts[level_]; }
     double budget_ms() const { return budget_ms_; }
     // The median time at the present part; 0: not known yet.
@@ -33,7 +36,7 @@ class Governor {
     static constexpr size_t kLeastFrames = 4, kMostFrames = 8;
 
     double budget_ms_, least_;
-    size_t level_ = 0;
+    size_t level_ = 0, before_ = 0;               // before_: of the last change
     std::array<double, kMostFrames> times_ = {};  // the newest, in no order
     size_t frames_ = 0;                           // since the last change
     double changed_ = -1e30;                      // when

@@ -23,8 +23,9 @@ ProgramKey import_program(bool exposure, uint32_t arrays, bool halved) {
              {"HALF", flag(halved)}}};
 }
 
-ProgramKey mask_program(uint32_t arrays) {
-    return {"guest/import_mask.comp", {{"ARRAYS", std::to_string(arrays & GUEST_ARRAY_MASK)}}};
+ProgramKey mask_program(uint32_t arrays, bool halved) {
+    return {"guest/import_mask.comp",
+            {{"ARRAYS", std::to_string(arrays & GUEST_ARRAY_MASK)}, {"HALF", flag(halved)}}};
 }
 
 ProgramKey export_program(bool exposure) {
@@ -243,10 +244,13 @@ class Builder {
         if (as == "color") kind = "0";
         if (as == "number") kind = "1";
         if (as == "vector") kind = "2";
-        if (bits || (!as.empty() && (list || (as != "color" && as != "number" && as != "vector"))))
+        const bool array = texture.layers > 0;
+        if (bits || array ||
+            (!as.empty() && (list || (as != "color" && as != "number" && as != "vector"))))
             return Status(StatusCode::usage, concat("debug_view: \"", view, "\" cannot be drawn; ",
                                                     "after a colon stands color, number or "
-                                                    "vector, and packed bits are no picture"));
+                                                    "vector, and neither packed bits nor arrays "
+                                                    "are drawn"));
         // Steps after the last one that writes the texture are not needed.
         int last = -1;  // of the host's own: there is none
         for (int i = 0; i < int(plan().steps.size()); ++i)
@@ -311,12 +315,15 @@ class Builder {
         }
         if (host_.makes == 0) return;
         step.program = import_program(has_exposure(), frame_.arrays(), frame_.halved());
-        if (frame_.sky && (host_.makes & GUEST_MAKES_MOTION) != 0) {
-            host_.makes |= GUEST_MAKES_SKY;
-            if ((host_.makes & GUEST_MAKES_DEPTH) == 0) {
-                if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
-                step.bindings.push_back({1, host_.depth});
-            }
+        const bool vectors = (host_.makes & GUEST_MAKES_MOTION) != 0;
+        if (frame_.sky && vectors) host_.makes |= GUEST_MAKES_SKY;
+        const bool chooses = frame_.halved() && vectors && frame_.depth.name != 0;
+        if ((host_.makes & GUEST_MAKES_DEPTH) != 0) {
+            host_.makes |= GUEST_READS_DEPTH;
+        } else if ((host_.makes & GUEST_MAKES_SKY) != 0 || chooses) {
+            host_.makes |= GUEST_READS_DEPTH;
+            if (host_.depth < 0) host_.depth = add_texture("host.depth", Format::r32f, true);
+            step.bindings.push_back({1, host_.depth});
         }
         if ((host_.makes & GUEST_MAKES_COLOR) != 0) bind_exposure(step);
         step.pass = add_pass("import");
@@ -329,7 +336,8 @@ class Builder {
         if (mattes < 0 || !is_read(mattes)) return;
         plan().textures[size_t(mattes)].imported = false;
         if (host_.mask < 0) host_.mask = add_texture("host.mask", Format::r32f, true);
-        Step step = make_step(add_pass("import"), "import_mask", mask_program(frame_.arrays()));
+        Step step = make_step(add_pass("import"), "import_mask",
+                              mask_program(frame_.arrays(), frame_.halved()));
         step.bindings = {{0, host_.mask}, {0, mattes, Access::write}};
         step.taps = uint64_t(frame_.plane_width()) * uint64_t(frame_.plane_height());
         plan().steps.insert(plan().steps.begin(), std::move(step));
@@ -381,7 +389,7 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
         if (lacks & 2) frame.motion = {};
         if (lacks & 4) frame.mask = {};
         if ((lacks & 4) && given.mask.name == 0) break;
-        if (frame.mask.name) add(mask_program(frame.arrays()));
+        if (frame.mask.name) add(mask_program(frame.arrays(), frame.halved()));
         add(import_program(exposure, frame.arrays(), frame.halved()));
         for (ProgramKey& key : programs_of(chain, describe(frame, chain), options_of(frame)))
             add(std::move(key));

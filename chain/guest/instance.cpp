@@ -225,6 +225,11 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
         auto host = make_host_plan(chain.chain(), frame);
         if (!host.ok()) return host.status();
         prepared_programs_ = all_programs(chain.chain(), frame, host->plan);
+        for (const Chain& variant : budgets_.variants(chain))
+            for (ProgramKey& program : host_programs(variant, frame, host->plan))
+                if (std::find(prepared_programs_.begin(), prepared_programs_.end(), program) ==
+                    prepared_programs_.end())
+                    prepared_programs_.push_back(std::move(program));
         std::erase(tight_chains_, chain.id());
         prepared_ = key;
         prepared_values_ = values;
@@ -352,11 +357,12 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
 
 Room Instance::room_for(const ChainHandle& chain, const HostFrame& frame, bool runs) {
     const Room own = {frame.plane_width(), frame.plane_height()}, stated = stated_room();
-    if (frame.halved()) return larger(own, half_of(stated));
+    const bool tight =
+        std::find(tight_chains_.begin(), tight_chains_.end(), chain.id()) != tight_chains_.end();
+    if (frame.halved() && !tight) return larger(own, half_of(stated));
     // A texture that the host gets has the size of its frame, unless it stated another.
     if (frame.output.name == 0 && !states_room()) return own;
-    if (std::find(tight_chains_.begin(), tight_chains_.end(), chain.id()) != tight_chains_.end())
-        return tight_room_ = larger(tight_room_, own);
+    if (tight) return tight_room_ = larger(tight_room_, own);
     const bool small = states_room()
                            ? larger(stated, own) == stated
                            : 2 * own.width <= room_.width && 2 * own.height <= room_.height;
@@ -452,10 +458,17 @@ Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& res
     }
     if (Failure failure = follow_focus(chain, frame); !failure.ok()) return failure;
     ++frames_;
-    const bool timed = budgets_.govern(chain, budgets_.empty() ? nullptr : newest_times(), frames_);
+    const bool timed = budgets_.govern(chain, objects_->clock, frames_);
     objects_->pool.begin_frame();
     Entry* entry = nullptr;
-    if (Failure failure = find_or_make(chain, frame, entry); !failure.ok()) return failure;
+    Failure failure = find_or_make(chain, frame, entry);
+    if (failure.result == PC_ERROR_PREPARE && budgets_.undo(chain)) {
+        log(PC_LOG_WARNING,
+            "the budget is not kept, because other samples are other programs here: "
+            "call pc_prepare() after pc_set_budget()");
+        failure = find_or_make(chain, frame, entry);
+    }
+    if (!failure.ok()) return failure;
     entry->last_run = frames_;
     last_.chain = chain.shared();
     last_.frame = *given;

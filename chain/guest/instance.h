@@ -47,6 +47,7 @@ class Instance {
     Failure run(ChainHandle& chain, const pc_frame* given, pc_texture& result);
 
     Failure set_budget(ChainHandle& chain, const pc_budget& given) {
+        prepared_.reset();  // the budget's samples may be other programs
         return budgets_.set(chain, given);
     }
     void budget(const ChainHandle& chain, pc_budget_state& state) const {

@@ -61,8 +61,11 @@ ImageF read(const pc_texture& texture, const HostTexture& checked, const HostFra
 
 }  // namespace
 
-Failure check_motion(const pc_frame* given, const pc_texture& other_color, int signs[2],
+Failure check_motion(const pc_frame* of_host, const pc_texture& other_color, int signs[2],
                      float& margin) {
+    pc_frame whole = *of_host;
+    whole.flags &= ~uint32_t(PC_HALF_RESOLUTION);
+    const pc_frame* given = &whole;
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     if (frame.motion.name == 0)

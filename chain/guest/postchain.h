@@ -27,10 +27,11 @@
 
 /* A frame: once a kind of frame has run, pc_run() creates no GL object but a fence every fourth
  * frame, does not compile, allocate, plan or read back, and waits only if the device is eight
- * frames behind. Sizes up to the largest, lens, shutter, bounds, matrices and gain are values. It
- * plans on the CPU, which allocates, if a parameter of the chain, a format or a convention is new,
- * or a pass that was skipped begins to work. It creates textures only for a larger frame or another
- * chain. Only pc_prepare() compiles programs. */
+ * frames behind (with `focus_at` a fence every frame, and four frames). Sizes up to the largest,
+ * lens, shutter, bounds, matrices and gain are values. It plans on the CPU, which allocates, if a
+ * parameter of the chain, a format or a convention is new, or a pass that was skipped begins to
+ * work. It creates textures only for a larger frame or another chain. Only pc_prepare() compiles
+ * programs. */
 
 /* GL state: pc_run() changes program, uniform buffer 0, storage buffers, images, textures
  * (GL_TEXTURE_2D, and GL_TEXTURE_2D_ARRAY for the debug view "fill", a mask, and arrays of the
@@ -332,7 +333,8 @@ PC_API pc_result pc_timings(pc_instance*, pc_time* times, uint32_t* count, uint6
 /* A time that the frames of a chain may take on the device. The library then lowers the `samples`
  * of its passes while they take longer, and raises them again up to the values that the host set,
  * by the times of frames that the device has finished; at most every half a second. A change makes
- * pc_run() plan again on the CPU. */
+ * pc_run() plan again on the CPU, and make the texture of lens samples anew. With a mask or
+ * PC_HALF_RESOLUTION other samples are other programs: call pc_prepare() after pc_set_budget(). */
 typedef struct pc_budget {
     uint32_t struct_size, reserved;
     float milliseconds; /* 0 = no budget: the host's samples again */

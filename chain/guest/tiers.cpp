@@ -4,8 +4,8 @@
 
 namespace postchain::guest {
 
-// Each is the shipped chain of its name, but for `neighbors`: a host has one frame at a time.
-// docs/quality.md has their errors and times.
+// Those that have the name of a shipped chain are that chain, but for `neighbors`: a host has one
+// frame at a time. Errors: docs/integration.md.
 const std::vector<Tier>& tiers() {
     using std::string;
     static const std::vector<Tier> all = {

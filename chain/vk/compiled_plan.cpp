@@ -174,7 +174,6 @@ Status CompiledPlan::make_sets() {
         if (!commands_[step].imports)
             write_set(plan_.steps[step], commands_[step], sets_[i], HostViews());
     }
-    bound_.resize(runs);
     return Status();
 }
 
@@ -265,16 +264,14 @@ void CompiledPlan::write_set(const Step& step, const Command& command, VkDescrip
 
 // The sets of a slot whose last run is over.
 void CompiledPlan::write_sets(uint32_t slot, const HostViews& views) {
-    Bound& bound = bound_[slot];
-    if (bound.views == views && bound.names == names_) return;
-    bound.views = views;
-    bound.names = names_;
+    // Even if the handles are those of the last run: a host may have destroyed a view, and a driver
+    // may give its handle to another.
     for (size_t i = 0; i < commands_.size(); ++i)
         if (commands_[i].imports)
             write_set(plan_.steps[i], commands_[i], sets_[slot * commands_.size() + i], views);
 }
 
-// After the runs before, which are the same images' last users. What is in them is of no use.
+// After the runs before, which are the same images' last users. Their contents are discarded.
 void CompiledPlan::begin(VkCommandBuffer commands) const {
     const Functions& fn = objects_.device.fn();
     constexpr VkPipelineStageFlags kBefore = kCompute | kLaunch | kTransfer;

@@ -107,11 +107,6 @@ class CompiledPlan {
     std::byte* mapped_ = nullptr;
     VkDescriptorPool sets_pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;  // of each run in flight, of each step
-    struct Bound {
-        HostViews views;
-        std::vector<unsigned> names;
-    };
-    std::vector<Bound> bound_;  // of each run in flight: the images in its sets
     uint32_t barriers_ = 0;
 };
 

@@ -132,7 +132,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bo
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
     const Chain& chain = handle.chain();
-    const guest::PlanKey key = key_of(frame, room(), handle.id(), handle.revision());
+    const guest::PlanKey key = key_of(frame, room(frame), handle.id(), handle.revision());
     if (Failure failure = find_entry(entries_, chain, frame, key, resolved_, entry);
         entry || !failure.ok())
         return failure;
@@ -167,7 +167,7 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
 
 Failure Instance::make(guest::Purpose purpose, HostPlan& host, Entry*& entry) {
     const Objects objects{device_, *pool_, *programs_, runs_of(info_), *unused_};
-    auto compiled = CompiledPlan::make(host.plan, objects, room(), runs_);
+    auto compiled = CompiledPlan::make(host.plan, objects, purpose.key.room, runs_);
     if (!compiled.ok()) {
         pool_->trim(runs_, runs_, *retired_);
         return compiled.status();
@@ -230,7 +230,7 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_vk_frame& given,
     if (Failure failure = check(given, images); !failure.ok()) return failure;
     auto host = make_host_plan(chain.chain(), images.frame);
     if (!host.ok()) return host.status();
-    const StoragePlan storage = share_storage(host->plan, room());
+    const StoragePlan storage = share_storage(host->plan, room(images.frame));
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;

@@ -62,7 +62,11 @@ class Instance {
     guest::Failure make(guest::Purpose purpose, guest::HostPlan& host, Entry*& entry);
     void forget_entry(size_t index);
     void forget_entries();
-    Room room() const { return {int(info_.max_width), int(info_.max_height)}; }
+    Room room(const guest::HostFrame& frame) const {
+        const int part = frame.halved() ? 2 : 1;
+        return {(int(info_.max_width) + part - 1) / part,
+                (int(info_.max_height) + part - 1) / part};
+    }
     uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
     // The last run after which something was not used for too long.
     uint64_t last_kept() const { return runs_ > kept_frames() ? runs_ - kept_frames() - 1 : 0; }

@@ -22,7 +22,7 @@
 
 /* Synchronization: pc_vk_run() records barriers between its own steps and against the runs before,
  * and none for the host's images. Before it, in the command buffer or by a semaphore, the host
- * makes color, depth, motion and exposure available to VK_ACCESS_SHADER_READ_BIT in
+ * makes color, depth, motion, mask and exposure available to VK_ACCESS_SHADER_READ_BIT in
  * VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, in the layout that pc_vk_image.layout names, and output to
  * VK_ACCESS_SHADER_WRITE_BIT in that stage, in VK_IMAGE_LAYOUT_GENERAL. After it, output was
  * written by VK_ACCESS_SHADER_WRITE_BIT in VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT and is still in

@@ -39,8 +39,10 @@ void main() {
     }
     vec4 color = finite_color(COLOR_TEXEL(stored_at(p, uniforms.color_at)));
     color.rgb *= gain();
+    color = finite_color(color);
     precise vec4 result = up_filtered + sharp * (color - up_unfiltered);
     result.rgb = max(result.rgb, vec3(0.0)) / gain();
+    result.a = clamp(result.a, 0.0, 1.0);
     result = clamp(result, -uniforms.output_max, uniforms.output_max);
     imageStore(host_output, stored_at(p, uniforms.output_at), result);
 }

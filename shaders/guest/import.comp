@@ -40,11 +40,16 @@ float inverse_depth_at(ivec2 p) {
     return is_finite(stored) ? inverse_depth_of(stored) : 0.0;
 }
 
+bool makes(int what) {
+    return (uniforms.makes & what) != 0;
+}
+
 // The frame's pixel that a pixel of the planes has depth and motion from.
 ivec2 source_of(ivec2 p) {
 #if HALF
     const ivec2 last = uniforms.full_size - 1;
     ivec2 nearest = min(2 * p, last);
+    if (!makes(GUEST_READS_DEPTH)) return nearest;
     float most = inverse_depth_at(nearest);
     for (int i = 1; i < 4; ++i) {
         const ivec2 q = min(2 * p + ivec2(i & 1, i >> 1), last);
@@ -71,10 +76,6 @@ vec2 sky_motion(ivec2 p) {
         vec2(precise_dot(uniforms.sky_x.xyz, at), -precise_dot(uniforms.sky_y.xyz, at)) / w;
     precise const vec2 motion_px = uniforms.sky_sign * (0.5 * size * (there + 1.0) - here);
     return motion_px;
-}
-
-bool makes(int what) {
-    return (uniforms.makes & what) != 0;
 }
 
 vec2 motion_of(ivec2 p, ivec2 source) {

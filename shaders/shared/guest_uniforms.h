@@ -8,6 +8,7 @@
 #define GUEST_MAKES_DEPTH 2
 #define GUEST_MAKES_MOTION 4
 #define GUEST_MAKES_SKY 8  // motion of infinitely far pixels without a vector
+#define GUEST_READS_DEPTH 16  // the host's depth is bound
 
 // Bits of the macro ARRAYS: the host's textures that are arrays.
 #define GUEST_ARRAY_COLOR 1

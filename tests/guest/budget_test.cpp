@@ -135,6 +135,54 @@ TEST(TimeBudget, ChangesTheSamplesAndGivesThemBack) {
     EXPECT_EQ(state_of(guest, made).part, 1);
 }
 
+// With a mask other samples are other programs: compiled if the chain is prepared with its budget,
+// and otherwise the samples stay.
+TEST(TimeBudget, WithAMask) {
+    const auto host = canonical_frame(40, 24);
+    const HostTexture mask(0x8229 /* GL_R8 */, ImageF(40, 24, 1, 0.5f));
+    pc_frame frame = host.frame;
+    frame.mask = mask;
+    auto budget = pc::make<pc_budget>();
+    budget.milliseconds = 1e-4f;
+    for (const bool first : {true, false}) {
+        const auto guest = instance();
+        const auto made = chain("joint_blur");
+        set(made, 0, "samples", 32);
+        const auto set_budget = [&] {
+            ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+        };
+        if (first) set_budget();
+        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+        if (!first) set_budget();
+        for (int i = 0; i < 80; ++i) {
+            ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+        EXPECT_EQ(samples(made), first ? 8 : 32);
+    }
+}
+
+// Two chains in turn on one instance: each gets its own times.
+TEST(TimeBudget, OfTwoChains) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto one = chain("joint_blur"), other = chain("motion_blur");
+    auto budget = pc::make<pc_budget>();
+    budget.milliseconds = 1e-4f;
+    const double full[] = {samples(one), samples(other)};
+    for (const auto* made : {&one, &other}) {
+        ASSERT_EQ(pc_prepare(guest.get(), made->get(), &host.frame, 1), PC_OK) << pc_error();
+        ASSERT_EQ(pc_set_budget(guest.get(), made->get(), &budget), PC_OK) << pc_error();
+    }
+    for (int i = 0; i < 400 && (samples(one) == full[0] || samples(other) == full[1]); ++i) {
+        for (const auto* made : {&one, &other})
+            ASSERT_EQ(pc_run(guest.get(), made->get(), &host.frame, nullptr), PC_OK) << pc_error();
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    EXPECT_LT(samples(one), full[0]);
+    EXPECT_LT(samples(other), full[1]);
+}
+
 TEST(TimeBudget, BadValues) {
     const auto guest = instance();
     const auto made = chain("joint_blur"), none = chain("fxaa");
@@ -149,6 +197,9 @@ TEST(TimeBudget, BadValues) {
     budget.least = 0.1f;
     fails(made, PC_ERROR_ARGUMENT, "least: 0.1 is not within 0.25 and 1");
     budget.least = 0;
+    budget.reserved = 1;
+    fails(made, PC_ERROR_VERSION, "pc_budget.reserved is not 0");
+    budget.reserved = 0;
     fails(none, PC_ERROR_CHAIN, "no pass of the chain has samples");
     EXPECT_EQ(state_of(guest, none).part, 1);
 }

@@ -36,6 +36,7 @@ struct Case {
     const char* view = nullptr;  // a debug view
     bool mask = false;
     bool half_depth = false;  // of half the frame's width and height
+    bool halved = false;      // the passes run at half resolution
 };
 
 // Depth as a device has it, whose nearest value is 1.
@@ -69,6 +70,7 @@ void expect_equal(const Case& one) {
     const ImageF mask = textured_image(kWidth, kHeight, 1, 5);
     const pc::Chain made = chain(one.passes);
     pc_frame values = canonical.frame;
+    if (one.halved) values.flags |= PC_HALF_RESOLUTION;
     if (one.bottom_up) values.flags &= ~uint32_t(PC_TOP_LEFT);
     values.depth_encoding = one.encoding;
     values.near_clip = near_clip;
@@ -136,6 +138,8 @@ TEST(Formats, HaveTheBitsOfGl) {
         {.name = "view of the fill mask", .passes = "motion_blur", .view = "fill"},
         {.name = "mask", .passes = "motion_blur,depth_of_field", .mask = true},
         {.name = "depth of half size", .passes = "depth_of_field", .half_depth = true},
+        {.name = "half resolution", .passes = "motion_blur,depth_of_field", .halved = true},
+        {.name = "color alone at half resolution", .passes = "fxaa", .halved = true},
     };
     for (const Case& one : cases) expect_equal(one);
 }

@@ -86,6 +86,21 @@ class Check(unittest.TestCase):
         states, _ = self.states("bad/o.####.exr", "--like", "bad/o.0007.exr", code=1)
         self.assertEqual([n for n in states if states[n] == "whole"], [7])
 
+    def test_sidecars_of_others(self):
+        for folder, suffix in [("good", "exr"), ("png", "png")]:
+            shutil.copytree(self.path / folder, self.path / f"odd_{folder}")
+            odd = self.path / f"odd_{folder}/o.0002.{suffix}.json"
+            states = []
+            for text in ('{"work": 3}', '{"work": null, "output_bytes": 1}', "[1]"):
+                odd.write_text(text)
+                found, _ = self.states(f"odd_{folder}/o.####.{suffix}",
+                                       code=0 if suffix == "exr" else 1)
+                states.append(found[2])
+            self.assertEqual(states, ["whole" if suffix == "exr" else "foreign"] * 3)
+        sidecar = json.loads((self.path / "png/o.0002.png.json").read_text())
+        odd.write_text(json.dumps(sidecar | {"output_bytes": "many"}))
+        self.assertEqual(self.states("odd_png/o.####.png", code=1)[0][2], "damaged")
+
     def test_frames_that_must_exist(self):
         states, _ = self.states("good/o.####.exr", "--frames", "7-10", code=1)
         self.assertEqual(states, {7: "whole", 8: "whole", 9: "missing", 10: "missing"})

@@ -9,6 +9,7 @@ import json
 import os
 import pathlib
 import random
+import shlex
 import shutil
 import signal
 import subprocess
@@ -45,12 +46,20 @@ def workers(out):
     return found
 
 
+def slow_program(postchain, work):
+    """The command after a second, so that every task is seen on a fast machine too."""
+    program = work / "slow_postchain"
+    program.write_text(f"#!/bin/sh\nsleep 1\nexec {shlex.quote(str(postchain))} \"$@\"\n")
+    program.chmod(0o755)
+    return program
+
+
 class Service:
     def __init__(self, postchain, work, environment):
         self.command = [str(postchain), "serve", "--root", str(work), "--store",
                         str(work / "jobs.sqlite"), "--port", "0", "--device", "software",
                         "--backend", "slurm", "--farm-frames", "4", "--farm-program",
-                        str(postchain), "--attempts", "4"]
+                        str(slow_program(postchain, work)), "--attempts", "4"]
         self.environment = environment
         self.server = Server(self.command, environment)
 

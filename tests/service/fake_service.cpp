@@ -254,9 +254,10 @@ void Service::on_event(std::function<void(const Event&)> listener) {
 void Service::preview(const User&, const std::string&, const PreviewWanted& wanted,
                       std::function<void(Answer<Picture>)> done) {
     const auto end = std::chrono::steady_clock::now() + state_->settings.picture;
-    while (std::chrono::steady_clock::now() < end && !*wanted.left)
+    const auto left = [&] { return wanted.left && *wanted.left; };
+    while (std::chrono::steady_clock::now() < end && !left())
         std::this_thread::sleep_for(milliseconds(5));
-    if (*wanted.left) ++state_->left;
+    if (left()) ++state_->left;
     done(Picture{wanted.type, std::string(state_->settings.picture_bytes, 'p')});
 }
 

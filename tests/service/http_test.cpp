@@ -45,6 +45,13 @@ TEST(Clients, AreTakenFromProxiesThatAreTrusted) {
     }
     EXPECT_FALSE(
         client_of(from("127.0.0.1", {{"X-Forwarded-For", "198.51.100.1"}}), proxies).secure);
+    // The proxy writes one of the headers, and lets the client's other one through.
+    const Client both = client_of(from("127.0.0.1", {{"Forwarded", "for=6.6.6.6;proto=https"},
+                                                     {"X-Forwarded-For", "198.51.100.1"},
+                                                     {"X-Forwarded-Proto", "http"}}),
+                                  proxies);
+    EXPECT_EQ(both.address, "198.51.100.1");
+    EXPECT_FALSE(both.secure);
     for (const char* text : {"", "10.0.0.0/33", "10.0.0.0/", "x", "10.0.0.0/8x", "::1/129", "/8"})
         EXPECT_FALSE(Network::parse(text).ok()) << text;
 }

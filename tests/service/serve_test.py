@@ -52,6 +52,8 @@ class Serve(unittest.TestCase):
         token = self.write("token", "0123456789abcdef\n")
         self.fails(2, "is not an address", "--bind", "example.org", "--token-file", token)
         self.fails(2, "not an address of this machine", "--bind", "192.0.2.1", "--token-file", token)
+        self.fails(2, "--token-file", "--trusted-proxy", "127.0.0.1")
+        self.fails(2, "add --backend slurm", "--farm-frames", "3")
         self.fails(2, "--root", command=[PROGRAM, "serve"])
         self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
 
@@ -142,28 +144,32 @@ class Serve(unittest.TestCase):
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as system:
             system.bind(str(self.path / "notify"))
             system.settimeout(60)
-            server = Server(self.command("--frame-timeout", "2"),
+            server = Server(self.command("--frame-timeout", "10"),
                             dict(os.environ, NOTIFY_SOCKET=str(self.path / "notify"),
                                  WATCHDOG_USEC="400000", LD_PRELOAD=LIBRARY,
                                  POSTCHAIN_HANG="sharp.0002.exr", POSTCHAIN_HANG_WHILE=str(hang)))
             self.assertEqual(system.recv(100), b"READY=1")
             body = {"chain": "fast", "input": "shots/sharp.####.exr",
                     "camera": "shots/camera.json", "output": "out/a.####.exr", "mkdir": True}
+            # Its shaders are compiled by a job without a limit.
+            warm = body | {"frames": "1", "output": "out/w.####.exr", "frame_timeout": 3600}
+            self.assertEqual(server.ask("POST", "/v1/jobs", warm)[0], 202)
+            self.assertEqual(self.ended(server, 1)["state"], "done")
             self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
-            job = self.ended(server, 1)
+            job = self.ended(server, 2)
             self.assertEqual((job["state"], job["exit_code"]), ("failed", 4), job)
-            self.assertIn("frame 2 was not read within 2 s", job["message"])
+            self.assertIn("frame 2 was not read within 10 s", job["message"])
             body |= {"frames": "1,3", "output": "out/b.####.exr"}
             self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
-            self.assertEqual(self.ended(server, 2)["state"], "done")
+            self.assertEqual(self.ended(server, 3)["state"], "done")
             status, _, ready = server.ask("GET", "/readyz")
             self.assertEqual(status, 200, ready)
-            self.assertIn("1 threads hang", json.loads(ready)["why"])
+            self.assertIn("1 thread hangs", json.loads(ready)["why"])
             self.assertEqual(system.recv(100), b"WATCHDOG=1")
             # No limit: the job stays, and so would the process.
             body |= {"frames": "2", "output": "out/c.####.exr", "frame_timeout": 3600}
             self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
-            while json.loads(server.ask("GET", "/v1/jobs/3")[2])["state"] != "running":
+            while json.loads(server.ask("GET", "/v1/jobs/4")[2])["state"] != "running":
                 time.sleep(0.05)
             server.process.terminate()
             time.sleep(0.5)
@@ -173,9 +179,9 @@ class Serve(unittest.TestCase):
             self.assertLess(time.monotonic() - start, 5)
         hang.unlink()
         server = Server(self.command())
-        self.assertEqual(self.ended(server, 3)["state"], "done")
-        self.assertEqual(server.ask("POST", "/v1/jobs/1/retry")[0], 200)
-        job = self.ended(server, 1)
+        self.assertEqual(self.ended(server, 4)["state"], "done")
+        self.assertEqual(server.ask("POST", "/v1/jobs/2/retry")[0], 200)
+        job = self.ended(server, 2)
         self.assertEqual((job["state"], job["done"]), ("done", 3), job)
         self.assertEqual(server.stop(), 143)
 

@@ -161,7 +161,7 @@ TEST_F(StoreTest, FailuresCountUntilTheFrameIsQuarantined) {
     Job end = job(id);
     end.state = JobState::failed;
     ASSERT_TRUE(store_->end(end).ok());
-    ASSERT_TRUE(*store_->retry(id));
+    ASSERT_TRUE(store_->retry(id)->done);
     EXPECT_EQ(frame(id, 1).state, FrameState::waiting);
     EXPECT_EQ(frame(id, 1).attempts, 0);
     EXPECT_EQ(job(id).failed, 0);
@@ -256,6 +256,8 @@ TEST_F(StoreTest, TheOldestEndedJobsGo) {
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     open();
     EXPECT_NE(refusal().find("another service uses this store"), std::string::npos) << refusal();
+    fs::create_symlink(path(), folder_.path("link.db"));
+    EXPECT_FALSE(JobStore::open(folder_.path("link.db"), 3).ok()) << "by another name";
     store_.reset();
     EXPECT_EQ(refusal(), "opened");
 }
@@ -367,6 +369,10 @@ TEST_F(StoreTest, LimitsOfAUser) {
         << add_of(1).why;
     ASSERT_TRUE(*store_->cancel(first));
     EXPECT_EQ(add_of(1).what, Added::What::made);
+    const auto again = store_->retry(first, ann);
+    EXPECT_FALSE(again->done);
+    EXPECT_NE(again->why.find("and would have 13"), std::string::npos) << again->why;
+    EXPECT_EQ(job(first).state, JobState::canceled);
     ann.max_frames = 0;
     ann.max_bytes = 100;
     ann.max_disk = "100";
@@ -397,6 +403,12 @@ TEST_F(StoreTest, PrioritiesChangeAndEndedJobsAreRemoved) {
     EXPECT_FALSE(*store_->job(a));
     EXPECT_TRUE(events(a).empty());
     EXPECT_FALSE(*store_->forget(a));
+    // Its tasks in another queue would be canceled by nobody.
+    ASSERT_TRUE(store_->set_remote(b, "17").ok());
+    ASSERT_TRUE(*store_->cancel(b));
+    EXPECT_FALSE(*store_->forget(b));
+    ASSERT_TRUE(store_->set_remote(b, "").ok());
+    EXPECT_TRUE(*store_->forget(b));
 }
 
 TEST_F(StoreTest, EndedJobsAreKeptAsLongAsAskedFor) {

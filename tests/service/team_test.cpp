@@ -113,12 +113,15 @@ class Hanging : public Team {
 };
 
 TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
-    const std::string id = submit(hanging(R"(, "frame_timeout": 1)"));
+    // The limit is for frames: what is made once is made before.
+    ASSERT_EQ(ended(submit(in_folder(hanging(R"(, "frames": "1-2")"), "warm"))).state,
+              JobState::done);
+    const std::string id = submit(hanging(R"(, "frame_timeout": 4)"));
     const Job job = ended(id);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 4);
     EXPECT_EQ(job.done, 2);
-    EXPECT_NE(job.message.find("frame 3 was not read within 1 s: the disk hangs"),
+    EXPECT_NE(job.message.find("frame 3 was not read within 4 s: the disk hangs"),
               std::string::npos)
         << job.message;
     EXPECT_EQ(frames(id)[2].attempts, 1);
@@ -127,7 +130,7 @@ TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
     EXPECT_EQ(next.state, JobState::done) << next.message;
     const Health health = service_->health();
     EXPECT_TRUE(health.gl && health.progress) << health.why;
-    EXPECT_NE(health.why.find("1 threads hang"), std::string::npos) << health.why;
+    EXPECT_NE(health.why.find("1 thread hangs"), std::string::npos) << health.why;
     EXPECT_NE(service_->metrics().find("postchain_workers_replaced_total 1"), std::string::npos);
     EXPECT_NE(service_->metrics().find("postchain_stuck_threads 1"), std::string::npos);
     EXPECT_NE(logged().find("failed"), std::string::npos) << logged();
@@ -145,7 +148,7 @@ TEST_F(Hanging, ReadinessFollowsTheProgress) {
     EXPECT_TRUE(service_->health().progress) << "no limit";
     ASSERT_TRUE(std::holds_alternative<Job>(service_->cancel(user(), id)));
     service_->drain();  // does not wait for ever
-    EXPECT_NE(service_->health().why.find("1 threads hang"), std::string::npos);
+    EXPECT_NE(service_->health().why.find("1 thread hangs"), std::string::npos);
 }
 
 TEST_F(Team, JobsOfTwoUsersInterleave) {
@@ -295,6 +298,8 @@ class FakeQueue final : public RemoteQueue {
     std::string name() const override { return "fake"; }
     Result<std::string> submit(const RemoteJob& job) override {
         const std::lock_guard lock(mutex);
+        ++asked;
+        if (!refusal.ok()) return refusal;
         jobs.push_back(job);
         tasks.push_back({job.tasks, 0, 0, 0, true, ""});
         return std::to_string(jobs.size());
@@ -306,6 +311,7 @@ class FakeQueue final : public RemoteQueue {
         return std::string();
     }
     Result<RemoteTasks> look(const std::string& id) override {
+        for (; hangs; usleep(10'000)) hung = true;
         const std::lock_guard lock(mutex);
         if (down) return Status(StatusCode::output, "fake: does not answer");
         return tasks[std::stoul(id) - 1];
@@ -330,6 +336,9 @@ class FakeQueue final : public RemoteQueue {
     std::vector<RemoteTasks> tasks;
     std::vector<std::string> canceled;
     bool down = false;
+    std::atomic<bool> hangs = false, hung = false;  // look()
+    Status refusal;                                 // of submit()
+    int asked = 0;                                  // submit()
 };
 
 class Remote : public Team {
@@ -358,14 +367,18 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
                           "input": "in.####.exr", "output": "report"})")
                   .detail.find("runs only kind: run"),
               std::string::npos);
-    const std::string id = submit(body());
+    EXPECT_NE(refused(body(R"(, "dump_stages": "stages")")).detail.find("write no stages"),
+              std::string::npos);
+    const std::string id = submit(body(R"(, "strict": true, "png": true, "max_memory": "64M")"));
     ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
     const RemoteJob handed = queue_->jobs[0];
     EXPECT_EQ(handed.tasks, 2);
     EXPECT_EQ(handed.command[0], "postchain");
     EXPECT_NE(std::find(handed.command.begin(), handed.command.end(), "--on-existing=skip"),
               handed.command.end());
-    EXPECT_EQ(handed.command.back(), "--frames=1,2,3,4,5,6");
+    EXPECT_EQ(handed.command.back(), "--frames=1-6");
+    for (const char* word : {"--on-error=continue", "--strict", "--png", "--max-memory=67108864"})
+        EXPECT_EQ(std::count(handed.command.begin(), handed.command.end(), word), 1) << word;
     EXPECT_NE(test::read_text(handed.command[2]).find("fxaa"), std::string::npos);
     for (int frame = 1; frame <= 4; ++frame) make(frame);
     ASSERT_TRUE(wait_for([&] { return job(id).done == 4; }));
@@ -379,7 +392,7 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     // A task fails, so its frames are handed over again, under another name.
     queue_->end(0, {0, 0, 1, 1, true, "task 2: NODE_FAIL"});
     ASSERT_TRUE(wait_for([&] { return queue_->count() == 2; }));
-    EXPECT_EQ(queue_->jobs[1].command.back(), "--frames=5,6");
+    EXPECT_EQ(queue_->jobs[1].command.back(), "--frames=5-6");
     EXPECT_NE(queue_->jobs[1].name, handed.name);
     EXPECT_NE(frames(id)[4].message.find("task 2: NODE_FAIL"), std::string::npos);
     make(5);
@@ -394,6 +407,48 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     make(6);
     queue_->end(2, {0, 0, 1, 0, false, ""});
     EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+}
+
+TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
+    queue_->refusal = Status(StatusCode::output, "fake: does not answer");
+    open();
+    const std::string id = submit(body(R"(, "sidecar": false, "frames": "1,2,4,6")"));
+    ASSERT_TRUE(wait_for([&] {
+        const std::lock_guard lock(queue_->mutex);
+        return queue_->asked > 2 * attempts_;
+    }));
+    EXPECT_EQ(job(id).state, JobState::running);
+    {
+        const std::lock_guard lock(queue_->mutex);
+        queue_->refusal = Status();
+    }
+    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    const std::vector<std::string> command = queue_->jobs[0].command;
+    EXPECT_EQ(command.back(), "--frames=1-2,4,6");
+    EXPECT_EQ(std::count(command.begin(), command.end(), "--no-sidecar"), 1);
+    {
+        const std::lock_guard lock(queue_->mutex);
+        queue_->refusal = Status(StatusCode::usage, "fake: invalid partition");
+        queue_->asked = 0;
+    }
+    const Job refused = ended(submit(in_folder(body(), "next")));
+    EXPECT_EQ(refused.state, JobState::failed);
+    EXPECT_NE(refused.message.find("fake: invalid partition"), std::string::npos);
+    EXPECT_EQ(queue_->asked, attempts_);
+}
+
+TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {
+    remote_.drain = std::chrono::milliseconds(100);
+    open();
+    submit(body());
+    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    queue_->hangs = true;
+    ASSERT_TRUE(wait_for([&] { return queue_->hung.load(); }));
+    service_->drain();
+    EXPECT_NE(service_->health().why.find("1 thread hangs"), std::string::npos);
+    EXPECT_EQ(service_->end(), 1u);
+    queue_->hangs = false;
+    EXPECT_TRUE(wait_for([&] { return service_->end() == 0; })) << "the thread has ended";
 }
 
 TEST_F(Remote, ACanceledJobIsCanceledThere) {

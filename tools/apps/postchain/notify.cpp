@@ -21,9 +21,9 @@ bool notify_system(const std::string& state) {
     if (name[0] == '@') address.sun_path[0] = '\0';  // abstract namespace
     const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return false;
-    const ssize_t sent =
-        sendto(fd, state.data(), state.size(), MSG_NOSIGNAL, reinterpret_cast<sockaddr*>(&address),
-               socklen_t(offsetof(sockaddr_un, sun_path) + length));
+    const ssize_t sent = sendto(fd, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
+                                reinterpret_cast<sockaddr*>(&address),
+                                socklen_t(offsetof(sockaddr_un, sun_path) + length));
     close(fd);
     return sent == ssize_t(state.size());
 }

@@ -83,7 +83,18 @@ Result<std::shared_ptr<service::Users>> users_of(const ServeOptions& serve,
 Result<service::RemoteSettings> remote_settings(const Options& options, const ServeOptions& serve,
                                                 const service::Roots& roots) {
     service::RemoteSettings remote;
-    if (serve.backend == "local") return remote;
+    if (serve.backend == "local") {
+        for (const auto& [option, given] : std::initializer_list<std::pair<const char*, bool>>{
+                 {"--farm-folder", !serve.farm_folder.empty()},
+                 {"--farm-program", !serve.farm_program.empty()},
+                 {"--farm-memory", !serve.farm_memory.empty()},
+                 {"--farm-frames", serve.farm_frames != ServeOptions().farm_frames},
+                 {"--slurm-option", !serve.slurm_words.empty()}})
+            if (given)
+                return Status(StatusCode::usage,
+                              std::string(option) + " has no effect; add --backend slurm");
+        return remote;
+    }
     remote.queue = std::make_shared<service::SlurmQueue>(serve.slurm_words);
     remote.folder = serve.farm_folder.empty() ? roots.folders().front() + "/.postchain-jobs"
                                               : serve.farm_folder;
@@ -170,6 +181,10 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
                       "--bind " + serve.bind +
                           " is reachable from other machines: add --token-file (create it with "
                           "`openssl rand -hex 32 > FILE`), or --users");
+    if (!users->asks_for_token() && !serve.trusted.empty())
+        return Status(StatusCode::usage,
+                      "--trusted-proxy: other machines reach the service through the proxy: add "
+                      "--token-file (create it with `openssl rand -hex 32 > FILE`), or --users");
     settings.guard.users = users;
     if (options.verbose) settings.log = [](const std::string& line) { log::detail(line); };
     return settings;
@@ -375,7 +390,8 @@ int serve_subcommand(const Options& options, const ServeOptions& serve) {
     log::info("stopped; unfinished jobs stay in the queue");
     if (lost > 0) {
         // Waiting for them would wait for a disk that does not answer.
-        log::warning(concat(lost, " threads hang in a disk or a device and are left"));
+        log::warning(concat(lost == 1 ? "1 thread hangs" : concat(lost, " threads hang"),
+                            " in a disk or a device and ", lost == 1 ? "is" : "are", " left"));
         io::remove_live_temporaries();
         std::fflush(nullptr);
         _exit(stop.exit_code());

@@ -46,6 +46,17 @@ Json sidecar_beside(const std::string& path) {
     return json.is_object() ? json : Json();
 }
 
+// Empty if the sidecar has none, or one that is no text: anyone may have written the file.
+std::string work_of(const Json& sidecar) {
+    const auto at = sidecar.is_object() ? sidecar.find("work") : sidecar.end();
+    return at != sidecar.end() && at->is_string() ? at->get<std::string>() : "";
+}
+
+bool has_size(const Json& sidecar, uint64_t bytes) {
+    const auto at = sidecar.find("output_bytes");
+    return at != sidecar.end() && at->is_number_unsigned() && *at == bytes;
+}
+
 // Everything but the comparison with the other frames.
 CheckedOutput looked_at(int frame, const std::string& path) {
     CheckedOutput found{frame, path, OutputState::missing, "is not on disk", "", 0, nullptr};
@@ -57,9 +68,9 @@ CheckedOutput looked_at(int frame, const std::string& path) {
     found.state = OutputState::damaged;
     if (io::image_format_of(path)) {
         // Not every format can hold an attribute, so the sidecar says what made it.
-        provenance = sidecar.is_object() ? sidecar.value("work", "") : "";
+        provenance = work_of(sidecar);
         found.why = "no sidecar says how it was made";
-        if (!provenance.empty() && sidecar.value("output_bytes", uint64_t(0)) != found.bytes) {
+        if (!provenance.empty() && !has_size(sidecar, found.bytes)) {
             found.why = "has another size than its sidecar says";
             return found;
         }
@@ -84,7 +95,7 @@ CheckedOutput looked_at(int frame, const std::string& path) {
         return found;
     }
     if (!io::image_format_of(path)) found.settings += settings_of_record(path);
-    if (sidecar.is_object() && sidecar.value("work", "") == provenance) found.sidecar = sidecar;
+    if (work_of(sidecar) == provenance) found.sidecar = sidecar;
     found.state = OutputState::whole;
     found.why.clear();
     return found;

@@ -49,9 +49,19 @@ struct Hop {
     std::string address, proto;
 };
 
-// The entries of all proxies, the nearest last.
+// The entries of all proxies, the nearest last. A proxy that writes X-Forwarded-For often lets a
+// client's Forwarded through, so the one does not count beside the other.
 std::vector<Hop> hops_of(const Request& request) {
     std::vector<Hop> hops;
+    for (const auto& [name, value] : request.headers)
+        if (same_word(name, "X-Forwarded-For"))
+            for (const std::string& part : parts_of(value, ',')) hops.push_back({part, ""});
+    if (!hops.empty()) {
+        // Proxies replace this header, or add to it as to the other one.
+        if (const std::string* proto = request.header("X-Forwarded-Proto"))
+            hops.back().proto = parts_of(*proto, ',').back();
+        return hops;
+    }
     for (const auto& [name, value] : request.headers) {
         if (!same_word(name, "Forwarded")) continue;
         for (const std::string& entry : parts_of(value, ',')) {
@@ -65,13 +75,6 @@ std::vector<Hop> hops_of(const Request& request) {
             hops.push_back(std::move(hop));
         }
     }
-    if (!hops.empty()) return hops;
-    for (const auto& [name, value] : request.headers)
-        if (same_word(name, "X-Forwarded-For"))
-            for (const std::string& part : parts_of(value, ',')) hops.push_back({part, ""});
-    // Proxies replace this header, or add to it as to the other one.
-    if (const std::string* proto = request.header("X-Forwarded-Proto"); proto && !hops.empty())
-        hops.back().proto = parts_of(*proto, ',').back();
     return hops;
 }
 

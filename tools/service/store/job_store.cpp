@@ -112,12 +112,13 @@ void JobStore::add_event(const std::string& id, const std::string& type, const s
     said_.push_back(std::move(event));
 }
 
-std::string JobStore::over_limit(const NewJob& job, const User& owner) {
+// For one more job of so many frames.
+std::string JobStore::over_limit(int new_frames, const User& owner) {
     Statement used(database_,
                    "SELECT COUNT(*) FILTER (WHERE ended_ms = 0), SUM(frames - done - failed) "
                    "FILTER (WHERE ended_ms = 0), SUM(bytes) FROM jobs WHERE owner = ?");
     used.bind(owner.name).step();
-    const int64_t jobs = used.integer(0) + 1, frames = used.integer(1) + job.frames;
+    const int64_t jobs = used.integer(0) + 1, frames = used.integer(1) + new_frames;
     if (owner.max_jobs > 0 && jobs > owner.max_jobs)
         return concat(owner.name, " may have ", owner.max_jobs,
                       " unfinished jobs; wait until one has ended, or cancel one");
@@ -150,7 +151,7 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
             added.what = Added::What::full;
             return;
         }
-        added.why = over_limit(job, owner);
+        added.why = over_limit(job.frames, owner);
         if (!added.why.empty()) {
             added.what = Added::What::over_limit;
             return;
@@ -513,17 +514,22 @@ Result<bool> JobStore::cancel(const std::string& id) {
     return done;
 }
 
-Result<bool> JobStore::retry(const std::string& id) {
-    bool done = false;
+Result<Retried> JobStore::retry(const std::string& id, const User& owner) {
+    Retried retried;
     const Status status = change([&] {
         const int64_t job = number_of(id);
+        Statement ended(database_,
+                        "SELECT frames - done FROM jobs WHERE id = ? AND state IN ('failed', "
+                        "'canceled')");
+        if (!ended.bind(job).step()) return;
+        retried.why = over_limit(int(ended.integer(0)), owner);
+        if (!retried.why.empty()) return;
         Statement(database_,
                   "UPDATE jobs SET state = 'queued', message = '', exit_code = 0, verdict = '', "
-                  "ended_ms = 0, attempts = 0 WHERE id = ? AND state IN ('failed', 'canceled')")
+                  "ended_ms = 0, attempts = 0 WHERE id = ?")
             .bind(job)
             .run();
-        done = database_.changes() > 0;
-        if (!done) return;
+        retried.done = true;
         Statement(database_,
                   "UPDATE frames SET state = 'waiting', attempts = 0, message = '' WHERE job = ? "
                   "AND state IN ('quarantined', 'missing', 'waiting')")
@@ -533,7 +539,7 @@ Result<bool> JobStore::retry(const std::string& id) {
         add_event(id, "requeued", io::json_text({{"why", "asked for"}}));
     });
     if (!status.ok()) return status;
-    return done;
+    return retried;
 }
 
 Result<bool> JobStore::set_priority(const std::string& id, int priority) {
@@ -555,7 +561,8 @@ Result<bool> JobStore::forget(const std::string& id) {
     bool done = false;
     const Status status = change([&] {
         Statement(database_,
-                  "DELETE FROM jobs WHERE id = ? AND state IN ('done', 'failed', 'canceled')")
+                  "DELETE FROM jobs WHERE id = ? AND state IN ('done', 'failed', 'canceled') AND "
+                  "remote = ''")
             .bind(number_of(id))
             .run();
         done = database_.changes() > 0;

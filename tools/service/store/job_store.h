@@ -72,6 +72,11 @@ struct Added {
     std::string why;  // over_limit: the user's limit
 };
 
+struct Retried {
+    bool done = false;  // false: over the limit, or neither failed nor canceled
+    std::string why;    // the owner's limit
+};
+
 // Times for /metrics.
 struct QueueTimes {
     std::optional<int64_t> oldest_queued_ms;  // time of submission; none waits
@@ -132,11 +137,12 @@ class JobStore {
     Status end(const Job& job);
     // Cancels a queued or running job; false for other states.
     Result<bool> cancel(const std::string& id);
-    // Queues the unfinished frames of a failed or canceled job; false for other states.
-    Result<bool> retry(const std::string& id);
+    // Queues the unfinished frames of a failed or canceled job, within the owner's limits.
+    Result<Retried> retry(const std::string& id, const User& owner = User());
     // Changes the priority of an unfinished job; false for other states.
     Result<bool> set_priority(const std::string& id, int priority);
-    // Removes an ended job with its frames and events; false for other states.
+    // Removes an ended job with its frames and events; false for other states, and while it has
+    // tasks in another queue.
     Result<bool> forget(const std::string& id);
     // The id of a running job in another queue; empty = none.
     Result<std::string> remote(const std::string& id) const;
@@ -149,7 +155,7 @@ class JobStore {
   private:
     JobStore(const std::string& path, int attempts, const Retention& keep);
     void add_event(const std::string& id, const std::string& type, const std::string& data);
-    std::string over_limit(const NewJob& job, const User& owner);
+    std::string over_limit(int frames, const User& owner);
     template <class Work>
     Status change(const Work& work);
     template <class T, class Work>

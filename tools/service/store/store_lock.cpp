@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 namespace postchain::service {
 
@@ -14,7 +15,9 @@ StoreLock::~StoreLock() {
 }
 
 Status StoreLock::take(const std::string& store) {
-    const std::string path = store + ".lock";
+    std::error_code error;
+    const auto file = std::filesystem::weakly_canonical(store, error);
+    const std::string path = (error ? store : file.string()) + ".lock";
     file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (file_ < 0)
         return Status(StatusCode::output, concat(path, ": ", std::strerror(errno),

@@ -14,8 +14,9 @@ class StoreLock {
     StoreLock(const StoreLock&) = delete;
     StoreLock& operator=(const StoreLock&) = delete;
 
-    // Locks STORE.lock until this object or the process ends. Errors (output): another service has
-    // it, or the file cannot be created.
+    // Locks STORE.lock until this object or the process ends, beside the file that links lead to:
+    // it is one store under every name. Errors (output): another service has it, or the file cannot
+    // be created.
     Status take(const std::string& store);
 
   private:

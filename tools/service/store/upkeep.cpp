@@ -56,7 +56,8 @@ ALTER TABLE frames DROP COLUMN sidecar;
 CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
 )sql";
 
-constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled')";
+// With a job in another queue its tasks are still to be canceled.
+constexpr const char* kEnded = "state IN ('done', 'failed', 'canceled') AND remote = ''";
 
 }  // namespace
 

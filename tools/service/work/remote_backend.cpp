@@ -1,5 +1,6 @@
 #include "tools/service/work/remote_backend.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
@@ -8,6 +9,7 @@
 #include "config/chain_file.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/run/exit_code.h"
+#include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/sidecar.h"
 #include "tools/service/work/frames_work.h"
@@ -17,20 +19,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Words of `postchain run` for the settings that the job gives.
+// An array of Slurm has at most 1000 tasks unless MaxArraySize is raised.
+constexpr int kMaxTasks = 1000;
+
+// Words of `postchain run` for the settings that the job gives, other than its files and frames.
 std::vector<std::string> words_of(const JobRequest& request) {
-    std::vector<std::string> words;
+    std::vector<std::string> words = {"--on-error=continue"};
     for (const auto& [key, value] : request.run.given) {
-        if (key == "input" || key == "output" || key == "chunk" || key == "on_existing" ||
-            key == "mkdir" || key == "max_memory")
-            continue;
+        if (key == "input") continue;
         const std::string option = sequence::option_name(key);
         if (const bool* flag = std::get_if<bool>(&value))
             words.push_back(*flag ? option : "--no-" + option.substr(2));
         else
             words.push_back(option + "=" + text_of(value));
     }
+    // These are not in `given`: they do not change the result.
+    if (!request.run.sidecar) words.emplace_back("--no-sidecar");
+    if (request.run.preview) words.emplace_back("--png");
+    if (const uint64_t bytes = request.run.source.max_memory;
+        bytes != sequence::default_memory_limit())
+        words.push_back(concat("--max-memory=", bytes));
     return words;
+}
+
+// "1-6,8,10-20x5": a long job's frames fit into a command.
+std::string ranges_of(const std::vector<int>& frames) {
+    std::string text;
+    for (size_t at = 0; at < frames.size();) {
+        const int first = frames[at];
+        const int step = at + 1 < frames.size() ? frames[at + 1] - first : 0;
+        size_t last = at;
+        while (step > 0 && last + 1 < frames.size() && frames[last + 1] - frames[last] == step)
+            ++last;
+        if (step > 1 && last == at + 1) last = at;
+        text += concat(text.empty() ? "" : ",", first);
+        if (last > at) text += concat("-", frames[last]);
+        if (last > at && step > 1) text += concat("x", step);
+        at = last + 1;
+    }
+    return text;
 }
 
 std::string input_words(const io::InputSpec& input) {
@@ -53,7 +80,10 @@ RemoteBackend::~RemoteBackend() {
 
 Status RemoteBackend::begin() {
     try {
-        thread_ = std::thread([this] { loop(); });
+        thread_ = std::thread([this, lost = lost_] {
+            loop();
+            *lost = 0;
+        });
     } catch (const std::system_error& error) {
         return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
     }
@@ -66,19 +96,20 @@ void RemoteBackend::wake() {
     changed_.notify_all();
 }
 
-// The tasks go on; the next process follows them.
+// The tasks go on; the next process follows them. A queue or a disk that hangs is not waited for.
 void RemoteBackend::drain() {
-    {
-        const std::lock_guard lock(mutex_);
-        ends_ = true;
-        changed_.notify_all();
-    }
-    if (thread_.joinable()) thread_.join();
+    std::unique_lock lock(mutex_);
+    ends_ = true;
+    changed_.notify_all();
+    if (*lost_ > 0 || changed_.wait_for(lock, settings_.drain, [&] { return !began_; })) return;
+    *lost_ = 1;
+    thread_.detach();
 }
 
 size_t RemoteBackend::end() {
     drain();
-    return 0;
+    if (thread_.joinable()) thread_.join();
+    return *lost_;
 }
 
 BackendState RemoteBackend::state() const {
@@ -87,6 +118,8 @@ BackendState RemoteBackend::state() const {
     state.works = true;
     state.renderer = settings_.queue->name();
     state.trouble = trouble_;
+    state.lost = *lost_;
+    if (began_) state.oldest_step_s = std::chrono::duration<double>(Clock::now() - *began_).count();
     return state;
 }
 
@@ -94,6 +127,7 @@ void RemoteBackend::loop() {
     std::unique_lock lock(mutex_);
     while (!ends_) {
         awake_ = false;
+        began_ = Clock::now();
         lock.unlock();
         try {
             turn();
@@ -101,8 +135,15 @@ void RemoteBackend::loop() {
             // Out of memory at a place without a Status; a later turn may succeed.
         }
         lock.lock();
+        began_.reset();
+        changed_.notify_all();
         changed_.wait_for(lock, settings_.poll, [&] { return ends_ || awake_; });
     }
+}
+
+bool RemoteBackend::ends() const {
+    const std::lock_guard lock(mutex_);
+    return ends_;
 }
 
 void RemoteBackend::turn() {
@@ -112,22 +153,30 @@ void RemoteBackend::turn() {
     };
     const auto known = store_.remotes();
     note(known.status());
-    if (known.ok())
-        for (const auto& [job, remote] : *known) note(follow(job, remote));
+    if (known.ok()) {
+        for (const auto& [job, remote] : *known) {
+            if (ends()) return;
+            note(follow(job, remote));
+        }
+    }
     // Running jobs without a remote one: new, or with frames to make again.
     const auto running = store_.jobs("running", "", 10'000);
     note(running.status());
-    if (running.ok())
-        for (const Job& job : *running)
+    if (running.ok()) {
+        for (const Job& job : *running) {
+            if (ends()) return;
             if (const auto remote = store_.remote(job.id); remote.ok() && remote->empty())
                 note(take(job));
-    for (;;) {
+        }
+    }
+    while (!ends()) {
         const auto next = store_.next(-kMaxPriority);
         note(next.status());
         if (!next.ok() || !*next) break;
         const auto started = store_.start((*next)->id);
         note(started.status());
         if (!started.ok()) break;
+        if (*started == 0) continue;  // canceled just now
         const auto remote = store_.remote((*next)->id);
         // With a remote job it was handed over by an earlier process.
         if (remote.ok() && remote->empty()) note(take(**next));
@@ -141,7 +190,13 @@ Status RemoteBackend::fail(const Job& job, const Status& status) {
     ended.state = JobState::failed;
     ended.exit_code = sequence::exit_code(status);
     ended.message = readers_.shown_in(status.message());
+    forget(job.id);
     return store_.end(ended);
+}
+
+void RemoteBackend::forget(const std::string& id) {
+    requests_.erase(id);
+    refusals_.erase(id);
 }
 
 Status RemoteBackend::take(const Job& job) {
@@ -197,19 +252,22 @@ Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
         // The frames that were listed at the start, whatever comes later.
         const auto frames = store_.frames(job.id);
         if (!frames.ok()) return frames.status();
-        std::string numbers;
-        int count = 0;
-        for (const JobFrame& frame : *frames) {
-            if (frame.state != FrameState::waiting) continue;
-            numbers += concat(count++ > 0 ? "," : "", frame.frame);
-        }
-        for (const std::string& word : words_of(request))
-            if (!word.starts_with("--frames=")) command.push_back(word);
-        command.push_back("--frames=" + numbers);
+        std::vector<int> numbers;
+        for (const JobFrame& frame : *frames)
+            if (frame.state == FrameState::waiting) numbers.push_back(frame.frame);
+        for (std::string& word : words_of(request)) command.push_back(std::move(word));
+        command.push_back("--frames=" + ranges_of(numbers));
         const int per_task = settings_.frames_per_task;
-        remote = settings_.queue->submit(
-            {name, command, (count + per_task - 1) / per_task, folder, settings_.max_memory});
-        if (!remote.ok()) return remote.status();
+        const int tasks = std::min((int(numbers.size()) + per_task - 1) / per_task, kMaxTasks);
+        remote = settings_.queue->submit({name, command, tasks, folder, settings_.max_memory});
+        if (!remote.ok()) {
+            // A refusal stays one; a queue that does not answer is asked again.
+            if (remote.status().code() != StatusCode::usage ||
+                ++refusals_[job.id] < settings_.attempts)
+                return remote.status();
+            return fail(job, remote.status());
+        }
+        refusals_.erase(job.id);
     }
     return store_.set_remote(job.id, *remote);
 }
@@ -217,20 +275,26 @@ Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
 Status RemoteBackend::follow(const Job& job, const std::string& remote) {
     if (job.ended_ms != 0) {
         if (Status status = settings_.queue->cancel(remote); !status.ok()) return status;
+        forget(job.id);
         return store_.set_remote(job.id, "");
     }
     // Before the outputs: what is not there afterward was not made.
     const auto tasks = settings_.queue->look(remote);
     if (!tasks.ok()) return tasks.status();
-    const auto reader = readers_.of(job.owner);
-    if (!reader.ok()) return fail(job, reader.status());
-    auto read = reader->job(job.body);
-    if (const auto* problem = std::get_if<Problem>(&read))
-        return fail(job, Status(StatusCode::usage, problem->detail));
+    auto request = requests_.find(job.id);
+    if (request == requests_.end()) {
+        // The job was read when it was handed over: a fault now is the disk's, and may pass.
+        const auto reader = readers_.of(job.owner);
+        if (!reader.ok()) return reader.status();
+        auto read = reader->job(job.body);
+        if (const auto* problem = std::get_if<Problem>(&read))
+            return Status(StatusCode::output, concat("job ", job.id, ": ", problem->detail));
+        request = requests_.emplace(job.id, std::move(std::get<JobRequest>(read))).first;
+    }
     const bool ended = !tasks->known || tasks->ended();
     const std::string why =
         tasks->message.empty() ? "the task ended without this frame" : tasks->message;
-    return enter_outputs(job, std::get<JobRequest>(read), ended, why);
+    return enter_outputs(job, request->second, ended, why);
 }
 
 // Records frames whose outputs are on disk. At the end the others have failed an attempt.
@@ -272,6 +336,7 @@ Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, b
     ended.state = end->state;
     ended.exit_code = end->exit_code;
     ended.message = readers_.shown_in(end->message);
+    forget(job.id);
     return store_.end(ended);
 }
 

@@ -36,7 +36,8 @@ class RemoteQueue {
   public:
     virtual ~RemoteQueue() = default;
     virtual std::string name() const = 0;  // "slurm"
-    // The job's id in the queue. Errors (output): the queue does not accept it, or does not answer.
+    // The job's id in the queue. Errors: (usage) the queue refuses it; (output) the queue does not
+    // answer.
     virtual Result<std::string> submit(const RemoteJob& job) = 0;
     // The id of an unfinished job with this name; empty = none.
     virtual Result<std::string> find(const std::string& name) = 0;

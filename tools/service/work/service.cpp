@@ -149,8 +149,9 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
         });
     state->store->on_event([at = state.get()](const Event& event) { at->hear(event); });
     if (settings.remote.queue) {
-        state->backend =
-            std::make_unique<RemoteBackend>(*state->store, state->readers, settings.remote);
+        RemoteSettings remote = settings.remote;
+        remote.attempts = settings.attempts;
+        state->backend = std::make_unique<RemoteBackend>(*state->store, state->readers, remote);
     } else {
         WorkerSettings work;
         work.device = *device;
@@ -270,11 +271,20 @@ Answer<Job> Service::cancel(const User& user, const std::string& id) {
 }
 
 Answer<Job> Service::retry(const User& user, const std::string& id) {
-    return state_->change(user, id, "; only failed and canceled jobs can be retried", [&] {
-        const auto done = state_->store->retry(id);
-        if (done.ok() && *done) state_->backend->wake();
-        return done;
-    });
+    const auto job = state_->own(user, id);
+    if (const auto* refused = std::get_if<Problem>(&job)) return *refused;
+    const KnownUser owner = state_->settings.users->named(std::get<Job>(job).owner);
+    Retried retried;
+    auto answer = state_->change(
+        user, id, "; only failed and canceled jobs can be retried", [&]() -> Result<bool> {
+            const auto done = state_->store->retry(id, owner ? *owner : user);
+            if (!done.ok()) return done.status();
+            retried = *done;
+            if (retried.done) state_->backend->wake();
+            return retried.done;
+        });
+    if (!retried.why.empty()) return problem(Problem::Kind::busy, retried.why, kRetryAfterS);
+    return answer;
 }
 
 Answer<Job> Service::change(const User& user, const std::string& id, const std::string& body) {
@@ -291,7 +301,10 @@ Answer<Job> Service::change(const User& user, const std::string& id, const std::
 }
 
 Answer<Job> Service::forget(const User& user, const std::string& id) {
-    return state_->change(user, id, "; cancel it first", [&] { return state_->store->forget(id); });
+    const char* why_not = state_->settings.remote.queue
+                              ? "; cancel it first, and wait until its tasks are canceled too"
+                              : "; cancel it first";
+    return state_->change(user, id, why_not, [&] { return state_->store->forget(id); });
 }
 
 Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
@@ -446,7 +459,9 @@ Health Service::health() {
         alive() && (backend.step_limit_s <= 0 || backend.oldest_step_s <= backend.step_limit_s);
     if (!health.progress && backend.trouble.empty())
         say(concat("a step of the running job takes ", int64_t(backend.oldest_step_s), " s"));
-    if (backend.lost > 0) say(concat(backend.lost, " threads hang in a disk or a device"));
+    if (backend.lost > 0)
+        say(concat(backend.lost == 1 ? "1 thread hangs" : concat(backend.lost, " threads hang"),
+                   " in a disk or a device"));
     const Status in_place = state_->store->in_place();
     say(in_place.message());
     const std::string fault = state_->disks.fault();

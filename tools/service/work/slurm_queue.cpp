@@ -12,18 +12,29 @@ namespace {
 
 // slurmctld answers within seconds, or it is down: sbatch and squeue then try for a minute.
 constexpr auto kLimit = std::chrono::seconds(90);
+constexpr const char* kSilence[] = {"Unable to contact", "timed out",  "temporarily", "Connection",
+                                    "communication",     "Zero Bytes", "backup",      "munge",
+                                    "authentication"};
 
 std::string first_line(const std::string& text) {
     return text.substr(0, text.find('\n'));
 }
 
-// The output of a command of Slurm that succeeds.
+// The commands fail for a controller that is down or busy too.
+bool is_silence(const std::string& text) {
+    return std::any_of(std::begin(kSilence), std::end(kSilence),
+                       [&](const char* part) { return text.find(part) != std::string::npos; });
+}
+
+// The output of a command of Slurm that succeeds. Errors: (usage) it refuses; (output) Slurm does
+// not answer.
 Result<std::string> answer_of(const std::vector<std::string>& words,
                               const std::string& input = "") {
     const auto ran = run_program(words, input, kLimit);
     if (!ran.ok()) return ran.status();
     if (ran->exit_code != 0)
-        return Status(StatusCode::output, concat(words.front(), ": ", first_line(ran->err)));
+        return Status(is_silence(ran->err) ? StatusCode::output : StatusCode::usage,
+                      concat(words.front(), ": ", first_line(ran->err)));
     return ran->out;
 }
 

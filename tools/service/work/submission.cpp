@@ -53,6 +53,10 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
                         concat("this service hands its jobs to another queue, which runs only "
                                "kind: run; use `postchain ",
                                name_of(job.kind), "` or a service without --backend"));
+    if (remote && !job.run.dump_folder.empty())
+        return fault_at(body, reader.roots(), "dump_stages",
+                        "this service hands its jobs to another queue, whose tasks write no "
+                        "stages; use `postchain run --dump-stages` or a service without --backend");
     if (job.kind != JobKind::run) return submission;
     const auto refuse = [&](const std::string& key, const Status& status) {
         return fault_at(

@@ -1,4 +1,4 @@
-// What is checked when a job is submitted: its text, and what the disk already tells.
+// Checks a job when it is submitted: its text, its inputs and its output folder.
 #pragma once
 
 #include <string>
@@ -15,12 +15,12 @@ struct Submission {
     std::vector<std::string> warnings;
 };
 
-// Problems: those of JobReader::job(); (invalid) input frames that are missing, no output folder
-// without `mkdir`, a kind that another queue does not run (`remote`). Remedies name keys of the
-// request.
+// Problems: those of JobReader::job(); (invalid) input frames are missing, there is no output
+// folder and no `mkdir`, or another queue (`remote`) does not run this kind or write stages.
+// Remedies name keys of the request.
 Answer<Submission> check_submission(const std::string& body, const JobReader& reader, bool remote);
 
-// Of a body {"priority": 5}.
+// The priority in a body {"priority": 5}.
 Answer<int> read_priority(const std::string& body, const Roots& roots);
 
 // A message of the command in terms of a request: "--on-existing skip" becomes "on_existing: skip".

@@ -127,10 +127,17 @@ class Effect : public Conformance {
         Chain one = chain();
         const PassType& type = GetParam();
         Pass& pass = *one.links[0].pass;
-        for (const Values& some : {suited(), values})
-            for (const auto& [key, value] : some)
-                if (const Parameter* row = type.parameters->find(key))
-                    row->set(pass.parameters(), value);
+        std::set<std::string> excluded;  // by values that are set
+        for (const auto& [key, value] : values)
+            if (const Parameter* row = type.parameters->find(key);
+                row && !(value == ParameterValue()))
+                excluded.insert(row->excludes);
+        Values all = values;
+        for (const auto& one : suited())
+            if (!excluded.contains(one.first)) all.insert(one);
+        for (const auto& [key, value] : all)
+            if (const Parameter* row = type.parameters->find(key))
+                row->set(pass.parameters(), value);
         // By the values, not by text(), which leaves out what is unread.
         std::string name = cut ? "cut " : "";
         for (const Parameter& row : type.parameters->rows())

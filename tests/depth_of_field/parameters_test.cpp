@@ -228,7 +228,9 @@ TEST(parameter, every_row_is_tested_here) {
 
                         "sensor_width_mm", "breathing", "near_blurry", "near_sharp", "far_sharp",
                         "far_blurry", "max_near_fraction", "max_far_fraction", "focus", "range",
-                        "max_radius_px", "downsample", "blur_sigma_px", "leak", "hdr_weight",
+                        "max_radius_px",
+                        "max_radius_fraction",  // pixel_aspect_test.cpp
+                        "downsample", "blur_sigma_px", "leak", "hdr_weight",
                         // inverse_warp_test.cpp
                         "samples", "starts", "neighbors", "denoise",
                         // aperture_test.cpp

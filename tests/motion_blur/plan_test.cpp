@@ -216,7 +216,7 @@ TEST(Plan, Defaults) {
     EXPECT_EQ(
         motion_blur::parameter_table().text(blur().links[0].pass->parameters()),
         "mode=guertin samples=25 max_blur_px=unset shutter_frames=unset shutter_angle_deg=unset "
-        "jitter=0.95 tile_jitter=true tile_jitter_slope=1 center_weight=40 "
+        "max_blur_fraction=unset jitter=0.95 tile_jitter=true tile_jitter_slope=1 center_weight=40 "
         "variance_threshold_px=1.5 depth_softness=1 sample_split=even noise=halton seed=0 "
         "animate_noise=false border=skip static_direction=perpendicular min_speed_px=0.5 "
         "velocity_storage=auto");

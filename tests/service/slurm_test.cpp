@@ -1,4 +1,4 @@
-// What the programs of Slurm print, read; and programs that fail or hang.
+// Reads the output of Slurm's programs; and programs that fail or hang.
 #include <gtest/gtest.h>
 
 #include "tools/service/work/program.h"

@@ -122,7 +122,7 @@ TEST(TuneWalk, FindsTheFrontOfAllCombinationsWithinTheBudget) {
         EXPECT_EQ(within, true_front(budget)) << budget;
         EXPECT_EQ(knobs_text(walk.tried[*walk.chosen].chain), true_front(budget).back()) << budget;
         EXPECT_LT(formulas.measured, 144);
-        // What is closest to the goal is looked at first: if the start is not far from it (0.14 s),
+        // The chain closest to the goal comes first: if the start is not far from it (0.14 s),
         // a short walk chooses the same chain.
         if (budget < 0.1) continue;
         Formulas again;

@@ -1,4 +1,4 @@
-// What is drawn, and where: the view's zoom and pan, the paint of images, the camera's keys.
+// The place of drawing: the view's zoom and pan, the paint of images, the camera's keys.
 #include <gtest/gtest.h>
 
 #include <limits>

@@ -5,12 +5,16 @@
 #include <GL/glcorearb.h>
 #include <dlfcn.h>
 #include <postchain/postchain.h>
+#include <string.h>
 
 /* A host has a loader of its own for GL's functions; this is the smallest. */
-static void* gl_function(const char* name) {
-    typedef void* (*get_proc_address)(const char*);
-    void* egl = dlopen("libEGL.so.1", RTLD_NOW);
-    return ((get_proc_address)dlsym(egl, "eglGetProcAddress"))(name);
+typedef void (*function)(void);
+static function gl_function(const char* name) {
+    typedef function (*get_proc_address)(const char*);
+    get_proc_address get = 0;
+    void* symbol = dlsym(dlopen("libEGL.so.1", RTLD_NOW), "eglGetProcAddress");
+    memcpy(&get, &symbol, sizeof(get)); /* ISO C does not cast it to a function */
+    return get(name);
 }
 #define GL_FUNCTION(type, name) ((type)gl_function(#name))
 

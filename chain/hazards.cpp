@@ -72,4 +72,19 @@ std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage
     return waits.take();
 }
 
+bool share_imports(const Plan& plan, const std::vector<unsigned>& names,
+                   std::vector<int>& storage) {
+    const size_t count = plan.textures.size();
+    bool changed = false;
+    for (size_t t = 0; t < count; ++t) {
+        if (!plan.textures[t].imported) continue;
+        size_t first = 0;
+        while (!plan.textures[first].imported || names[first] != names[t]) ++first;
+        const int shared = int(count + (names[t] == 0 ? t : first));
+        changed = changed || shared != storage[t];
+        storage[t] = shared;
+    }
+    return changed;
+}
+
 }  // namespace postchain

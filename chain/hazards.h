@@ -25,4 +25,8 @@ enum Wait : uint32_t {
 // together write different pixels of it, and do not wait for each other.
 std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage);
 
+// Enters into `storage` that imported textures of one name are one storage. `names`: of each
+// texture; 0: not imported yet. True if `storage` has changed.
+bool share_imports(const Plan& plan, const std::vector<unsigned>& names, std::vector<int>& storage);
+
 }  // namespace postchain

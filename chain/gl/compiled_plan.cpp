@@ -105,21 +105,6 @@ bool CompiledPlan::holds_unused(uint64_t frames) const {
                        [&](const Texture* texture) { return pool_->unused(*texture, frames); });
 }
 
-// Imported textures of one name are one storage. True if that is not as it was.
-bool CompiledPlan::find_shared_imports() {
-    const size_t count = plan_.textures.size();
-    bool changed = false;
-    for (size_t t = 0; t < count; ++t) {
-        if (!plan_.textures[t].imported) continue;
-        size_t first = 0;
-        while (!plan_.textures[first].imported || names_[first] != names_[t]) ++first;
-        const int storage = int(count + (names_[t] == 0 ? t : first));
-        changed = changed || storage != storage_[t];
-        storage_[t] = storage;
-    }
-    return changed;
-}
-
 void CompiledPlan::find_barriers() {
     const std::vector<uint32_t> waits = waits_of(plan_, storage_);
     barriers_ = 0;
@@ -270,7 +255,7 @@ void CompiledPlan::warm_up(RunObjects& objects, int step) {
 
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
     if (commands_.empty()) return Status();
-    if (find_shared_imports()) find_barriers();
+    if (share_imports(plan_, names_, storage_)) find_barriers();
     for (Texture* texture : textures_) pool_->touch(texture);
     const size_t offset = objects.upload(bytes_);
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);

@@ -104,7 +104,6 @@ class CompiledPlan {
     Status take_textures(bool labels, const std::optional<Room>& room);
     void take_uniforms();
     Status take_programs(ProgramCache& programs, size_t alignment);
-    bool find_shared_imports();
     void find_barriers();
     void bind(const Step& step, const Command& command, const RunObjects& objects, size_t offset);
     Status dispatch(const Step& step, const Command& command, BandQueue* queue) const;

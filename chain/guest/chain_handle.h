@@ -36,7 +36,7 @@ class ChainHandle {
     // A table of BokehKernel::kSide squared transmittances.
     Failure set_aperture(const float* values);
 
-    // What a pass does with the object that pc_frame.mask covers.
+    // Sets a pass's effect on the object that pc_frame.mask covers.
     Failure set_mask(uint32_t pass, pc_mask_effect effect);
 
     // The parameters that are numbers of samples, with their passes.

@@ -197,21 +197,6 @@ void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
                 bytes_.begin() + std::ptrdiff_t(command.uniforms));
 }
 
-// Imported textures of one name are one storage. True if that is not as it was.
-bool CompiledPlan::find_shared_imports() {
-    const size_t count = plan_.textures.size();
-    bool changed = false;
-    for (size_t t = 0; t < count; ++t) {
-        if (!plan_.textures[t].imported) continue;
-        size_t first = 0;
-        while (!plan_.textures[first].imported || names_[first] != names_[t]) ++first;
-        const int storage = int(count + (names_[t] == 0 ? t : first));
-        changed = changed || storage != storage_[t];
-        storage_[t] = storage;
-    }
-    return changed;
-}
-
 void CompiledPlan::find_barriers() {
     const std::vector<uint32_t> waits = waits_of(plan_, storage_);
     barriers_ = 0;
@@ -355,7 +340,7 @@ void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
 
 void CompiledPlan::record(VkCommandBuffer commands, uint64_t run, const HostViews& views) {
     if (commands_.empty()) return;
-    if (find_shared_imports()) find_barriers();
+    if (share_imports(plan_, names_, storage_)) find_barriers();
     for (Image* image : images_) image->last_used = run;
     const auto slot = uint32_t(run % objects_.runs_in_flight);
     write_sets(slot, views);

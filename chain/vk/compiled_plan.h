@@ -27,7 +27,7 @@ struct HostView {
 };
 using HostViews = std::array<HostView, 6>;
 
-// What plans are made with, and run with.
+// The objects that plans are made and run with.
 struct Objects {
     const Device& device;
     ImagePool& pool;
@@ -87,7 +87,6 @@ class CompiledPlan {
     Status make_sets();
     void take_uniforms();
     void find_barriers();
-    bool find_shared_imports();
     void write_set(const Step& step, const Command& command, VkDescriptorSet set,
                    const HostViews& views) const;
     void write_sets(uint32_t slot, const HostViews& views);

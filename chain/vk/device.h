@@ -122,7 +122,7 @@ class Buffer {
     Buffer& operator=(Buffer&& other) noexcept;
     ~Buffer();
     VkBuffer handle() const { return buffer_; }
-    // Of memory that the host can see.
+    // Maps memory that the host can see.
     Result<std::byte*> map();
 
   private:

@@ -33,7 +33,7 @@ export const get = async (path) => (await request("GET", path)).json();
 export const post = async (path, body) =>
     (await request("POST", path, body === undefined ? undefined : JSON.stringify(body))).json();
 export const remove = async (path) => (await request("DELETE", path)).json();
-// Of this page: its next preview ends the one before.
+// Identifies this page: its next preview ends the one before.
 const session = Array.from(crypto.getRandomValues(new Uint8Array(16)),
     (byte) => byte.toString(16).padStart(2, "0")).join("");
 export const picture = async (path, body, signal) => {

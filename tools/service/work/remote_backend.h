@@ -57,7 +57,7 @@ class RemoteBackend final : public Backend {
     bool awake_ = false, ends_ = false;
     std::optional<Clock::time_point> began_;  // the turn under way
     std::string trouble_;
-    // Of the thread: jobs that are followed, and how often the queue refused one.
+    // Used by the thread alone: jobs that are followed, and how often the queue refused one.
     std::map<std::string, JobRequest> requests_;
     std::map<std::string, int> refusals_;
     std::thread thread_;

@@ -80,8 +80,9 @@ export function overlay(page) {
 
             const drawn_map = viewer.shown?.map;
             scale.hidden = !drawn_map;
-            if (drawn_map && scale.dataset.map !== drawn_map.key) {
-                scale.dataset.map = drawn_map.key;
+            const title = drawn_map && `${drawn_map.key} ${model.compared}`;
+            if (drawn_map && scale.dataset.map !== title) {
+                scale.dataset.map = title;
                 fill_scale(scale, drawn_map, model.compared);
             }
             const zoom = viewer.scale();

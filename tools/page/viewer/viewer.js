@@ -36,11 +36,8 @@ export class Viewer {
         this.#follow_pointer();
         state.watch(["show", "frame", "map", "pin"], () => this.load());
         // Moving the line loads nothing.
-        let wiped;
         state.watch(["wipe", "last"], () => {
-            const now = this.wiped();
-            if (now !== wiped) this.load();
-            wiped = now;
+            if (this.wiped()?.key !== this.left) this.load();
             this.draw();
         });
         state.watch(["ev", "tone", "zoom", "x", "y"], () => this.draw());
@@ -80,6 +77,7 @@ export class Viewer {
     load() {
         const source = this.model.source(this.state.get("show"));
         const frame = this.state.get("frame");
+        this.left = this.wiped()?.key;
         this.missing = undefined;
         if (!source?.frames.includes(frame)) {
             this.missing = source?.data?.failure ? `${source.name} failed: ${source.data.failure}`

@@ -117,7 +117,8 @@ struct Service::State {
     void show(const User& user, const ImageWanted& wanted,
               std::function<void(Answer<Picture>)> done, const Find& find) {
         const auto of_user = readers.of(user);
-        if (!of_user.ok()) return done(problem(Problem::Kind::forbidden, of_user.status().message()));
+        if (!of_user.ok())
+            return done(problem(Problem::Kind::forbidden, of_user.status().message()));
         const bool taken = thumbnails.run([reader = *of_user, wanted, done, find] {
             Answer<Picture> answer = Problem{};
             try {
@@ -241,7 +242,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             *created = true;
             state_->backend->wake();
             added->job.message = joined(job.warnings, "; ");
-            return added->job;
+            return state_->shown(std::move(added->job));
         case Added::What::same:
             return added->job;
         case Added::What::other_body:

@@ -465,6 +465,12 @@ class Jobs(OnTheService):
         self.assertIn("128", json.dumps(self.chain()))
         self.assertEqual(self.browser.run("return document.getElementById('output').value;"),
                          "out/best.####.exr")
+        # Its other keys count for previews, as far as they take them, and for the next job.
+        self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
+            "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
+            "show": {"set": ["joint_blur.samples=1023"]}})
+        self.browser.run("document.querySelector('#entries [data-path]').click();")
+        self.browser.wait("!postchain.model.subject.more")
         self.open(f"job={job}")
         self.press("Remove")
         self.browser.wait("!postchain.state.get('job')")

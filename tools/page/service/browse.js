@@ -40,10 +40,10 @@ function open_sequence(sequence) {
     return show_shot(sequence, camera);
 }
 
-/** Looks at a sequence through the chains. */
-export function show_shot(sequence, camera) {
+/** Looks at a sequence through the chains. more: {show, send}: further keys of requests and jobs. */
+export function show_shot(sequence, camera, more) {
     page.leave_job?.();
-    return look({ name: sequence.path, input: sequence.path, camera, folder: here.folder,
+    return look({ name: sequence.path, input: sequence.path, camera, more,
         frames: frames_of(sequence.frames).map((frame) => ({ frame })) }).then(() => {
         mark_open();
         for (const f of listeners) f();

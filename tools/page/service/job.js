@@ -114,7 +114,7 @@ export async function open_job(id, frame) {
     page.show_tab("jobs");
     const bad = first_bad();
     state.set({ job: id, shot: "", camera: "", show: "a", last: "before",
-        frame: frame ?? (job.state === "failed" && bad ? bad.frame : NaN) });
+        frame: frame ?? (job.state === "failed" && bad ? bad.frame : 0) });
     await look(frames.length ? subject() : null);
     state.set({ job: id });
     show_frame();

@@ -103,7 +103,7 @@ async function ask_plan() {
     const { subject } = model;
     if (subject.job) return size_of_job(subject);
     const frames = String(state.get("frame"));
-    const body = { input: subject.input, frames, chain_text: chainOf("a").text,
+    const body = { ...subject.more?.show, input: subject.input, frames, chain_text: chainOf("a").text,
         ...(subject.camera && { camera: subject.camera }) };
     try {
         const reply = (await post("v1/plan", body)).frames[0];

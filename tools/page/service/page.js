@@ -18,7 +18,8 @@ export const state = new State({
     map: "difference", pin: false, wipe: 0.5, zoom: 0, x: 0, y: 0 });
 
 // The picture of the viewer, in the form of a report's model. `subject` is what is looked at:
-// {name, input, camera, frames: [{frame, state, message}], job}; job: undefined for live previews.
+// {name, input, camera, frames: [{frame, state, message}], more, job}; job: undefined for live
+// previews.
 export const model = {
     // Of the whole frame; `sized` once they are known.
     width: 16, height: 9, sized: null, subject: null, sources: [], page_frames: [], maps: kErrorMaps,

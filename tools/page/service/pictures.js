@@ -80,7 +80,7 @@ export class Pictures {
             : chainOf(one)?.text);
         const names = kind === "error" ? [of(variant), of(this.page.reference(variant))] : [of(kind)];
         const scale = kind === "depth" ? 1 : this.scale();
-        return JSON.stringify([subject.name, subject.camera, kind, variant ?? "", frame, map ?? "", scale, ...names]);
+        return JSON.stringify([subject.name, subject.camera, subject.more?.show, kind, variant ?? "", frame, map ?? "", scale, ...names]);
     }
 
     #is_finished(frame) {
@@ -136,7 +136,7 @@ export class Pictures {
         if (kind === "before")
             return picture_of_file(await getValues(address("v1/image",
                 { input: subject.input, frame, ...query })));
-        const body = { input: subject.input, frame, ...(subject.camera && { camera: subject.camera }) };
+        const body = { ...subject.more?.show, input: subject.input, frame, ...(subject.camera && { camera: subject.camera }) };
         if (kind === "depth")
             return picture_of_file(await preview({ ...body, plane: "depth",
                 chain: { postchain: 1, passes: [] } }, "depth"));

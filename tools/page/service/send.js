@@ -2,15 +2,13 @@
 // them; and from a job back to the picture.
 import { by_id, h } from "../shared/dom.js";
 import { ranges } from "../shared/words.js";
-import { post } from "./api.js";
+import { address, get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
 import { chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
-import { get, address } from "./api.js";
 import { left_out } from "./job.js";
 import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
 
-let extra = {};        // further keys of the job that is edited
 let suggested = "";    // the output, until it is typed over
 
 const parts_of = (path) => {
@@ -44,7 +42,7 @@ const chain_key = (which, key) => (shippedName(which) ? { [key]: shippedName(whi
 
 function request() {
     const { subject } = model;
-    return { ...extra, ...chain_key("a", "chain"), input: subject.input,
+    return { ...subject.more?.send, ...chain_key("a", "chain"), input: subject.input,
         output: by_id("output").value.trim(), mkdir: true,
         ...(subject.camera && { camera: subject.camera }),
         ...(by_id("which").value.trim() && { frames: by_id("which").value.trim() }) };
@@ -81,7 +79,10 @@ page.edit_job = async (job) => {
         }
     }
     const frame = state.get("frame");
-    extra = others;
+    // Further keys are sent again; those of reading and planning count for previews too.
+    const { properties } = (await get("v1/schema/job")).oneOf.find((one) => one.title === "run");
+    const show = Object.fromEntries(Object.entries(others).filter(([key]) => key === "set"
+        || ["input", "plan"].includes(properties[key]?.["x-group"])));
     page.leave_job();
     compare(false);
     setChain(name, value, "a");
@@ -92,7 +93,7 @@ page.edit_job = async (job) => {
     by_id("output").value = suggested = output;
     by_id("which").value = frames ?? "";
     state.set({ frame });
-    await show_shot(found, camera);
+    await show_shot(found, camera, { send: others, show });
     page.show_tab("shots");
 };
 
@@ -103,12 +104,12 @@ export function start_send() {
             output: by_id("output").value.replace(/[^/]*$/, "report"), mkdir: undefined }) }));
     by_id("camera").addEventListener("change", () => {
         const { subject } = model;
-        show_shot({ path: subject.input, frames: ranges(model.page_frames) }, by_id("camera").value);
+        show_shot({ path: subject.input, frames: ranges(model.page_frames) }, by_id("camera").value,
+            subject.more);
     });
     const former = page.looked;
     page.looked = () => {
         former?.();
-        extra = model.subject?.job ? {} : extra;
         fill();
         planned_focus();
     };

@@ -492,6 +492,11 @@ TEST_F(Jobs, PicturesAsValues) {
                   service_->preview(user(), depth, {"image/vnd.postchain"}, std::move(done));
               })),
               (std::vector{24, 16, 1}));
+    // Distances in a format for other programs: one channel, Z.
+    const Picture exr = picture(
+        [&](auto done) { service_->preview(user(), depth, {"image/x-exr"}, std::move(done)); });
+    EXPECT_EQ(exr.bytes.substr(0, 4), "v/1\1");
+    EXPECT_NE(exr.bytes.find(std::string("Z\0\2\0\0\0", 6)), std::string::npos);
     const std::string id = submit(body());
     ended(id);
     EXPECT_EQ(

@@ -85,7 +85,9 @@ Result<ImageF> distances_of(const JobRequest& request) {
 Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
     if (type == report::kPictureType)
         return report::picture_file(color.channels > 3 ? first_channels(color, 3) : color);
-    if (type == kExrType) return io::planes_exr_bytes(color, {"R", "G", "B", "A"});
+    if (type == kExrType)
+        return color.channels == 1 ? io::planes_exr_bytes(color, {"Z"})
+                                   : io::planes_exr_bytes(color, {"R", "G", "B", "A"});
     return io::encode_png_preview(color);
 }
 

@@ -21,7 +21,7 @@ export const state = new State({
 // {name, input, camera, frames: [{frame, state, message}], more, job}; job: undefined for live
 // previews.
 export const model = {
-    // Of the whole frame; `sized` once they are known.
+    // The size of the whole frame; `sized` resolves when it is known.
     width: 16, height: 9, sized: null, subject: null, sources: [], page_frames: [], maps: kErrorMaps,
     get compared() { return state.get("show") === "b" ? "A" : "before"; },
     source: (key) => model.sources.find((one) => one.key === key),

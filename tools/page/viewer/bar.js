@@ -10,7 +10,7 @@ export function fill_bar(page) {
     const slider = by_id("frame");
     slider.addEventListener("input", () =>
         state.set({ frame: model.page_frames[slider.valueAsNumber] }));
-    // Of a page whose frames change.
+    // Called by a page whose frames have changed.
     page.follow_frames = () => {
         by_id("frames").hidden = model.page_frames.length < 2;
         slider.max = Math.max(0, model.page_frames.length - 1);

@@ -2,7 +2,7 @@
 // button that has the focus.
 import { by_id, h, limit } from "../shared/dom.js";
 
-// Of every viewer: keys, what they do.
+// The keys of every viewer, and what they do.
 const kKeys = [
     [["Space"], "flip the last two"],
     [["W"], "wipe between the last two: on, off"],

@@ -19,7 +19,7 @@ inline constexpr const char* kPolicy = "Content-Security-Policy";
 inline constexpr const char* kStranger = "\n";
 
 Reply json_reply(int status, const std::string& text);
-// Of the queries `type` and `side` of an image of a file.
+// Reads the queries `type` and `side` of an image.
 ImageWanted image_wanted(const Call& call);
 std::vector<QueryParameter> image_queries();
 Reply image_reply(const Answer<Picture>& answer);

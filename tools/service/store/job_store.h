@@ -100,7 +100,7 @@ class JobStore {
     Result<std::vector<Job>> jobs(const std::string& state, const std::string& before, size_t limit,
                                   const std::string& owner = "",
                                   const std::string& search = "") const;
-    // Of waiting jobs, in the order in which next() would return them.
+    // The places of waiting jobs, in the order in which next() would return them.
     Result<QueuePlaces> places() const;
     // In the order of the job.
     Result<std::vector<JobFrame>> frames(const std::string& id) const;

@@ -1,6 +1,5 @@
 #include "tools/service/work/job_work.h"
 
-#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/exit_code.h"
 
 namespace postchain::service {
@@ -12,9 +11,8 @@ WorkEnd WorkEnd::failed(const Status& status) {
 void ProgressEvents::say(const std::string& what, size_t done, size_t total) {
     if (said_ && sequence::milliseconds_since(*said_) < 1000) return;
     said_ = sequence::Clock::now();
-    (void)store_.say(
-        job_, "progress",
-        io::json_text({{"what", roots_.shown_in(what)}, {"done", done}, {"total", total}}));
+    (void)store_.say(job_, "progress",
+                     {{"what", roots_.shown_in(what)}, {"done", done}, {"total", total}});
 }
 
 }  // namespace postchain::service

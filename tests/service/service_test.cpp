@@ -23,9 +23,6 @@ using test::ServiceTest;
 class Jobs : public ServiceTest {
   protected:
     std::string out(int frame) const { return root(concat("out/o.000", frame, ".exr")); }
-    std::vector<Event> events(const std::string& id) const {
-        return std::get<std::vector<Event>>(service_->events(id, 0, 1000));
-    }
 };
 
 TEST_F(Jobs, AJobIsDone) {

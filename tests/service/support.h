@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "chain/pass.h"
 #include "tests/io/exr_files.h"
@@ -38,6 +40,11 @@ class ServiceTest : public testing::Test {
     service::Job job(const std::string& id) const;
     std::vector<service::JobFrame> frames(const std::string& id) const;
     service::Job ended(const std::string& id) const;  // waits
+    // A body whose outputs go to this folder of the root, which is made.
+    std::string in_folder(std::string body, const std::string& folder) const;
+    std::vector<service::Event> events(const std::string& id) const;
+    std::string types_of(const std::string& id) const;  // of its events
+    std::string logged();                               // the messages
     // Waits for the image. Fails the test on a problem.
     static service::Picture picture(
         const std::function<void(std::function<void(service::Answer<service::Picture>)>)>& ask);
@@ -48,6 +55,7 @@ class ServiceTest : public testing::Test {
     int attempts_ = 2;
     double frame_timeout_s_ = 0;
     double slice_s_ = 60;
+    std::chrono::milliseconds drain_ = std::chrono::seconds(20);
     std::shared_ptr<service::Users> users_ = std::make_shared<service::Users>();
     service::RemoteSettings remote_;
     std::mutex log_mutex_;

@@ -99,6 +99,11 @@ struct Counters::Families {
                                         .Help("workers replaced because a step took too long")
                                         .Register(registry)
                                         .Add({});
+    prometheus::Counter& waits = prometheus::BuildCounter()
+                                     .Name("postchain_preview_wait_seconds_total")
+                                     .Help("time that jobs have left the device to previews")
+                                     .Register(registry)
+                                     .Add({});
     // Names of Prometheus's own client libraries.
     prometheus::Gauge& memory =
         gauge("process_resident_memory_bytes", "resident memory of the process");
@@ -164,6 +169,10 @@ void Counters::add(const sequence::FrameReport& report) noexcept try {
 void Counters::set_renderer(const std::string& renderer) noexcept try {
     families_->build.Add({{"version", families_->version}, {"renderer", renderer}}).Set(1);
 } catch (...) {
+}
+
+void Counters::waited_for_previews(double seconds) noexcept {
+    if (seconds > 0) families_->waits.Increment(seconds);
 }
 
 void Counters::started(double waited_s) noexcept try {

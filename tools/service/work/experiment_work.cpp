@@ -72,7 +72,7 @@ class ExperimentWork {
                                                         if (place_.lost) return false;
                                                         place_.progress.does(what + " did not end");
                                                         events_.say(what, 0, 0);
-                                                        return !place_.stop;
+                                                        return place_.goes_on();
                                                     });
         if (Status status = place_.gl.make_current(); !status.ok()) return status;
         if (!found.ok()) return found;

@@ -1,8 +1,16 @@
 #include "tools/service/work/job_work.h"
 
+#include <chrono>
+#include <thread>
+
 #include "tools/sequence/run/exit_code.h"
 
 namespace postchain::service {
+
+bool WorkPlace::goes_on() const {
+    while (!stop && turn() == Turn::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return !stop;
+}
 
 WorkEnd WorkEnd::failed(const Status& status) {
     return {How::ended, JobState::failed, sequence::exit_code(status), status.message(), {}};

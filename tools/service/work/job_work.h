@@ -24,8 +24,13 @@ struct WorkPlace {
     std::atomic<bool>& stop;                // set: the job ends within the current frame
     const std::atomic<bool>& lost;          // set: the job has ended; the store is no longer ours
     Progress& progress;                     // steps under way
-    std::function<void()> between;          // call after each frame, on this thread
+    AskTurn turn;                           // asked by the executor of `gl` too
+    std::function<void()> between;          // call after each frame
     std::function<void(double)> remaining;  // call with an estimate in seconds
+
+    // Between dispatches that no executor makes: waits while a preview has the device. False if the
+    // job is to end.
+    bool goes_on() const;
 };
 
 struct WorkEnd {

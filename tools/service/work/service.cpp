@@ -61,7 +61,7 @@ struct Service::State {
           readers(reader, *settings.users),
           counters(settings.version),
           thumbnails(1, kMaxThumbnails),
-          previews(device, registry),
+          previews(device, registry, gate),
           disks(folders_of(settings)) {}
 
     const ServiceSettings settings;
@@ -72,6 +72,7 @@ struct Service::State {
     std::unique_ptr<JobStore> store;
     std::unique_ptr<JobLog> log;
     HelperThreads thumbnails;
+    DeviceGate gate;
     Previews previews;
     DiskCheck disks;
     std::unique_ptr<Backend> backend;
@@ -151,6 +152,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     if (settings.remote.queue) {
         RemoteSettings remote = settings.remote;
         remote.attempts = settings.attempts;
+        remote.drain = settings.drain;
         state->backend = std::make_unique<RemoteBackend>(*state->store, state->readers, remote);
     } else {
         WorkerSettings work;
@@ -158,8 +160,9 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
         work.attempts = settings.attempts;
         work.frame_timeout_s = settings.frame_timeout_s;
         work.slice_s = settings.slice_s;
+        work.drain = settings.drain;
         state->backend = std::make_unique<Worker>(*state->store, state->readers, state->counters,
-                                                  registry, work);
+                                                  state->gate, registry, work);
     }
     for (const Status& status : {state->thumbnails.begin(), state->previews.begin(),
                                  state->disks.begin(), state->backend->begin()})

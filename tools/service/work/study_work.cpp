@@ -64,6 +64,7 @@ class StudyWork {
             place_.progress.does(progress.what + " did not end");
             events_.say(progress.what, progress.done, progress.total);
             place_.between();
+            (void)place_.goes_on();
         };
     }
 

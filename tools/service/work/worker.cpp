@@ -34,11 +34,12 @@ Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
 
 }  // namespace
 
-Worker::Worker(JobStore& store, const Readers& readers, Counters& counters,
+Worker::Worker(JobStore& store, const Readers& readers, Counters& counters, const DeviceGate& gate,
                const PassRegistry& registry, const WorkerSettings& settings)
     : store_(store),
       readers_(readers),
       counters_(counters),
+      gate_(gate),
       registry_(registry),
       settings_(settings) {}
 
@@ -213,13 +214,13 @@ void Worker::loop(Hand& hand) {
     // Threads of this one inherit it, those of a software renderer too.
     (void)setpriority(PRIO_PROCESS, 0, kNice);
     make_device(hand);
-    while (turn(hand)) {
+    while (next_job(hand)) {
     }
     hand.gl.reset();
 }
 
 // False if the thread shall end.
-bool Worker::turn(Hand& hand) noexcept {
+bool Worker::next_job(Hand& hand) noexcept {
     try {
         {
             std::unique_lock lock(mutex_);
@@ -261,6 +262,13 @@ void Worker::wait_longer(Hand& hand) {
     hand.wait = std::min<std::chrono::milliseconds>(2 * hand.wait, kLongestWait);
 }
 
+// Of the running job, on its thread.
+Turn Worker::turn(Hand& hand) {
+    const Turn turn = gate_.ask();
+    counters_.waited_for_previews(hand.progress.waits(turn == Turn::wait));
+    return turn;
+}
+
 // Makes way for a job of larger priority, and after a slice of time for one of another user.
 void Worker::between(Hand& hand, const Job& job) {
     if (hand.stop) return;
@@ -293,6 +301,8 @@ WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
         const std::lock_guard lock(mutex_);
         if (!hand.lost) limit_s_ = request.frame_timeout_s;
     }
+    const auto ask = [&] { return turn(hand); };
+    const TurnScope turns(hand.gl->executor(), ask);
     const WorkPlace place{store_,
                           *reader,
                           *hand.gl,
@@ -301,6 +311,7 @@ WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
                           hand.stop,
                           hand.lost,
                           hand.progress,
+                          ask,
                           [&] {
                               if (!hand.lost) between(hand, job);
                           },

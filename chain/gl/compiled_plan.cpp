@@ -226,7 +226,7 @@ Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueu
     return dispatch_bands(step, Bands(columns, rows), queue);
 }
 
-// Where the length of a list is not known, the bands cover every block that it can have, and work
+// If the length of a list is not known, the bands cover every block that it can have, and work
 // groups beyond its end return at once.
 Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const {
     const double taps = taps_of_group(step);

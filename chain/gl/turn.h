@@ -6,7 +6,7 @@
 
 namespace postchain {
 
-// Of several answers the largest counts.
+// The largest of several answers counts.
 enum class Turn {
     go_on,
     wait,  // other work has the device: ask again

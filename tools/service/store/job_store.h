@@ -62,8 +62,8 @@ class JobStore final : public JobFrames {
     std::map<JobState, size_t> counts() const;  // of jobs; empty on failure
     QueueTimes times() const;
 
-    // The queued job with the highest priority, at least `above`. Of equals the one whose owner had
-    // its turn longest ago; then the oldest.
+    // The queued job with the highest priority, at least `above`. Among equals the one whose owner
+    // had its turn longest ago; then the oldest.
     Result<std::optional<Job>> next(int above) const;
     // Sets the job running, counts an attempt and returns their number. 0: it is no longer queued.
     Result<int> start(const std::string& id);

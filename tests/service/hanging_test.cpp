@@ -4,7 +4,6 @@
 
 #include <future>
 
-#include "chain/planner.h"
 #include "tests/service/support.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/previews.h"
@@ -15,44 +14,24 @@ namespace {
 
 using namespace std::chrono_literals;
 using test::ServiceTest;
+using testing::HasSubstr;
 
 // Planning frame 3, which belongs to its reading, does not end while `g_hangs`.
 std::atomic<bool> g_hangs = false, g_hung = false;
 
-class HangingPass final : public PlainPass {
+class HangingPass final : public test::FakePass {
   public:
-    RoleUse roles() const override {
-        RoleUse use;
-        use.required = {Role::color};
-        return use;
-    }
-    Guarantees guarantees() const override { return {}; }
-    Reach reach() const override { return {}; }
     std::optional<Identity> identity(const PlanContext& context) const override {
         for (; context.frame.frame_number == 3 && g_hangs; usleep(10'000)) g_hung = true;
-        return Identity{kRuleFacts, {"nothing to do"}};
+        return FakePass::identity(context);
     }
-    void plan(PassPlanner&) const override {}
-    void reference(const PlanContext&, ReferenceFrame&) const override {}
-    ParameterRef parameters() override { return &unused_; }
-
-  private:
-    char unused_ = 0;
 };
 
 class Hanging : public ServiceTest {
   protected:
     void SetUp() override {
         ServiceTest::SetUp();
-        static const ParameterTable no_parameters;
-        std::vector<PassType> types = registry_->types();
-        types.push_back({.name = "hanging",
-                         .title = "",
-                         .help = "",
-                         .parameters = &no_parameters,
-                         .create = [] { return std::make_unique<HangingPass>(); }});
-        with_hanging_ = std::make_unique<PassRegistry>(types);
-        registry_ = with_hanging_.get();
+        registry_ = &with_hanging_;
         g_hangs = true;
         g_hung = false;
         drain_ = 100ms;
@@ -74,7 +53,7 @@ class Hanging : public ServiceTest {
         std::string text = body(more);
         return text.replace(text.find("fxaa"), 4, "hanging");
     }
-    std::unique_ptr<PassRegistry> with_hanging_;
+    const PassRegistry with_hanging_ = test::with_pass<HangingPass>("hanging");
 };
 
 TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
@@ -86,19 +65,17 @@ TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 4);
     EXPECT_EQ(job.done, 2);
-    EXPECT_NE(job.message.find("frame 3 was not read within 4 s: the disk hangs"),
-              std::string::npos)
-        << job.message;
+    EXPECT_THAT(job.message, HasSubstr("frame 3 was not read within 4 s: the disk hangs"));
     EXPECT_EQ(frames(id)[2].attempts, 1);
     // Another thread has taken over, with a device of its own.
     const Job next = ended(submit(in_folder(body(R"(, "frames": "1-2,4-6")"), "next")));
     EXPECT_EQ(next.state, JobState::done) << next.message;
     const Health health = service_->health();
     EXPECT_TRUE(health.gl && health.progress) << health.why;
-    EXPECT_NE(health.why.find("1 thread hangs"), std::string::npos) << health.why;
-    EXPECT_NE(service_->metrics().find("postchain_workers_replaced_total 1"), std::string::npos);
-    EXPECT_NE(service_->metrics().find("postchain_stuck_threads 1"), std::string::npos);
-    EXPECT_NE(logged().find("failed"), std::string::npos) << logged();
+    EXPECT_THAT(health.why, HasSubstr("1 thread hangs"));
+    EXPECT_THAT(service_->metrics(), HasSubstr("postchain_workers_replaced_total 1"));
+    EXPECT_THAT(service_->metrics(), HasSubstr("postchain_stuck_threads 1"));
+    EXPECT_THAT(logged(), HasSubstr("failed"));
     // The disk answers again, and the retry makes what is missing.
     ASSERT_TRUE(answer());
     ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
@@ -113,7 +90,7 @@ TEST_F(Hanging, ReadinessFollowsTheProgress) {
     EXPECT_TRUE(service_->health().progress) << "no limit";
     ASSERT_TRUE(std::holds_alternative<Job>(service_->cancel(user(), id)));
     service_->drain();  // does not wait for ever
-    EXPECT_NE(service_->health().why.find("1 thread hangs"), std::string::npos);
+    EXPECT_THAT(service_->health().why, HasSubstr("1 thread hangs"));
 }
 
 TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {

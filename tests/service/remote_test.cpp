@@ -14,6 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::ServiceTest;
+using testing::HasSubstr;
 
 // A queue in memory: takes jobs, and runs them when the test says so.
 class FakeQueue final : public RemoteQueue {
@@ -86,12 +87,11 @@ class Remote : public ServiceTest {
 
 TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     open();
-    EXPECT_NE(refused(R"({"kind": "ab", "chain": "fast", "chain_b": "paper",
+    EXPECT_THAT(refused(R"({"kind": "ab", "chain": "fast", "chain_b": "paper",
                           "input": "in.####.exr", "output": "report"})")
-                  .detail.find("runs only kind: run"),
-              std::string::npos);
-    EXPECT_NE(refused(body(R"(, "dump_stages": "stages")")).detail.find("write no stages"),
-              std::string::npos);
+                    .detail,
+                HasSubstr("runs only kind: run"));
+    EXPECT_THAT(refused(body(R"(, "dump_stages": "stages")")).detail, HasSubstr("write no stages"));
     const std::string id = submit(body(R"(, "strict": true, "png": true, "max_memory": "64M")"));
     ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
     const RemoteJob handed = queue_->jobs[0];
@@ -102,7 +102,7 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     EXPECT_EQ(handed.command.back(), "--frames=1-6");
     for (const char* word : {"--on-error=continue", "--strict", "--png", "--max-memory=67108864"})
         EXPECT_EQ(std::count(handed.command.begin(), handed.command.end(), word), 1) << word;
-    EXPECT_NE(test::read_text(handed.command[2]).find("fxaa"), std::string::npos);
+    EXPECT_THAT(test::read_text(handed.command[2]), HasSubstr("fxaa"));
     for (int frame = 1; frame <= 4; ++frame) make(frame);
     ASSERT_TRUE(wait_for([&] { return job(id).done == 4; }));
     EXPECT_EQ(job(id).state, JobState::running);
@@ -117,13 +117,12 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     ASSERT_TRUE(wait_for([&] { return queue_->count() == 2; }));
     EXPECT_EQ(queue_->jobs[1].command.back(), "--frames=5-6");
     EXPECT_NE(queue_->jobs[1].name, handed.name);
-    EXPECT_NE(frames(id)[4].message.find("task 2: NODE_FAIL"), std::string::npos);
+    EXPECT_THAT(frames(id)[4].message, HasSubstr("task 2: NODE_FAIL"));
     make(5);
     queue_->end(1, {0, 0, 0, 1, true, "task 1: FAILED"});
     const Job failed = ended(id);
     EXPECT_EQ(failed.state, JobState::failed);
-    EXPECT_NE(failed.message.find("1 of 6 frames quarantined: 6"), std::string::npos)
-        << failed.message;
+    EXPECT_THAT(failed.message, HasSubstr("1 of 6 frames quarantined: 6"));
     EXPECT_EQ(queue_->count(), 2u) << "two attempts";
     ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
     ASSERT_TRUE(wait_for([&] { return queue_->count() == 3; }));
@@ -156,7 +155,7 @@ TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
     }
     const Job refused = ended(submit(in_folder(body(), "next")));
     EXPECT_EQ(refused.state, JobState::failed);
-    EXPECT_NE(refused.message.find("fake: invalid partition"), std::string::npos);
+    EXPECT_THAT(refused.message, HasSubstr("fake: invalid partition"));
     EXPECT_EQ(queue_->asked, attempts_);
 }
 
@@ -168,7 +167,7 @@ TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {
     queue_->hangs = true;
     ASSERT_TRUE(wait_for([&] { return queue_->hung.load(); }));
     service_->drain();
-    EXPECT_NE(service_->health().why.find("1 thread hangs"), std::string::npos);
+    EXPECT_THAT(service_->health().why, HasSubstr("1 thread hangs"));
     EXPECT_EQ(service_->end(), 1u);
     queue_->hangs = false;
     EXPECT_TRUE(wait_for([&] { return service_->end() == 0; })) << "the thread has ended";

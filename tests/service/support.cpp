@@ -6,7 +6,6 @@
 #include <future>
 #include <thread>
 
-#include "passes/registry.h"
 #include "tests/command/frames.h"
 
 namespace postchain::test {
@@ -143,6 +142,10 @@ Job ServiceTest::ended(const std::string& id) const {
 std::string ServiceTest::in_folder(std::string body, const std::string& folder) const {
     fs::create_directories(root(folder));
     return body.replace(body.find("out/"), 4, folder + "/");
+}
+
+void ServiceTest::add_frames(int last) const {
+    for (int frame = 7; frame <= last; ++frame) write_sequence(root(), {frame}, 24, 16);
 }
 
 std::vector<Event> ServiceTest::events(const std::string& id) const {

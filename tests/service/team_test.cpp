@@ -16,6 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using test::ServiceTest;
+using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kTwoUsers =
     "  ann: {token: aaaaaaaaaaaaaaaa}\n"
@@ -28,13 +30,10 @@ class Team : public ServiceTest {
         ServiceTest::SetUp();
         fs::create_directories(root("bob/out"));
     }
-    void many_frames(int last) {
-        for (int frame = 7; frame <= last; ++frame) test::write_sequence(root(), {frame}, 24, 16);
-    }
 };
 
 TEST_F(Team, JobsOfTwoUsersInterleave) {
-    many_frames(60);
+    add_frames(60);
     use(kTwoUsers);
     slice_s_ = 0;
     open();
@@ -45,8 +44,7 @@ TEST_F(Team, JobsOfTwoUsersInterleave) {
     EXPECT_EQ(ended(b).state, JobState::done) << ended(b).message;
     EXPECT_EQ(ended(a).owner, "ann");
     // Neither has waited for the end of the other.
-    for (const std::string& id : {a, b})
-        EXPECT_NE(types_of(id).find("requeued"), std::string::npos) << id << types_of(id);
+    for (const std::string& id : {a, b}) EXPECT_THAT(types_of(id), HasSubstr("requeued")) << id;
     for (const std::string& id : {a, b})
         for (const JobFrame& frame : frames(id)) EXPECT_LE(frame.attempts, 1) << frame.frame;
 }
@@ -89,8 +87,8 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     EXPECT_EQ(users_->named("bob"), nullptr);
     std::ofstream(folder_.path("users.yaml")) << "postchain_users: 1\nusers: {ann: {tokn: a}}\n";
     const Status wrong = users_->reload();
-    EXPECT_NE(wrong.message().find("users.yaml:2:"), std::string::npos) << wrong.message();
-    EXPECT_NE(wrong.message().find("tokn"), std::string::npos) << wrong.message();
+    EXPECT_THAT(wrong.message(), HasSubstr("users.yaml:2:"));
+    EXPECT_THAT(wrong.message(), HasSubstr("tokn"));
     EXPECT_NE(users_->named("ann"), nullptr) << "the former users stay";
 }
 
@@ -108,7 +106,7 @@ TEST_F(Team, ABenchMakesWayForALargerPriority) {
     const Job other = ended(slow);
     EXPECT_EQ(other.state, JobState::done) << other.message;
     EXPECT_LE(first.ended_ms, other.ended_ms);
-    EXPECT_NE(types_of(slow).find("requeued"), std::string::npos) << types_of(slow);
+    EXPECT_THAT(types_of(slow), HasSubstr("requeued"));
     for (const char* body : {R"({"priority": 101})", "{}", R"({"priority": "1"})",
                              R"({"priority": 1, "frames": 2})", "[]"})
         EXPECT_EQ(std::get<Problem>(service_->change(user(), slow, body)).kind,
@@ -159,8 +157,8 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
     for (const char* part : {"job 1 of ann queued: run, priority 0\n", "job 1 of ann started: run",
                              "job 1 of ann: frame 3 failed, attempt 1: in.0003.exr",
                              "job 1 of ann: frame 3 quarantined", "after its start: 5 of 6 frames"})
-        EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
-    EXPECT_EQ(text.find("aaaaaaaa"), std::string::npos) << "a token";
+        EXPECT_THAT(text, HasSubstr(part)) << part;
+    EXPECT_THAT(text, Not(HasSubstr("aaaaaaaa"))) << "a token";
     const std::lock_guard lock(log_mutex_);
     EXPECT_EQ(log_.back().fields["event"], "failed");
     EXPECT_EQ(log_.back().fields["user"], "ann");
@@ -171,7 +169,7 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
          {"postchain_jobs_ended_total{kind=\"run\",state=\"failed\"} 1\n",
           "postchain_queue_wait_seconds_count 1\n", "postchain_store_bytes ",
           "postchain_queue_oldest_seconds 0\n", "process_open_fds ", "process_cpu_seconds_total "})
-        EXPECT_NE(metrics.find(part), std::string::npos) << part << "\n" << metrics;
+        EXPECT_THAT(metrics, HasSubstr(part)) << part;
 }
 
 }  // namespace

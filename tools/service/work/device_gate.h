@@ -13,7 +13,8 @@ namespace postchain::service {
 class DeviceGate {
   public:
     using Clock = std::chrono::steady_clock;
-    // Of previews without a pause: after this time the job has the device for a quarter of it.
+    // If previews follow each other without a pause, the job has the device after this time, for a
+    // quarter of it.
     static constexpr auto kPreviews = std::chrono::milliseconds(1000);
     // A preview that takes longer hangs, or is as long as a frame of the job: the job goes on.
     static constexpr auto kMaxHold = std::chrono::seconds(60);

@@ -4,6 +4,7 @@
 
 #include "config/text_tree.h"
 #include "tools/sequence/run/sidecar.h"
+#include "tools/service/work/preview.h"
 
 namespace postchain::service {
 namespace {
@@ -23,7 +24,7 @@ std::string type_of(const std::string& name) {
 }
 
 Problem not_found(const std::string& detail) {
-    return {Problem::Kind::not_found, detail, {}, 0};
+    return {Problem::Kind::not_found, detail};
 }
 
 ResultFile file_at(const std::string& path) {
@@ -44,21 +45,26 @@ std::string sidecar_of(const std::string& output, const Roots& roots) {
     return text.ok() ? std::move(*text) : std::string();
 }
 
-Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
-                               const JobReader& reader) {
-    auto read = reader.job(job.body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-    JobRequest& request = std::get<JobRequest>(read);
-    const std::string path = after ? frame.output : request.run.input.color().format(frame.frame);
+Answer<Picture> thumbnail_of(const Job& job, const JobFrame& frame, bool after,
+                             const JobReader& reader) {
     const Roots& roots = reader.roots();
-    std::error_code error;
-    if (!fs::exists(path, error)) return not_found(roots.shown(path) + ": does not exist");
-    if (!roots.resolve(path).ok())
-        return Problem{Problem::Kind::forbidden,
-                       roots.shown(path) + ": links outside the folders of this service",
-                       {},
-                       0};
-    return ShownFrame{path, request.run.source};
+    try {
+        auto read = reader.job(job.body);
+        if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
+        const JobRequest& request = std::get<JobRequest>(read);
+        const std::string path =
+            after ? frame.output : request.run.input.color().format(frame.frame);
+        std::error_code error;
+        if (!fs::exists(path, error)) return not_found(roots.shown(path) + ": does not exist");
+        if (!roots.resolve(path).ok())
+            return Problem{Problem::Kind::forbidden,
+                           roots.shown(path) + ": links outside the folders of this service"};
+        auto png = thumbnail_png(path, frame.frame, request.run.source);
+        if (!png.ok()) return problem_of(png.status(), roots);
+        return Picture{"image/png", std::move(*png)};
+    } catch (...) {
+        return problem_of(status_of_exception("the thumbnail"), roots);
+    }
 }
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
@@ -85,7 +91,7 @@ Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, 
         const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
         if (!done || frame.frame < first || frame.frame > last) continue;
         const auto path = roots.resolve(frame.output);
-        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
+        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message()};
         std::error_code error;
         if (fs::is_regular_file(*path, error)) files.push_back(file_at(*path));
     }

@@ -13,13 +13,9 @@ namespace postchain::service {
 // The sidecar beside an output, if the roots have it; empty = none.
 std::string sidecar_of(const std::string& output, const Roots& roots);
 
-// A frame's file before or after filtering, and how to read it.
-struct ShownFrame {
-    std::string path;
-    sequence::SourceSettings source;
-};
-Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
-                               const JobReader& reader);
+// A frame before or after filtering.
+Answer<Picture> thumbnail_of(const Job& job, const JobFrame& frame, bool after,
+                             const JobReader& reader);
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name, const JobReader& reader);
 

@@ -42,8 +42,8 @@ Result<PreparedPreview> prepare_preview(JobRequest& request) {
     return PreparedPreview{std::move(*plan), std::move(source->planes)};
 }
 
-Result<std::string> thumbnail_of(const std::string& path, int frame,
-                                 const sequence::SourceSettings& settings) {
+Result<std::string> thumbnail_png(const std::string& path, int frame,
+                                  const sequence::SourceSettings& settings) {
     auto header = sequence::open_source_frame(settings, {{Role::color, path}}, frame);
     if (!header.ok()) return header.status();
     auto source = sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);

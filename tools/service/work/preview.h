@@ -19,7 +19,7 @@ struct PreparedPreview {
 Result<PreparedPreview> prepare_preview(JobRequest& request);
 
 // The color of a file as 8-bit PNG, at most 320 pixels wide and high. Errors (input), (output).
-Result<std::string> thumbnail_of(const std::string& path, int frame,
-                                 const sequence::SourceSettings& settings);
+Result<std::string> thumbnail_png(const std::string& path, int frame,
+                                  const sequence::SourceSettings& settings);
 
 }  // namespace postchain::service

@@ -67,9 +67,7 @@ bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& 
         }
         if (ticket->replaced)
             answer = Problem{Problem::Kind::conflict,
-                             "a later preview of this session has replaced this one",
-                             {},
-                             0};
+                             "a later preview of this session has replaced this one"};
         done(std::move(answer));
     });
 }

@@ -63,8 +63,8 @@ struct Picture {
 
 struct PreviewWanted {
     std::string type = "image/png";  // or "image/x-exr": scene-linear, float
-    std::string session;             // a later preview of the session replaces this one; empty = no
-    std::shared_ptr<std::atomic<bool>> left = {};  // set: nobody waits for it
+    std::string session = {};        // a later preview of the session replaces this one; empty = no
+    std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 };
 
 // A file that is sent as it is.

@@ -1,6 +1,6 @@
 // Bands: parts of a dispatch. A desktop GPU is reset when one dispatch runs for about two seconds,
 // and nothing can stop a dispatch that has begun. So a long one is cut into bands of work groups,
-// each a dispatch of its own, between which the device is flushed and a stop is noticed. A shader
+// each a dispatch of its own. Before each a run asks if it may go on (chain/gl/turn.h). A shader
 // takes its place in the frame from shaders/common/first_group.glsl, and no bit changes.
 #pragma once
 

@@ -13,6 +13,8 @@ namespace {
 
 constexpr double kBandMs = 40;
 
+constexpr auto kAskAgain = std::chrono::milliseconds(1);
+
 // The part of a band of kBandTaps that the first one of a dispatch has: a software renderer is
 // slower than any GPU, by about this much.
 constexpr double kFirstBand = 1.0 / 32;
@@ -21,12 +23,16 @@ constexpr double kFirstBand = 1.0 / 32;
 // and a program's first dispatch may also compile it.
 constexpr double kShrink = 0.25, kGrow = 2;
 
+double milliseconds(std::chrono::duration<double, std::milli> time) {
+    return time.count();
+}
+
 }  // namespace
 
-BandQueue::BandQueue(bool software, std::function<bool()> stop, Meanwhile meanwhile)
+BandQueue::BandQueue(bool software, AskTurn ask, Meanwhile meanwhile)
     : software_(software),
       least_(software_ ? std::max(1u, std::thread::hardware_concurrency()) : 1),
-      stop_(std::move(stop)),
+      ask_(std::move(ask)),
       meanwhile_(std::move(meanwhile)) {}
 
 void BandQueue::begin_dispatch(double taps_of_group) {
@@ -34,16 +40,23 @@ void BandQueue::begin_dispatch(double taps_of_group) {
     groups_ = std::max(kFirstBand * kBandTaps / taps_of_group, least_);
 }
 
-void BandQueue::band_begins() {
+Status BandQueue::band_begins() {
+    for (Turn turn; ask_ && (turn = ask_()) != Turn::go_on;) {
+        if (turn == Turn::stop)
+            return Status(StatusCode::canceled, "stopped while it was filtered");
+        while (!queued_.empty()) wait_for_first();
+        const auto since = Clock::now();
+        std::this_thread::sleep_for(kAskAgain);
+        waited_ms_ += milliseconds(Clock::now() - since);
+    }
     begun_ = Clock::now();
+    return Status();
 }
 
-Status BandQueue::band_ends(unsigned groups) {
+void BandQueue::band_ends(unsigned groups) {
     queued_.push_back({Fence::here(), begun_, groups, dispatch_});
     glFlush();
     while (queued_.size() > (software_ ? 0u : 1u)) wait_for_first();
-    if (stop_ && stop_()) return Status(StatusCode::canceled, "stopped while it was filtered");
-    return Status();
 }
 
 void BandQueue::wait_for_first() {
@@ -52,7 +65,7 @@ void BandQueue::wait_for_first() {
     first.fence.wait(meanwhile_);
     const auto begun = std::max(first.begun, last_);
     last_ = Clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(last_ - begun).count();
+    const double ms = milliseconds(last_ - begun);
     if (first.dispatch == dispatch_) resize(first.groups / std::max(ms, 1e-3));
 }
 

@@ -1,21 +1,22 @@
 // Sizes the bands of a run by the time that they take, limits how many of them the device has
-// before it, does other work while it waits for one, and asks between them whether to stop.
+// before it, does other work while it waits for one, and asks before each whether to go on.
 #pragma once
 
 #include <chrono>
 #include <cstdint>
 #include <deque>
-#include <functional>
+#include <utility>
 
 #include "chain/gl/fence.h"
+#include "chain/gl/turn.h"
 #include "chain/status.h"
 
 namespace postchain::gl {
 
 class BandQueue {
   public:
-    // `software`: the renderer is. `stop` may be empty: never; so may `meanwhile`.
-    BandQueue(bool software, std::function<bool()> stop, Meanwhile meanwhile = {});
+    // `software`: the renderer is. `ask` and `meanwhile` may be empty.
+    BandQueue(bool software, AskTurn ask, Meanwhile meanwhile = {});
     BandQueue(const BandQueue&) = delete;
     BandQueue& operator=(const BandQueue&) = delete;
 
@@ -26,10 +27,14 @@ class BandQueue {
     void begin_dispatch(double taps_of_group);
     // Work groups that the next band may have.
     double groups() const { return groups_; }
-    // Around the dispatch of a band. band_ends() waits until the device has at most one band before
-    // it (a software renderer: none). Errors: StatusCode::canceled if it is to stop.
-    void band_begins();
-    Status band_ends(unsigned groups);
+    // Around the dispatch of a band. band_begins() waits for as long as other work has the device,
+    // and lets the device finish its bands first. Errors: StatusCode::canceled if it is to stop.
+    // band_ends() waits until the device has at most one band before it (a software renderer:
+    // none).
+    Status band_begins();
+    void band_ends(unsigned groups);
+    // Time that bands have waited since the last call, with an idle device.
+    double take_waited_ms() { return std::exchange(waited_ms_, 0); }
 
   private:
     using Clock = std::chrono::steady_clock;
@@ -44,11 +49,12 @@ class BandQueue {
 
     const bool software_;
     const double least_;  // groups that the device works on at once
-    std::function<bool()> stop_;
+    AskTurn ask_;
     Meanwhile meanwhile_;
     std::deque<Queued> queued_;
     Clock::time_point begun_, last_;
     double groups_ = 1;
+    double waited_ms_ = 0;
     uint64_t dispatch_ = 0;
 };
 

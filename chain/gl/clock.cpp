@@ -25,6 +25,7 @@ void Clock::begin(uint64_t frame, uint64_t tag) {
     sequences_[current_].times.frame = frame;
     sequences_[current_].times.tag = tag;
     sequences_[current_].marks = 0;
+    sequences_[current_].left_out.clear();
     take();
 }
 
@@ -37,6 +38,13 @@ void Clock::mark(int pass, std::string_view name, std::string_view step) {
     interval.pass = pass;
     interval.name.assign(name);
     if (!step.empty()) interval.name.append(".").append(step);
+}
+
+void Clock::leave_out(double milliseconds) {
+    if (milliseconds <= 0) return;
+    Sequence& sequence = sequences_[current_];
+    sequence.left_out.resize(sequence.marks);
+    sequence.left_out.back() += milliseconds;
 }
 
 void Clock::take() {
@@ -60,11 +68,15 @@ bool Clock::read(Sequence& sequence) {
     if (sequence.marks == 0) return false;
     sequence.times.intervals.resize(sequence.marks - 1);
     auto& intervals = sequence.times.intervals;
+    const auto set = [&](size_t i, double milliseconds) {
+        const double left_out = i < sequence.left_out.size() ? sequence.left_out[i] : 0;
+        intervals[i].milliseconds = milliseconds - left_out;
+    };
     if (software_) {
         for (size_t i = 0; i < intervals.size(); ++i)
-            intervals[i].milliseconds =
+            set(i,
                 std::chrono::duration<double, std::milli>(sequence.walls[i + 1] - sequence.walls[i])
-                    .count();
+                    .count());
         return true;
     }
     // Timestamps are taken in order: if the last is available, all are.
@@ -75,7 +87,7 @@ bool Clock::read(Sequence& sequence) {
     for (size_t i = 0; i < sequence.marks; ++i) {
         GLuint64 now = 0;
         glGetQueryObjectui64v(sequence.queries[i], GL_QUERY_RESULT, &now);
-        if (i > 0) intervals[i - 1].milliseconds = double(now - last) * 1e-6;
+        if (i > 0) set(i - 1, double(now - last) * 1e-6);
         last = now;
     }
     return true;

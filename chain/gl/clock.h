@@ -40,6 +40,8 @@ class Clock {
     void begin(uint64_t frame, uint64_t tag = 0);  // start of a sequence of marks
     // End of an interval and start of the next: "pass", or "pass.step".
     void mark(int pass, std::string_view name, std::string_view step = {});
+    // Subtracts a time from the interval that is running: the device was left to other work.
+    void leave_out(double milliseconds);
     // The newest sequence that the device has finished, with intervals of the same pass and name
     // summed at the place of the first; null: none. Never waits.
     const Times* newest();
@@ -59,6 +61,7 @@ class Clock {
         size_t marks = 0;  // 0: none; the first is its start
         std::vector<unsigned> queries;
         std::vector<std::chrono::steady_clock::time_point> walls;
+        std::vector<double> left_out;  // ms of each interval; may be shorter
     };
     void take();
     bool read(Sequence& sequence);

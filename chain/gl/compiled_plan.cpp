@@ -202,6 +202,7 @@ void CompiledPlan::bind(const Step& step, const Command& command, const RunObjec
 }
 
 Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueue* queue) const {
+    const auto begins = [&] { return queue ? queue->band_begins() : Status(); };
     auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
     if (step.work_list >= 0) {
         const unsigned list = names_[size_t(step.work_list)];
@@ -211,32 +212,35 @@ Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueu
             columns = count_work(list);
         } else if (!command.in_bands || columns * taps_of_group(step) <= kBandTaps) {
             glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, list);
-            if (queue) queue->band_begins();
+            if (Status status = begins(); !status.ok()) return status;
             glDispatchComputeIndirect(0);
-            return queue ? queue->band_ends(columns) : Status();
+            if (queue) queue->band_ends(columns);
+            return Status();
         }
     } else if (!command.in_bands) {
-        if (queue) queue->band_begins();
+        if (Status status = begins(); !status.ok()) return status;
         glDispatchCompute(columns, rows, GLuint(step.groups[2]));
-        return queue ? queue->band_ends(columns * rows) : Status();
+        if (queue) queue->band_ends(columns * rows);
+        return Status();
     }
     return dispatch_bands(step, Bands(columns, rows), queue);
 }
 
-// Where the length of a list is not known, the bands cover every block that it can have, and work
+// If the length of a list is not known, the bands cover every block that it can have, and work
 // groups beyond its end return at once.
 Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const {
     const double taps = taps_of_group(step);
     if (queue) queue->begin_dispatch(taps);
     Band band{};
     Status status;
-    while (bands.more() && status.ok()) {
+    while (bands.more()) {
         band = bands.next(queue ? queue->groups() : kBandTaps / taps);
         if (band.first != Band{}.first) glUniform2ui(kFirstGroup, band.first[0], band.first[1]);
-        if (queue) queue->band_begins();
+        if (queue) status = queue->band_begins();
+        if (!status.ok()) break;
         glDispatchCompute(band.count[0], band.count[1], GLuint(step.groups[2]));
         if (queue)
-            status = queue->band_ends(band.groups());
+            queue->band_ends(band.groups());
         else if (bands.more())
             glFlush();
     }
@@ -267,6 +271,8 @@ Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
             if (options.labels) group.emplace(name_of_step(plan_, step));
             bind(step, commands_[i], objects, offset);
             status = dispatch(step, commands_[i], options.queue);
+            if (options.clock && options.queue)
+                options.clock->leave_out(options.queue->take_waited_ms());
         }
         if (options.after_step && status.ok()) {
             glMemoryBarrier(kLastBarriers | kLastListBarriers);

@@ -39,7 +39,8 @@ struct RunOptions {
     bool time_steps = false;  // each step, not each pass
     bool labels = false;      // a debug group for each step
     uint32_t barriers = 0;    // GL_*_BARRIER_BIT besides its own, after the last step
-    // Cuts steps into bands and may end the run between two; null: bands of kBandTaps, no wait.
+    // Cuts steps into bands and may hold up or end the run before one; null: bands of kBandTaps,
+    // no wait.
     BandQueue* queue = nullptr;
     // Called after each step, with its index; a failure ends the run.
     const std::function<Status(int)>* after_step = nullptr;

@@ -32,6 +32,12 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
       clock_(device),
       transfers_(device.software) {}
 
+Turn Executor::turn() const {
+    Turn turn = Turn::go_on;
+    for (const AskTurn& ask : asks_) turn = std::max(turn, ask());
+    return turn;
+}
+
 // Textures that this step is the last to write.
 Status Executor::show(const Plan& plan, int step, const StageObserver& observer) {
     for (const auto& binding : plan.steps[size_t(step)].bindings) {
@@ -146,7 +152,7 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
     const gl::Meanwhile meanwhile =
         expect_ && !software_ ? gl::Meanwhile([this] { return upload_ahead(); }) : gl::Meanwhile();
     gl::BandQueue queue(
-        software_, [&] { return stop_ && *stop_; }, meanwhile);
+        software_, [this] { return turn(); }, meanwhile);
     Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
     std::vector<FramePlanes> results(outputs.size());

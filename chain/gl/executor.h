@@ -23,6 +23,7 @@
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
+#include "chain/gl/turn.h"
 #include "chain/merge.h"
 #include "chain/plan.h"
 #include "chain/status.h"
@@ -78,12 +79,6 @@ class Executor {
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
                                          const StageObserver& observer = {});
 
-    // filter() ends with StatusCode::canceled soon after this is set, between two bands of a
-    // dispatch; null: it does not. Returns the former one (StopScope restores it).
-    const std::atomic<bool>* stop_when(const std::atomic<bool>* stop) {
-        return std::exchange(stop_, stop);
-    }
-
     // filter() calls `next` while it waits for a GPU, until that knows the run after it, and
     // uploads planes of that run meanwhile. Empty: no run is known (ExpectScope).
     void expect(std::function<NextRun()> next);
@@ -106,12 +101,14 @@ class Executor {
     ExecutorCounters counters() const;
 
   private:
+    friend class TurnScope;
     using Outputs = std::map<Role, TextureId>;
     Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const PlaneView& inputs,
                                                     const std::vector<Outputs>& outputs,
                                                     const StageObserver& observer);
     Status execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
                    const StageObserver& observer, gl::BandQueue* queue);
+    Turn turn() const;
     Status show(const Plan& plan, int step, const StageObserver& observer);
     // A plane whose texture is filled before the run that reads it.
     struct Ahead {
@@ -134,25 +131,33 @@ class Executor {
     bool ahead_begun_ = false;  // of the run after this one
     std::function<NextRun()> expect_;
     std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
-    const std::atomic<bool>* stop_ = nullptr;
+    std::vector<AskTurn> asks_;                // of the scopes
     bool timing_ = false, time_steps_ = false;
     uint64_t runs_ = 0;
     uint64_t dispatches_ = 0;
     std::vector<WorkDone> work_done_;
 };
 
-// While it exists, filter() of the executor ends soon after `stop` (null: never) is set.
-class StopScope {
+// While it exists, filter() of the executor asks this too before each band of a dispatch, waits
+// (Turn::wait), or ends with StatusCode::canceled (Turn::stop). Scopes end in reverse order.
+class TurnScope {
   public:
-    StopScope(Executor& executor, const std::atomic<bool>* stop)
-        : executor_(executor), former_(executor.stop_when(stop)) {}
-    ~StopScope() { executor_.stop_when(former_); }
-    StopScope(const StopScope&) = delete;
-    StopScope& operator=(const StopScope&) = delete;
+    TurnScope(Executor& executor, AskTurn ask) : executor_(executor) {
+        executor_.asks_.push_back(std::move(ask));
+    }
+    ~TurnScope() { executor_.asks_.pop_back(); }
+    TurnScope(const TurnScope&) = delete;
+    TurnScope& operator=(const TurnScope&) = delete;
 
   private:
     Executor& executor_;
-    const std::atomic<bool>* former_;
+};
+
+// While it exists, filter() of the executor ends soon after `stop` (null: never) is set.
+class StopScope : public TurnScope {
+  public:
+    StopScope(Executor& executor, const std::atomic<bool>* stop)
+        : TurnScope(executor, [stop] { return stop && *stop ? Turn::stop : Turn::go_on; }) {}
 };
 
 // While it exists, filter() of the executor uploads planes of the run after it.

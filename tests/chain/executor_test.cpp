@@ -7,9 +7,12 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <utility>
 
 #include "chain/bands.h"
 #include "chain/gl/transfers.h"
@@ -407,9 +410,37 @@ TEST_F(Execute, StopsBetweenBands) {
         const auto result = executor_->filter(counted(uint64_t(1) << 60), {});
         EXPECT_EQ(result.status().code(), StatusCode::canceled);
         const StopScope none(*executor_, nullptr);
-        EXPECT_TRUE(executor_->filter(counted(1), {}).ok()) << "a scope inside is its own";
+        EXPECT_FALSE(executor_->filter(counted(1), {}).ok()) << "a scope outside counts too";
     }
     EXPECT_TRUE(executor_->filter(counted(1), {}).ok()) << "the scope has ended";
+}
+
+// The answer `wait` dispatches nothing, and its time is not the pass's.
+TEST_F(Execute, WaitsForItsTurnBeforeEachBand) {
+    constexpr int kWaits = 10;  // at least 1 ms each
+    int asked = 0;
+    executor_->set_timing(true);
+    const auto start = std::chrono::steady_clock::now();
+    ImageF pixels;
+    {
+        const TurnScope scope(*executor_, [&] {
+            return asked++ % (kWaits + 1) == kWaits ? Turn::go_on : Turn::wait;
+        });
+        auto result = executor_->filter(counted(uint64_t(1) << 60), {});
+        ASSERT_TRUE(result.ok()) << result.status().message();
+        pixels = std::move(result->at(Role::color));
+    }
+    const double ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    executor_->set_timing(false);
+    // Each group's pixels have the size of its dispatch.
+    double bands = 0;
+    for (int y = 0; y < 5; ++y)
+        for (int x = 0; x < 7; ++x)
+            bands += 1 / (pixels.at(16 * x, 16 * y, 0) * pixels.at(16 * x, 16 * y, 1));
+    EXPECT_GE(bands, 5);
+    EXPECT_EQ(asked, std::lround(bands) * (kWaits + 1));
+    EXPECT_LE(executor_->pass_times().at(0).milliseconds, ms - std::lround(bands) * kWaits);
 }
 
 TEST_F(Execute, ObserverSeesATextureOnceWhenItIsWhole) {

@@ -10,6 +10,8 @@
 namespace postchain::service {
 namespace {
 
+using testing::HasSubstr;
+
 // Frames with mattes: "all" is 1, "none" 0 and "half" 0.5 everywhere, "checker" alternates between
 // 1 and 0, "left" is 1 in the left half.
 class MattePreviews : public test::ServiceTest {
@@ -98,7 +100,7 @@ TEST_F(MattePreviews, AMatteThatIsNotThereIsSaidWithTheNearestName) {
     const auto got = answer.get_future().get();
     ASSERT_TRUE(std::holds_alternative<Problem>(got));
     const std::string detail = std::get<Problem>(got).detail;
-    EXPECT_NE(detail.find("did you mean 'mask.left'?"), std::string::npos) << detail;
+    EXPECT_THAT(detail, HasSubstr("did you mean 'mask.left'?"));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // Jobs from JSON: all faults with their places, strict values, and paths outside the roots for
 // every key.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -18,6 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using testing::HasSubstr;
+using testing::Not;
 
 class RequestTest : public testing::Test {
   protected:
@@ -69,9 +72,7 @@ TEST_F(RequestTest, FormerNamesAreReadWithAWarning) {
     EXPECT_EQ(warnings(whole_).size(), 0u);
     const auto found = warnings(with("no_elide", "still_tiles"));
     ASSERT_EQ(found.size(), 1u);
-    EXPECT_NE(found[0].find("'still_tiles' is the former name of 'still_blocks'"),
-              std::string::npos)
-        << found[0];
+    EXPECT_THAT(found[0], HasSubstr("'still_tiles' is the former name of 'still_blocks'"));
 
     struct Settings {
         int samples = 0;
@@ -127,7 +128,7 @@ TEST_F(RequestTest, AWholeJob) {
     EXPECT_EQ(request.run.source.max_memory, uint64_t(1) << 30);
     EXPECT_EQ(request.run.version, "test");
     EXPECT_EQ(request.chain.name, "fast");
-    EXPECT_NE(request.chain.chain.text().find("directional"), std::string::npos);
+    EXPECT_THAT(request.chain.chain.text(), HasSubstr("directional"));
 }
 
 TEST_F(RequestTest, ChainsInEveryForm) {
@@ -158,7 +159,7 @@ TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
     EXPECT_EQ(by_path.size(), 6u) << text_of(problem.diagnostics);
     EXPECT_EQ(by_path["inpt"].line, 2);
     EXPECT_EQ(by_path["inpt"].column, 3);
-    EXPECT_NE(by_path["inpt"].message.find("did you mean 'input'"), std::string::npos);
+    EXPECT_THAT(by_path["inpt"].message, HasSubstr("did you mean 'input'"));
     EXPECT_EQ(by_path["input"].message, "missing");
     EXPECT_EQ(by_path["strict"].line, 4);
     EXPECT_EQ(by_path["strict"].column, 13);
@@ -352,7 +353,7 @@ TEST_F(RequestTest, WatchingIsOfTheCommandAlone) {
         const Problem problem = refused(body.dump());
         ASSERT_EQ(problem.diagnostics.size(), 1u);
         EXPECT_EQ(problem.diagnostics[0].path, key);
-        EXPECT_NE(problem.detail.find("unknown key"), std::string::npos) << problem.detail;
+        EXPECT_THAT(problem.detail, HasSubstr("unknown key"));
     }
 }
 
@@ -503,8 +504,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
         job["study"] = bad;
         const Problem problem = refused(job.dump());
         EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << key;
-        EXPECT_EQ(text_of(problem.diagnostics).find(base_), std::string::npos)
-            << text_of(problem.diagnostics);
+        EXPECT_THAT(text_of(problem.diagnostics), Not(HasSubstr(base_)));
     };
     leaves("own", "../outside/chain.yaml");
     leaves("input", "../outside/in.####.exr");
@@ -544,7 +544,7 @@ TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
             more[key] = json::object();  // a value of no row's type: the key itself is known
             const Problem problem = refused(more.dump());
             for (const Diagnostic& one : problem.diagnostics)
-                EXPECT_EQ(one.message.find("unknown key"), std::string::npos) << name << " " << key;
+                EXPECT_THAT(one.message, Not(HasSubstr("unknown key"))) << name << " " << key;
         }
     }
 }

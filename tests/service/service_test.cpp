@@ -8,7 +8,6 @@
 #include <future>
 #include <nlohmann/json.hpp>
 
-#include "chain/planner.h"
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
 #include "tools/service/store/job_store.h"
@@ -19,13 +18,12 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using test::ServiceTest;
+using testing::HasSubstr;
+using testing::Not;
 
 class Jobs : public ServiceTest {
   protected:
     std::string out(int frame) const { return root(concat("out/o.000", frame, ".exr")); }
-    std::vector<Event> events(const std::string& id) const {
-        return std::get<std::vector<Event>>(service_->events(id, 0, 1000));
-    }
 };
 
 TEST_F(Jobs, AJobIsDone) {
@@ -44,20 +42,13 @@ TEST_F(Jobs, AJobIsDone) {
         EXPECT_EQ(whole.sidecar, test::read_text(out(frame.frame) + ".json"));
         EXPECT_EQ(json::parse(whole.sidecar)["outcome"], "written");
     }
-    const auto answer = service_->events(id, 0, 100);
-    std::vector<std::string> types;
-    for (const Event& event : std::get<std::vector<Event>>(answer)) {
-        types.push_back(event.type);
-        EXPECT_TRUE(json::parse(event.data).is_object());
-    }
-    EXPECT_EQ(types, (std::vector<std::string>{"queued", "started", "frames", "frame", "frame",
-                                               "frame", "frame", "frame", "frame", "done"}));
+    for (const Event& event : events(id)) EXPECT_TRUE(json::parse(event.data).is_object());
+    EXPECT_EQ(types_of(id), "queued started frames frame frame frame frame frame frame done ");
     const std::string metrics = service_->metrics();
-    EXPECT_NE(metrics.find("postchain_frames_total{result=\"written\"} 6\n"), std::string::npos)
-        << metrics;
-    EXPECT_NE(metrics.find("postchain_step_seconds_count{step=\"filter\"} 6\n"), std::string::npos);
-    EXPECT_NE(metrics.find("postchain_build_info{"), std::string::npos);
-    EXPECT_NE(metrics.find("postchain_jobs{state=\"done\"} 1\n"), std::string::npos);
+    EXPECT_THAT(metrics, HasSubstr("postchain_frames_total{result=\"written\"} 6\n"));
+    EXPECT_THAT(metrics, HasSubstr("postchain_step_seconds_count{step=\"filter\"} 6\n"));
+    EXPECT_THAT(metrics, HasSubstr("postchain_build_info{"));
+    EXPECT_THAT(metrics, HasSubstr("postchain_jobs{state=\"done\"} 1\n"));
 }
 
 TEST_F(Jobs, ListenersHearEveryEventThatIsInTheStore) {
@@ -84,8 +75,8 @@ TEST_F(Jobs, AStrangersFileIsNeverReplacedByFail) {
     const Job job = ended(submit(body()));
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 5);
-    EXPECT_NE(job.message.find("out/o.0004.exr: exists"), std::string::npos) << job.message;
-    EXPECT_EQ(job.message.find(root()), std::string::npos) << job.message;
+    EXPECT_THAT(job.message, HasSubstr("out/o.0004.exr: exists"));
+    EXPECT_THAT(job.message, Not(HasSubstr(root())));
     EXPECT_EQ(test::read_text(out(4)), "mine");
     EXPECT_FALSE(fs::exists(out(1)));
 }
@@ -118,7 +109,7 @@ TEST_F(Jobs, AStrangersFileThatCameAfterTheStartStaysToo) {
     const Job job = ended("2");
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(frames("2")[0].state, FrameState::quarantined);
-    EXPECT_NE(frames("2")[0].message.find("exists"), std::string::npos) << frames("2")[0].message;
+    EXPECT_THAT(frames("2")[0].message, HasSubstr("exists"));
     EXPECT_EQ(test::read_text(out(1)), "a stranger's");
     EXPECT_EQ(frames("2")[1].state, FrameState::written);
     EXPECT_FALSE(std::get<JobFrame>(service_->frame("2", 2)).sidecar.empty());
@@ -135,11 +126,11 @@ TEST_F(Jobs, APoisonedFrameIsQuarantinedAndTheOthersAreDone) {
     EXPECT_EQ(job.exit_code, 1);
     EXPECT_EQ(job.done, 5);
     EXPECT_EQ(job.failed, 1);
-    EXPECT_NE(job.message.find("1 of 6 frames quarantined: 3"), std::string::npos) << job.message;
+    EXPECT_THAT(job.message, HasSubstr("1 of 6 frames quarantined: 3"));
     const JobFrame frame = frames(id)[2];
     EXPECT_EQ(frame.state, FrameState::quarantined);
     EXPECT_EQ(frame.attempts, attempts_);
-    EXPECT_NE(frame.message.find("in.0003.exr"), std::string::npos) << frame.message;
+    EXPECT_THAT(frame.message, HasSubstr("in.0003.exr"));
     // After the repair a retry does only this frame.
     const auto time = fs::last_write_time(out(1));
     test::write_sequence(root(), {3}, 24, 16);
@@ -151,18 +142,11 @@ TEST_F(Jobs, APoisonedFrameIsQuarantinedAndTheOthersAreDone) {
 }
 
 // Frame 3 needs a missing shader; the others do not.
-class NoShader final : public PlainPass {
+class NoShader final : public test::FakePass {
   public:
-    RoleUse roles() const override {
-        RoleUse use;
-        use.required = {Role::color};
-        return use;
-    }
-    Guarantees guarantees() const override { return {}; }
-    Reach reach() const override { return {}; }
     std::optional<Identity> identity(const PlanContext& context) const override {
         if (context.frame.frame_number == 3) return std::nullopt;
-        return Identity{kRuleFacts, {"nothing to do"}};
+        return FakePass::identity(context);
     }
     void plan(PassPlanner& planner) const override {
         const TextureId result = planner.texture("color", Format::rgba32f);
@@ -174,22 +158,11 @@ class NoShader final : public PlainPass {
         planner.step(std::move(step));
         planner.output(Role::color, result);
     }
-    void reference(const PlanContext&, ReferenceFrame&) const override {}
-    ParameterRef parameters() override { return &unused_; }
-
-  private:
-    char unused_ = 0;
 };
 
 // A GL failure may come from the device, so it is created anew each time.
 TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
-    static const ParameterTable no_parameters;
-    std::vector<PassType> types = registry_->types();
-    types.push_back(
-        {.name = "no_shader", .title = "", .help = "", .parameters = &no_parameters, .create = [] {
-             return std::make_unique<NoShader>();
-         }});
-    const PassRegistry registry(types);
+    const PassRegistry registry = test::with_pass<NoShader>("no_shader");
     registry_ = &registry;
     open();
     std::string broken = body();
@@ -200,7 +173,7 @@ TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     EXPECT_EQ(job.done, 5) << job.message;
     EXPECT_EQ(frames(id)[2].state, FrameState::quarantined);
     EXPECT_EQ(frames(id)[2].attempts, attempts_);
-    EXPECT_NE(frames(id)[2].message.find("nowhere.comp"), std::string::npos);
+    EXPECT_THAT(frames(id)[2].message, HasSubstr("nowhere.comp"));
     size_t anew = 0;
     for (const Event& event : events(id)) anew += event.type == "requeued";
     EXPECT_EQ(anew, size_t(attempts_));
@@ -209,7 +182,7 @@ TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     close();
 }
 
-TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {
+TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
     std::ofstream(root("in.0002.exr"), std::ios::binary) << "no EXR";
     attempts_ = 1;
     open();
@@ -217,7 +190,7 @@ TEST_F(Jobs, StopAtTheFirstFrameThatFailsWhereThatIsAskedFor) {
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.failed, 1);
     EXPECT_EQ(job.exit_code, 4);
-    EXPECT_NE(job.message.find("a retry continues"), std::string::npos) << job.message;
+    EXPECT_THAT(job.message, HasSubstr("a retry continues"));
 }
 
 TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
@@ -240,9 +213,7 @@ TEST_F(Jobs, FramesThatAreNotThere) {
     open();
     const Problem missing = refused(body(R"(, "frames": "5-8")"));
     EXPECT_EQ(missing.kind, Problem::Kind::invalid);
-    EXPECT_NE(missing.detail.find("(missing: skip or hold continues without them)"),
-              std::string::npos)
-        << missing.detail;
+    EXPECT_THAT(missing.detail, HasSubstr("(missing: skip or hold continues without them)"));
     ASSERT_EQ(missing.diagnostics.size(), 1u);
     EXPECT_EQ(missing.diagnostics[0].path, "frames");
     const std::string id = submit(body(R"(, "frames": "5-8", "missing": "skip")"));
@@ -254,14 +225,12 @@ TEST_F(Jobs, FramesThatAreNotThere) {
     const std::string held =
         submit(body(R"(, "frames": "6-7", "missing": "hold", "on_existing": "overwrite")"));
     EXPECT_EQ(ended(held).done, 2) << ended(held).message;
-    EXPECT_NE(frames(held)[1].message.find("frame 6 is written in its place"), std::string::npos);
+    EXPECT_THAT(frames(held)[1].message, HasSubstr("frame 6 is written in its place"));
 }
 
 TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
-    fs::create_directories(root("gone"));
     open();
-    std::string in_gone = body();
-    in_gone.replace(in_gone.find("out/"), 4, "gone/");
+    const std::string in_gone = in_folder(body(), "gone");
     // When it is submitted, and when it runs.
     fs::remove_all(root("gone"));
     const Problem none = refused(in_gone);
@@ -269,7 +238,7 @@ TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
               std::string::npos)
         << none.detail;
     fs::create_directories(root("gone"));
-    for (int frame = 7; frame <= 60; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    add_frames(60);
     const std::string before = submit(body(R"(, "priority": 1)"));
     const std::string waits = submit(in_gone);
     fs::remove_all(root("gone"));
@@ -277,25 +246,16 @@ TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
     const Job job = ended(waits);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 5);
-    EXPECT_NE(job.message.find("gone"), std::string::npos) << job.message;
+    EXPECT_THAT(job.message, HasSubstr("gone"));
     EXPECT_EQ(ended(submit(body(R"(, "on_existing": "skip")"))).state, JobState::done);
 }
 
 TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
-    fs::create_directories(root("turn"));
-    open();
-    service_->drain();
-    close();
-    open();
-    std::string turned = body();
-    turned.replace(turned.find("out/"), 4, "turn/");
     // A folder when the job is submitted, a link when it runs.
-    auto store_settings = settings();
-    close();
     {
-        auto store = JobStore::open(store_settings.store, 2);
+        auto store = JobStore::open(settings().store, 2);
         ASSERT_TRUE(store.ok());
-        ASSERT_TRUE((*store)->add({JobKind::run, turned}, 10).ok());
+        ASSERT_TRUE((*store)->add({JobKind::run, in_folder(body(), "turn")}, 10).ok());
     }
     fs::remove(root("turn"));
     fs::create_directory_symlink(outside(), root("turn"));
@@ -311,20 +271,17 @@ TEST_F(Jobs, AFrameThatIsALinkToTheOutsideIsNotRead) {
     open();
     const Job job = ended(submit(body()));
     EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_NE(job.message.find("links outside"), std::string::npos) << job.message;
+    EXPECT_THAT(job.message, HasSubstr("links outside"));
     EXPECT_FALSE(fs::exists(out(4)));
 }
 
 TEST_F(Jobs, TheLargerPriorityGoesFirst) {
-    for (int frame = 7; frame <= 60; ++frame) test::write_sequence(root(), {frame}, 24, 16);
-    fs::create_directories(root("first"));
+    add_frames(60);
     open();
     const std::string slow = submit(body(R"(, "priority": -1)"));
     ASSERT_TRUE(wait_for([&] { return job(slow).done >= 2; }));
-    std::string urgent = body(R"(, "frames": "1-3", "priority": 5)");
-    urgent.replace(urgent.find("out/"), 4, "first/");
-    const std::string id = submit(urgent);
-    const Job first = ended(id);
+    const Job first =
+        ended(submit(in_folder(body(R"(, "frames": "1-3", "priority": 5)"), "first")));
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);
     EXPECT_EQ(other.state, JobState::done) << other.message;
@@ -356,22 +313,20 @@ TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);
     EXPECT_LE(first.ended_ms, other.ended_ms);
-    bool requeued = false;
-    for (const Event& event : events(slow)) requeued |= event.type == "requeued";
-    EXPECT_TRUE(requeued);
+    EXPECT_THAT(types_of(slow), HasSubstr("requeued"));
     EXPECT_EQ(other.state, JobState::done) << other.message;
     EXPECT_EQ(other.exit_code, 1);
-    EXPECT_NE(other.message.find("scene s3: "), std::string::npos) << other.message;
-    EXPECT_EQ(other.message.find(root()), std::string::npos) << other.message;
+    EXPECT_THAT(other.message, HasSubstr("scene s3: "));
+    EXPECT_THAT(other.message, Not(HasSubstr(root())));
     const json report = json::parse(test::read_text(root("study/report.json")));
     EXPECT_EQ(report["scenes"].size(), 8u);
-    EXPECT_EQ(test::read_text(root("study/report.json")).find(root()), std::string::npos);
+    EXPECT_THAT(test::read_text(root("study/report.json")), Not(HasSubstr(root())));
     const auto inner = service_->report_file(user(), slow, "scenes/s0/quick_vs_report/index.html");
     EXPECT_TRUE(std::holds_alternative<ResultFile>(inner));
 }
 
 TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
-    for (int frame = 7; frame <= 40; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    add_frames(40);
     open();
     const std::string id = submit(body());
     ASSERT_TRUE(wait_for([&] { return job(id).done >= 2; }));
@@ -391,7 +346,7 @@ TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
 }
 
 TEST_F(Jobs, CanceledAndTriedAgain) {
-    for (int frame = 7; frame <= 40; ++frame) test::write_sequence(root(), {frame}, 24, 16);
+    add_frames(40);
     open();
     const std::string id = submit(body());
     ASSERT_TRUE(wait_for([&] { return job(id).done >= 1; }));
@@ -576,7 +531,7 @@ TEST_F(Jobs, ABenchIsDoneAndTakenUpAgain) {
             "split_frames": 0, "sweep": ["fxaa.preset=12,39"]})";
     const Job job = ended(submit(body));
     ASSERT_EQ(job.state, JobState::done) << job.message;
-    EXPECT_NE(job.verdict.find("2 variants"), std::string::npos) << job.verdict;
+    EXPECT_THAT(job.verdict, HasSubstr("2 variants"));
     EXPECT_EQ(ended(submit(body)).state, JobState::done);
 }
 
@@ -589,7 +544,7 @@ TEST_F(Jobs, TwoServicesOnOneStore) {
             return &none;
         }());
     ASSERT_FALSE(second.ok());
-    EXPECT_NE(second.status().message().find("another service"), std::string::npos);
+    EXPECT_THAT(second.status().message(), HasSubstr("another service"));
 }
 
 }  // namespace

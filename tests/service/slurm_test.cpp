@@ -1,4 +1,5 @@
 // Reads the output of Slurm's programs; and programs that fail or hang.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tools/service/work/program.h"
@@ -6,6 +7,8 @@
 
 namespace postchain::service {
 namespace {
+
+using testing::HasSubstr;
 
 TEST(Slurm, StatesOfTasks) {
     // Lines of scontrol 22.05: waiting tasks are grouped.
@@ -35,9 +38,8 @@ TEST(Programs, AreRunKilledAndQuoted) {
     EXPECT_EQ(ran->out, "text");
     EXPECT_EQ(ran->err, "wrong\n");
     const auto hangs = run_program({"sleep", "1000"}, "", 200ms);
-    EXPECT_NE(hangs.status().message().find("did not answer"), std::string::npos);
-    EXPECT_NE(run_program({"no-such-program"}, "", 1s).status().message().find("PATH"),
-              std::string::npos);
+    EXPECT_THAT(hangs.status().message(), HasSubstr("did not answer"));
+    EXPECT_THAT(run_program({"no-such-program"}, "", 1s).status().message(), HasSubstr("PATH"));
     const std::string odd = "a 'b' $c \"d\" \\";
     EXPECT_EQ(run_program({"sh", "-c", "printf %s " + shell_quoted(odd)}, "", 60s)->out, odd);
 }

@@ -1,4 +1,5 @@
 // The store: states, crashes (simulated by closing it during work), invalid files.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 #include <sys/resource.h>
@@ -17,6 +18,7 @@ namespace postchain::service {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::HasSubstr;
 
 class StoreTest : public testing::Test {
   protected:
@@ -134,7 +136,7 @@ TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
         open();
         EXPECT_EQ(job(id).state, death < 3 ? JobState::queued : JobState::failed);
     }
-    EXPECT_NE(job(id).message.find("3 times"), std::string::npos) << job(id).message;
+    EXPECT_THAT(job(id).message, HasSubstr("3 times"));
 }
 
 TEST_F(StoreTest, WhatWasGivenUpWaitsAsBefore) {
@@ -255,7 +257,7 @@ TEST_F(StoreTest, TheOldestEndedJobsGo) {
 
 TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     open();
-    EXPECT_NE(refusal().find("another service uses this store"), std::string::npos) << refusal();
+    EXPECT_THAT(refusal(), HasSubstr("another service uses this store"));
     fs::create_symlink(path(), folder_.path("link.db"));
     EXPECT_FALSE(JobStore::open(folder_.path("link.db"), 3).ok()) << "by another name";
     store_.reset();
@@ -265,7 +267,7 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
 TEST_F(StoreTest, AFileThatIsNoStoreStays) {
     const std::string text(5000, 'x');
     std::ofstream(path()) << text;
-    EXPECT_NE(refusal().find("is not a store of jobs"), std::string::npos) << refusal();
+    EXPECT_THAT(refusal(), HasSubstr("is not a store of jobs"));
     EXPECT_EQ(test::read_text(path()), text);
 }
 
@@ -274,7 +276,7 @@ TEST_F(StoreTest, ADatabaseOfAnotherProgramStays) {
     ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
     sqlite3_exec(other, "CREATE TABLE jobs(a)", nullptr, nullptr, nullptr);
     sqlite3_close(other);
-    EXPECT_NE(refusal().find("of another program"), std::string::npos) << refusal();
+    EXPECT_THAT(refusal(), HasSubstr("of another program"));
 }
 
 TEST_F(StoreTest, AStoreOfALaterVersionStays) {
@@ -284,7 +286,7 @@ TEST_F(StoreTest, AStoreOfALaterVersionStays) {
     ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
     sqlite3_exec(other, "PRAGMA user_version = 99", nullptr, nullptr, nullptr);
     sqlite3_close(other);
-    EXPECT_NE(refusal().find("later version"), std::string::npos) << refusal();
+    EXPECT_THAT(refusal(), HasSubstr("later version"));
 }
 
 // A job that had quarantined one of its frames: its events say so, and a retry runs it again.
@@ -359,19 +361,18 @@ TEST_F(StoreTest, LimitsOfAUser) {
     const std::string first = add_of(5).job.id;
     EXPECT_EQ(add_of(5).what, Added::What::made);
     EXPECT_EQ(add_of(5).what, Added::What::over_limit);
-    EXPECT_NE(add_of(5).why.find("ann may have 2 unfinished jobs"), std::string::npos);
+    EXPECT_THAT(add_of(5).why, HasSubstr("ann may have 2 unfinished jobs"));
     add();  // of another user
     ann.max_jobs = 0;
     ann.max_frames = 12;
     EXPECT_EQ(add_of(2).what, Added::What::made);
-    EXPECT_NE(add_of(1).why.find("may have 12 frames in unfinished jobs, and would have 13"),
-              std::string::npos)
-        << add_of(1).why;
+    EXPECT_THAT(add_of(1).why,
+                HasSubstr("may have 12 frames in unfinished jobs, and would have 13"));
     ASSERT_TRUE(*store_->cancel(first));
     EXPECT_EQ(add_of(1).what, Added::What::made);
     const auto again = store_->retry(first, ann);
     EXPECT_FALSE(again->done);
-    EXPECT_NE(again->why.find("and would have 13"), std::string::npos) << again->why;
+    EXPECT_THAT(again->why, HasSubstr("and would have 13"));
     EXPECT_EQ(job(first).state, JobState::canceled);
     ann.max_frames = 0;
     ann.max_bytes = 100;
@@ -382,7 +383,7 @@ TEST_F(StoreTest, LimitsOfAUser) {
     frame.frame = 1;
     ASSERT_TRUE(store_->enter_frames(writes, {frame}).ok());
     ASSERT_TRUE(store_->frame_ends(writes, {1, FrameState::written, "", false, 1, 100}).ok());
-    EXPECT_NE(add_of(1).why.find("have written 100 bytes"), std::string::npos) << add_of(1).why;
+    EXPECT_THAT(add_of(1).why, HasSubstr("have written 100 bytes"));
     Job end = job(writes);
     end.state = JobState::done;
     ASSERT_TRUE(store_->end(end).ok());
@@ -466,7 +467,7 @@ TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
         file.seekp(8192);
         file << std::string(60000, '\xff');
     }
-    EXPECT_NE(refusal().find("damaged"), std::string::npos) << refusal();
+    EXPECT_THAT(refusal(), HasSubstr("damaged"));
 }
 
 // On a full disk calls fail and change nothing; the store works again when there is room.
@@ -513,9 +514,8 @@ TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
         if (replaced) std::ofstream(path()) << "another";
         const auto refused = store_->add({JobKind::run, "{}", 0, ""}, 100);
         EXPECT_EQ(refused.status().code(), StatusCode::output);
-        EXPECT_NE(refused.status().message().find("store.db: the store was removed or replaced"),
-                  std::string::npos)
-            << refused.status().message();
+        EXPECT_THAT(refused.status().message(),
+                    HasSubstr("store.db: the store was removed or replaced"));
         EXPECT_FALSE(store_->in_place().ok());
         EXPECT_EQ(said, std::vector<std::string>({refused.status().message()}));
         fs::rename(folder_.path("away.db"), path());  // put back

@@ -6,7 +6,6 @@
 #include <future>
 #include <thread>
 
-#include "passes/registry.h"
 #include "tests/command/frames.h"
 
 namespace postchain::test {
@@ -45,6 +44,7 @@ ServiceSettings ServiceTest::settings() {
     settings.users = users_;
     settings.frame_timeout_s = frame_timeout_s_;
     settings.slice_s = slice_s_;
+    settings.drain = drain_;
     settings.remote = remote_;
     settings.log = [this](const LogLine& line) {
         const std::lock_guard lock(log_mutex_);
@@ -137,6 +137,32 @@ Job ServiceTest::ended(const std::string& id) const {
     Job now;
     EXPECT_TRUE(wait_for([&] { return (now = job(id)).ended_ms != 0; })) << "job " << id;
     return now;
+}
+
+std::string ServiceTest::in_folder(std::string body, const std::string& folder) const {
+    fs::create_directories(root(folder));
+    return body.replace(body.find("out/"), 4, folder + "/");
+}
+
+void ServiceTest::add_frames(int last) const {
+    for (int frame = 7; frame <= last; ++frame) write_sequence(root(), {frame}, 24, 16);
+}
+
+std::vector<Event> ServiceTest::events(const std::string& id) const {
+    return std::get<std::vector<Event>>(service_->events(id, 0, 1000));
+}
+
+std::string ServiceTest::types_of(const std::string& id) const {
+    std::string types;
+    for (const Event& event : events(id)) types += event.type + " ";
+    return types;
+}
+
+std::string ServiceTest::logged() {
+    const std::lock_guard lock(log_mutex_);
+    std::string text;
+    for (const LogLine& line : log_) text += line.message + "\n";
+    return text;
 }
 
 }  // namespace postchain::test

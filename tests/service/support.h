@@ -1,14 +1,19 @@
 // A service over a folder of small frames.
 #pragma once
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "chain/pass.h"
+#include "chain/planner.h"
+#include "passes/registry.h"
 #include "tests/io/exr_files.h"
 #include "tools/service/work/service.h"
 
@@ -38,6 +43,12 @@ class ServiceTest : public testing::Test {
     service::Job job(const std::string& id) const;
     std::vector<service::JobFrame> frames(const std::string& id) const;
     service::Job ended(const std::string& id) const;  // waits
+    // A body whose outputs go to this folder of the root, which is made.
+    std::string in_folder(std::string body, const std::string& folder) const;
+    void add_frames(int last) const;  // to the input: 7 to `last`
+    std::vector<service::Event> events(const std::string& id) const;
+    std::string types_of(const std::string& id) const;  // of its events
+    std::string logged();                               // the messages
     // Waits for the image. Fails the test on a problem.
     static service::Picture picture(
         const std::function<void(std::function<void(service::Answer<service::Picture>)>)>& ask);
@@ -48,6 +59,7 @@ class ServiceTest : public testing::Test {
     int attempts_ = 2;
     double frame_timeout_s_ = 0;
     double slice_s_ = 60;
+    std::chrono::milliseconds drain_ = std::chrono::seconds(20);
     std::shared_ptr<service::Users> users_ = std::make_shared<service::Users>();
     service::RemoteSettings remote_;
     std::mutex log_mutex_;
@@ -56,5 +68,38 @@ class ServiceTest : public testing::Test {
     const PassRegistry* registry_;  // the built-in passes, unless a test has its own
     std::unique_ptr<service::Service> service_;
 };
+
+// A pass of a test, which reads color. By default it is the identity.
+class FakePass : public PlainPass {
+  public:
+    RoleUse roles() const override {
+        RoleUse use;
+        use.required = {Role::color};
+        return use;
+    }
+    Guarantees guarantees() const override { return {}; }
+    Reach reach() const override { return {}; }
+    std::optional<Identity> identity(const PlanContext&) const override {
+        return Identity{kRuleFacts, {"nothing to do"}};
+    }
+    void plan(PassPlanner&) const override {}
+    void reference(const PlanContext&, ReferenceFrame&) const override {}
+    ParameterRef parameters() override { return &unused_; }
+
+  private:
+    char unused_ = 0;
+};
+
+// The built-in passes and this one.
+template <class Pass>
+PassRegistry with_pass(const char* name) {
+    static const ParameterTable no_parameters;
+    std::vector<PassType> types = builtin_passes().types();
+    types.push_back(
+        {.name = name, .title = "", .help = "", .parameters = &no_parameters, .create = [] {
+             return std::make_unique<Pass>();
+         }});
+    return PassRegistry(types);
+}
 
 }  // namespace postchain::test

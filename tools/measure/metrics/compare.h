@@ -55,8 +55,8 @@ struct Comparison {
 // Errors (usage): an unknown metric or map.
 Result<Comparison> compare(const Pair& pair, const CompareSettings& settings);
 
-// Of a sequence, from the values of each of its frames (at least one): means over the frames that
-// have a value; counts are summed, maxima are maximized.
+// The values of a sequence from those of its frames (at least one): means over the frames that have
+// a value; counts are summed, maxima are maximized.
 Values summary_of(const std::vector<Values>& frames);
 
 // Every constant that values depend on, by name: {"relmse_epsilon", 0.01}, ...

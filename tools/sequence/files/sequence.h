@@ -5,7 +5,7 @@
 //   "color=A.exr,depth=B.exr" --> InputSpec (a PathPattern for each role)
 //   InputSpec, FrameRange     --find_frames--> frames requested, frames missing
 //
-// Syntax: docs/command.md. What to do with a missing frame (error, skip, hold) is the runner's.
+// Syntax: docs/command.md. The runner decides about a missing frame (error, skip, hold).
 #pragma once
 
 #include <map>

@@ -263,8 +263,8 @@ Result<std::string> encode_image(const ImageToWrite& picture) {
     if (!info.color_space.empty()) spec.attribute("oiio:ColorSpace", info.color_space);
     if (info.pixel_aspect != 1) spec.attribute("PixelAspectRatio", info.pixel_aspect);
     if (!picture.compression.empty()) spec.attribute("compression", picture.compression);
-    // Where there is none, encoders of TIFF and DPX would take the time of writing: no two files
-    // were equal then. EXIF's word for an unknown time.
+    // Without a time, encoders of TIFF and DPX take the time of writing, and no two files would be
+    // equal. This is EXIF's word for an unknown time.
     const bool is_timed = info.format == "tiff" || info.format == "dpx";
     if (is_timed && !spec.find_attribute("DateTime"))
         spec.attribute("DateTime", "0000:00:00 00:00:00");

@@ -1,4 +1,4 @@
-// What `inspect` finds: the contents of a frame's files, how they are interpreted, whether the
+// Results of `inspect`: the contents of a frame's files, how they are interpreted, whether the
 // motion vectors have the profile's signs, and which frames of a sequence differ.
 #pragma once
 

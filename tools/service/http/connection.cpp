@@ -160,8 +160,8 @@ void Connection::work() {
     if (!taken) counted(problem(503, "the service is shutting down"));
 }
 
-// Notices that the client has left while its request is worked on: nobody waits for its preview.
-// Bytes of a next request stay where they are.
+// Notices that the client has left during its request, and ends its preview. Bytes of a next
+// request stay where they are.
 void Connection::watch_client() {
     socket_.async_wait(
         asio::ip::tcp::socket::wait_read,

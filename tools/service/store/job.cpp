@@ -3,49 +3,21 @@
 namespace postchain::service {
 
 const char* name_of(JobKind kind) {
-    switch (kind) {
-        case JobKind::run:
-            return "run";
-        case JobKind::ab:
-            return "ab";
-        case JobKind::bench:
-            return "bench";
-        case JobKind::study:
-            return "study";
-    }
-    return "run";
+    constexpr std::array kNames = {"run", "ab", "bench", "study"};
+    static_assert(kNames.size() == kJobKinds.size());
+    return kNames[size_t(kind)];
 }
 
 const char* name_of(JobState state) {
-    switch (state) {
-        case JobState::queued:
-            return "queued";
-        case JobState::running:
-            return "running";
-        case JobState::done:
-            return "done";
-        case JobState::failed:
-            return "failed";
-        case JobState::canceled:
-            return "canceled";
-    }
-    return "failed";
+    constexpr std::array kNames = {"queued", "running", "done", "failed", "canceled"};
+    static_assert(kNames.size() == kJobStates.size());
+    return kNames[size_t(state)];
 }
 
 const char* name_of(FrameState state) {
-    switch (state) {
-        case FrameState::waiting:
-            return "waiting";
-        case FrameState::written:
-            return "written";
-        case FrameState::skipped:
-            return "skipped";
-        case FrameState::missing:
-            return "missing";
-        case FrameState::quarantined:
-            return "quarantined";
-    }
-    return "quarantined";
+    constexpr std::array kNames = {"waiting", "written", "skipped", "missing", "quarantined"};
+    static_assert(kNames.size() == kFrameStates.size());
+    return kNames[size_t(state)];
 }
 
 }  // namespace postchain::service

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/service/store/job.h"
 #include "tools/service/store/sqlite.h"
@@ -15,6 +17,18 @@ inline constexpr const char* kJob =
     "done, failed, exit_code, verdict, owner, bytes FROM jobs ";
 inline constexpr const char* kFrame =
     "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
+
+// The rows of a query, and its first one.
+template <class Convert>
+auto all(Statement rows, const Convert& convert) {
+    std::vector<decltype(convert(rows))> found;
+    while (rows.step()) found.push_back(convert(rows));
+    return found;
+}
+template <class Convert>
+auto first(Statement rows, const Convert& convert) {
+    return rows.step() ? std::optional(convert(rows)) : std::nullopt;
+}
 
 // The number of a displayed id; 0 if it is not an id.
 int64_t number_of(const std::string& id);

@@ -36,18 +36,8 @@ Database::~Database() {
     sqlite3_close_v2(handle_);
 }
 
-void Database::run(const char* sql) {
-    check(handle_, sqlite3_exec(handle_, sql, nullptr, nullptr, nullptr));
-}
-
-int64_t Database::number(const char* sql) {
-    Statement statement(*this, sql);
-    return statement.step() ? statement.integer(0) : 0;
-}
-
-std::string Database::text(const char* sql) {
-    Statement statement(*this, sql);
-    return statement.step() ? statement.text(0) : "";
+void Database::run(const std::string& sql) {
+    check(handle_, sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr));
 }
 
 int64_t Database::last_id() const {
@@ -58,28 +48,26 @@ int Database::changes() const {
     return sqlite3_changes(handle_);
 }
 
-Statement::Statement(Database& database, const char* sql) : database_(database) {
-    check(database.handle(), sqlite3_prepare_v2(database.handle(), sql, -1, &statement_, nullptr));
+void Statement::prepare(const std::string& sql) {
+    check(database_.handle(),
+          sqlite3_prepare_v2(database_.handle(), sql.c_str(), -1, &statement_, nullptr));
 }
 
 Statement::~Statement() {
     sqlite3_finalize(statement_);
 }
 
-Statement& Statement::bind(int64_t value) {
+void Statement::bind(int64_t value) {
     check(database_.handle(), sqlite3_bind_int64(statement_, ++bound_, value));
-    return *this;
 }
 
-Statement& Statement::bind(double value) {
+void Statement::bind(double value) {
     check(database_.handle(), sqlite3_bind_double(statement_, ++bound_, value));
-    return *this;
 }
 
-Statement& Statement::bind(std::string_view value) {
+void Statement::bind(std::string_view value) {
     check(database_.handle(), sqlite3_bind_text64(statement_, ++bound_, value.data(), value.size(),
                                                   SQLITE_TRANSIENT, SQLITE_UTF8));
-    return *this;
 }
 
 bool Statement::step() {
@@ -87,11 +75,6 @@ bool Statement::step() {
     if (code == SQLITE_ROW) return true;
     if (code != SQLITE_DONE) fail(database_.handle(), code);
     return false;
-}
-
-void Statement::run() {
-    while (step()) {
-    }
 }
 
 int64_t Statement::integer(int column) const {

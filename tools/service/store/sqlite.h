@@ -1,11 +1,12 @@
 // SQLite for the store: statements and transactions that throw. Exceptions stay in this folder:
-// job_store.cpp converts them to Status.
+// store_file.h converts them to Status.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "chain/status.h"
 
@@ -28,41 +29,77 @@ class Database {
     Database(const Database&) = delete;
     Database& operator=(const Database&) = delete;
 
-    void run(const char* sql);  // statements without parameters
-    int64_t number(const char* sql);
-    std::string text(const char* sql);
+    // Statements without parameters.
+    void run(const std::string& sql);
+    // One statement. Returns the number of changed rows.
+    template <class... Values>
+    int run(const std::string& sql, const Values&... values);
+    // The first column of the first row; 0 or empty if there is none.
+    template <class... Values>
+    int64_t number(const std::string& sql, const Values&... values);
+    template <class... Values>
+    std::string text(const std::string& sql, const Values&... values);
     int64_t last_id() const;
-    int changes() const;  // rows changed by the last statement
     sqlite3* handle() const { return handle_; }
 
   private:
+    int changes() const;
     sqlite3* handle_ = nullptr;
 };
 
-// One statement: bind from left to right, then step. Strings may contain any byte.
+// One statement with the values of its parameters, from left to right. Strings may contain any
+// byte.
 class Statement {
   public:
-    Statement(Database& database, const char* sql);
+    template <class... Values>
+    Statement(Database& database, const std::string& sql, const Values&... values)
+        : database_(database) {
+        prepare(sql);
+        (bind(values), ...);
+    }
     ~Statement();
     Statement(const Statement&) = delete;
     Statement& operator=(const Statement&) = delete;
 
-    Statement& bind(int64_t value);
-    Statement& bind(int value) { return bind(int64_t(value)); }
-    Statement& bind(double value);
-    Statement& bind(std::string_view value);
     bool step();  // false after the last row
-    void run();   // to the end
 
     int64_t integer(int column) const;
     double number(int column) const;
     std::string text(int column) const;
 
   private:
+    void prepare(const std::string& sql);
+    void bind(int64_t value);
+    void bind(int value) { bind(int64_t(value)); }
+    void bind(double value);
+    void bind(std::string_view value);
+    void bind(const std::vector<std::string>& values) {
+        for (const std::string& value : values) bind(value);
+    }
     Database& database_;
     sqlite3_stmt* statement_ = nullptr;
     int bound_ = 0;
 };
+
+template <class... Values>
+int Database::run(const std::string& sql, const Values&... values) {
+    Statement statement(*this, sql, values...);
+    while (statement.step()) {
+    }
+    return changes();
+}
+
+template <class... Values>
+int64_t Database::number(const std::string& sql, const Values&... values) {
+    Statement statement(*this, sql, values...);
+    return statement.step() ? statement.integer(0) : 0;
+}
+
+template <class... Values>
+std::string Database::text(const std::string& sql, const Values&... values) {
+    Statement statement(*this, sql, values...);
+    return statement.step() ? statement.text(0) : std::string();
+}
 
 // Rolled back unless commit() is called.
 class Transaction {

@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "tools/sequence/files/json.h"
-
 namespace postchain::service {
 namespace {
 
@@ -67,13 +65,12 @@ int64_t now_ms() {
 }
 
 void count_frames(Database& database, int64_t job) {
-    Statement(database,
-              "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
-              "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
-              "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
-              "('missing', 'quarantined')) WHERE id = ?1")
-        .bind(job)
-        .run();
+    database.run(
+        "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
+        "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
+        "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
+        "('missing', 'quarantined')) WHERE id = ?1",
+        job);
 }
 
 void prepare(Database& database, const std::string& path) {
@@ -105,8 +102,8 @@ void prepare(Database& database, const std::string& path) {
         if (version < 2) database.run(kFromVersion1);
         database.run(kFromVersion2);
     }
-    database.run(concat("PRAGMA application_id = ", kApplication).c_str());
-    database.run(concat("PRAGMA user_version = ", kVersion).c_str());
+    database.run(concat("PRAGMA application_id = ", kApplication));
+    database.run(concat("PRAGMA user_version = ", kVersion));
     transaction.commit();
 }
 
@@ -120,23 +117,19 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
         while (jobs.step()) found.emplace_back(jobs.integer(0), int(jobs.integer(1)));
     }
     for (const auto& [job, attempts] : found) {
-        const std::string id = std::to_string(job);
-        Statement flying(database, "SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1");
-        flying.bind(job).step();
-        const int64_t in_flight = flying.integer(0);
+        const int64_t in_flight =
+            database.number("SELECT COUNT(*) FROM frames WHERE job = ? AND in_flight = 1", job);
         // One of several frames in flight may have killed the process. The attempt counts for none
         // of them, and each runs alone from now on. For a frame that ran alone it counts.
         if (in_flight > 1)
-            Statement(database,
-                      "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1")
-                .bind(job)
-                .run();
+            database.run(
+                "UPDATE frames SET attempts = attempts - 1 WHERE job = ? AND in_flight = 1", job);
         std::vector<int> given_up;
         {
             Statement frames(database,
                              "SELECT frame FROM frames WHERE job = ? AND in_flight = 1 AND "
-                             "attempts >= ?");
-            frames.bind(job).bind(most_attempts);
+                             "attempts >= ?",
+                             job, most_attempts);
             while (frames.step()) given_up.push_back(int(frames.integer(0)));
         }
         for (const int frame : given_up) {
@@ -144,35 +137,25 @@ void recover(Database& database, int most_attempts, const EventSink& add_event) 
                 "the process died while only this frame was in "
                 "flight, at the last of ",
                 most_attempts, " attempts");
-            Statement(
-                database,
-                "UPDATE frames SET state = 'quarantined', message = ? WHERE job = ? AND frame "
-                "= ?")
-                .bind(message)
-                .bind(job)
-                .bind(frame)
-                .run();
-            add_event(id, "quarantined", io::json_text({{"frame", frame}, {"message", message}}));
+            database.run(
+                "UPDATE frames SET state = 'quarantined', message = ? WHERE job = ? AND frame = ?",
+                message, job, frame);
+            add_event(job, "quarantined", {{"frame", frame}, {"message", message}});
         }
         count_frames(database, job);
         if (in_flight == 0 && attempts >= most_attempts) {
             const std::string message =
                 concat("the process died ", attempts, " times during this job");
-            Statement(database,
-                      "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? "
-                      "WHERE id = ?")
-                .bind(message)
-                .bind(now_ms())
-                .bind(job)
-                .run();
-            add_event(id, "failed", io::json_text({{"message", message}}));
+            database.run(
+                "UPDATE jobs SET state = 'failed', exit_code = 1, message = ?, ended_ms = ? WHERE "
+                "id = ?",
+                message, now_ms(), job);
+            add_event(job, "failed", {{"message", message}});
             continue;
         }
-        Statement(database, "UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?")
-            .bind(in_flight > 0 ? 0 : attempts)
-            .bind(job)
-            .run();
-        add_event(id, "requeued", io::json_text({{"why", "the process ended"}}));
+        database.run("UPDATE jobs SET state = 'queued', attempts = ? WHERE id = ?",
+                     in_flight > 0 ? 0 : attempts, job);
+        add_event(job, "requeued", {{"why", "the process ended"}});
     }
     database.run("UPDATE frames SET in_flight = 0, alone = 1 WHERE in_flight = 1");
 }
@@ -183,8 +166,7 @@ void prune(Database& database, const Retention& keep) {
     {
         const int64_t first = keep.days > 0 ? now_ms() - keep.days * kDayMs : 0;
         Statement ended(database, concat("SELECT id, frames, ended_ms FROM jobs WHERE ", kEnded,
-                                         " ORDER BY ended_ms DESC, id DESC")
-                                      .c_str());
+                                         " ORDER BY ended_ms DESC, id DESC"));
         while (ended.step()) {
             ++jobs;
             frames += ended.integer(1);
@@ -194,14 +176,11 @@ void prune(Database& database, const Retention& keep) {
                 old.push_back(ended.integer(0));
         }
     }
-    for (const int64_t job : old)
-        Statement(database, "DELETE FROM jobs WHERE id = ?").bind(job).run();
-    Statement(database, concat("DELETE FROM events WHERE id <= (SELECT MAX(id) FROM events) - ? "
-                               "AND job IN (SELECT id FROM jobs WHERE ",
-                               kEnded, ")")
-                            .c_str())
-        .bind(kMaxEvents)
-        .run();
+    for (const int64_t job : old) database.run("DELETE FROM jobs WHERE id = ?", job);
+    database.run(concat("DELETE FROM events WHERE id <= (SELECT MAX(id) FROM events) - ? AND job "
+                        "IN (SELECT id FROM jobs WHERE ",
+                        kEnded, ")"),
+                 kMaxEvents);
 }
 
 }  // namespace postchain::service

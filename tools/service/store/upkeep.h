@@ -6,6 +6,7 @@
 #include <functional>
 #include <string>
 
+#include "tools/sequence/files/json.h"
 #include "tools/service/store/sqlite.h"
 
 namespace postchain::service {
@@ -21,9 +22,8 @@ inline constexpr int kMaxEndedFrames = 200'000;  // in all
 // Limit on events, without those of unfinished jobs.
 inline constexpr int kMaxEvents = 100'000;
 
-// Stores an event: id of the job, type and data.
-using EventSink =
-    std::function<void(const std::string& id, const std::string& type, const std::string& data)>;
+// Stores an event: number of the job, type and data.
+using EventSink = std::function<void(int64_t job, const std::string& type, const io::Json& data)>;
 
 int64_t now_ms();  // since 1970-01-01 UTC
 

@@ -1,4 +1,4 @@
-// Who may use a service: everyone without a token, everyone who has the one token, or users from a
+// The users of a service: everyone without a token, everyone who has the one token, or users from a
 // file, each with a token, folders and limits of their own. Thread-safe.
 //
 //   postchain_users: 1

@@ -36,57 +36,48 @@ struct Counters::Families {
 
     const std::string version;
     prometheus::Registry registry;
-    prometheus::Family<prometheus::Counter>& frames = prometheus::BuildCounter()
-                                                          .Name("postchain_frames_total")
-                                                          .Help("frames of jobs by result")
-                                                          .Register(registry);
-    prometheus::Family<prometheus::Histogram>& steps =
-        prometheus::BuildHistogram()
-            .Name("postchain_step_seconds")
-            .Help("time of each step of a frame: read, convert, filter, write")
-            .Register(registry);
-    prometheus::Family<prometheus::Counter>& left_out = prometheus::BuildCounter()
-                                                            .Name("postchain_passes_left_out_total")
-                                                            .Help("elided passes by pass and rule")
-                                                            .Register(registry);
+    prometheus::Family<prometheus::Counter>& counters(const char* name, const char* help) {
+        return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+    }
+    prometheus::Counter& counter(const char* name, const char* help) {
+        return counters(name, help).Add({});
+    }
+    prometheus::Family<prometheus::Gauge>& gauges(const char* name, const char* help) {
+        return prometheus::BuildGauge().Name(name).Help(help).Register(registry);
+    }
+    prometheus::Gauge& gauge(const char* name, const char* help) {
+        return gauges(name, help).Add({});
+    }
+    prometheus::Family<prometheus::Histogram>& histograms(const char* name, const char* help) {
+        return prometheus::BuildHistogram().Name(name).Help(help).Register(registry);
+    }
+
+    prometheus::Family<prometheus::Counter>& frames =
+        counters("postchain_frames_total", "frames of jobs by result");
+    prometheus::Family<prometheus::Histogram>& steps = histograms(
+        "postchain_step_seconds", "time of each step of a frame: read, convert, filter, write");
+    prometheus::Family<prometheus::Counter>& left_out =
+        counters("postchain_passes_left_out_total", "elided passes by pass and rule");
     prometheus::Family<prometheus::Counter>& nonfinite =
-        prometheus::BuildCounter()
-            .Name("postchain_nonfinite_pixels_total")
-            .Help("pixels with NaN or Inf in input and output")
-            .Register(registry);
-    prometheus::Family<prometheus::Gauge>& jobs = prometheus::BuildGauge()
-                                                      .Name("postchain_jobs")
-                                                      .Help("jobs in the store by state")
-                                                      .Register(registry);
-    prometheus::Gauge& textures = prometheus::BuildGauge()
-                                      .Name("postchain_texture_bytes_peak")
-                                      .Help("peak bytes of allocated textures")
-                                      .Register(registry)
-                                      .Add({});
-    prometheus::Gauge& alive = prometheus::BuildGauge()
-                                   .Name("postchain_textures")
-                                   .Help("textures allocated after the last frame")
-                                   .Register(registry)
-                                   .Add({});
-    prometheus::Family<prometheus::Gauge>& build = prometheus::BuildGauge()
-                                                       .Name("postchain_build_info")
-                                                       .Help("1, with version and GL renderer")
-                                                       .Register(registry);
+        counters("postchain_nonfinite_pixels_total", "pixels with NaN or Inf in input and output");
+    prometheus::Family<prometheus::Gauge>& jobs =
+        gauges("postchain_jobs", "jobs in the store by state");
+    prometheus::Gauge& textures =
+        gauge("postchain_texture_bytes_peak", "peak bytes of allocated textures");
+    prometheus::Gauge& alive =
+        gauge("postchain_textures", "textures allocated after the last frame");
+    prometheus::Family<prometheus::Gauge>& build =
+        gauges("postchain_build_info", "1, with version and GL renderer");
     prometheus::Histogram& queue_wait =
-        prometheus::BuildHistogram()
-            .Name("postchain_queue_wait_seconds")
-            .Help("time from the submission of a job to its first start")
-            .Register(registry)
+        histograms("postchain_queue_wait_seconds",
+                   "time from the submission of a job to its first start")
             .Add({},
                  prometheus::Histogram::BucketBoundaries{0.1, 1, 10, 60, 300, 1800, 7200, 43200});
-    prometheus::Family<prometheus::Counter>& ended = prometheus::BuildCounter()
-                                                         .Name("postchain_jobs_ended_total")
-                                                         .Help("jobs that ended, by state and kind")
-                                                         .Register(registry);
+    prometheus::Family<prometheus::Counter>& ended =
+        counters("postchain_jobs_ended_total", "jobs that ended, by state and kind");
+    prometheus::Counter& waits = counter("postchain_preview_wait_seconds_total",
+                                         "time that jobs have left the device to previews");
     // Gauges that are set when they are read.
-    prometheus::Gauge& gauge(const char* name, const char* help) {
-        return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
-    }
     prometheus::Gauge& oldest =
         gauge("postchain_queue_oldest_seconds", "age of the oldest waiting job; 0 = none waits");
     prometheus::Gauge& store = gauge("postchain_store_bytes", "size of the store with its log");
@@ -94,21 +85,15 @@ struct Counters::Families {
                                     "time of the longest step of the running job so far");
     prometheus::Gauge& stuck =
         gauge("postchain_stuck_threads", "threads that hang in a disk or a device");
-    prometheus::Counter& replaced = prometheus::BuildCounter()
-                                        .Name("postchain_workers_replaced_total")
-                                        .Help("workers replaced because a step took too long")
-                                        .Register(registry)
-                                        .Add({});
+    prometheus::Counter& replaced = counter("postchain_workers_replaced_total",
+                                            "workers replaced because a step took too long");
     // Names of Prometheus's own client libraries.
     prometheus::Gauge& memory =
         gauge("process_resident_memory_bytes", "resident memory of the process");
     prometheus::Gauge& files = gauge("process_open_fds", "open files of the process");
     prometheus::Gauge& threads = gauge("process_threads", "threads of the process");
-    prometheus::Counter& cpu = prometheus::BuildCounter()
-                                   .Name("process_cpu_seconds_total")
-                                   .Help("user and system time of the process")
-                                   .Register(registry)
-                                   .Add({});
+    prometheus::Counter& cpu =
+        counter("process_cpu_seconds_total", "user and system time of the process");
     prometheus::Gauge& start =
         gauge("process_start_time_seconds", "start of the process since 1970");
 
@@ -164,6 +149,10 @@ void Counters::add(const sequence::FrameReport& report) noexcept try {
 void Counters::set_renderer(const std::string& renderer) noexcept try {
     families_->build.Add({{"version", families_->version}, {"renderer", renderer}}).Set(1);
 } catch (...) {
+}
+
+void Counters::waited_for_previews(double seconds) noexcept {
+    if (seconds > 0) families_->waits.Increment(seconds);
 }
 
 void Counters::started(double waited_s) noexcept try {

@@ -24,6 +24,7 @@ class Counters {
     // Callable from any thread; throws nothing.
     void add(const sequence::FrameReport& report) noexcept;
     void set_renderer(const std::string& renderer) noexcept;
+    void waited_for_previews(double seconds) noexcept;            // the running job
     void started(double waited_s) noexcept;                       // a job, for the first time
     void ended(JobKind kind, const std::string& state) noexcept;  // a job
     std::string text(const std::map<JobState, size_t>& jobs, const QueueTimes& times,

@@ -16,7 +16,7 @@ class ExperimentWork {
           request_(request),
           place_(place),
           roots_(place.reader.roots()),
-          events_(place.store, roots_, job.id) {}
+          events_(place, job.id) {}
 
     WorkEnd work() {
         experiment::ExperimentSettings& settings =
@@ -53,9 +53,7 @@ class ExperimentWork {
   private:
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
-            if (place_.lost) return;
-            place_.progress.does(progress.what + " did not end");
-            events_.say(progress.what, progress.done, progress.total);
+            if (!events_.say(progress.what, progress.done, progress.total)) return;
             place_.remaining(progress.remaining_s);
             place_.between();
         };
@@ -67,13 +65,9 @@ class ExperimentWork {
     }
 
     Result<report::Report> bench(const io::OutputFiles& files, bool& met) {
-        const Status found = experiment::find_truth(request_.bench, files, place_.device,
-                                                    [&](const std::string& what) {
-                                                        if (place_.lost) return false;
-                                                        place_.progress.does(what + " did not end");
-                                                        events_.say(what, 0, 0);
-                                                        return !place_.stop;
-                                                    });
+        const Status found = experiment::find_truth(
+            request_.bench, files, place_.device,
+            [&](const std::string& what) { return events_.say(what, 0, 0); });
         if (Status status = place_.gl.make_current(); !status.ok()) return status;
         if (!found.ok()) return found;
         auto report = experiment::run_bench(request_.variants, request_.bench, files,
@@ -98,8 +92,7 @@ class ExperimentWork {
         end.exit_code = experiment::exit_code_of(report, request_.fail_above, met, lines);
         for (const auto& variant : report.variants)
             if (!variant.failure.empty()) lines.push_back(variant.name + ": " + variant.failure);
-        for (const std::string& line : lines)
-            end.message += (end.message.empty() ? "" : "; ") + line;
+        for (const std::string& line : lines) end.say(line);
         if (report.comparison) {
             end.verdict = report.comparison->verdict;
         } else {

@@ -336,14 +336,11 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
     if (!job.ok()) return job.status();
     if (!*job) return WorkEnd::of(WorkEnd::How::stopped, "");  // removed meanwhile
     WorkEnd end;
-    const auto say = [&](const std::string& text) {
-        end.message += (end.message.empty() ? "" : "; ") + text;
-    };
     if (!tally->quarantined.empty())
-        say(concat(tally->quarantined.size(), " of ", (*job)->frames,
-                   " frames quarantined: ", sequence::frames_text(tally->quarantined)));
-    if (tally->missing > 0) say(concat(tally->missing, " frames are not on disk"));
-    if (tally->held > 0) say(concat(tally->held, " frames are held"));
+        end.say(concat(tally->quarantined.size(), " of ", (*job)->frames,
+                       " frames quarantined: ", sequence::frames_text(tally->quarantined)));
+    if (tally->missing > 0) end.say(concat(tally->missing, " frames are not on disk"));
+    if (tally->held > 0) end.say(concat(tally->held, " frames are held"));
     if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
     if (!tally->quarantined.empty()) {
         end.state = JobState::failed;

@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 namespace postchain::service {
@@ -19,6 +18,12 @@ constexpr size_t kMostLost = 16;
 constexpr auto kLastTasks = std::chrono::seconds(10);  // time for them at the end
 
 }  // namespace
+
+Result<std::thread> start_thread(std::function<void()> work) try {
+    return std::thread(std::move(work));
+} catch (const std::system_error& error) {
+    return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
+}
 
 struct HelperThreads::Inside {
     struct Helper {
@@ -60,12 +65,9 @@ struct HelperThreads::Inside {
 
     static Status add(const std::shared_ptr<Inside>& inside) {
         auto helper = std::make_shared<Helper>();
-        try {
-            helper->thread = std::thread([inside, helper] { inside->loop(*helper); });
-        } catch (const std::system_error& error) {
-            return Status(StatusCode::internal,
-                          std::string("cannot start a thread: ") + error.what());
-        }
+        auto thread = start_thread([inside, helper] { inside->loop(*helper); });
+        if (!thread.ok()) return thread.status();
+        helper->thread = std::move(*thread);
         inside->helpers.push_back(std::move(helper));
         return Status();
     }

@@ -5,10 +5,14 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <thread>
 
 #include "chain/status.h"
 
 namespace postchain::service {
+
+// Errors (internal): the system starts no more threads.
+Result<std::thread> start_thread(std::function<void()> work);
 
 class HelperThreads {
   public:

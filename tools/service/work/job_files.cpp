@@ -5,6 +5,7 @@
 
 #include "config/text_tree.h"
 #include "tools/sequence/run/sidecar.h"
+#include "tools/service/work/preview.h"
 
 namespace postchain::service {
 namespace {
@@ -25,7 +26,7 @@ std::string type_of(const std::string& name) {
 }
 
 Problem not_found(const std::string& detail) {
-    return {Problem::Kind::not_found, detail, {}, 0};
+    return {Problem::Kind::not_found, detail};
 }
 
 ResultFile file_at(const std::string& path) {
@@ -48,19 +49,17 @@ std::string sidecar_of(const std::string& output, const Roots& roots) {
 
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
                                const JobReader& reader) {
+    const Roots& roots = reader.roots();
     auto read = reader.job(job.body);
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-    JobRequest& request = std::get<JobRequest>(read);
+    const JobRequest& request = std::get<JobRequest>(read);
     const std::string path = after ? frame.output : request.run.input.color().format(frame.frame);
-    const Roots& roots = reader.roots();
     std::error_code error;
     if (!fs::exists(path, error)) return not_found(roots.shown(path) + ": does not exist");
     if (!roots.resolve(path).ok())
         return Problem{Problem::Kind::forbidden,
-                       roots.shown(path) + ": links outside the folders of this service",
-                       {},
-                       0};
-    return ShownFrame{path, request.run.source};
+                       roots.shown(path) + ": links outside the folders of this service"};
+    return ShownFrame{path, frame.frame, request.run.source};
 }
 
 Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& frames,
@@ -86,17 +85,17 @@ Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& fram
 
 Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots& roots) {
     const auto spec = io::InputSpec::parse(input);
-    if (!spec.ok()) return Problem{Problem::Kind::invalid, spec.status().message(), {}, 0};
+    if (!spec.ok()) return Problem{Problem::Kind::invalid, spec.status().message()};
     auto pattern = resolve_pattern(spec->color(), roots);
     if (pattern.ok()) {
         const auto path = roots.resolve(pattern->format(frame));
         std::error_code error;
         if (path.ok() && !fs::is_regular_file(*path, error))
             return not_found(roots.shown(*path) + ": does not exist");
-        if (path.ok()) return ShownFrame{*path, {}};
+        if (path.ok()) return ShownFrame{*path, frame, {}};
         pattern = path.status();
     }
-    return Problem{Problem::Kind::forbidden, pattern.status().message(), {}, 0};
+    return Problem{Problem::Kind::forbidden, pattern.status().message()};
 }
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name,
@@ -123,7 +122,7 @@ Answer<std::vector<ResultFile>> outputs_of(const std::vector<JobFrame>& frames, 
         const bool done = frame.state == FrameState::written || frame.state == FrameState::skipped;
         if (!done || frame.frame < first || frame.frame > last) continue;
         const auto path = roots.resolve(frame.output);
-        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
+        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message()};
         std::error_code error;
         if (fs::is_regular_file(*path, error)) files.push_back(file_at(*path));
     }

@@ -16,6 +16,7 @@ std::string sidecar_of(const std::string& output, const Roots& roots);
 // A frame's file before or after filtering, and how to read it.
 struct ShownFrame {
     std::string path;
+    int frame = 0;
     sequence::SourceSettings source;
 };
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,

@@ -1,21 +1,17 @@
 #include "tools/service/work/job_request.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <functional>
 
-#include "config/chain_named.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "tools/measure/experiment/assemble.h"
-#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/color_settings.h"
 #include "tools/sequence/run/memory.h"
+#include "tools/service/work/chain_request.h"
 #include "tools/service/work/request_body.h"
+#include "tools/service/work/study_request.h"
 
 namespace postchain::service {
-
-namespace fs = std::filesystem;
 
 JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
                      int threads)
@@ -48,15 +44,16 @@ class RequestParser {
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
         body_.integer("frame_timeout", 1, kMaxFrameTimeoutS, request_.frame_timeout_s);
         if (kind_ == RequestKind::study) {
-            read_study();
+            read_study(body_, roots_, reader_.registry_, reader_.version_, request_.study,
+                       request_.study_settings);
             return result();
         }
-        request_.sets = body_.list("set");
+        ChainReader chains(body_, roots_, reader_.registry_);
         read_tables();
-        read_chain("chain", "chain_text", request_.chain, &request_.text);
-        if (kind_ == RequestKind::ab)
-            read_chain("chain_b", "chain_b_text", request_.chain_b, &text_b_);
-        if (kind_ == RequestKind::bench) read_sweeps();
+        chains.read("chain", request_.chain, request_.text);
+        if (kind_ == RequestKind::ab) chains.read("chain_b", request_.chain_b, text_b_);
+        if (kind_ == RequestKind::bench)
+            request_.variants = chains.variants(request_.text, request_.bench.max_variants);
         if (kind_ == RequestKind::preview) read_preview();
         read_settings();
         if (kind_ == RequestKind::ab || kind_ == RequestKind::bench) read_limits();
@@ -109,160 +106,6 @@ class RequestParser {
             body_.read_rows(experiment::ab_parameters(), "", &request_.ab);
         if (kind_ == RequestKind::bench)
             body_.read_rows(experiment::bench_parameters(), "", &request_.bench);
-    }
-
-    // -------------------------------------------------------------------------------- chains
-    void read_chain(const std::string& key, const std::string& text_key,
-                    experiment::NamedChain& chain, ChainText* text) {
-        const TextNode* named = body_.find(key);
-        const TextNode* written = body_.find(text_key);
-        if (named && written)
-            return body_.fault(text_key, "contradicts " + key + "; give one of them");
-        if (!named && !written)
-            return body_.fault(key, "missing; give a chain's name, file or object");
-        // Files that a chain names are relative to the folder of its text.
-        const std::string from_root = joined_path(roots_.folders().front(), kBodyFile);
-        std::string shown_as;
-        if (written) {
-            if (!is_string(*written))
-                return body_.fault(text_key, written->describe() + " is not a chain file's text");
-            *text = {from_root, written->text, false};
-            shown_as = text_key;
-        } else if (named->is_map()) {
-            *text = {from_root, {}, false, *named};
-            shown_as = kBodyFile;
-        } else if (is_string(*named)) {
-            if (!find_chain_text(key, named->text, *text)) return;
-        } else {
-            return body_.fault(key, named->describe() + " is not a chain's name, file or object");
-        }
-        chain.name = shown_as.empty() ? fs::path(text->file_name).stem().string() : key;
-        ChainFile file = parse_chain(*text, reader_.registry_, sets());
-        for (Diagnostic& one : file.diagnostics) {
-            if (one.file == text->file_name && !shown_as.empty()) one.file = shown_as;
-            body_.add(std::move(one));
-        }
-        if (!file.status().ok()) return;
-        if (body_.hold_image(key, file.chain.camera)) {
-            io::ApertureFiles pictures;
-            if (Status status = pictures.read(file.chain.camera); !status.ok())
-                body_.fault(key, "camera.aperture_image: " + status.message());
-        }
-        chain.chain = std::move(file.chain);
-    }
-
-    bool find_chain_text(const std::string& key, const std::string& name, ChainText& text) {
-        bool outside = false;
-        auto found = find_named_chain(name, [&](const std::string& path) {
-            auto resolved = roots_.resolve(path);
-            outside = !resolved.ok();
-            return resolved;
-        });
-        if (!found.ok()) {
-            const std::string message = found.status().message();
-            if (outside)
-                body_.outside(key, message);
-            else
-                body_.fault(key, message);
-            return false;
-        }
-        text = std::move(*found);
-        return true;
-    }
-
-    // An override; the path of an aperture image is relative to the first root.
-    std::string from_root(const std::string& text) const {
-        const std::string key = "camera.aperture_image=";
-        if (!text.starts_with(key) || text.size() == key.size() || text[key.size()] == '/' ||
-            text == key + "null")
-            return text;
-        return key + joined_path(roots_.folders().front(), text.substr(key.size()));
-    }
-    std::vector<std::string> sets() const {
-        std::vector<std::string> texts;
-        for (const std::string& text : request_.sets) texts.push_back(from_root(text));
-        return texts;
-    }
-
-    void read_sweeps() {
-        std::vector<experiment::Sweep> sweeps;
-        bool good = true;
-        for (const std::string& text : body_.list("sweep")) {
-            auto sweep = experiment::parse_sweep(text);
-            if (!sweep.ok()) {
-                body_.fault("sweep", sweep.status().message());
-                good = false;
-                continue;
-            }
-            if (sweep->key == "camera.aperture_image")
-                for (std::string& value : sweep->values) {
-                    auto resolved = roots_.resolve(value);
-                    if (resolved.ok()) {
-                        value = *resolved;
-                    } else {
-                        body_.outside("sweep", resolved.status().message());
-                        good = false;
-                    }
-                }
-            sweeps.push_back(std::move(*sweep));
-        }
-        if (!good || has_errors(body_.faults())) return;
-        auto variants = experiment::sweep_variants(request_.text, reader_.registry_, sets(), sweeps,
-                                                   request_.bench.max_variants);
-        if (!variants.ok()) return body_.fault("sweep", variants.status().message());
-        request_.variants = std::move(*variants);
-    }
-
-    // --------------------------------------------------------------------------------- study
-    // A file, whose paths are relative to its folder, or an object, whose paths are relative to the
-    // first root.
-    void read_study() {
-        body_.read_rows(study::study_parameters(), "", &request_.study_settings);
-        body_.hold_rows(study::study_parameters(), &request_.study_settings);
-        const TextNode* node = body_.find("study");
-        if (!node) return body_.fault("study", "missing; give a study's file or object");
-        std::string file = joined_path(roots_.folders().front(), kBodyFile), text;
-        if (is_string(*node) && !RequestBody::has_zero(node->text)) {
-            auto resolved = roots_.resolve(node->text);
-            if (!resolved.ok()) return body_.outside("study", resolved.status().message());
-            file = *resolved;
-            auto read = read_text_file(file, StatusCode::usage);
-            if (!read.ok()) return body_.fault("study", read.status().message());
-            text = std::move(*read);
-        } else if (!node->is_map()) {
-            return body_.fault("study", node->describe() + " is not a study's file or object");
-        }
-        size_t refused = 0;  // by the roots
-        const study::StudyPaths paths = paths_from(fs::path(file).parent_path(), refused);
-        study::StudyFile read =
-            node->is_map()
-                ? study::read_study(*node, file, reader_.registry_, paths, reader_.version_)
-                : study::read_study(text, file, reader_.registry_, paths, reader_.version_);
-        for (Diagnostic& one : read.diagnostics) {
-            if (one.file == file && node->is_map()) one.file = kBodyFile;
-            const bool is_refused = one.severity == Severity::error && refused > 0;
-            if (is_refused) --refused;
-            body_.add(std::move(one), is_refused);
-        }
-        request_.study = std::move(read.study);
-        for (study::Scene& scene : request_.study.scenes)
-            scene.measured.run.source.layers.hold = hold_of(roots_);
-    }
-
-    study::StudyPaths paths_from(const fs::path& folder, size_t& refused) {
-        return {
-            [this, folder, &refused](const std::string& path) {
-                auto resolved = roots_.resolve((folder / path).string());
-                refused += !resolved.ok();
-                return resolved;
-            },
-            [this, folder, &refused](const io::PathPattern& pattern) -> Result<io::PathPattern> {
-                auto whole = io::PathPattern::parse((folder / pattern.text()).string());
-                if (!whole.ok()) return whole;
-                auto resolved = resolve_pattern(*whole, roots_);
-                refused += !resolved.ok();
-                return resolved;
-            }};
     }
 
     // ------------------------------------------------------------------------------ settings
@@ -337,12 +180,7 @@ class RequestParser {
             body_.fault("output", output.status().message());
             return std::nullopt;
         }
-        auto resolved = resolve_pattern(*output, roots_);
-        if (!resolved.ok()) {
-            body_.outside("output", resolved.status().message());
-            return std::nullopt;
-        }
-        return std::move(*resolved);
+        return body_.hold("output", *output);
     }
 
     void hold_truth(experiment::ExperimentSettings& settings) {
@@ -415,7 +253,7 @@ Answer<JobRequest> read(const JobReader& reader, const std::string& body, Reques
         return RequestParser(reader, body).read(kind);
     } catch (...) {
         const Status status = status_of_exception("the request");
-        return Problem{Problem::Kind::internal, status.message(), {}, 0};
+        return Problem{Problem::Kind::internal, status.message()};
     }
 }
 

@@ -37,9 +37,8 @@ struct JobRequest {
     ChainText text;                  // the first chain's, for the sweeps of a bench
     experiment::NamedChain chain;    // after `set`
     experiment::NamedChain chain_b;  // ab
-    std::vector<std::string> sets;
-    sequence::RunSettings run;  // every kind but study
-    std::string input;          // as given
+    sequence::RunSettings run;       // every kind but study
+    std::string input;               // as given
     experiment::ExperimentSettings ab;
     experiment::BenchSettings bench;
     std::vector<experiment::BenchVariant> variants;  // bench

@@ -12,6 +12,7 @@
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/progress.h"
+#include "tools/service/work/readers.h"
 
 namespace postchain::service {
 
@@ -24,8 +25,13 @@ struct WorkPlace {
     std::atomic<bool>& stop;                // set: the job ends within the current frame
     const std::atomic<bool>& lost;          // set: the job has ended; the store is no longer ours
     Progress& progress;                     // steps under way
-    std::function<void()> between;          // call after each frame, on this thread
+    AskTurn turn;                           // asked by the executor of `gl` too
+    std::function<void()> between;          // call after each frame
     std::function<void(double)> remaining;  // call with an estimate in seconds
+
+    // Between dispatches that no executor makes: waits while a preview has the device. False if the
+    // job is to end.
+    bool goes_on() const;
 };
 
 struct WorkEnd {
@@ -42,19 +48,22 @@ struct WorkEnd {
     std::string verdict;
 
     static WorkEnd failed(const Status& status);
+    void say(const std::string& text);  // adds it to the message
     static WorkEnd of(How how, const std::string& message) { return {how, {}, 0, message, {}}; }
 };
+
+// The job with the state of its end.
+Job ended_job(Job job, const WorkEnd& end, const Readers& readers);
 
 // Progress events of a job, at most one per second. Failures to store them are ignored.
 class ProgressEvents {
   public:
-    ProgressEvents(JobStore& store, const Roots& roots, std::string job)
-        : store_(store), roots_(roots), job_(std::move(job)) {}
-    void say(const std::string& what, size_t done, size_t total);
+    ProgressEvents(const WorkPlace& place, std::string job) : place_(place), job_(std::move(job)) {}
+    // Waits while a preview has the device. False if the job is to end.
+    bool say(const std::string& what, size_t done, size_t total);
 
   private:
-    JobStore& store_;
-    const Roots& roots_;
+    const WorkPlace& place_;
     const std::string job_;
     std::optional<sequence::Clock::time_point> said_;
 };

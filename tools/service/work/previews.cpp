@@ -25,8 +25,20 @@ Result<GlDevice*> device_of_thread(const egl::ContextOptions& options, const Pas
 
 }  // namespace
 
-Previews::Previews(const egl::ContextOptions& device, const PassRegistry& registry)
-    : device_(device), registry_(registry), threads_(1, kMostWaiting) {}
+Previews::Previews(const egl::ContextOptions& device, const PassRegistry& registry,
+                   DeviceGate& gate)
+    : device_(device), registry_(registry), gate_(gate), threads_(1, kMostWaiting) {}
+
+Status Previews::begin() {
+    if (Status status = threads_.begin(); !status.ok()) return status;
+    std::promise<void> made;
+    if (threads_.run([&] {
+            (void)device_of_thread(device_, registry_);
+            made.set_value();
+        }))
+        made.get_future().get();
+    return Status();
+}
 
 bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
                    std::function<void(Answer<Picture>)> done) {
@@ -53,9 +65,7 @@ bool Previews::run(JobRequest request, const Roots& roots, const PreviewWanted& 
         }
         if (ticket->replaced)
             answer = Problem{Problem::Kind::conflict,
-                             "a later preview of this session has replaced this one",
-                             {},
-                             0};
+                             "a later preview of this session has replaced this one"};
         done(std::move(answer));
     });
 }
@@ -76,11 +86,15 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
     const auto over = [&] { return ends_ || *ticket.stop; };
     const Status canceled(StatusCode::canceled, "the preview was canceled");
     if (over()) return canceled;
+    auto device = device_of_thread(device_, registry_);
+    if (!device.ok()) return device.status();
+    // A software renderer takes the cores that reading needs.
+    std::optional<DeviceGate::Hold> hold;
+    if ((*device)->software()) hold.emplace(gate_);
     auto prepared = prepare_preview(request);
     if (!prepared.ok()) return prepared.status();
     if (over()) return canceled;
-    auto device = device_of_thread(device_, registry_);
-    if (!device.ok()) return device.status();
+    if (!hold) hold.emplace(gate_);
     Executor& executor = (*device)->executor();
     const StopScope stop(executor, ticket.stop.get());
     auto planes = executor.filter(prepared->plan, prepared->planes);
@@ -92,6 +106,7 @@ std::optional<Status> Previews::test() {
     const auto promise = std::make_shared<std::promise<Status>>();
     auto tested = promise->get_future();
     const bool taken = threads_.run([this, promise] {
+        const DeviceGate::Hold hold(gate_);
         auto device = device_of_thread(device_, registry_);
         Status status = device.ok() ? (*device)->test() : device.status();
         // After a loss of the context a new one may work.

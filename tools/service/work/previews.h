@@ -1,5 +1,5 @@
 // Previews: a thread with a GL context of its own, so that a preview does not wait for the frame of
-// the running job.
+// the running job. It holds the gate, at which the job waits.
 #pragma once
 
 #include <atomic>
@@ -10,6 +10,7 @@
 #include <string>
 
 #include "chain/egl/context.h"
+#include "tools/service/work/device_gate.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/service.h"
@@ -18,9 +19,12 @@ namespace postchain::service {
 
 class Previews {
   public:
-    Previews(const egl::ContextOptions& device, const PassRegistry& registry);
+    Previews(const egl::ContextOptions& device, const PassRegistry& registry, DeviceGate& gate);
 
-    Status begin() { return threads_.begin(); }
+    // Creates the device, before the worker does: contexts share the threads of a software
+    // renderer, and these have the priority of the thread that is first. If this fails, previews
+    // fail. Errors (internal): no thread.
+    Status begin();
     // False if too many wait. `done` is called once. A later preview of the same session ends this
     // one, as do `wanted.left` and end().
     bool run(JobRequest request, const Roots& roots, const PreviewWanted& wanted,
@@ -40,6 +44,7 @@ class Previews {
 
     const egl::ContextOptions device_;
     const PassRegistry& registry_;
+    DeviceGate& gate_;
     std::mutex mutex_;
     std::map<std::string, std::weak_ptr<Ticket>> newest_;  // by session
     std::atomic<bool> ends_ = false;

@@ -10,9 +10,9 @@ Problem problem_of(const Status& status, const Roots& roots) {
         case StatusCode::gl:
             return {Problem::Kind::unavailable, detail, {}, kRetryAfterS};
         case StatusCode::internal:
-            return {Problem::Kind::internal, detail, {}, 0};
+            return {Problem::Kind::internal, detail};
         default:
-            return {Problem::Kind::invalid, detail, {}, 0};
+            return {Problem::Kind::invalid, detail};
     }
 }
 
@@ -22,7 +22,7 @@ Problem refusal(Problem::Kind kind, Diagnostics diagnostics) {
     const auto errors = std::count_if(diagnostics.begin(), diagnostics.end(), is_error);
     std::string detail = first == diagnostics.end() ? "" : first->text();
     if (errors > 1) detail += concat(" (and ", errors - 1, " more)");
-    return {kind, std::move(detail), std::move(diagnostics), 0};
+    return {kind, std::move(detail), std::move(diagnostics)};
 }
 
 }  // namespace postchain::service

@@ -23,8 +23,8 @@ struct Problem {
         internal,     // 500
     };
     Kind kind = Kind::internal;
-    std::string detail;       // one sentence, with the remedy; no path outside the roots
-    Diagnostics diagnostics;  // file, line, column, path and message, as the command prints them
+    std::string detail = {};       // one sentence, with the remedy; no path outside the roots
+    Diagnostics diagnostics = {};  // file, line, column, path and message, as the command prints
     int retry_after_s = 0;
 };
 template <class T>

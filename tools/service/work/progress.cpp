@@ -2,10 +2,11 @@
 
 namespace postchain::service {
 
-void Progress::step(sequence::FrameStep step, int frame, bool begins) {
+void Progress::step(sequence::FrameStep step, int frame, bool begins, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
+    if (step == sequence::FrameStep::filter) waits_since_.reset();
     if (begins)
-        steps_[step] = {frame, Clock::now()};
+        steps_[step] = {frame, now};
     else
         steps_.erase(step);
 }
@@ -14,11 +15,22 @@ void Progress::does(const std::string& what) {
     const std::lock_guard lock(mutex_);
     does_ = what;
     does_since_ = Clock::now();
+    waits_since_.reset();
 }
 
-std::optional<Progress::UnderWay> Progress::longest() const {
+double Progress::waits(bool waits, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    const auto now = Clock::now();
+    const auto waited = waits_since_ ? now - *waits_since_ : Clock::duration();
+    if (const auto filter = steps_.find(sequence::FrameStep::filter); filter != steps_.end())
+        filter->second.since += waited;
+    does_since_ += waited;
+    waits_since_.reset();
+    if (waits) waits_since_ = now;
+    return std::chrono::duration<double>(waited).count();
+}
+
+std::optional<Progress::UnderWay> Progress::longest(Clock::time_point now) const {
+    const std::lock_guard lock(mutex_);
     std::optional<UnderWay> longest;
     const auto consider = [&](Clock::time_point since, UnderWay under_way) {
         under_way.seconds = std::chrono::duration<double>(now - since).count();

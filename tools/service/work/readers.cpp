@@ -20,4 +20,15 @@ Result<JobReader> Readers::of(const std::string& owner) const {
     return of(*user);
 }
 
+Result<ReadJob> Readers::read(const Job& job) const {
+    auto reader = of(job.owner);
+    if (!reader.ok()) return reader.status();
+    auto read = reader->job(job.body);
+    if (const auto* problem = std::get_if<Problem>(&read)) {
+        const Status status = status_of(problem->diagnostics);
+        return Status(status.ok() ? StatusCode::usage : status.code(), problem->detail);
+    }
+    return ReadJob{std::move(*reader), std::get<JobRequest>(std::move(read))};
+}
+
 }  // namespace postchain::service

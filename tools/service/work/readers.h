@@ -9,6 +9,11 @@
 
 namespace postchain::service {
 
+struct ReadJob {
+    JobReader reader;
+    JobRequest request;
+};
+
 class Readers {
   public:
     // The arguments outlive this object.
@@ -18,6 +23,8 @@ class Readers {
     Result<JobReader> of(const User& user) const;
     // Errors (usage): as above, or the user is no longer known.
     Result<JobReader> of(const std::string& owner) const;
+    // Reads a job again. Errors: as above, or those of its body.
+    Result<ReadJob> read(const Job& job) const;
     std::string shown_in(const std::string& text) const { return all_.roots().shown_in(text); }
 
   private:

@@ -3,16 +3,15 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <system_error>
 
 #include "chain/text.h"
 #include "config/chain_file.h"
 #include "tools/sequence/files/atomic_file.h"
-#include "tools/sequence/run/exit_code.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/sidecar.h"
 #include "tools/service/work/frames_work.h"
+#include "tools/service/work/helper_threads.h"
 
 namespace postchain::service {
 namespace {
@@ -79,15 +78,12 @@ RemoteBackend::~RemoteBackend() {
 }
 
 Status RemoteBackend::begin() {
-    try {
-        thread_ = std::thread([this, lost = lost_] {
-            loop();
-            *lost = 0;
-        });
-    } catch (const std::system_error& error) {
-        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
-    }
-    return Status();
+    auto thread = start_thread([this, lost = lost_] {
+        loop();
+        *lost = 0;
+    });
+    if (thread.ok()) thread_ = std::move(*thread);
+    return thread.status();
 }
 
 void RemoteBackend::wake() {
@@ -185,13 +181,9 @@ void RemoteBackend::turn() {
     trouble_ = trouble;
 }
 
-Status RemoteBackend::fail(const Job& job, const Status& status) {
-    Job ended = job;
-    ended.state = JobState::failed;
-    ended.exit_code = sequence::exit_code(status);
-    ended.message = readers_.shown_in(status.message());
+Status RemoteBackend::enter_end(const Job& job, const WorkEnd& end) {
     forget(job.id);
-    return store_.end(ended);
+    return store_.end(ended_job(job, end, readers_));
 }
 
 void RemoteBackend::forget(const std::string& id) {
@@ -200,22 +192,20 @@ void RemoteBackend::forget(const std::string& id) {
 }
 
 Status RemoteBackend::take(const Job& job) {
-    const auto reader = readers_.of(job.owner);
-    if (!reader.ok()) return fail(job, reader.status());
-    auto read = reader->job(job.body);
-    if (const auto* problem = std::get_if<Problem>(&read))
-        return fail(job, Status(StatusCode::usage, problem->detail));
-    JobRequest& request = std::get<JobRequest>(read);
+    auto read = readers_.read(job);
+    if (!read.ok()) return enter_end(job, WorkEnd::failed(read.status()));
+    JobRequest& request = read->request;
     const auto begun = store_.has_begun(job.id);
     if (!begun.ok()) return begun.status();
     if (!*begun) {
-        const auto frames = begin_frames(request, reader->roots());
-        if (!frames.ok()) return fail(job, frames.status());
+        const auto frames = begin_frames(request, read->reader.roots());
+        if (!frames.ok()) return enter_end(job, WorkEnd::failed(frames.status()));
         std::error_code error;
         const std::string folder = request.run.output.folder();
         if (request.run.make_folder) fs::create_directories(folder, error);
         if (!fs::is_directory(folder, error))
-            return fail(job, Status(StatusCode::output, folder + ": folder does not exist"));
+            return enter_end(job, WorkEnd::failed(Status(StatusCode::output,
+                                                         folder + ": folder does not exist")));
         if (Status status = store_.enter_frames(job.id, *frames); !status.ok()) return status;
     }
     return hand_over(job, request);
@@ -265,7 +255,7 @@ Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
             if (remote.status().code() != StatusCode::usage ||
                 ++refusals_[job.id] < settings_.attempts)
                 return remote.status();
-            return fail(job, remote.status());
+            return enter_end(job, WorkEnd::failed(remote.status()));
         }
         refusals_.erase(job.id);
     }
@@ -284,12 +274,9 @@ Status RemoteBackend::follow(const Job& job, const std::string& remote) {
     auto request = requests_.find(job.id);
     if (request == requests_.end()) {
         // The job was read when it was handed over: a fault now is the disk's, and may pass.
-        const auto reader = readers_.of(job.owner);
-        if (!reader.ok()) return reader.status();
-        auto read = reader->job(job.body);
-        if (const auto* problem = std::get_if<Problem>(&read))
-            return Status(StatusCode::output, concat("job ", job.id, ": ", problem->detail));
-        request = requests_.emplace(job.id, std::move(std::get<JobRequest>(read))).first;
+        auto read = readers_.read(job);
+        if (!read.ok()) return read.status().at("job " + job.id);
+        request = requests_.emplace(job.id, std::move(read->request)).first;
     }
     const bool ended = !tasks->known || tasks->ended();
     const std::string why =
@@ -330,14 +317,8 @@ Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, b
     if (Status status = store_.set_remote(job.id, ""); !status.ok()) return status;
     const auto left = store_.to_do(job.id);
     if (!left.ok() || !left->empty()) return left.status();
-    const auto end = end_of_frames(store_, job.id, Status());
-    if (!end.ok()) return end.status();
-    Job ended = job;
-    ended.state = end->state;
-    ended.exit_code = end->exit_code;
-    ended.message = readers_.shown_in(end->message);
-    forget(job.id);
-    return store_.end(ended);
+    const auto how = end_of_frames(store_, job.id, Status());
+    return how.ok() ? enter_end(job, *how) : how.status();
 }
 
 }  // namespace postchain::service

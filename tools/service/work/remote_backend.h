@@ -17,6 +17,7 @@
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/backend.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/job_work.h"
 #include "tools/service/work/readers.h"
 #include "tools/service/work/remote_settings.h"
 
@@ -46,7 +47,7 @@ class RemoteBackend final : public Backend {
     Status follow(const Job& job, const std::string& remote);
     Status enter_outputs(const Job& job, const JobRequest& request, bool at_end,
                          const std::string& why);
-    Status fail(const Job& job, const Status& status);
+    Status enter_end(const Job& job, const WorkEnd& end);
     void forget(const std::string& id);
 
     JobStore& store_;

@@ -96,15 +96,30 @@ void RequestBody::read_rows(const ParameterTable& table, const char* group, Para
         if (row.group == group) read_row(row, table, settings);
 }
 
+std::optional<std::string> RequestBody::hold(const std::string& key, const std::string& path) {
+    auto resolved = roots_.resolve(path);
+    if (resolved.ok()) return std::move(*resolved);
+    outside(key, resolved.status().message());
+    return std::nullopt;
+}
+
+std::optional<io::PathPattern> RequestBody::hold(const std::string& key,
+                                                 const io::PathPattern& pattern) {
+    auto resolved = resolve_pattern(pattern, roots_);
+    if (resolved.ok()) return std::move(*resolved);
+    outside(key, resolved.status().message());
+    return std::nullopt;
+}
+
 void RequestBody::hold_file(const Parameter& row, ParameterRef settings) {
     const ParameterValue value = row.get(settings);
     const auto* text = std::get_if<std::string>(&value);
     if (!text || text->empty()) return;
     if (path_kind(row) == PathKind::profile && is_word(*text)) return;
-    auto resolved = roots_.resolve(*text);
-    if (!resolved.ok()) return outside(row.key, resolved.status().message());
-    row.set(settings, *resolved);
-    if (row.key == "ocio") hold_tables(row.key, *resolved);
+    const auto held = hold(row.key, *text);
+    if (!held) return;
+    row.set(settings, *held);
+    if (row.key == "ocio") hold_tables(row.key, *held);
 }
 
 void RequestBody::hold_tables(const std::string& key, const std::string& config) {
@@ -125,12 +140,9 @@ std::optional<io::InputSpec> RequestBody::hold_input(const std::string& key,
         return std::nullopt;
     }
     for (auto& [role, pattern] : input->patterns) {
-        auto resolved = resolve_pattern(pattern, roots_);
-        if (!resolved.ok()) {
-            outside(key, resolved.status().message());
-            return std::nullopt;
-        }
-        pattern = std::move(*resolved);
+        auto held = hold(key, pattern);
+        if (!held) return std::nullopt;
+        pattern = std::move(*held);
     }
     return std::move(*input);
 }

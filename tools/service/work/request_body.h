@@ -43,6 +43,8 @@ class RequestBody {
     void read_rows(const ParameterTable& table, const char* group, ParameterRef settings);
 
     // Replace paths by their real paths under the roots; a path outside is a fault.
+    std::optional<std::string> hold(const std::string& key, const std::string& path);
+    std::optional<io::PathPattern> hold(const std::string& key, const io::PathPattern& pattern);
     void hold_file(const Parameter& row, ParameterRef settings);
     void hold_rows(const ParameterTable& table, ParameterRef settings);
     std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text);

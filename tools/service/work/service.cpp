@@ -2,14 +2,11 @@
 
 #include <atomic>
 #include <filesystem>
+#include <type_traits>
 
-#include "config/chain_file.h"
 #include "config/describe.h"
-#include "config/reporter.h"
 #include "config/schema.h"
-#include "config/text_tree.h"
 #include "tools/sequence/run/device.h"
-#include "tools/sequence/run/plan_sequence.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/browse.h"
 #include "tools/service/work/disk_check.h"
@@ -17,7 +14,7 @@
 #include "tools/service/work/job_files.h"
 #include "tools/service/work/job_log.h"
 #include "tools/service/work/job_request.h"
-#include "tools/service/work/json_body.h"
+#include "tools/service/work/planned.h"
 #include "tools/service/work/preview.h"
 #include "tools/service/work/previews.h"
 #include "tools/service/work/readers.h"
@@ -30,19 +27,44 @@ namespace {
 
 constexpr size_t kMaxKeyBytes = 255;
 constexpr size_t kMaxThumbnails = 256;  // waiting
-constexpr int kMaxPlannedFrames = 100;  // per request
 
-Problem problem(Problem::Kind kind, const std::string& detail, int retry_after_s = 0) {
-    return {kind, detail, {}, retry_after_s};
+// The functions below run in answer(): these helpers throw a Problem.
+template <class Work>
+auto answer(const Work& work) -> Answer<std::invoke_result_t<Work>> {
+    try {
+        return work();
+    } catch (const Problem& refused) {
+        return refused;
+    }
 }
 
-// An error of the store.
-Problem problem_of(const Status& status) {
-    return problem(Problem::Kind::unavailable, status.message(), kRetryAfterS);
+// Does the work, which calls `done` later unless it throws a Problem.
+template <class Work>
+void refuse(const std::function<void(Answer<Picture>)>& done, const Work& work) {
+    try {
+        work();
+    } catch (const Problem& refused) {
+        done(refused);
+    }
 }
 
-Problem no_job(const std::string& id) {
-    return problem(Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'");
+template <class T>
+T stored(Result<T> found) {
+    if (!found.ok())
+        throw Problem{Problem::Kind::unavailable, found.status().message(), {}, kRetryAfterS};
+    return std::move(*found);
+}
+
+template <class T>
+T taken(Answer<T> got) {
+    if (const auto* refused = std::get_if<Problem>(&got)) throw *refused;
+    return std::get<T>(std::move(got));
+}
+
+void check_priority(const User& user, int priority) {
+    if (priority > user.max_priority)
+        throw Problem{Problem::Kind::forbidden,
+                      concat("priority: the largest of ", user.name, " is ", user.max_priority)};
 }
 
 std::vector<std::string> folders_of(const ServiceSettings& settings) {
@@ -62,7 +84,7 @@ struct Service::State {
           readers(reader, *settings.users),
           counters(settings.version),
           thumbnails(1, kMaxThumbnails),
-          previews(device, registry),
+          previews(device, registry, gate),
           disks(folders_of(settings)) {}
 
     const ServiceSettings settings;
@@ -73,6 +95,7 @@ struct Service::State {
     std::unique_ptr<JobStore> store;
     std::unique_ptr<JobLog> log;
     HelperThreads thumbnails;
+    DeviceGate gate;
     Previews previews;
     DiskCheck disks;
     std::unique_ptr<Backend> backend;
@@ -99,59 +122,62 @@ struct Service::State {
         if (listener) listener(event);
     }
 
-    // A job that the user may change.
-    Answer<Job> own(const User& user, const std::string& id) const {
-        const auto job = store->job(id);
-        if (!job.ok()) return problem_of(job.status());
-        if (!*job) return no_job(id);
-        if (!user.admin && (*job)->owner != user.name)
-            return problem(Problem::Kind::forbidden,
-                           concat("job ", id, " is of ",
-                                  (*job)->owner.empty() ? "another user" : (*job)->owner,
-                                  "; only its owner and administrators may change it"));
-        return std::move(**job);
+    // Throw a Problem.
+    Job known(const std::string& id) const {
+        auto job = stored(store->job(id));
+        if (!job) throw Problem{Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'"};
+        return shown(std::move(*job));
+    }
+    JobFrame known(const std::string& id, int frame) const {
+        known(id);
+        auto found = stored(store->frame(id, frame));
+        if (!found)
+            throw Problem{Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)};
+        return std::move(*found);
+    }
+    JobReader reader_of(const User& user) const {
+        auto own = readers.of(user);
+        if (!own.ok()) throw Problem{Problem::Kind::forbidden, own.status().message()};
+        return std::move(*own);
     }
 
-    // Sends an image of a file, which `find` returns with its frame, from another thread.
+    // Sends an image of a file from another thread. `find` returns the file for a reader; it and
+    // the arguments of this may throw a Problem.
     template <class Find>
     void show(const User& user, const ImageWanted& wanted,
-              std::function<void(Answer<Picture>)> done, const Find& find) {
-        const auto of_user = readers.of(user);
-        if (!of_user.ok())
-            return done(problem(Problem::Kind::forbidden, of_user.status().message()));
-        const bool taken = thumbnails.run([reader = *of_user, wanted, done, find] {
-            Answer<Picture> answer = Problem{};
+              const std::function<void(Answer<Picture>)>& done, const Find& find) {
+        const auto image = [wanted, reader = reader_of(user), find] {
             try {
-                const auto [shown, frame] = find(reader);
-                if (const auto* refused = std::get_if<Problem>(&shown)) return done(*refused);
-                const auto& [path, source] = std::get<ShownFrame>(shown);
-                auto bytes = image_of(path, frame, source, wanted);
-                if (bytes.ok())
-                    answer = Picture{wanted.type, std::move(*bytes)};
-                else
-                    answer = service::problem_of(bytes.status(), reader.roots());
+                const ShownFrame shown = taken(find(reader));
+                auto bytes = image_of(shown.path, shown.frame, shown.source, wanted);
+                if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
+                return Picture{wanted.type, std::move(*bytes)};
+            } catch (const Problem&) {
+                throw;
             } catch (...) {
-                answer = service::problem_of(status_of_exception("the image"), reader.roots());
+                throw problem_of(status_of_exception("the image"), reader.roots());
             }
-            done(std::move(answer));
-        });
-        if (!taken) done(problem(Problem::Kind::busy, "too many images are waiting; try again", 1));
+        };
+        if (!thumbnails.run([done, image] { done(answer(image)); }))
+            throw Problem{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
     }
 
-    // Changes a job with `work`, which returns false if its state does not allow it.
+    // Changes a job that the user may change with `work`, which returns false if its state does not
+    // allow it.
     template <class Work>
-    Answer<Job> change(const User& user, const std::string& id, const std::string& why_not,
-                       const Work& work) {
-        auto job = own(user, id);
-        if (std::holds_alternative<Problem>(job)) return job;
-        const Result<bool> done = work();
-        if (!done.ok()) return problem_of(done.status());
-        if (!*done)
-            return problem(Problem::Kind::conflict,
-                           concat("job ", id, " is ", name_of(std::get<Job>(job).state), why_not));
-        const auto now = store->job(id);
-        if (!now.ok()) return problem_of(now.status());
-        return *now ? shown(std::move(**now)) : std::get<Job>(job);
+    Job change(const User& user, const std::string& id, const std::string& why_not,
+               const Work& work) {
+        Job job = known(id);
+        if (!user.admin && job.owner != user.name)
+            throw Problem{
+                Problem::Kind::forbidden,
+                concat("job ", id, " is of ", job.owner.empty() ? "another user" : job.owner,
+                       "; only its owner and administrators may change it")};
+        if (!work(job))
+            throw Problem{Problem::Kind::conflict,
+                          concat("job ", id, " is ", name_of(job.state), why_not)};
+        // A job that was just removed is returned as it was.
+        return shown(stored(store->job(id)).value_or(std::move(job)));
     }
 };
 
@@ -185,6 +211,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     if (settings.remote.queue) {
         RemoteSettings remote = settings.remote;
         remote.attempts = settings.attempts;
+        remote.drain = settings.drain;
         state->backend = std::make_unique<RemoteBackend>(*state->store, state->readers, remote);
     } else {
         WorkerSettings work;
@@ -192,8 +219,9 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
         work.attempts = settings.attempts;
         work.frame_timeout_s = settings.frame_timeout_s;
         work.slice_s = settings.slice_s;
+        work.drain = settings.drain;
         state->backend = std::make_unique<Worker>(*state->store, state->readers, state->counters,
-                                                  registry, work);
+                                                  state->gate, registry, work);
     }
     for (const Status& status : {state->thumbnails.begin(), state->previews.begin(),
                                  state->disks.begin(), state->backend->begin()})
@@ -216,143 +244,138 @@ bool Service::alive() const {
 Answer<Job> Service::submit(const User& user, const std::string& body,
                             const std::string& idempotency_key, bool* created) {
     *created = false;
-    if (state_->draining)
-        return problem(Problem::Kind::unavailable, "the service is shutting down; try again later",
-                       kRetryAfterS);
-    if (idempotency_key.size() > kMaxKeyBytes)
-        return problem(Problem::Kind::invalid,
-                       concat("the Idempotency-Key is longer than ", kMaxKeyBytes, " bytes"));
-    // An accepted body is not checked again.
-    const auto earlier = state_->store->job_of_key(idempotency_key);
-    if (!earlier.ok()) return problem_of(earlier.status());
-    if (*earlier && (*earlier)->body == body && (*earlier)->owner == user.name) return **earlier;
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
-    const auto checked = check_submission(body, *reader, state_->settings.remote.queue != nullptr);
-    if (const auto* refused = std::get_if<Problem>(&checked)) return *refused;
-    const Submission& job = std::get<Submission>(checked);
-    if (job.priority > user.max_priority)
-        return problem(Problem::Kind::forbidden,
-                       concat("priority: the largest of ", user.name, " is ", user.max_priority));
-    auto added = state_->store->add({job.kind, body, job.priority, idempotency_key, job.frames},
-                                    state_->settings.max_queue, user);
-    if (!added.ok()) return problem_of(added.status());
-    switch (added->what) {
-        case Added::What::made:
-            *created = true;
-            state_->backend->wake();
-            added->job.message = joined(job.warnings, "; ");
-            return state_->shown(std::move(added->job));
-        case Added::What::same:
-            return added->job;
-        case Added::What::other_body:
-            return problem(Problem::Kind::conflict, "job " + added->job.id +
-                                                        " has this Idempotency-Key and another "
-                                                        "body; use a new key");
-        case Added::What::over_limit:
-            return problem(Problem::Kind::busy, added->why, kRetryAfterS);
-        case Added::What::full:
-            break;
-    }
-    return problem(Problem::Kind::busy,
-                   concat(state_->settings.max_queue, " jobs are waiting; try again later"),
-                   kRetryAfterS);
+    return answer([&] {
+        if (state_->draining)
+            throw Problem{Problem::Kind::unavailable,
+                          "the service is shutting down; try again later",
+                          {},
+                          kRetryAfterS};
+        if (idempotency_key.size() > kMaxKeyBytes)
+            throw Problem{Problem::Kind::invalid,
+                          concat("the Idempotency-Key is longer than ", kMaxKeyBytes, " bytes")};
+        // An accepted body is not checked again.
+        const auto earlier = stored(state_->store->job_of_key(idempotency_key));
+        if (earlier && earlier->body == body && earlier->owner == user.name) return *earlier;
+        const Submission job = taken(check_submission(body, state_->reader_of(user),
+                                                      state_->settings.remote.queue != nullptr));
+        check_priority(user, job.priority);
+        Added added =
+            stored(state_->store->add({job.kind, body, job.priority, idempotency_key, job.frames},
+                                      state_->settings.max_queue, user));
+        switch (added.what) {
+            case Added::What::made:
+                *created = true;
+                state_->backend->wake();
+                added.job.message = joined(job.warnings, "; ");
+                added.job = state_->shown(std::move(added.job));
+                break;
+            case Added::What::same:
+                break;
+            case Added::What::other_body:
+                throw Problem{Problem::Kind::conflict,
+                              "job " + added.job.id +
+                                  " has this Idempotency-Key and another body; use a new key"};
+            case Added::What::over_limit:
+                throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
+            case Added::What::full:
+                throw Problem{
+                    Problem::Kind::busy,
+                    concat(state_->settings.max_queue, " jobs are waiting; try again later"),
+                    {},
+                    kRetryAfterS};
+        }
+        return added.job;
+    });
 }
 
 Answer<std::vector<Job>> Service::jobs(const JobQuery& query) const {
-    auto jobs =
-        state_->store->jobs(query.state, query.before, query.limit, query.owner, query.search);
-    if (!jobs.ok()) return problem_of(jobs.status());
-    const auto places = state_->store->places();
-    if (!places.ok()) return problem_of(places.status());
-    for (Job& job : *jobs) job = state_->shown(std::move(job), *places);
-    return std::move(*jobs);
+    return answer([&] {
+        auto jobs = stored(
+            state_->store->jobs(query.state, query.before, query.limit, query.owner, query.search));
+        const QueuePlaces places = stored(state_->store->places());
+        for (Job& job : jobs) job = state_->shown(std::move(job), places);
+        return jobs;
+    });
 }
 
 Answer<Job> Service::job(const std::string& id) const {
-    const auto job = state_->store->job(id);
-    if (!job.ok()) return problem_of(job.status());
-    if (!*job) return no_job(id);
-    return state_->shown(std::move(**job));
+    return answer([&] { return state_->known(id); });
 }
 
 Answer<std::vector<JobFrame>> Service::frames(const std::string& id) const {
-    const auto known = job(id);
-    if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
-    auto frames = state_->store->frames(id);
-    if (!frames.ok()) return problem_of(frames.status());
-    for (JobFrame& frame : *frames) frame.output = state_->settings.roots.shown(frame.output);
-    return std::move(*frames);
+    return answer([&] {
+        state_->known(id);
+        auto frames = stored(state_->store->frames(id));
+        for (JobFrame& frame : frames) frame.output = state_->settings.roots.shown(frame.output);
+        return frames;
+    });
 }
 
 Answer<JobFrame> Service::frame(const std::string& id, int number) const {
-    const auto known = job(id);
-    if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
-    auto frame = state_->store->frame(id, number);
-    if (!frame.ok()) return problem_of(frame.status());
-    if (!*frame)
-        return problem(Problem::Kind::not_found, concat("job ", id, " has no frame ", number));
-    const Roots& roots = state_->settings.roots;
-    if ((*frame)->state == FrameState::written || (*frame)->state == FrameState::skipped)
-        (*frame)->sidecar = sidecar_of((*frame)->output, roots);
-    (*frame)->output = roots.shown((*frame)->output);
-    return std::move(**frame);
+    return answer([&] {
+        JobFrame frame = state_->known(id, number);
+        const Roots& roots = state_->settings.roots;
+        if (frame.state == FrameState::written || frame.state == FrameState::skipped)
+            frame.sidecar = sidecar_of(frame.output, roots);
+        frame.output = roots.shown(frame.output);
+        return frame;
+    });
 }
 
 Answer<Job> Service::cancel(const User& user, const std::string& id) {
-    return state_->change(user, id, "; only waiting and running jobs can be canceled", [&] {
-        const auto done = state_->store->cancel(id);
-        if (done.ok() && *done) state_->backend->stop_job(id);
-        return done;
+    return answer([&] {
+        const char* why_not = "; only waiting and running jobs can be canceled";
+        return state_->change(user, id, why_not, [&](const Job&) {
+            const bool done = stored(state_->store->cancel(id));
+            if (done) state_->backend->stop_job(id);
+            return done;
+        });
     });
 }
 
 Answer<Job> Service::retry(const User& user, const std::string& id) {
-    const auto job = state_->own(user, id);
-    if (const auto* refused = std::get_if<Problem>(&job)) return *refused;
-    const KnownUser owner = state_->settings.users->named(std::get<Job>(job).owner);
-    Retried retried;
-    auto answer = state_->change(
-        user, id, "; only failed and canceled jobs can be retried", [&]() -> Result<bool> {
-            const auto done = state_->store->retry(id, owner ? *owner : user);
-            if (!done.ok()) return done.status();
-            retried = *done;
+    return answer([&] {
+        const char* why_not = "; only failed and canceled jobs can be retried";
+        return state_->change(user, id, why_not, [&](const Job& job) {
+            const KnownUser owner = state_->settings.users->named(job.owner);
+            const Retried retried = stored(state_->store->retry(id, owner ? *owner : user));
+            if (!retried.why.empty())
+                throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
             if (retried.done) state_->backend->wake();
             return retried.done;
         });
-    if (!retried.why.empty()) return problem(Problem::Kind::busy, retried.why, kRetryAfterS);
-    return answer;
+    });
 }
 
 Answer<Job> Service::change(const User& user, const std::string& id, const std::string& body) {
-    const auto priority = read_priority(body, state_->settings.roots);
-    if (const auto* refused = std::get_if<Problem>(&priority)) return *refused;
-    if (std::get<int>(priority) > user.max_priority)
-        return problem(Problem::Kind::forbidden,
-                       concat("priority: the largest of ", user.name, " is ", user.max_priority));
-    return state_->change(user, id, "; only waiting and running jobs have a priority", [&] {
-        const auto done = state_->store->set_priority(id, std::get<int>(priority));
-        if (done.ok() && *done) state_->backend->wake();
-        return done;
+    return answer([&] {
+        const int priority = taken(read_priority(body, state_->settings.roots));
+        check_priority(user, priority);
+        const char* why_not = "; only waiting and running jobs have a priority";
+        return state_->change(user, id, why_not, [&](const Job&) {
+            const bool done = stored(state_->store->set_priority(id, priority));
+            if (done) state_->backend->wake();
+            return done;
+        });
     });
 }
 
 Answer<Job> Service::forget(const User& user, const std::string& id) {
-    const char* why_not = state_->settings.remote.queue
-                              ? "; cancel it first, and wait until its tasks are canceled too"
-                              : "; cancel it first";
-    return state_->change(user, id, why_not, [&] { return state_->store->forget(id); });
+    return answer([&] {
+        const char* why_not = state_->settings.remote.queue
+                                  ? "; cancel it first, and wait until its tasks are canceled too"
+                                  : "; cancel it first";
+        return state_->change(user, id, why_not,
+                              [&](const Job&) { return stored(state_->store->forget(id)); });
+    });
 }
 
 Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
                                            size_t limit) const {
-    if (!id.empty()) {
-        const auto known = job(id);
-        if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
-    }
-    auto events = state_->store->events(id, after, limit);
-    if (!events.ok()) return problem_of(events.status());
-    return std::move(*events);
+    return answer([&] {
+        if (!id.empty()) state_->known(id);
+        return stored(state_->store->events(id, after, limit));
+    });
 }
 
 void Service::on_event(std::function<void(const Event&)> listener) {
@@ -362,124 +385,73 @@ void Service::on_event(std::function<void(const Event&)> listener) {
 
 void Service::preview(const User& user, const std::string& body, const PreviewWanted& wanted,
                       std::function<void(Answer<Picture>)> done) {
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return done(problem(Problem::Kind::forbidden, reader.status().message()));
-    auto read = reader->preview(body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return done(*refused);
-    PreviewWanted of_user = wanted;
-    if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
-    if (!state_->previews.run(std::move(std::get<JobRequest>(read)), reader->roots(), of_user,
-                              done))
-        done(problem(Problem::Kind::busy, "too many previews are waiting; try again", 1));
+    refuse(done, [&] {
+        const JobReader reader = state_->reader_of(user);
+        JobRequest request = taken(reader.preview(body));
+        PreviewWanted of_user = wanted;
+        if (!wanted.session.empty()) of_user.session = user.name + "\n" + wanted.session;
+        if (!state_->previews.run(std::move(request), reader.roots(), of_user, done))
+            throw Problem{Problem::Kind::busy, "too many previews are waiting; try again", {}, 1};
+    });
 }
 
 void Service::frame_image(const User& user, const std::string& id, int frame, bool after,
                           const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
-    const auto known = job(id);
-    if (const auto* refused = std::get_if<Problem>(&known)) return done(*refused);
-    const auto entry = state_->store->frame(id, frame);
-    if (!entry.ok()) return done(problem_of(entry.status()));
-    if (!*entry)
-        return done(problem(Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)));
-    state_->show(user, wanted, std::move(done),
-                 [job = std::get<Job>(known), entry = **entry, after](const JobReader& reader) {
-                     return std::pair(shown_frame(job, entry, after, reader), entry.frame);
-                 });
+    refuse(done, [&] {
+        state_->show(
+            user, wanted, done,
+            [job = state_->known(id), entry = state_->known(id, frame),
+             after](const JobReader& reader) { return shown_frame(job, entry, after, reader); });
+    });
 }
 
 void Service::job_image(const User& user, const std::string& id, const ImageWanted& wanted,
                         std::function<void(Answer<Picture>)> done) {
-    const auto known = job(id);
-    if (const auto* refused = std::get_if<Problem>(&known)) return done(*refused);
-    const auto frames = state_->store->frames(id);
-    if (!frames.ok()) return done(problem_of(frames.status()));
-    state_->show(user, wanted, std::move(done),
-                 [job = std::get<Job>(known), frames = *frames](const JobReader& reader) {
-                     return std::pair(shown_frame(job, frames, reader), 0);
-                 });
+    refuse(done, [&] {
+        state_->show(user, wanted, done,
+                     [job = state_->known(id), frames = stored(state_->store->frames(id))](
+                         const JobReader& reader) { return shown_frame(job, frames, reader); });
+    });
 }
 
 void Service::input_image(const User& user, const std::string& input, int frame,
                           const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
-    state_->show(user, wanted, std::move(done), [input, frame](const JobReader& reader) {
-        return std::pair(input_frame(input, frame, reader.roots()), frame);
+    refuse(done, [&] {
+        state_->show(user, wanted, done, [input, frame](const JobReader& reader) {
+            return input_frame(input, frame, reader.roots());
+        });
     });
 }
 
 Answer<std::string> Service::browse(const User& user, const std::string& folder) const {
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
-    return service::browse(folder, reader->roots());
+    return answer([&] { return taken(service::browse(folder, state_->reader_of(user).roots())); });
 }
 
 Answer<std::string> Service::chains(const User& user, const std::string& file) const {
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
-    return chains_of(file, reader->roots());
+    return answer([&] { return taken(chains_of(file, state_->reader_of(user).roots())); });
 }
 
 Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
                                         const std::string& name) const {
-    const auto known = job(id);
-    if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
-    return report_file_of(std::get<Job>(known), name, *reader);
+    return answer(
+        [&] { return taken(report_file_of(state_->known(id), name, state_->reader_of(user))); });
 }
 
 Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
                                                  int last) const {
-    const auto known = job(id);
-    if (const auto* refused = std::get_if<Problem>(&known)) return *refused;
-    const auto frames = state_->store->frames(id);
-    if (!frames.ok()) return problem_of(frames.status());
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
-    return outputs_of(*frames, first, last, reader->roots());
+    return answer([&] {
+        state_->known(id);
+        return taken(outputs_of(stored(state_->store->frames(id)), first, last,
+                                state_->reader_of(user).roots()));
+    });
 }
 
 Answer<std::string> Service::plan(const User& user, const std::string& body) {
-    const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
-    auto read = reader->plan(body);
-    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
-    JobRequest& request = std::get<JobRequest>(read);
-    const Roots& roots = reader->roots();
-    try {
-        if (Status status = check_inputs(request.run.input, roots); !status.ok())
-            return service::problem_of(status, roots);
-        // Plans one frame, unless the request names frames.
-        const int most = request.run.frames ? kMaxPlannedFrames : 1;
-        io::Json frames = io::Json::array();
-        const Status status = sequence::plan_sequence(
-            request.chain.chain, request.run, [&](const sequence::PlannedFrame& planned) {
-                io::Json frame = {{"frame", planned.frame}};
-                if (planned.plan.ok())
-                    frame["plan"] = sequence::planned_json(planned, std::nullopt);
-                else
-                    frame["error"] = roots.shown_in(planned.plan.status().message());
-                frame["warnings"] = request.warnings;
-                for (const std::string& warning : planned.warnings)
-                    frame["warnings"].push_back(roots.shown_in(warning));
-                frames.push_back(std::move(frame));
-                return int(frames.size()) < most;
-            });
-        if (!status.ok()) return service::problem_of(status, roots);
-        return io::json_text({{"frames", std::move(frames)}});
-    } catch (...) {
-        return service::problem_of(status_of_exception("the plan"), roots);
-    }
+    return answer([&] { return taken(plan_of(body, state_->reader_of(user))); });
 }
 
 Answer<Diagnostics> Service::check_chain(const std::string& body) const {
-    TextTree tree = read_json_body(body);
-    const TextNode* text = tree.root.find("text");
-    if (!has_errors(tree.diagnostics) && !(text && is_string(*text)))
-        Reporter(kBodyFile, StatusCode::usage, tree.diagnostics)
-            .error(text ? *text : tree.root, "text", "missing, or not a chain file's text");
-    if (has_errors(tree.diagnostics))
-        return refusal(Problem::Kind::invalid, std::move(tree.diagnostics));
-    return parse_chain(text->text, "chain", state_->registry).diagnostics;
+    return chain_faults(body, state_->registry);
 }
 
 std::string Service::passes() const {

@@ -11,6 +11,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -41,12 +42,13 @@ struct ServiceSettings {
     std::string store;  // SQLite file, created if it does not exist
     Roots roots;        // the folders of all paths of jobs
     std::shared_ptr<const Users> users = std::make_shared<Users>();
-    std::string device = "auto";    // as --device of the command
-    int threads = 0;                // CPU threads; 0 = one per core
-    size_t max_queue = 1000;        // waiting jobs; further ones are refused
-    int attempts = 3;               // per frame, before it is quarantined
-    double frame_timeout_s = 1800;  // of each step of a frame; 0 = none
-    double slice_s = 60;            // until a job makes way for another user's
+    std::string device = "auto";              // as --device of the command
+    int threads = 0;                          // CPU threads; 0 = one per core
+    size_t max_queue = 1000;                  // waiting jobs; further ones are refused
+    int attempts = 3;                         // per frame, before it is quarantined
+    double frame_timeout_s = 1800;            // of each step of a frame; 0 = none
+    double slice_s = 60;                      // until a job makes way for another user's
+    std::chrono::milliseconds drain{20'000};  // for the work under way at the end
     Retention keep;
     RemoteSettings remote;  // runs the jobs, if it has a queue
     std::string version;    // the command's version, for metadata
@@ -69,8 +71,8 @@ struct ImageWanted {
 
 struct PreviewWanted {
     std::string type = "image/png";  // or kExrType, report::kPictureType: scene-linear
-    std::string session;             // a later preview of the session replaces this one; empty = no
-    std::shared_ptr<std::atomic<bool>> left = {};  // set: nobody waits for it
+    std::string session = {};        // a later preview of the session replaces this one; empty = no
+    std::shared_ptr<std::atomic<bool>> left = {};  // set: the client has left
 };
 
 // A file that is sent as it is.

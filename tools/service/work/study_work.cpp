@@ -16,7 +16,7 @@ class StudyWork {
           settings_(request.study_settings),
           place_(place),
           roots_(place.reader.roots()),
-          events_(place.store, roots_, job.id) {}
+          events_(place, job.id) {}
 
     WorkEnd work() {
         if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
@@ -60,10 +60,7 @@ class StudyWork {
 
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
-            if (place_.lost) return;
-            place_.progress.does(progress.what + " did not end");
-            events_.say(progress.what, progress.done, progress.total);
-            place_.between();
+            if (events_.say(progress.what, progress.done, progress.total)) place_.between();
         };
     }
 
@@ -75,8 +72,7 @@ class StudyWork {
             if (scene.failure.empty()) continue;
             scene.failure = roots_.shown_in(scene.failure);
             end.exit_code = sequence::kExitSomeFailed;
-            end.message +=
-                concat(end.message.empty() ? "" : "; ", "scene ", scene.name, ": ", scene.failure);
+            end.say(concat("scene ", scene.name, ": ", scene.failure));
         }
         if (Status status = study::write_report(*report, folder); !status.ok())
             return WorkEnd::failed(status);

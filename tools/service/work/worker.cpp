@@ -3,11 +3,10 @@
 #include <sys/resource.h>
 
 #include <optional>
-#include <system_error>
 
-#include "tools/sequence/run/exit_code.h"
 #include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
+#include "tools/service/work/helper_threads.h"
 #include "tools/service/work/study_work.h"
 
 namespace postchain::service {
@@ -34,11 +33,12 @@ Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
 
 }  // namespace
 
-Worker::Worker(JobStore& store, const Readers& readers, Counters& counters,
+Worker::Worker(JobStore& store, const Readers& readers, Counters& counters, const DeviceGate& gate,
                const PassRegistry& registry, const WorkerSettings& settings)
     : store_(store),
       readers_(readers),
       counters_(counters),
+      gate_(gate),
       registry_(registry),
       settings_(settings) {}
 
@@ -53,26 +53,21 @@ Status Worker::begin() {
         changed_.wait(lock, [&] { return made_; });
         if (!first_.ok()) return first_;
     }
-    try {
-        watcher_ = std::thread([this] { watch(); });
-    } catch (const std::system_error& error) {
-        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
-    }
-    return Status();
+    auto watcher = start_thread([this] { watch(); });
+    if (watcher.ok()) watcher_ = std::move(*watcher);
+    return watcher.status();
 }
 
 // Requires the lock.
 Status Worker::take_on() {
     hand_.reset();
     auto hand = std::make_shared<Hand>();
-    try {
-        thread_ = std::thread([this, hand, lost = lost_] {
-            loop(*hand);
-            if (hand->lost) --*lost;
-        });
-    } catch (const std::system_error& error) {
-        return Status(StatusCode::internal, std::string("cannot start a thread: ") + error.what());
-    }
+    auto thread = start_thread([this, hand, lost = lost_] {
+        loop(*hand);
+        if (hand->lost) --*lost;
+    });
+    if (!thread.ok()) return thread.status();
+    thread_ = std::move(*thread);
     hand_ = std::move(hand);
     return Status();
 }
@@ -171,11 +166,9 @@ void Worker::let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay
     lock.unlock();
     if (stuck.frame) (void)store_.frame_fails(id, *stuck.frame, failure.message());
     (void)store_.release(id);
-    Job ended;
-    ended.id = id;
-    ended.state = JobState::failed;
-    ended.exit_code = sequence::exit_code(failure);
-    ended.message = failure.message();
+    Job job;
+    job.id = id;
+    const Job ended = ended_job(job, WorkEnd::failed(failure), readers_);
     while (!store_.end(ended).ok()) {
         std::unique_lock waiting(mutex_);
         changed_.wait_for(waiting, kFirstWait);
@@ -213,13 +206,13 @@ void Worker::loop(Hand& hand) {
     // Threads of this one inherit it, those of a software renderer too.
     (void)setpriority(PRIO_PROCESS, 0, kNice);
     make_device(hand);
-    while (turn(hand)) {
+    while (next_job(hand)) {
     }
     hand.gl.reset();
 }
 
 // False if the thread shall end.
-bool Worker::turn(Hand& hand) noexcept {
+bool Worker::next_job(Hand& hand) noexcept {
     try {
         {
             std::unique_lock lock(mutex_);
@@ -261,6 +254,13 @@ void Worker::wait_longer(Hand& hand) {
     hand.wait = std::min<std::chrono::milliseconds>(2 * hand.wait, kLongestWait);
 }
 
+// The running job's question, on its thread.
+Turn Worker::turn(Hand& hand) {
+    const Turn turn = gate_.ask();
+    counters_.waited_for_previews(hand.progress.waits(turn == Turn::wait));
+    return turn;
+}
+
 // Makes way for a job of larger priority, and after a slice of time for one of another user.
 void Worker::between(Hand& hand, const Job& job) {
     if (hand.stop) return;
@@ -280,27 +280,24 @@ void Worker::between(Hand& hand, const Job& job) {
 }
 
 WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
-    const auto reader = readers_.of(job.owner);
-    if (!reader.ok()) return WorkEnd::failed(reader.status());
-    auto read = reader->job(job.body);
-    if (const auto* problem = std::get_if<Problem>(&read)) {
-        const Status status = status_of(problem->diagnostics);
-        return WorkEnd::failed(
-            Status(status.ok() ? StatusCode::usage : status.code(), problem->detail));
-    }
-    JobRequest& request = std::get<JobRequest>(read);
+    auto read = readers_.read(job);
+    if (!read.ok()) return WorkEnd::failed(read.status());
+    JobRequest& request = read->request;
     if (request.frame_timeout_s > 0) {
         const std::lock_guard lock(mutex_);
         if (!hand.lost) limit_s_ = request.frame_timeout_s;
     }
+    const auto ask = [&] { return turn(hand); };
+    const TurnScope turns(hand.gl->executor(), ask);
     const WorkPlace place{store_,
-                          *reader,
+                          read->reader,
                           *hand.gl,
                           counters_,
                           settings_.device,
                           hand.stop,
                           hand.lost,
                           hand.progress,
+                          ask,
                           [&] {
                               if (!hand.lost) between(hand, job);
                           },
@@ -321,15 +318,9 @@ WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
 bool Worker::enter_end(const Hand& hand, const Job& job, const WorkEnd& end) {
     Status status;
     switch (end.how) {
-        case WorkEnd::How::ended: {
-            Job ended = job;
-            ended.state = end.state;
-            ended.exit_code = end.exit_code;
-            ended.message = readers_.shown_in(end.message);
-            ended.verdict = end.verdict;
-            status = store_.end(ended);
+        case WorkEnd::How::ended:
+            status = store_.end(ended_job(job, end, readers_));
             break;
-        }
         case WorkEnd::How::stopped:
             status = store_.requeue(job.id, hand.preempted ? "another job goes first" : "stopped",
                                     false);

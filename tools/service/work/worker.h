@@ -13,6 +13,7 @@
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/backend.h"
 #include "tools/service/work/counters.h"
+#include "tools/service/work/device_gate.h"
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
@@ -30,7 +31,7 @@ struct WorkerSettings {
 
 class Worker final : public Backend {
   public:
-    Worker(JobStore& store, const Readers& readers, Counters& counters,
+    Worker(JobStore& store, const Readers& readers, Counters& counters, const DeviceGate& gate,
            const PassRegistry& registry, const WorkerSettings& settings);
     ~Worker() override;
 
@@ -59,13 +60,14 @@ class Worker final : public Backend {
 
     Status take_on();  // a new hand
     void loop(Hand& hand);
-    bool turn(Hand& hand) noexcept;
+    bool next_job(Hand& hand) noexcept;
     void wait_longer(Hand& hand);
     bool make_device(Hand& hand);
     void work(Hand& hand, const Job& job);
     WorkEnd work_on(Hand& hand, const Job& job, int attempts);
     bool enter_end(const Hand& hand, const Job& job, const WorkEnd& end);
     void between(Hand& hand, const Job& job);
+    Turn turn(Hand& hand);
     void watch();
     void let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);
     void set_trouble(const std::string& text);
@@ -73,6 +75,7 @@ class Worker final : public Backend {
     JobStore& store_;
     const Readers& readers_;
     Counters& counters_;
+    const DeviceGate& gate_;
     const PassRegistry& registry_;
     const WorkerSettings settings_;
 

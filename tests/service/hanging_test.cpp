@@ -1,0 +1,223 @@
+// Work that hangs, and jobs that leave the device to previews.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <future>
+
+#include "tests/service/support.h"
+#include "tools/service/store/job_store.h"
+#include "tools/service/work/previews.h"
+#include "tools/service/work/worker.h"
+
+namespace postchain::service {
+namespace {
+
+using namespace std::chrono_literals;
+using test::ServiceTest;
+using testing::HasSubstr;
+
+// Planning frame 3, which belongs to its reading, does not end while `g_hangs`.
+std::atomic<bool> g_hangs = false, g_hung = false;
+
+class HangingPass final : public test::FakePass {
+  public:
+    std::optional<Identity> identity(const PlanContext& context) const override {
+        for (; context.frame.frame_number == 3 && g_hangs; usleep(10'000)) g_hung = true;
+        return FakePass::identity(context);
+    }
+};
+
+class Hanging : public ServiceTest {
+  protected:
+    void SetUp() override {
+        ServiceTest::SetUp();
+        registry_ = &with_hanging_;
+        g_hangs = true;
+        g_hung = false;
+        drain_ = 100ms;
+        open();
+    }
+    void TearDown() override {
+        answer();
+        close();
+        ServiceTest::TearDown();
+    }
+    // Lets the thread go, and waits until it has.
+    bool answer() {
+        g_hangs = false;
+        return wait_for([&] {
+            return service_->metrics().find("postchain_stuck_threads 0") != std::string::npos;
+        });
+    }
+    static std::string hanging(const std::string& more = "") {
+        std::string text = body(more);
+        return text.replace(text.find("fxaa"), 4, "hanging");
+    }
+    const PassRegistry with_hanging_ = test::with_pass<HangingPass>("hanging");
+};
+
+TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
+    // The limit is for frames: what is made once is made before.
+    ASSERT_EQ(ended(submit(in_folder(hanging(R"(, "frames": "1-2")"), "warm"))).state,
+              JobState::done);
+    const std::string id = submit(hanging(R"(, "frame_timeout": 4)"));
+    const Job job = ended(id);
+    EXPECT_EQ(job.state, JobState::failed);
+    EXPECT_EQ(job.exit_code, 4);
+    EXPECT_EQ(job.done, 2);
+    EXPECT_THAT(job.message, HasSubstr("frame 3 was not read within 4 s: the disk hangs"));
+    EXPECT_EQ(frames(id)[2].attempts, 1);
+    // Another thread has taken over, with a device of its own.
+    const Job next = ended(submit(in_folder(body(R"(, "frames": "1-2,4-6")"), "next")));
+    EXPECT_EQ(next.state, JobState::done) << next.message;
+    const Health health = service_->health();
+    EXPECT_TRUE(health.gl && health.progress) << health.why;
+    EXPECT_THAT(health.why, HasSubstr("1 thread hangs"));
+    EXPECT_THAT(service_->metrics(), HasSubstr("postchain_workers_replaced_total 1"));
+    EXPECT_THAT(service_->metrics(), HasSubstr("postchain_stuck_threads 1"));
+    EXPECT_THAT(logged(), HasSubstr("failed"));
+    // The disk answers again, and the retry makes what is missing.
+    ASSERT_TRUE(answer());
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
+    EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    EXPECT_EQ(ended(id).done, 6);
+    for (const JobFrame& frame : frames(id)) EXPECT_LE(frame.attempts, 1) << frame.frame;
+}
+
+TEST_F(Hanging, ReadinessFollowsTheProgress) {
+    const std::string id = submit(hanging());
+    ASSERT_TRUE(wait_for([&] { return job(id).done >= 2 && g_hung; }));
+    EXPECT_TRUE(service_->health().progress) << "no limit";
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->cancel(user(), id)));
+    service_->drain();  // does not wait for ever
+    EXPECT_THAT(service_->health().why, HasSubstr("1 thread hangs"));
+}
+
+TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {
+    DeviceGate gate(100ms);
+    const auto at = [start = DeviceGate::Clock::now()](int ms) { return start + 1ms * ms; };
+    const auto waits = [&](int ms) { return gate.ask(at(ms)) == Turn::wait; };
+    EXPECT_FALSE(waits(0));
+    gate.enter(at(0));
+    EXPECT_TRUE(waits(0) && waits(99));
+    EXPECT_FALSE(waits(100) || waits(124));
+    EXPECT_TRUE(waits(125));
+    gate.leave(at(130));
+    EXPECT_FALSE(waits(130));
+    gate.enter(at(131));
+    EXPECT_TRUE(waits(224));
+    EXPECT_FALSE(waits(225)) << "no pause";
+    gate.leave(at(226));
+    gate.enter(at(251));
+    EXPECT_TRUE(waits(251) && waits(350)) << "a pause";
+    EXPECT_FALSE(waits(352));
+    EXPECT_TRUE(waits(251 + 125 * 479));
+    EXPECT_FALSE(waits(251 + 125 * 480)) << "the preview hangs";
+    gate.enter(at(251 + 125 * 480));
+    EXPECT_TRUE(waits(251 + 125 * 480)) << "another one";
+}
+
+TEST(Gates, AWaitIsNotTheFaultOfAStep) {
+    Progress progress;
+    const auto at = [start = Progress::Clock::now()](int s) { return start + 1s * s; };
+    progress.step(sequence::FrameStep::filter, 1, true, at(0));
+    progress.step(sequence::FrameStep::read, 2, true, at(3));
+    EXPECT_EQ(progress.waits(false, at(1)), 0);
+    EXPECT_EQ(progress.waits(true, at(1)), 0);
+    EXPECT_EQ(progress.waits(true, at(5)), 4);
+    EXPECT_EQ(progress.waits(false, at(8)), 3);
+    EXPECT_EQ(progress.longest(at(9))->what, "frame 2 was not read");
+    EXPECT_EQ(progress.longest(at(9))->seconds, 6);
+    progress.step(sequence::FrameStep::read, 2, false, at(9));
+    EXPECT_EQ(progress.longest(at(9))->seconds, 2);
+}
+
+// A worker and previews around one gate, whose previews may take an hour.
+class Gate : public Hanging {
+  protected:
+    void SetUp() override {
+        Hanging::SetUp();
+        close();
+        const ServiceSettings service = settings();
+        store_ = std::move(*JobStore::open(service.store, 1));
+        reader_ = std::make_unique<JobReader>(service.roots, *registry_, version_, 1);
+        readers_ = std::make_unique<Readers>(*reader_, *users_);
+        device_.device = egl::ContextOptions::kSoftware;
+        worker_ = std::make_unique<Worker>(*store_, *readers_, counters_, gate_, *registry_,
+                                           WorkerSettings{.device = device_});
+        ASSERT_TRUE(worker_->begin().ok());
+    }
+    void TearDown() override {
+        worker_.reset();
+        ServiceTest::TearDown();
+    }
+    // A job that waits for the device.
+    std::string waiting() {
+        const std::string id = store_->add({JobKind::run, body()}, 1)->job.id;
+        worker_->wake();
+        EXPECT_TRUE(wait_for([&] { return waited() > 0; }));
+        return id;
+    }
+    double waited() {
+        const std::string text = counters_.text({}, {}, {});
+        const std::string name = "\npostchain_preview_wait_seconds_total ";
+        return std::stod(text.substr(text.find(name) + name.size()));
+    }
+    Job now(const std::string& id) { return **store_->job(id); }
+    bool becomes(const std::string& id, JobState state) {
+        return wait_for([&] { return now(id).state == state; });
+    }
+
+    DeviceGate gate_{1h};
+    egl::ContextOptions device_;
+    const std::string version_ = "test";
+    Counters counters_{version_};
+    std::unique_ptr<JobStore> store_;
+    std::unique_ptr<JobReader> reader_;
+    std::unique_ptr<Readers> readers_;
+    std::unique_ptr<Worker> worker_;
+};
+
+TEST_F(Gate, AJobWaitsForAPreviewAndGoesOn) {
+    std::string id;
+    {
+        const DeviceGate::Hold preview(gate_);
+        id = waiting();
+        const double once = waited();
+        EXPECT_TRUE(wait_for([&] { return waited() > once; })) << "it asks again";
+        EXPECT_EQ(now(id).done, 0);
+        EXPECT_EQ(now(id).state, JobState::running);
+    }
+    ASSERT_TRUE(becomes(id, JobState::done)) << now(id).message;
+    EXPECT_EQ(now(id).done, 6);
+}
+
+TEST_F(Gate, AWaitingJobCanBeCanceled) {
+    const DeviceGate::Hold preview(gate_);
+    const std::string id = waiting();
+    ASSERT_TRUE(*store_->cancel(id));
+    worker_->stop_job(id);
+    worker_->drain();
+    EXPECT_EQ(worker_->end(), 0u) << "it hangs";
+}
+
+TEST_F(Gate, APreviewHoldsTheGate) {
+    Previews previews(device_, *registry_, gate_);
+    ASSERT_TRUE(previews.begin().ok());
+    EXPECT_EQ(gate_.ask(), Turn::go_on);
+    auto request = reader_->preview(
+        R"({"chain": {"postchain": 1, "passes": ["hanging"]}, "input": "in.####.exr", "frame": 3})");
+    ASSERT_TRUE(std::holds_alternative<JobRequest>(request)) << std::get<Problem>(request).detail;
+    std::promise<Answer<Picture>> answer;
+    ASSERT_TRUE(previews.run(std::move(std::get<JobRequest>(request)), reader_->roots(), {},
+                             [&](Answer<Picture> got) { answer.set_value(std::move(got)); }));
+    ASSERT_TRUE(wait_for([] { return g_hung.load(); }));
+    const std::string id = waiting();
+    EXPECT_EQ(now(id).done, 0);
+    g_hangs = false;
+    EXPECT_TRUE(std::holds_alternative<Picture>(answer.get_future().get()));
+    EXPECT_TRUE(becomes(id, JobState::done)) << now(id).message;
+}
+
+}  // namespace
+}  // namespace postchain::service

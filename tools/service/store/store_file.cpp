@@ -1,0 +1,131 @@
+#include "tools/service/store/store_file.h"
+
+#include <sqlite3.h>
+#include <sys/stat.h>
+
+#include "tools/service/store/upkeep.h"
+
+namespace postchain::service {
+namespace {
+
+// Converts the exception that is being handled.
+Status status_of(const std::string& path) {
+    try {
+        throw;
+    } catch (const SqlError& error) {
+        const auto failure = [&](const std::string& text) {
+            return Status(StatusCode::output, path + ": " + text);
+        };
+        switch (error.code & 0xff) {
+            case SQLITE_BUSY:
+            case SQLITE_LOCKED:
+                return failure("another program holds this store; end that program");
+            case SQLITE_NOTADB:
+                return failure("is not a store of jobs; choose another file for the store");
+            case SQLITE_CORRUPT:
+                return failure("the store is damaged (" + error.message +
+                               "); move the file away, and the service creates a new one");
+            case SQLITE_FULL:
+                return failure("the disk is full; nothing was changed");
+            default:
+                return failure("the store cannot be used: " + error.message);
+        }
+    } catch (const Status& refused) {
+        return refused;
+    } catch (...) {
+        return status_of_exception(path);
+    }
+}
+
+// Zeros if there is no file.
+std::pair<dev_t, ino_t> identity_of(const std::string& path) {
+    struct stat info = {};
+    if (::stat(path.c_str(), &info) != 0) return {};
+    return {info.st_dev, info.st_ino};
+}
+
+}  // namespace
+
+Status StoreFile::take() {
+    try {
+        database_.emplace(path_);
+        if (Status status = lock_.take(path_); !status.ok()) return status;
+        prepare(*database_, path_);
+        file_ = identity_of(path_);
+        return Status();
+    } catch (...) {
+        return status_of(path_);
+    }
+}
+
+Status StoreFile::commit(const std::function<void(Database&)>& work) {
+    std::vector<Event> events;
+    if (Status status = in_place(); !status.ok()) return status;
+    try {
+        const std::lock_guard lock(mutex_);
+        said_.clear();
+        Transaction transaction(*database_);
+        work(*database_);
+        transaction.commit();
+        events.swap(said_);
+    } catch (...) {
+        return status_of(path_);
+    }
+    const std::lock_guard lock(listener_mutex_);
+    if (listener_)
+        for (const Event& event : events) listener_(event);
+    return Status();
+}
+
+Status StoreFile::read(const std::function<void(Database&)>& work) const {
+    try {
+        const std::lock_guard lock(mutex_);
+        work(*database_);
+        return Status();
+    } catch (...) {
+        return status_of(path_);
+    }
+}
+
+void StoreFile::add_event(int64_t job, const std::string& type, const io::Json& data) {
+    Event event{0, std::to_string(job), now_ms(), type, io::json_text(data)};
+    database_->run("INSERT INTO events(job, time_ms, type, data) VALUES(?, ?, ?, ?)", job,
+                   event.time_ms, type, event.data);
+    event.id = database_->last_id();
+    said_.push_back(std::move(event));
+}
+
+Status StoreFile::in_place() const {
+    const bool lost = identity_of(path_) != file_;
+    const Status status = lost ? Status(StatusCode::output,
+                                        path_ +
+                                            ": the store was removed or replaced while the service "
+                                            "runs; nothing is recorded; put the file back, or "
+                                            "restart the service")
+                               : Status();
+    const std::lock_guard lock(loss_mutex_);
+    if (lost && !lost_ && loss_listener_) loss_listener_(status.message());
+    lost_ = lost;
+    return status;
+}
+
+void StoreFile::on_loss(std::function<void(const std::string&)> listener) {
+    const std::lock_guard lock(loss_mutex_);
+    loss_listener_ = std::move(listener);
+}
+
+void StoreFile::on_event(std::function<void(const Event&)> listener) {
+    const std::lock_guard lock(listener_mutex_);
+    listener_ = std::move(listener);
+}
+
+int64_t StoreFile::bytes() const {
+    int64_t bytes = 0;
+    for (const char* suffix : {"", "-wal"}) {
+        struct stat info = {};
+        if (::stat((path_ + suffix).c_str(), &info) == 0) bytes += info.st_size;
+    }
+    return bytes;
+}
+
+}  // namespace postchain::service

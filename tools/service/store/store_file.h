@@ -1,0 +1,85 @@
+// The file of a store. Each change and its events are one transaction, which is on disk
+// (synchronous=FULL) before the call returns: a successful change is never lost, and a failed one
+// changes nothing. One process at a time uses the file. If the file is removed or replaced, every
+// change is refused: it would be in no file. Thread-safe.
+#pragma once
+
+#include <sys/types.h>
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "chain/status.h"
+#include "tools/sequence/files/json.h"
+#include "tools/service/store/job.h"
+#include "tools/service/store/sqlite.h"
+#include "tools/service/store/store_lock.h"
+
+namespace postchain::service {
+
+class StoreFile {
+  public:
+    // Errors (output): the file was removed or replaced after it was opened.
+    Status in_place() const;
+    // Called by a change or in_place() when the file is no longer in place, once until it is again.
+    void on_loss(std::function<void(const std::string&)> listener);
+    // Called after each commit, with the store unlocked.
+    void on_event(std::function<void(const Event&)> listener);
+    int64_t bytes() const;  // of the file and its log
+
+  protected:
+    explicit StoreFile(std::string path) : path_(std::move(path)) {}
+    ~StoreFile() = default;
+    StoreFile(const StoreFile&) = delete;
+    StoreFile& operator=(const StoreFile&) = delete;
+
+    // Locks the file and creates its tables if it is new. Errors (output): it cannot be created or
+    // written, is in use, is damaged, or is from another program or a later version.
+    Status take();
+    // Runs `work` with the database in a transaction. Returns its result, or a Status if it has
+    // none.
+    template <class Work>
+    auto change(const Work& work) {
+        using T = std::invoke_result_t<Work, Database&>;
+        if constexpr (std::is_void_v<T>) {
+            return commit(work);
+        } else {
+            T value{};
+            Status status = commit([&](Database& database) { value = work(database); });
+            return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
+        }
+    }
+    // Likewise without a transaction.
+    template <class Work>
+    auto look(const Work& work) const {
+        using T = std::invoke_result_t<Work, Database&>;
+        T value{};
+        Status status = read([&](Database& database) { value = work(database); });
+        return status.ok() ? Result<T>(std::move(value)) : Result<T>(std::move(status));
+    }
+    // Within a change.
+    void add_event(int64_t job, const std::string& type, const io::Json& data = io::Json::object());
+
+  private:
+    Status commit(const std::function<void(Database&)>& work);
+    Status read(const std::function<void(Database&)>& work) const;
+
+    const std::string path_;
+    StoreLock lock_;
+    mutable std::mutex mutex_;
+    mutable std::optional<Database> database_;
+    std::pair<dev_t, ino_t> file_ = {};  // identity of the opened file
+    mutable std::mutex loss_mutex_;
+    mutable bool lost_ = false;
+    std::function<void(const std::string&)> loss_listener_;
+    std::vector<Event> said_;  // events of the open transaction
+    std::mutex listener_mutex_;
+    std::function<void(const Event&)> listener_;
+};
+
+}  // namespace postchain::service

@@ -1,0 +1,52 @@
+// Previews go first on the device: while one holds the gate, the running job waits before its next
+// band (chain/gl/turn.h). Thread-safe.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <mutex>
+
+#include "chain/gl/turn.h"
+
+namespace postchain::service {
+
+class DeviceGate {
+  public:
+    using Clock = std::chrono::steady_clock;
+    // If previews follow each other without a pause, the job has the device after this time, for a
+    // quarter of it.
+    static constexpr auto kPreviews = std::chrono::milliseconds(1000);
+    // A preview that takes longer hangs, or is as long as a frame of the job: the job goes on.
+    static constexpr auto kMaxHold = std::chrono::seconds(60);
+
+    explicit DeviceGate(Clock::duration previews = kPreviews)
+        : previews_(previews), job_(previews / 4) {}
+
+    class Hold {
+      public:
+        explicit Hold(DeviceGate& gate) : gate_(gate) { gate_.enter(Clock::now()); }
+        ~Hold() { gate_.leave(Clock::now()); }
+        Hold(const Hold&) = delete;
+        Hold& operator=(const Hold&) = delete;
+
+      private:
+        DeviceGate& gate_;
+    };
+
+    // The job's question: Turn::go_on or Turn::wait.
+    Turn ask(Clock::time_point now = Clock::now()) const;
+
+    // Hold calls these two.
+    void enter(Clock::time_point now);
+    void leave(Clock::time_point now);
+
+  private:
+    const Clock::duration previews_, job_;
+    mutable std::mutex mutex_;
+    size_t holds_ = 0;
+    Clock::time_point first_;  // since when previews follow each other
+    Clock::time_point begun_;  // the newest hold
+    Clock::time_point ended_;  // the last hold
+};
+
+}  // namespace postchain::service

@@ -142,7 +142,13 @@ TEST(Inputs, SlicesThatAreNotThere) {
     refuses(color, {GL_TEXTURE_2D_ARRAY, -1, 0}, "color_slice.layer: -1 is below 0");
     refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 31}, "color_slice.level: 31 is not within 0 and 30");
     refuses(color, {GL_TEXTURE_2D_ARRAY, 3, 1}, "has 3 layers, and color_slice.layer is 3");
-    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 2}, "has no level 2");
+    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 2}, "has no level 2; set color_slice.level to one");
+    // Beyond those that a texture can have at all.
+    for (const int level : {15, 20, 30}) {
+        const std::string text = concat("has no level ", level, "; set color_slice.level to one");
+        refuses(color, {GL_TEXTURE_2D_ARRAY, 0, level}, text.c_str());
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << level;
+    }
     refuses(color, {}, "is a GL_TEXTURE_2D_ARRAY; set color_slice.target to it");
     refuses(host.color, {GL_TEXTURE_2D_ARRAY, 0, 0},
             "is a GL_TEXTURE_2D; set color_slice.target to it");

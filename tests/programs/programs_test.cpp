@@ -151,7 +151,7 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     std::set<std::string> files;
     for (const auto& [text, step] : steps) files.insert(step.program.file);
     for (const char* file : {"guest/import.comp", "guest/export.comp", "guest/debug_view.comp",
-                             "guest/fill_start.comp", "guest/focus.comp", "guest/import_mask.comp",
+                             "guest/layer_start.comp", "guest/focus.comp", "guest/import_mask.comp",
                              "scenes/render.comp"})
         EXPECT_TRUE(files.contains(file)) << file;
     ASSERT_GT(steps.size(), 100u);

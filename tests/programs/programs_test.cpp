@@ -13,6 +13,7 @@
 
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/focus.h"
+#include "chain/guest/frame_check.h"
 #include "chain/guest/host_plan.h"
 #include "chain/program_source.h"
 #include "chain/status.h"

@@ -129,7 +129,8 @@ PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_
                  frame.exposure.name != 0,
                  frame.output_is_color(),
                  frame.mask.name != 0,
-                 frame.output.format && frame.output_holds_color()};
+                 frame.output.format && frame.output_holds_color(),
+                 frame.motion_by_depth()};
     key.arrays = frame.arrays();
     if (given.debug_view) std::strncpy(key.debug_view.data(), given.debug_view, kLongestView);
     return key;

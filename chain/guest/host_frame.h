@@ -54,6 +54,12 @@ struct HostFrame {
         return is_plane(depth) && given->depth_encoding == PC_DEPTH_INVERSE;
     }
     bool motion_in_place() const;
+    // Motion has fewer texels than depth, which chooses among them.
+    bool motion_by_depth() const {
+        return motion.name && depth.name && motion.width <= depth.width &&
+               motion.height <= depth.height &&
+               (motion.width < depth.width || motion.height < depth.height);
+    }
     bool output_is_an_input() const;
     bool output_is_color() const;  // the same rectangle of the same image
     // The output's format holds every value that color's does.
@@ -80,7 +86,7 @@ struct PlanKey {
     Room room;  // its textures are as large as frames of this size need
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
-    std::array<bool, 11> cases = {};
+    std::array<bool, 12> cases = {};
     uint32_t arrays = 0;  // HostFrame::arrays()
     std::array<char, kLongestView + 1> debug_view = {};
     bool operator==(const PlanKey&) const = default;

@@ -319,7 +319,12 @@ class Builder {
         step.program = import_program(has_exposure(), frame_.arrays(), frame_.halved());
         const bool vectors = (host_.makes & GUEST_MAKES_MOTION) != 0;
         if (frame_.sky && vectors) host_.makes |= GUEST_MAKES_SKY;
-        const bool chooses = frame_.halved() && vectors && frame_.depth.name != 0;
+        const bool finds = vectors && frame_.motion_by_depth();
+        if (finds) {
+            host_.makes |= GUEST_FINDS_MOTION;
+            step.taps += 17 * pixels;
+        }
+        const bool chooses = finds || (frame_.halved() && vectors && frame_.depth.name != 0);
         if ((host_.makes & GUEST_MAKES_DEPTH) != 0) {
             host_.makes |= GUEST_READS_DEPTH;
         } else if ((host_.makes & GUEST_MAKES_SKY) != 0 || chooses) {

@@ -284,8 +284,9 @@ typedef struct pc_frame {
                         that passes treat differently (pc_chain_set_mask()), such as a first-person
                         weapon or an interface in the world */
     /* Texels of the frame's rectangle in depth and in motion, such as {width/2, height/2}; {0, 0} =
-     * width, height. Each pixel reads the texel that contains its center. motion_scale still leads
-     * to pixels of this frame. */
+     * width, height. Each pixel reads the texel that contains its center; of a motion plane with
+     * fewer texels than depth, one of the four around its center, chosen by depth. motion_scale
+     * still leads to pixels of this frame. */
     int32_t depth_size[2], motion_size[2];
     float depth_range[2]; /* GL's depth range, of a depth that has clip planes: stored depths at its
                              ends; {0, 0} = {0, 1}. What is stored beyond counts as the end */

@@ -84,7 +84,8 @@ float difference_of(ivec2 texel, float inverse_depth) {
     for (int i = 0; i < 4; ++i) {
         const ivec2 place = 4 * texel + ivec2(2 * (i & 1) + 1, 2 * (i >> 1) + 1);
         const ivec2 q = place * uniforms.full_size / (4 * uniforms.motion_size);
-        most = max(most, abs(inverse_depth_at(q) - inverse_depth));
+        precise const float difference = inverse_depth_at(q) - inverse_depth;
+        most = max(most, abs(difference));
     }
     return most;
 }

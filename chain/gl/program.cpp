@@ -124,14 +124,16 @@ Result<unsigned> ProgramCache::finish(const ProgramKey& key, const Begun& begun)
                   "shader " + key.text() + " does not compile:" + named(log, begun.files));
 }
 
-void ProgramCache::use_binaries(BinaryStore store) {
+void ProgramCache::use_binaries(ProgramStore store, std::string device) {
     GLint formats = 0;
     glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
-    if (formats > 0) binaries_ = std::move(store);
+    if (formats == 0) return;
+    binaries_ = std::move(store);
+    binaries_of_ = std::move(device);
 }
 
 std::string ProgramCache::binary_key(const ProgramKey& key, uint64_t source_hash) const {
-    return hex_of(hash_text(concat(key.text(), "\n", binaries_.device), source_hash));
+    return hex_of(hash_text(concat(key.text(), "\n", binaries_of_), source_hash));
 }
 
 bool ProgramCache::load(const ProgramKey& key, const std::string& source) {

@@ -3,15 +3,14 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <map>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "chain/gl/device.h"
 #include "chain/plan.h"
+#include "chain/program_store.h"
 #include "chain/status.h"
 
 namespace postchain::gl {
@@ -32,14 +31,6 @@ struct Program {
 // The value of POSTCHAIN_SHADER_DIR; empty: embedded sources.
 std::string shader_folder_of_environment();
 
-// Binaries of programs that outlive the process. Keys are hexadecimal.
-struct BinaryStore {
-    // The bytes of a key; empty: there are none.
-    std::function<std::vector<std::byte>(const std::string& key)> load;
-    std::function<void(const std::string& key, std::span<const std::byte> bytes)> store;
-    std::string device;  // vendor, renderer and version: other devices have other keys
-};
-
 class ProgramCache {
   public:
     // `folder`: of the sources; empty: the embedded files.
@@ -48,8 +39,9 @@ class ProgramCache {
     ~ProgramCache();
     ProgramCache(const ProgramCache&) = delete;
     ProgramCache& operator=(const ProgramCache&) = delete;
-    // From now on programs are taken from the store and given to it.
-    void use_binaries(BinaryStore store);
+    // From now on binaries are taken from the store and given to it. `device`: vendor, renderer and
+    // version: other devices have other keys.
+    void use_binaries(ProgramStore store, std::string device);
     // Begins to compile it. Programs that are all begun before the first of them is got compile at
     // once, if the driver can.
     void begin(const ProgramKey& key);
@@ -91,7 +83,8 @@ class ProgramCache {
     std::map<std::string, Begun> begun_;
     size_t compiled_ = 0;
     size_t loaded_ = 0;
-    BinaryStore binaries_;
+    ProgramStore binaries_;
+    std::string binaries_of_;  // the device
 };
 
 }  // namespace postchain::gl

@@ -49,7 +49,12 @@ void Budgets::set_samples(ChainHandle& chain, Governed& governed, double part) {
     }
 }
 
+void Budgets::forget_destroyed() {
+    std::erase_if(all_, [](const Governed& one) { return one.life.expired(); });
+}
+
 Failure Budgets::set(ChainHandle& chain, const pc_budget& budget) {
+    forget_destroyed();
     if (budget.reserved != 0) return {PC_ERROR_VERSION, "pc_budget.reserved is not 0"};
     if (!(budget.milliseconds >= 0) || !std::isfinite(budget.milliseconds))
         return {PC_ERROR_ARGUMENT,
@@ -64,14 +69,16 @@ Failure Budgets::set(ChainHandle& chain, const pc_budget& budget) {
     }
     if (budget.milliseconds == 0) return {};
     const double least = budget.least == 0 ? 0.25 : double(budget.least);
-    Governed governed{chain.id(), Governor(double(budget.milliseconds), least), {}};
+    Governed governed{chain.id(), chain.life(), Governor(double(budget.milliseconds), least), {}};
     for (const auto& [pass, row] : chain.samples()) {
         const int64_t full = chain.integer(pass, *row);
         governed.samples.push_back({pass, row, full, full});
     }
     if (governed.samples.empty())
-        return {PC_ERROR_CHAIN,
-                "no pass of the chain has samples, so nothing makes it quicker; leave passes out"};
+        return {
+            PC_ERROR_CHAIN,
+            "no pass of the chain reads a number of samples, so nothing makes it quicker; leave "
+            "passes out, or choose a method that has samples"};
     all_.push_back(std::move(governed));
     return {};
 }
@@ -108,6 +115,7 @@ bool Budgets::undo(ChainHandle& chain) {
 }
 
 bool Budgets::govern(ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
+    forget_destroyed();
     Governed* governed = find(chain.id());
     if (!governed) return false;
     const gl::Times* newest = clock.newest(

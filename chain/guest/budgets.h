@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -15,7 +16,7 @@ namespace postchain::guest {
 
 class Budgets {
   public:
-    // PC_ERROR_CHAIN: no pass has samples. PC_ERROR_ARGUMENT: a value of the budget.
+    // PC_ERROR_CHAIN: no pass reads a number of samples. PC_ERROR_ARGUMENT: a value of the budget.
     Failure set(ChainHandle& chain, const pc_budget& budget);
     void query(const ChainHandle& chain, pc_budget_state& state) const;
     // Before the chain's frame `tag`, a number that increases: takes the times of its newest
@@ -26,6 +27,8 @@ class Budgets {
     bool undo(ChainHandle& chain);
     // The chain with the samples of every part that govern() may choose; none without a budget.
     std::vector<Chain> variants(const ChainHandle& chain) const;
+    // Chains that have a budget. Those of destroyed chains go with the next set() or govern().
+    size_t size() const { return all_.size(); }
 
   private:
     // A parameter that is a number of samples.
@@ -37,6 +40,7 @@ class Budgets {
     };
     struct Governed {
         uint64_t chain;
+        std::weak_ptr<const uint64_t> life;  // of the chain
         Governor governor;
         std::vector<Samples> samples;
         std::array<uint64_t, 8> ran = {};  // tags of its frames since the last change
@@ -48,6 +52,7 @@ class Budgets {
     Governed* find(uint64_t chain) {
         return const_cast<Governed*>(std::as_const(*this).find(chain));
     }
+    void forget_destroyed();
     static int64_t scaled(const std::vector<Samples>& all, const Samples& one, double part);
     static void set_samples(ChainHandle& chain, Governed& governed, double part);
 

@@ -85,7 +85,7 @@ uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
 
 ChainHandle::ChainHandle(Chain chain) : chain_(std::make_shared<Chain>(std::move(chain))) {
     static std::atomic<uint64_t> last = 0;
-    id_ = ++last;
+    id_ = std::make_shared<const uint64_t>(++last);
     auto& links = chain_->links;
     if (std::all_of(links.begin(), links.end(), [](auto& link) { return link.matte.empty(); }))
         for (ChainLink& link : links) link.matte = kMask;
@@ -183,10 +183,17 @@ Failure ChainHandle::set_aperture(const float* values) {
     return {};
 }
 
+bool ChainHandle::is_read(uint32_t pass, const Parameter& row) const {
+    const ChainLink& link = chain_->links[pass];
+    return link.type->parameters->unread(row, link.pass->parameters()).empty();
+}
+
 std::vector<std::pair<uint32_t, const Parameter*>> ChainHandle::samples() const {
     std::vector<std::pair<uint32_t, const Parameter*>> found;
     for (const Row& row : rows_)
-        if (row.parameter->key == "samples" || row.parameter->key == "max_samples")
+        if (row.pass != PC_CAMERA &&
+            (row.parameter->key == "samples" || row.parameter->key == "max_samples") &&
+            is_read(row.pass, *row.parameter))
             found.emplace_back(row.pass, row.parameter);
     return found;
 }

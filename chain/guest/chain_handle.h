@@ -26,8 +26,9 @@ class ChainHandle {
     const Chain& chain() const { return *chain_; }
     // A snapshot: later changes are made in a copy.
     std::shared_ptr<const Chain> shared() const { return chain_; }
-    uint64_t id() const { return id_; }              // unique in this process
-    uint64_t revision() const { return revision_; }  // increases with every change
+    uint64_t id() const { return *id_; }                        // unique in this process
+    std::weak_ptr<const uint64_t> life() const { return id_; }  // expires with the handle
+    uint64_t revision() const { return revision_; }             // increases with every change
 
     // `pass`: an index, or PC_CAMERA. PC_ERROR_ARGUMENT: no such pass. PC_ERROR_CHAIN: no such key,
     // or a value outside its domain; the chain is unchanged. PC_OK with a text: a warning.
@@ -39,7 +40,7 @@ class ChainHandle {
     // Sets a pass's effect on the object that pc_frame.mask covers.
     Failure set_mask(uint32_t pass, pc_mask_effect effect);
 
-    // The parameters that are numbers of samples, with their passes.
+    // The parameters that are numbers of samples and that their passes read, with the passes.
     std::vector<std::pair<uint32_t, const Parameter*>> samples() const;
     // The value of a pass's integer.
     int64_t integer(uint32_t pass, const Parameter& row) const;
@@ -58,12 +59,14 @@ class ChainHandle {
         int cost = -1;  // unknown yet
     };
     const ParameterTable* table_of(uint32_t pass) const;
+    // Whether the pass reads the value, with its other values as they are.
+    bool is_read(uint32_t pass, const Parameter& row) const;
 
     Chain& own();  // copied first if it is shared
     Failure no_such_pass(uint32_t pass) const;
 
     std::shared_ptr<Chain> chain_;
-    uint64_t id_;
+    std::shared_ptr<const uint64_t> id_;
     uint64_t revision_ = 1;
     std::vector<Row> rows_;
 };

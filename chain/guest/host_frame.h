@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <map>
 #include <string>
 #include <vector>
@@ -53,26 +54,30 @@ struct HostFrame {
         return is_plane(depth) && given->depth_encoding == PC_DEPTH_INVERSE;
     }
     bool motion_in_place() const;
+    // Motion has fewer texels than depth, which chooses among them.
+    bool motion_by_depth() const {
+        return motion.name && depth.name && motion.width <= depth.width &&
+               motion.height <= depth.height &&
+               (motion.width < depth.width || motion.height < depth.height);
+    }
     bool output_is_an_input() const;
     bool output_is_color() const;  // the same rectangle of the same image
     // The output's format holds every value that color's does.
     bool output_holds_color() const;
     uint32_t arrays() const;  // GUEST_ARRAY_...: which of the textures are arrays
     bool shows_fill() const;  // debug_view "fill": the plan filters a fill mask
+    bool has_depth_range() const {
+        return given->depth_range[0] != 0 || given->depth_range[1] != 0;
+    }
 };
-
-// Errors name the member. PC_ERROR_INPUT: a texture. PC_ERROR_CHAIN: camera values that the depth
-// encoding needs, or a value that is not finite. Calls no GL, allocates nothing. `find`: the
-// formats of the textures.
-Failure check_frame(const pc_frame* given, HostFrame& frame,
-                    const HostFormat* (*find)(unsigned) = find_format);
-
-// For PC_VALIDATE: matrices that cannot be inverted, an output over another plane than color.
-// Precondition: check_frame().
-Failure check_deeper(const HostFrame& frame);
 
 // The description for the planner. Precondition: check_frame().
 FrameDescription describe(const HostFrame& frame, const Chain& chain);
+
+// Directions to x, y and w of clip space: the first three columns of a view projection.
+glm::dmat3 clip_directions(const float (&columns)[16]);
+
+inline constexpr size_t kLongestView = 63;  // letters of a debug_view
 
 // Everything that a plan and its conversion depend on, except the frame's size, values and number.
 // Plans of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
@@ -81,9 +86,9 @@ struct PlanKey {
     Room room;  // its textures are as large as frames of this size need
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
-    std::array<bool, 11> cases = {};
+    std::array<bool, 12> cases = {};
     uint32_t arrays = 0;  // HostFrame::arrays()
-    std::array<char, 64> debug_view = {};
+    std::array<char, kLongestView + 1> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
 PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_t revision);
@@ -95,12 +100,14 @@ struct FrameKind {
     uint32_t flags = 0;  // PC_HALF_PLANES, PC_NO_ELISION, PC_HALF_RESOLUTION
     bool depth = false, motion = false, mask = false, exposure = false;
     uint32_t arrays = 0;  // HostFrame::arrays()
-    std::array<char, 64> debug_view = {};
+    std::array<char, kLongestView + 1> debug_view = {};
     bool operator==(const FrameKind&) const = default;
 };
 FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
-// The member by which a frame is of none of these kinds, and the remedy.
-std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared);
+// The member by which a frame is of none of these kinds, and the remedy. `prepare`: the function of
+// the host that prepares.
+std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared,
+                            const std::string& prepare = "pc_prepare()");
 
 // The frame's size, camera, bounds, 1 for each flag that changes them, and the depths in focus.
 using FrameValues = std::array<float, 16 + GUEST_FOCUS_PLACES>;

@@ -37,7 +37,9 @@ ProgramKey half_export_program(bool exposure, uint32_t arrays) {
             {{"EXPOSURE", flag(exposure)}, {"ARRAYS", std::to_string(arrays & GUEST_ARRAY_COLOR)}}};
 }
 
-const ProgramKey kSharpnessStart = {"guest/sharpness_start.comp", {}};
+ProgramKey layer_program(bool sharpness) {
+    return {"guest/layer_start.comp", {{"SHARPNESS", flag(sharpness)}}};
+}
 
 class Builder {
   public:
@@ -175,7 +177,7 @@ class Builder {
     }
 
     void add_half_output() {
-        const TextureId sharpness = begin_layer("sharpness_start", kSharpnessStart);
+        const TextureId sharpness = begin_layer("sharpness_start", layer_program(true));
         Step step = make_step(add_pass("export"), "export",
                               half_export_program(has_exposure(), frame_.arrays()));
         host_.result = add_target();
@@ -192,7 +194,7 @@ class Builder {
     }
 
     void add_fill_view() {
-        const TextureId mask = begin_layer("fill_start", {"guest/fill_start.comp", {}});
+        const TextureId mask = begin_layer("fill_start", layer_program(false));
         host_.result = add_target();
         Step view =
             make_step(add_pass("export"), "debug_view",
@@ -317,7 +319,12 @@ class Builder {
         step.program = import_program(has_exposure(), frame_.arrays(), frame_.halved());
         const bool vectors = (host_.makes & GUEST_MAKES_MOTION) != 0;
         if (frame_.sky && vectors) host_.makes |= GUEST_MAKES_SKY;
-        const bool chooses = frame_.halved() && vectors && frame_.depth.name != 0;
+        const bool finds = vectors && frame_.motion_by_depth();
+        if (finds) {
+            host_.makes |= GUEST_FINDS_MOTION;
+            step.taps += 17 * pixels;
+        }
+        const bool chooses = finds || (frame_.halved() && vectors && frame_.depth.name != 0);
         if ((host_.makes & GUEST_MAKES_DEPTH) != 0) {
             host_.makes |= GUEST_READS_DEPTH;
         } else if ((host_.makes & GUEST_MAKES_SKY) != 0 || chooses) {
@@ -381,7 +388,7 @@ std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given
     };
     const bool exposure = given.exposure.name != 0;
     add(given.halved() ? half_export_program(exposure, given.arrays()) : export_program(exposure));
-    if (given.halved()) add(kSharpnessStart);
+    if (given.halved()) add(layer_program(true));
     // A frame may lack a plane that a pass does not need now, such as motion vectors at a cut.
     for (int lacks = 0; lacks < 8; ++lacks) {
         HostFrame frame = given;

@@ -7,6 +7,8 @@
 #include <utility>
 
 #include "chain/gl/debug.h"
+#include "chain/guest/frame_check.h"
+#include "chain/guest/program_callbacks.h"
 #include "chain/guest/validate.h"
 #include "chain/plan_print.h"
 #include "chain/same_shape.h"
@@ -51,14 +53,6 @@ bool samples_arrays(const Plan& plan, const HostFrame& frame) {
     return false;
 }
 
-Room half_of(const Room& room) {
-    return {(room.width + 1) / 2, (room.height + 1) / 2};
-}
-
-Room larger(const Room& a, const Room& b) {
-    return {std::max(a.width, b.width), std::max(a.height, b.height)};
-}
-
 }  // namespace
 
 Failure Instance::create(const pc_create_info& info, std::unique_ptr<Instance>& instance) {
@@ -95,34 +89,17 @@ Failure Instance::open() {
     tells_loss_ = strategy == GL_LOSE_CONTEXT_ON_RESET;
     objects_ = std::make_unique<Objects>(device_);
     objects_->pool.set_budget(info_.texture_budget);
-    if (info_.load_program || info_.store_program) objects_->programs.use_binaries(binaries());
+    if (info_.load_program || info_.store_program)
+        objects_->programs.use_binaries(
+            store_of(info_), concat(device_.vendor, "\n", device_.renderer, "\n", device_.version));
     const auto limit = uint32_t(device_.limits.texture_px);
     if ((info_.max_width == 0) != (info_.max_height == 0) || info_.max_width > limit ||
         info_.max_height > limit)
         return {PC_ERROR_ARGUMENT,
                 concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
                        "; give both or neither, up to ", limit)};
-    room_ = small_ = stated_room();
+    rooms_ = Rooms({int(info_.max_width), int(info_.max_height)}, kept_frames());
     return {};
-}
-
-gl::BinaryStore Instance::binaries() const {
-    gl::BinaryStore store;
-    store.device = concat(device_.vendor, "\n", device_.renderer, "\n", device_.version);
-    if (info_.load_program)
-        store.load = [this](const std::string& key) {
-            std::vector<std::byte> bytes(info_.load_program(info_.user, key.c_str(), nullptr, 0));
-            const size_t size = bytes.empty() ? 0
-                                              : info_.load_program(info_.user, key.c_str(),
-                                                                   bytes.data(), bytes.size());
-            if (size != bytes.size()) bytes.clear();  // another process wrote it meanwhile
-            return bytes;
-        };
-    if (info_.store_program)
-        store.store = [this](const std::string& key, std::span<const std::byte> bytes) {
-            info_.store_program(info_.user, key.c_str(), bytes.data(), bytes.size());
-        };
-    return store;
 }
 
 Instance::~Instance() {
@@ -230,7 +207,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
                 if (std::find(prepared_programs_.begin(), prepared_programs_.end(), program) ==
                     prepared_programs_.end())
                     prepared_programs_.push_back(std::move(program));
-        std::erase(tight_chains_, chain.id());
+        rooms_.restore(chain.id());
         prepared_ = key;
         prepared_values_ = values;
     }
@@ -291,7 +268,7 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
 
 Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
     const bool runs = std::exchange(newest_frame_, frames_) != frames_;  // not pc_prepare()
-    const Room room = room_for(handle, frame, runs),
+    const Room room = rooms_.room_for(handle.id(), frame, runs),
                tight = {frame.plane_width(), frame.plane_height()};
     PlanKey key = key_of(frame, room, handle.id(), handle.revision());
     Failure failure = find_or_make(handle, frame, key, entry);
@@ -310,12 +287,7 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
         failure = find_or_make(handle, frame, key, entry);
         if (failure.result == PC_ERROR_MEMORY) forget_all();
     }
-    room_ = states_room() || !failure.ok() ? stated_room() : tight;
-    if (!failure.ok() || !states_room()) return failure;
-    std::erase(tight_chains_, handle.id());
-    tight_chains_.push_back(handle.id());
-    if (tight_chains_.size() > kMaxEntries) tight_chains_.erase(tight_chains_.begin());
-    tight_room_ = tight;
+    rooms_.fall_back(handle.id(), tight, failure.ok());
     return failure;
 }
 
@@ -353,28 +325,6 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
                 PC_ERROR_PREPARE,
                 difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_)};
     return make(std::move(purpose), frame, *host, entry);
-}
-
-Room Instance::room_for(const ChainHandle& chain, const HostFrame& frame, bool runs) {
-    const Room own = {frame.plane_width(), frame.plane_height()}, stated = stated_room();
-    const bool tight =
-        std::find(tight_chains_.begin(), tight_chains_.end(), chain.id()) != tight_chains_.end();
-    if (frame.halved() && !tight) return larger(own, half_of(stated));
-    // A texture that the host gets has the size of its frame, unless it stated another.
-    if (frame.output.name == 0 && !states_room()) return own;
-    if (tight) return tight_room_ = larger(tight_room_, own);
-    const bool small = states_room()
-                           ? larger(stated, own) == stated
-                           : 2 * own.width <= room_.width && 2 * own.height <= room_.height;
-    if (!small) {
-        small_frames_ = 0;
-        small_ = stated;
-    } else if (runs) {
-        small_ = larger(small_, own);
-        if (++small_frames_ > kept_frames()) room_ = small_;
-    }
-    room_ = larger(room_, own);
-    return room_;
 }
 
 Failure Instance::make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry) {
@@ -430,12 +380,7 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_f
     if (!focused.empty()) frame.focus = &focused;
     auto host = make_host_plan(chain.chain(), frame);
     if (!host.ok()) return host.status();
-    Room room = {frame.plane_width(), frame.plane_height()};
-    if (frame.halved())
-        room = larger(room, half_of(stated_room()));
-    else if (frame.output.name != 0 || states_room())
-        room = larger(room, room_);
-    const StoragePlan storage = share_storage(host->plan, room);
+    const StoragePlan storage = share_storage(host->plan, rooms_.expected(frame));
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;

@@ -25,6 +25,7 @@
 #include "chain/guest/host_frame.h"
 #include "chain/guest/host_plan.h"
 #include "chain/guest/purpose.h"
+#include "chain/guest/rooms.h"
 
 namespace postchain::guest {
 
@@ -115,18 +116,13 @@ class Instance {
     Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, const PlanKey& key,
                          Entry*& entry);
     uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
-    bool states_room() const { return info_.max_width > 0; }
-    Room stated_room() const { return {int(info_.max_width), int(info_.max_height)}; }
     Failure make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry);
-    // The size of frame for which the textures of this one's plans are made.
-    Room room_for(const ChainHandle& chain, const HostFrame& frame, bool runs);
     void forget_entries();
     // Every plan, and their textures.
     void forget_all();
     // Dispatches the plan's programs that never were, or, without waiting, one of them. True if
     // none is left.
     bool warm_up(Entry& entry, const HostFrame& frame, bool wait);
-    gl::BinaryStore binaries() const;
     Failure dispatch(Entry& entry, const HostFrame& frame, bool timed);
 
     pc_create_info info_;
@@ -145,16 +141,9 @@ class Instance {
     Focus::Depths focused_;   // the places of the last chain that was checked
     LastFrame last_;
     GlState state_;
-    Room room_;  // the largest frame stated or seen
-    // The newest frames of at most half its sides, or of the stated size.
-    uint64_t small_frames_ = 0;
-    Room small_;                 // the largest of them
+    Rooms rooms_;
     uint64_t forgot_ = 0;        // frames_ when a run found no memory beside other plans
     uint64_t newest_frame_ = 0;  // frames_ when a plan was looked for
-    // Chains whose textures of the stated size exceed the budget, the newest last, and the size
-    // that they get.
-    std::vector<uint64_t> tight_chains_;
-    Room tight_room_;
     int timing_ = 0;
     Budgets budgets_;
     uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "chain/guest/frame_check.h"
 #include "chain/guest/host_frame.h"
 #include "chain/sign_check.h"
 

@@ -137,12 +137,14 @@ typedef struct pc_capabilities {
     uint32_t reserved;
     char renderer[128], version[64]; /* GL_RENDERER; pc_version() */
 } pc_capabilities;
+/* The device of an instance. */
 PC_API pc_result pc_query(const pc_instance*, pc_capabilities*);
 
 /* --------------------------------------------------------------------------------------- chain */
 /* `passes`: names in the order they run, "motion_blur,fxaa,depth_of_field"; pc_pass() lists them.
  * Or a tier: "tier:fast"; pc_tier() lists them. pc_chain_from_text() (config/chain_from_text.h)
- * reads the text of a chain file instead. */
+ * reads the text of a chain file instead. PC_ERROR_CHAIN: an unknown pass or tier, whose closest
+ * name the text has; more than 16 passes. On failure *chain is NULL. */
 PC_API pc_result pc_chain_create(const char* passes, pc_chain** chain);
 PC_API void pc_chain_destroy(pc_chain*);
 /* "" = none; valid until the next call. After PC_OK: a warning that a key or value was given by a
@@ -165,9 +167,10 @@ typedef struct pc_parameter { /* strings stay valid until the chain is changed o
     const char* help;           /* one line */
     const char* const* choices; /* of a choice */
     uint32_t choice_count;
-    uint32_t is_set;                            /* 0: an optional value that is not set */
-    double min, max, soft_min, soft_max, value; /* value: of boolean, integer, number */
-    const char* text;                           /* the value as a chain file has it */
+    uint32_t is_set;                     /* 0: an optional value that is not set */
+    double min, max, soft_min, soft_max; /* allowed and usual range, in `unit` */
+    double value;                        /* of boolean (0, 1), integer, number; otherwise 0 */
+    const char* text;                    /* the value as a chain file has it */
     /* PC_COST_*: another value makes pc_run() plan again on the CPU and costs uniforms, or programs
      * (pc_prepare() again), or textures too. It is found by planning a frame with values from the
      * middle of the usual range. At the ends of the range, which may switch a pass off, the cost
@@ -176,13 +179,19 @@ typedef struct pc_parameter { /* strings stay valid until the chain is changed o
 } pc_parameter;
 /* Rows of all passes, then of the camera; PC_ERROR_ARGUMENT = index is past the last. */
 PC_API pc_result pc_chain_parameter(pc_chain*, uint32_t index, pc_parameter*);
-/* If the value is out of range: PC_ERROR_CHAIN, with the range in the text. The old value stays. */
+/* PC_ERROR_CHAIN: no such key, or a value outside its range; the text has the closest key or the
+ * range, and the old value stays. PC_ERROR_ARGUMENT: no such pass. `value` of a boolean: 0 or 1. */
 PC_API pc_result pc_chain_set_number(pc_chain*, uint32_t pass, const char* key, double value);
+/* A choice by its name. Errors: the same. */
 PC_API pc_result pc_chain_set_text(pc_chain*, uint32_t pass, const char* key, const char* value);
+/* x, y: of a key such as "focus_at", 0 to 1: fractions of the frame from the top left. Errors: as
+ * pc_chain_set_number(). */
 PC_API pc_result pc_chain_set_point(pc_chain*, uint32_t pass, const char* key, double x, double y);
-/* An image of the aperture: 128 x 128 linear transmittances >= 0, rows from the top, oriented as in
- * a highlight behind the focus. */
+/* An image of the aperture: 128 * 128 floats, linear transmittances >= 0, rows from the top,
+ * oriented as in a highlight behind the focus; copied. PC_ERROR_INPUT: a value is negative or not
+ * finite, or all are 0. */
 PC_API pc_result pc_chain_set_aperture(pc_chain*, const float* values);
+/* The value counts as not given. PC_ERROR_CHAIN: it is not optional (pc_parameter.is_set). */
 PC_API pc_result pc_chain_unset(pc_chain*, uint32_t pass, const char* key);
 
 typedef uint32_t pc_mask_effect; /* on the object that pc_frame.mask covers; docs/layers.md */
@@ -275,8 +284,9 @@ typedef struct pc_frame {
                         that passes treat differently (pc_chain_set_mask()), such as a first-person
                         weapon or an interface in the world */
     /* Texels of the frame's rectangle in depth and in motion, such as {width/2, height/2}; {0, 0} =
-     * width, height. Each pixel reads the texel that contains its center. motion_scale still leads
-     * to pixels of this frame. */
+     * width, height. Each pixel reads the texel that contains its center; of a motion plane with
+     * fewer texels than depth, one of the four around its center, chosen by depth. motion_scale
+     * still leads to pixels of this frame. */
     int32_t depth_size[2], motion_size[2];
     float depth_range[2]; /* GL's depth range, of a depth that has clip planes: stored depths at its
                              ends; {0, 0} = {0, 1}. What is stored beyond counts as the end */
@@ -314,8 +324,9 @@ typedef struct pc_frame_needs {
     uint64_t texture_bytes;                 /* of all of them; compare with texture_budget */
     uint32_t programs, programs_to_compile; /* of the frame's kind; those not compiled yet */
 } pc_frame_needs;
-/* What this frame, or one of max_width x max_height, needs on the device. Calls no GL, and may be
- * asked before pc_prepare(). */
+/* The needs of this frame on the device, or of one of max_width x max_height if these are stated.
+ * Calls no GL; may be called before pc_prepare(). Errors: those of pc_run() that its arguments
+ * cause. */
 PC_API pc_result pc_query_frame(pc_instance*, pc_chain*, const pc_frame*, pc_frame_needs*);
 
 /* --------------------------------------------------------------------------------- what it did */
@@ -324,7 +335,8 @@ typedef struct pc_time {
                       from and to the host's textures */
     float milliseconds;
 } pc_time;
-PC_API pc_result pc_set_timing(pc_instance*, int level); /* 0 off, 1 passes, 2 steps */
+/* level: 0 off, 1 passes, 2 steps; of the frames from now on. */
+PC_API pc_result pc_set_timing(pc_instance*, int level);
 /* [GL] Times of the newest frame that the device has finished; PC_PENDING = none yet. Never waits.
  * *count: in, room in times; out, number of times. (The GL timers of a software renderer are wrong.
  * With one, pc_run() waits for every interval while timing is on.) */
@@ -340,7 +352,8 @@ typedef struct pc_budget {
     float milliseconds; /* 0 = no budget: the host's samples again */
     float least;        /* the smallest part of the samples, 0.25 to 1; 0 = 0.25 */
 } pc_budget;
-/* PC_ERROR_CHAIN: no pass has samples. Times are measured as by pc_set_timing(instance, 1). */
+/* PC_ERROR_CHAIN: no pass reads a number of samples. Times are measured as by
+ * pc_set_timing(instance, 1). */
 PC_API pc_result pc_set_budget(pc_instance*, pc_chain*, const pc_budget*);
 typedef struct pc_budget_state {
     uint32_t struct_size, reserved;
@@ -349,6 +362,7 @@ typedef struct pc_budget_state {
     float frame_ms;     /* the median of up to 8 frames since the last change; 0 = not known yet */
     uint32_t changes;   /* since the budget was set */
 } pc_budget_state;
+/* Of a chain without a budget: milliseconds 0, part 1. */
 PC_API pc_result pc_query_budget(const pc_instance*, const pc_chain*, pc_budget_state*);
 
 typedef struct pc_counters { /* since pc_create(); textures_alive and texture_bytes: now */
@@ -358,6 +372,7 @@ typedef struct pc_counters { /* since pc_create(); textures_alive and texture_by
     uint64_t textures_alive, texture_bytes, texture_bytes_peak;
     uint64_t programs_loaded; /* of `programs`, those that load_program() gave */
 } pc_counters;
+/* Calls no GL. */
 PC_API pc_result pc_count(const pc_instance*, pc_counters*);
 /* The last frame's plan as JSON: steps, textures, skipped work with its reasons. *size: in, room in
  * text; out, bytes with the final 0. PC_ERROR_ARGUMENT = the room is too small; the text is not

@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <bit>
 
 namespace postchain::guest {
 namespace {
@@ -61,6 +62,12 @@ bool lacks_levels(unsigned name, int width, int height) {
     return false;
 }
 
+int last_possible_level() {
+    GLint side = 1;
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
+    return int(std::bit_width(unsigned(side))) - 1;
+}
+
 Failure check(const char* member, const pc_texture& given, const HostTexture& texture,
               bool written) {
     if (given.name == 0) return {};
@@ -76,11 +83,15 @@ Failure check(const char* member, const pc_texture& given, const HostTexture& te
                             target == GL_TEXTURE_2D || target == GL_TEXTURE_2D_ARRAY
                                 ? concat("set ", member, "_slice.target to it")
                                 : "only GL_TEXTURE_2D and GL_TEXTURE_2D_ARRAY can be read"));
+    // Beyond the last level that any texture can have, a query would be an error of GL.
+    const std::string no_level =
+        concat("has no level ", image.level, "; set ", member, "_slice.level to one of its levels");
+    if (image.level > last_possible_level()) return fault(no_level);
     glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_WIDTH, &width);
     glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_HEIGHT, &height);
     glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_DEPTH, &depth);
     glGetTextureLevelParameteriv(given.name, image.level, GL_TEXTURE_INTERNAL_FORMAT, &format);
-    if (width == 0) return fault(concat("has no level ", image.level));
+    if (width == 0) return fault(no_level);
     if (image.layer >= depth)
         return fault(
             concat("has ", depth, " layers, and ", member, "_slice.layer is ", image.layer));

@@ -25,6 +25,21 @@ const char* name_of(VkResult result) {
     }
 }
 
+// Limits of the programs that a device of Vulkan 1.2 need not have.
+Status check_limits(const VkPhysicalDeviceLimits& limits) {
+    const struct {
+        const char* name;
+        uint32_t found, needed;
+    } all[] = {
+        {"maxComputeWorkGroupInvocations", limits.maxComputeWorkGroupInvocations, 256},
+        {"maxPerStageDescriptorStorageImages", limits.maxPerStageDescriptorStorageImages, 8}};
+    for (const auto& [name, found, needed] : all)
+        if (found < needed)
+            return Status(StatusCode::gl, concat("physical_device has ", name, " ", found, ", and ",
+                                                 needed, " are needed; choose another device"));
+    return Status();
+}
+
 }  // namespace
 
 Status status_of(VkResult result, const char* call) {
@@ -77,6 +92,7 @@ Status Device::open(const Handles& handles) {
             concat("physical_device has Vulkan ", VK_API_VERSION_MAJOR(properties.apiVersion), ".",
                    VK_API_VERSION_MINOR(properties.apiVersion), "; 1.2 is needed"));
     limits_ = properties.limits;
+    if (Status s = check_limits(limits_); !s.ok()) return s;
     VkPhysicalDeviceFeatures features = {};
     GetPhysicalDeviceFeatures(handles.physical, &features);
     if (!features.shaderStorageImageWriteWithoutFormat)

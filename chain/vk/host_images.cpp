@@ -1,5 +1,6 @@
 #include "chain/vk/host_images.h"
 
+#include "chain/guest/frame_check.h"
 #include "chain/guest/host_struct.h"
 #include "chain/vk/format.h"
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "chain/guest/frame_check.h"
+#include "chain/guest/program_callbacks.h"
 #include "chain/plan_print.h"
 #include "chain/same_shape.h"
 #include "chain/vk/format.h"
@@ -50,30 +52,12 @@ Failure Instance::open() {
                        "; give the largest frame, 1 to ", limit, " a side")};
     if (Status s = sampler_.make(device_); !s.ok()) return s;
     retired_.emplace(runs_of(info_));
-    programs_.emplace(device_, sampler_.handle(), store());
+    programs_.emplace(device_, sampler_.handle(), guest::store_of(info_));
     pool_.emplace(device_, info_.texture_budget);
     auto unused = make_image(device_, {Format::rgba32f, 1, 1, 0});
     if (!unused.ok()) return unused.status();
     unused_ = std::move(*unused);
     return {};
-}
-
-SpirvStore Instance::store() const {
-    SpirvStore made;
-    if (info_.load_program)
-        made.load = [this](const std::string& key) {
-            std::vector<std::byte> bytes(info_.load_program(info_.user, key.c_str(), nullptr, 0));
-            const size_t size = bytes.empty() ? 0
-                                              : info_.load_program(info_.user, key.c_str(),
-                                                                   bytes.data(), bytes.size());
-            if (size != bytes.size()) bytes.clear();  // another process wrote it meanwhile
-            return bytes;
-        };
-    if (info_.store_program)
-        made.store = [this](const std::string& key, std::span<const std::byte> bytes) {
-            info_.store_program(info_.user, key.c_str(), bytes.data(), bytes.size());
-        };
-    return made;
 }
 
 void Instance::log(int level, const std::string& message) const {
@@ -154,9 +138,9 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     }
     for (const Step& step : host->plan.steps)
         if (!programs_->has(step.program))
-            return {
-                PC_ERROR_PREPARE,
-                difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_)};
+            return {PC_ERROR_PREPARE,
+                    difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_,
+                                    "pc_vk_prepare()")};
     Failure failure = make(purpose, *host, entry);
     if (failure.result != PC_ERROR_MEMORY || entries_.empty()) return failure;
     // Once more without what other plans hold.

@@ -70,7 +70,6 @@ class Instance {
     uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
     // The last run after which something was not used for too long.
     uint64_t last_kept() const { return runs_ > kept_frames() ? runs_ - kept_frames() - 1 : 0; }
-    SpirvStore store() const;
 
     const pc_vk_create_info info_;
     Device device_;

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "chain/plan.h"
+#include "chain/program_store.h"
 #include "chain/status.h"
 #include "chain/vk/device.h"
 #include "chain/vk/spirv.h"
@@ -27,16 +26,10 @@ struct Program {
     VkPipeline pipeline = VK_NULL_HANDLE;
 };
 
-// Modules that outlive the process. Keys are hexadecimal.
-struct SpirvStore {
-    std::function<std::vector<std::byte>(const std::string& key)> load;  // empty: there is none
-    std::function<void(const std::string& key, std::span<const std::byte> bytes)> store;
-};
-
 class Programs {
   public:
-    // `device` and the sampler of every texture outlive it.
-    Programs(const Device& device, VkSampler sampler, SpirvStore store)
+    // `device` and the sampler of every texture outlive it. `store`: SPIR-V.
+    Programs(const Device& device, VkSampler sampler, ProgramStore store)
         : device_(device), sampler_(sampler), store_(std::move(store)) {}
     ~Programs();
     Programs(const Programs&) = delete;
@@ -54,7 +47,7 @@ class Programs {
 
     const Device& device_;
     const VkSampler sampler_;
-    const SpirvStore store_;
+    const ProgramStore store_;
     std::map<std::string, std::unique_ptr<Program>> programs_;
     size_t loaded_ = 0;
 };

@@ -4,7 +4,7 @@
 //
 //   out = up(filtered) + sharpness (color - up(unfiltered))
 //
-// up() interpolates. `sharpness` is a layer that began as sharpness_start.comp makes it.
+// up() interpolates. `sharpness` is a layer that began as layer_start.comp makes it.
 // ARRAYS: which of the host's textures are arrays
 #include "common/precise.glsl"
 #include "guest/place.glsl"

@@ -78,9 +78,44 @@ vec2 sky_motion(ivec2 p) {
     return motion_px;
 }
 
+// Largest difference of inverse depth between a pixel and 2 x 2 places of a texel of motion.
+float difference_of(ivec2 texel, float inverse_depth) {
+    float most = 0.0;
+    for (int i = 0; i < 4; ++i) {
+        const ivec2 place = 4 * texel + ivec2(2 * (i & 1) + 1, 2 * (i >> 1) + 1);
+        const ivec2 q = place * uniforms.full_size / (4 * uniforms.motion_size);
+        precise const float difference = inverse_depth_at(q) - inverse_depth;
+        most = max(most, abs(difference));
+    }
+    return most;
+}
+
+// The texel of motion for a pixel of the frame. A texel at an edge has the vector of either surface.
+// So of the four texels around the pixel's center it is the one that is nowhere far from the pixel's
+// depth, which is one beside the edge.
+ivec2 motion_texel(ivec2 p) {
+    const ivec2 size = uniforms.motion_size;
+    const ivec2 own = texel_of(p, size);
+    if (!makes(GUEST_FINDS_MOTION)) return own;
+    const float inverse_depth = inverse_depth_at(p);
+    const ivec2 center = (2 * own + 1) * uniforms.full_size, here = (2 * p + 1) * size;
+    const ivec2 side = ivec2(here.x < center.x ? -1 : 1, here.y < center.y ? -1 : 1);
+    ivec2 best = own;
+    float least = difference_of(own, inverse_depth);
+    for (int i = 1; i < 4; ++i) {
+        const ivec2 texel = clamp(own + side * ivec2(i & 1, i >> 1), ivec2(0), size - 1);
+        const float difference = difference_of(texel, inverse_depth);
+        if (difference < least) {
+            least = difference;
+            best = texel;
+        }
+    }
+    return best;
+}
+
 vec2 motion_of(ivec2 p, ivec2 source) {
     const ivec2 size = uniforms.motion_size;
-    const vec2 stored = MOTION_TEXEL(stored_at(texel_of(source, size), uniforms.motion_at, size)).xy;
+    const vec2 stored = MOTION_TEXEL(stored_at(motion_texel(source), uniforms.motion_at, size)).xy;
     precise vec2 v = uniforms.motion_scale * (stored - uniforms.motion_bias);
     if (makes(GUEST_MAKES_SKY) && v == vec2(0.0) && inverse_depth_at(source) <= kFar) {
         v = sky_motion(p);

@@ -9,6 +9,7 @@
 #define GUEST_MAKES_MOTION 4
 #define GUEST_MAKES_SKY 8  // motion of infinitely far pixels without a vector
 #define GUEST_READS_DEPTH 16  // the host's depth is bound
+#define GUEST_FINDS_MOTION 32  // motion has fewer texels than depth, which chooses among them
 
 // Bits of the macro ARRAYS: the host's textures that are arrays.
 #define GUEST_ARRAY_COLOR 1

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <thread>
 
+#include "chain/guest/budgets.h"
 #include "chain/guest/governor.h"
 #include "tests/guest/host.h"
 
@@ -200,8 +201,38 @@ TEST(TimeBudget, BadValues) {
     budget.reserved = 1;
     fails(made, PC_ERROR_VERSION, "pc_budget.reserved is not 0");
     budget.reserved = 0;
-    fails(none, PC_ERROR_CHAIN, "no pass of the chain has samples");
+    fails(none, PC_ERROR_CHAIN, "no pass of the chain reads a number of samples");
     EXPECT_EQ(state_of(guest, none).part, 1);
+}
+
+// The method decides whether the pass reads its samples.
+TEST(TimeBudget, NeedsAPassThatReadsSamples) {
+    const auto guest = instance();
+    const auto made = chain("depth_of_field");
+    auto budget = pc::make<pc_budget>();
+    budget.milliseconds = 2;
+    ASSERT_EQ(pc_chain_set_text(made.get(), 0, "method", "gilham"), PC_OK) << pc_error();
+    EXPECT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_ERROR_CHAIN);
+    EXPECT_THAT(pc_error(), HasSubstr("leave passes out, or choose a method that has samples"));
+    EXPECT_EQ(state_of(guest, made).milliseconds, 0);
+    ASSERT_EQ(pc_chain_set_text(made.get(), 0, "method", "inverse_warp"), PC_OK) << pc_error();
+    EXPECT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+}
+
+TEST(TimeBudget, OfADestroyedChainIsForgotten) {
+    guest::Budgets budgets;
+    auto budget = pc::make<pc_budget>();
+    budget.milliseconds = 2;
+    guest::ChainHandle kept(std::move(*guest::ChainHandle::parse("joint_blur")));
+    for (int i = 0; i < 20; ++i) {
+        guest::ChainHandle passing(std::move(*guest::ChainHandle::parse("motion_blur")));
+        ASSERT_TRUE(budgets.set(passing, budget).ok());
+        EXPECT_LE(budgets.size(), 2u);
+        ASSERT_TRUE(budgets.set(kept, budget).ok());
+        EXPECT_EQ(budgets.size(), 2u);
+    }
+    ASSERT_TRUE(budgets.set(kept, budget).ok());
+    EXPECT_EQ(budgets.size(), 1u);
 }
 
 TEST(Tiers, AreListed) {

@@ -142,14 +142,19 @@ TEST(Inputs, SlicesThatAreNotThere) {
     refuses(color, {GL_TEXTURE_2D_ARRAY, -1, 0}, "color_slice.layer: -1 is below 0");
     refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 31}, "color_slice.level: 31 is not within 0 and 30");
     refuses(color, {GL_TEXTURE_2D_ARRAY, 3, 1}, "has 3 layers, and color_slice.layer is 3");
-    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 2}, "has no level 2");
+    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 2}, "has no level 2; set color_slice.level to one");
+    // Beyond those that a texture can have at all.
+    for (const int level : {15, 20, 30}) {
+        const std::string text = concat("has no level ", level, "; set color_slice.level to one");
+        refuses(color, {GL_TEXTURE_2D_ARRAY, 0, level}, text.c_str());
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << level;
+    }
     refuses(color, {}, "is a GL_TEXTURE_2D_ARRAY; set color_slice.target to it");
     refuses(host.color, {GL_TEXTURE_2D_ARRAY, 0, 0},
             "is a GL_TEXTURE_2D; set color_slice.target to it");
 }
 
-// Depth and motion of half the resolution, each texel for 2 x 2 pixels, are the planes that repeat
-// these texels.
+// Depth and motion of fewer texels, each for 3 x 2 pixels, are the planes that repeat these texels.
 TEST(Inputs, PlanesOfLowerResolution) {
     auto host = canonical_frame(kWidth, kHeight);
     const auto halved = [&](Role role, int across, int down) {
@@ -164,7 +169,7 @@ TEST(Inputs, PlanesOfLowerResolution) {
                 }
         return small;
     };
-    const HostTexture depth(GL_R32F, halved(Role::inverse_depth, 2, 2));
+    const HostTexture depth(GL_R32F, halved(Role::inverse_depth, 3, 2));
     const ImageF vectors = halved(Role::motion, 3, 2);
     const HostTexture motion(GL_RG32F, vectors);
     const ImageF expected = by_executor(host.test, kPasses);
@@ -173,7 +178,7 @@ TEST(Inputs, PlanesOfLowerResolution) {
     pc_frame frame = host.frame;
     frame.depth = depth;
     frame.motion = motion;
-    frame.depth_size[0] = kWidth / 2;
+    frame.depth_size[0] = kWidth / 3;
     frame.depth_size[1] = kHeight / 2;
     frame.motion_size[0] = kWidth / 3;
     frame.motion_size[1] = kHeight / 2;
@@ -183,7 +188,7 @@ TEST(Inputs, PlanesOfLowerResolution) {
     for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
     const HostTexture color_up(GL_RGBA32F, host.test.planes.at(Role::color), true);
     const HostTexture motion_up(GL_RG32F, up, true);
-    const HostTexture depth_up(GL_R32F, read(depth, kWidth / 2, kHeight / 2, 1), true);
+    const HostTexture depth_up(GL_R32F, read(depth, kWidth / 3, kHeight / 2, 1), true);
     frame.flags &= ~uint32_t(PC_TOP_LEFT);
     frame.color = color_up;
     frame.depth = depth_up;
@@ -193,6 +198,42 @@ TEST(Inputs, PlanesOfLowerResolution) {
     frame.motion_size[1] = kHeight + 1;
     EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
     EXPECT_THAT(pc_error(), HasSubstr("motion_size: 32x61 is not within 1x1 and 96x60, the frame"));
+}
+
+// Vectors of half the resolution, one of each 2 x 2 pixels, beside depth of the full resolution.
+// The edges of the surfaces are within texels, but every pixel gets the vector of its surface.
+TEST(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
+    auto host = canonical_frame(kWidth, kHeight);
+    ImageF& inverse_depth = host.test.planes[Role::inverse_depth];
+    ImageF& vectors = host.test.planes[Role::motion];
+    const auto surface = [](int x, int y) {
+        return x > 20 && x < 61 && y > 12 && y < 43 ? 1 : x > 40 && y < 33 ? 2 : 0;
+    };
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const int which = surface(x, y);
+            inverse_depth.at(x, y) = which == 1 ? 0.5f : which == 2 ? 0.25f : 0.1f;
+            vectors.at(x, y, 0) = which == 1 ? 9.0f : which == 2 ? -5.0f : 0.0f;
+            vectors.at(x, y, 1) = which == 2 ? 4.0f : 0.0f;
+        }
+    const HostTexture depth(GL_R32F, inverse_depth);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain(kPasses);
+    const ImageF expected = by_executor(host.test, kPasses);
+    for (const int first : {0, 1}) {  // the pixel of the four that the texel has its vector from
+        ImageF small(kWidth / 2, kHeight / 2, 2);
+        for (int y = 0; y < small.height; ++y)
+            for (int x = 0; x < small.width; ++x)
+                for (int c = 0; c < 2; ++c)
+                    small.at(x, y, c) = vectors.at(2 * x + first, 2 * y + first, c);
+        const HostTexture motion(GL_RG32F, small);
+        pc_frame frame = host.frame;
+        frame.depth = depth;
+        frame.motion = motion;
+        frame.motion_size[0] = kWidth / 2;
+        frame.motion_size[1] = kHeight / 2;
+        expect_equal(filtered(guest, made, frame), expected);
+    }
 }
 
 // Depths 0 to 1 in another range; what is stored beyond an end counts as the end.

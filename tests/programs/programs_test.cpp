@@ -13,6 +13,7 @@
 
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/focus.h"
+#include "chain/guest/frame_check.h"
 #include "chain/guest/host_plan.h"
 #include "chain/program_source.h"
 #include "chain/status.h"
@@ -151,7 +152,7 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     std::set<std::string> files;
     for (const auto& [text, step] : steps) files.insert(step.program.file);
     for (const char* file : {"guest/import.comp", "guest/export.comp", "guest/debug_view.comp",
-                             "guest/fill_start.comp", "guest/focus.comp", "guest/import_mask.comp",
+                             "guest/layer_start.comp", "guest/focus.comp", "guest/import_mask.comp",
                              "scenes/render.comp"})
         EXPECT_TRUE(files.contains(file)) << file;
     ASSERT_GT(steps.size(), 100u);

@@ -200,9 +200,6 @@ def test_wrong_arguments(planes):
                             ("pixel_aspect", {"pixel_aspect": 0})]:
         with pytest.raises(postchain.UsageError, match=words):
             chain.run(color, **settings)
-    matte = {"postchain": 1, "passes": [{"motion_blur": {"matte": "hero"}}]}
-    with pytest.raises(postchain.UsageError, match="arrays have no mattes"):
-        postchain.Chain(matte).run(**planes)
 
 
 def test_frame_keeps_what_it_has(planes, expected):

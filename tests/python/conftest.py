@@ -40,8 +40,10 @@ def planes_of(frame):
     return {"color": color, "depth": depth, "motion": motion, "motion_back": motion_back}
 
 
-def write_exr(path, planes):
-    channels = {}
+def write_exr(path, planes, more=None, attributes=None):
+    """`more`: further float channels by name. `attributes`: strings of the header."""
+    channels = {name: ("f", plane.ravel().tolist()) for name, plane in (more or {}).items()}
+    strings = {name: ("string", text.encode()) for name, text in (attributes or {}).items()}
     for name, plane in (("RGBA", planes["color"]), ("Z", planes["depth"][..., None])):
         for i, letter in enumerate(name):
             channels[letter] = ("f", plane[..., i].ravel().tolist())
@@ -49,19 +51,23 @@ def write_exr(path, planes):
         for i, letter in enumerate("xy"):
             channels[f"{name}.{letter}"] = ("f", planes[name][..., i].ravel().tolist())
     window = numpy.array([0, 0, WIDTH - 1, HEIGHT - 1], "<i4").tobytes()
-    attributes = {
+    header = {
         "dataWindow": ("box2i", window), "displayWindow": ("box2i", window),
         "lineOrder": ("lineOrder", b"\0"),
         "pixelAspectRatio": ("float", numpy.float32(1).tobytes()),
         "screenWindowCenter": ("v2f", numpy.zeros(2, "<f4").tobytes()),
         "screenWindowWidth": ("float", numpy.float32(1).tobytes())}
-    exr.write(path, exr.Picture(WIDTH, HEIGHT, attributes, channels))
+    exr.write(path, exr.Picture(WIDTH, HEIGHT, dict(strings, **header), channels))
+
+
+def channels_of_exr(path, names):
+    picture = exr.read(path)
+    rows = [numpy.array(picture.values(name), numpy.float32) for name in names]
+    return numpy.stack(rows, -1).reshape(picture.height, picture.width, len(names))
 
 
 def color_of_exr(path):
-    picture = exr.read(path)
-    rows = [numpy.array(picture.values(letter), numpy.float32) for letter in "RGBA"]
-    return numpy.stack(rows, -1).reshape(picture.height, picture.width, 4)
+    return channels_of_exr(path, "RGBA")
 
 
 def bits(array):

@@ -34,7 +34,8 @@ def signature(function):
 def expect_arguments(function, stub, keys):
     own, takes_settings = signature(function)
     assert takes_settings == bool(keys), stub.name
-    expected = own + [key for key in TABLES["settings"] if key in keys - ARGUMENTS]
+    rows = {**TABLES["settings"], **TABLES["tune"]}
+    expected = own + [key for key in rows if key in keys - ARGUMENTS]
     assert sorted(arguments(stub)) == sorted(expected), stub.name
 
 
@@ -51,16 +52,20 @@ def test_the_stub_has_every_name():
 
 def test_the_stub_has_every_argument():
     stubbed = members(STUB)
-    array, file, plan = (set(TABLES[key]) for key in ("array_keys", "file_keys", "plan_keys"))
-    for name, keys in [("run_sequence", set(TABLES["settings"])), ("read", file), ("diff", file),
+    array, file, plan, layer, read, tune = (set(TABLES[key]) for key in (
+        "array_keys", "file_keys", "plan_keys", "layer_keys", "read_keys", "tune_input_keys"))
+    for name, keys in [("run_sequence", set(TABLES["settings"])), ("read", read), ("diff", file),
+                       ("tune", tune | set(TABLES["tune"])),
                        ("plan_sequence", set(TABLES["settings"])), ("scene", set()),
                        ("inspect", set(TABLES["settings"])), ("schema", set()),
                        ("set_threads", set())]:
         expect_arguments(getattr(postchain, name), stubbed[name], keys)
     chain = members(stubbed["Chain"])
-    for name in ("run", "plan"):
-        expect_arguments(getattr(postchain.Chain, name), chain[name], array | plan)
-    expect_arguments(postchain.Frame.__init__, members(stubbed["Frame"])["__init__"], array)
+    for name, keys in (("run", array | plan), ("run_layers", array | layer | plan),
+                       ("plan", array | layer | plan)):
+        expect_arguments(getattr(postchain.Chain, name), chain[name], keys)
+    expect_arguments(postchain.Frame.__init__, members(stubbed["Frame"])["__init__"],
+                     array | layer)
     expect_arguments(postchain.Chain.__init__, members(stubbed["Chain"])["__init__"], set())
 
 
@@ -96,7 +101,8 @@ def test_passes_and_camera_are_those_of_the_tables():
 
 def test_docstrings_have_the_help_of_every_row():
     for function, keys in [(postchain.run_sequence, TABLES["settings"]),
-                           (postchain.read, TABLES["file_keys"]),
+                           (postchain.read, TABLES["read_keys"]),
+                           (postchain.tune, TABLES["tune_input_keys"] + list(TABLES["tune"])),
                            (postchain.Chain.run, TABLES["array_keys"] + TABLES["plan_keys"])]:
         for key in set(keys) - ARGUMENTS:
             assert f"\n  {key}: " in function.__doc__, key

@@ -102,7 +102,7 @@ TEST_F(Tune, BadArguments) {
     // Several chains are compared only against a truth.
     test::Arguments two = tune({"--budget", "1s"}, false);
     two.insert(two.begin() + 1, "paper");
-    expect_refused(two, 2, "name one, or give -r");
+    expect_refused(two, 2, "name one, or give --truth");
     // The output is an input.
     test::Arguments onto = tune({"--budget", "1s", "--on-existing", "overwrite"});
     onto[5] = at("chain.yaml");

@@ -117,7 +117,7 @@ TEST_F(Shot, SeveralChainsNeedATruth) {
     starts.push_back({"other", test::parse(test::kChainText)});
     const auto tuning = run_tune(std::move(starts), {}, tuned, test::executor(), {}, nullptr);
     EXPECT_EQ(tuning.status().code(), StatusCode::usage);
-    EXPECT_THAT(tuning.status().message(), HasSubstr("name one, or give -r"));
+    EXPECT_THAT(tuning.status().message(), HasSubstr("name one, or give --truth"));
 }
 
 TEST_F(Shot, AStopEndsIt) {

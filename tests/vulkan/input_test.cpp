@@ -16,6 +16,20 @@ using ::testing::HasSubstr;
 
 constexpr int kWidth = 40, kHeight = 24;
 
+// A loader that leads to the device's functions, but to other limits than the device's.
+VkPhysicalDeviceLimits* weak_limits = nullptr;  // null: the device's own
+
+void VKAPI_CALL weak_properties(VkPhysicalDevice device, VkPhysicalDeviceProperties* properties) {
+    vkGetPhysicalDeviceProperties(device, properties);
+    if (weak_limits) properties->limits = *weak_limits;
+}
+
+PFN_vkVoidFunction VKAPI_CALL weak_loader(VkInstance instance, const char* name) {
+    if (std::string_view(name) == "vkGetPhysicalDeviceProperties")
+        return reinterpret_cast<PFN_vkVoidFunction>(weak_properties);
+    return vkGetInstanceProcAddr(instance, name);
+}
+
 // A chain, an instance that is prepared, and a frame.
 struct Subject {
     pc::Chain chain = test::chain("motion_blur,fxaa");
@@ -82,6 +96,37 @@ TEST(Input, CreationIsRefusedWithASentence) {
     pc_vk_destroy(made);
     newer.more = 1;
     expect_refused(newer.info, PC_ERROR_VERSION, "a member that this library does not know");
+}
+
+TEST(Input, DevicesBelowTheLimitsOfTheProgramsAreRefused) {
+    pc_vk_create_info info = vk_info(kWidth, kHeight);
+    info.get_instance_proc_addr = weak_loader;
+    VkPhysicalDeviceProperties properties = {};
+    vkGetPhysicalDeviceProperties(info.physical_device, &properties);
+    const struct {
+        const char* text;
+        std::function<void(VkPhysicalDeviceLimits&)> weaken;
+    } cases[] = {
+        {"physical_device has maxComputeWorkGroupInvocations 128, and 256 are needed; choose",
+         [](auto& limits) { limits.maxComputeWorkGroupInvocations = 128; }},
+        {"maxPerStageDescriptorStorageImages 4, and 8 are needed",
+         [](auto& limits) { limits.maxPerStageDescriptorStorageImages = 4; }}};
+    for (const auto& [text, weaken] : cases) {
+        VkPhysicalDeviceLimits limits = properties.limits;
+        weaken(limits);
+        weak_limits = &limits;
+        expect_refused(info, PC_ERROR_GL, text);
+        weak_limits = nullptr;
+    }
+    // Just the limits that are needed.
+    pc_vk_instance* made = nullptr;
+    VkPhysicalDeviceLimits least = properties.limits;
+    least.maxComputeWorkGroupInvocations = 256;
+    least.maxPerStageDescriptorStorageImages = 8;
+    weak_limits = &least;
+    EXPECT_EQ(pc_vk_create(&info, &made), PC_OK) << pc_error();
+    weak_limits = nullptr;
+    pc_vk_destroy(made);
 }
 
 TEST(Input, HandlesAreChecked) {
@@ -216,7 +261,7 @@ TEST(Input, FramesAreRefusedWithASentence) {
     frame.values = &values;
     EXPECT_EQ(run(subject.instance, subject.chain, frame), PC_ERROR_PREPARE);
     EXPECT_THAT(pc_error(),
-                HasSubstr("debug_view: pc_prepare() was not called with \"host.color\""));
+                HasSubstr("debug_view: pc_vk_prepare() was not called with \"host.color\""));
 
     ImageF untouched = subject.frame.output.read();
     for (const float value : untouched.data) ASSERT_EQ(value, 0);

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "tools/python/errors.h"
+#include "tools/python/values.h"
 
 namespace py = pybind11;
 
@@ -22,7 +23,7 @@ std::string shape_text(const py::array& array) {
 // An array of floats of two or three dimensions; two if it has one channel.
 py::array float_array(const std::string& argument, const py::object& object) {
     if (!py::isinstance<py::array>(object))
-        wrong(argument, concat("is a ", std::string(py::str(py::type::of(object).attr("__name__"))),
+        wrong(argument, concat("is a ", type_of(object),
                                ", not a NumPy array; convert it with numpy.asarray()"));
     const auto array = py::reinterpret_borrow<py::array>(object);
     const py::dtype type = array.dtype();
@@ -48,6 +49,33 @@ py::array float_array(const std::string& argument, const py::object& object) {
 
 py::ssize_t channels_in(const py::array& array) {
     return array.ndim() == 2 ? 1 : array.shape(2);
+}
+
+// Entries of a dict of arrays, with the name of each for messages: "layers['diffuse']".
+struct NamedArray {
+    std::string name, argument;
+    py::object value;
+};
+std::vector<NamedArray> named_arrays(const char* argument, const py::object& object) {
+    std::vector<NamedArray> arrays;
+    if (object.is_none()) return arrays;
+    if (!py::isinstance<py::dict>(object))
+        wrong(argument, concat("is a ", type_of(object), "; give a dict of arrays by name"));
+    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(object)) {
+        const std::string name = py::isinstance<py::str>(key) ? std::string(py::str(key)) : "";
+        if (name.empty() || name.find_first_of(":,") != std::string::npos)
+            wrong(argument, concat(std::string(py::repr(key)),
+                                   " is not a name; give a string without : and ,"));
+        arrays.push_back(
+            {name, concat(argument, "['", name, "']"), py::reinterpret_borrow<py::object>(value)});
+    }
+    return arrays;
+}
+
+std::vector<std::string> with_prefix(const std::string& name, const std::string& letters) {
+    std::vector<std::string> names;
+    for (const char letter : letters) names.push_back(concat(name, ".", letter));
+    return names;
 }
 
 py::array array_over(const ImageF& image, const py::capsule& owner) {
@@ -77,9 +105,47 @@ ArrayFile::ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::
     add("depth", arrays.depth, {"Z"});
     add("motion", arrays.motion, {"motion.x", "motion.y"});
     add("motion_back", arrays.motion_back, {"motion_back.x", "motion_back.y"});
+    for (const auto& [name, argument, value] : named_arrays("layers", arrays.layers)) {
+        const py::array layer = float_array(argument, value);
+        if (channels_in(layer) != 3 && channels_in(layer) != 4)
+            wrong(argument, concat("has the shape ", shape_text(layer),
+                                   "; give height x width x 3 (RGB) or 4 (RGBA)"));
+        add(argument, layer, with_prefix(name, channels_in(layer) == 4 ? "RGBA" : "RGB"));
+    }
+    for (const auto& [name, argument, value] : named_arrays("mattes", arrays.mattes))
+        add(argument, value, {name});
+    for (const auto& [name, argument, value] : named_arrays("cryptomattes", arrays.cryptomattes))
+        add_cryptomatte(argument, name, value);
 }
 
-void ArrayFile::add(const char* argument, const py::object& object,
+void ArrayFile::add_cryptomatte(const std::string& argument, const std::string& name,
+                                const py::object& given) {
+    io::ExrPart& part = parts_[0];
+    const std::string prefix = concat("cryptomatte/", name, "/");
+    py::object ranks = given;
+    if (py::isinstance<py::tuple>(given) && py::len(given) == 2) {
+        ranks = given.cast<py::tuple>()[0];
+        const py::object manifest = given.cast<py::tuple>()[1];
+        if (!py::isinstance<py::dict>(manifest))
+            wrong(argument, concat("its manifest is a ", type_of(manifest),
+                                   "; give a dict of names and their ids as 8 hexadecimal digits"));
+        part.attributes[prefix + "manifest"] = json_text_of(manifest);
+    }
+    const py::array array = float_array(argument, ranks);
+    if (array.ndim() != 3 || array.shape(2) % 4 != 0)
+        wrong(argument, concat("has the shape ", shape_text(array),
+                               "; give height x width x 4, 8, ...: id, coverage, id, coverage"));
+    if (array.itemsize() != 4)
+        wrong(argument, "is float16, and ids are the bits of floats; give float32");
+    part.attributes[prefix + "name"] = name;
+    std::vector<std::string> names;
+    for (py::ssize_t level = 0; 4 * level < array.shape(2); ++level)
+        for (auto& channel : with_prefix(concat(name, level < 10 ? "0" : "", level), "rgba"))
+            names.push_back(std::move(channel));
+    add(argument, array, names);
+}
+
+void ArrayFile::add(const std::string& argument, const py::object& object,
                     const std::vector<std::string>& names) {
     if (object.is_none()) return;
     const py::array array = float_array(argument, object);
@@ -94,6 +160,9 @@ void ArrayFile::add(const char* argument, const py::object& object,
     const auto type = array.itemsize() == 2 ? io::PixelType::half : io::PixelType::float32;
     const char* first = static_cast<const char*>(array.data());
     for (size_t c = 0; c < names.size(); ++c) {
+        if (channels_.contains(names[c]))
+            wrong(argument,
+                  concat("another array has the channel ", names[c], "; rename this one"));
         const py::ssize_t step = array.ndim() == 3 ? array.strides(2) : 0;
         part.channels.push_back({names[c], type});
         channels_[names[c]] = {first + py::ssize_t(c) * step, array.strides(0), array.strides(1)};

@@ -18,13 +18,18 @@ namespace postchain::python {
 // Arrays as they were given; None = no such plane.
 struct FrameArrays {
     pybind11::object color, depth, motion, motion_back;
+    pybind11::object layers;        // dict by name: height x width x 3 or 4
+    pybind11::object mattes;        // dict by name: height x width
+    pybind11::object cryptomattes;  // dict by name: ranks, or (ranks, manifest)
 };
 
 // Reads arrays in place, whatever their strides are; they must not change meanwhile.
 class ArrayFile final : public io::PixelFile {
   public:
-    // Raises UsageError naming the array: not float32 or float16 in this machine's byte order,
-    // other shapes than (height, width, channels), different sizes, no pixels, too large.
+    // The arrays are channels of one part: a layer's NAME.R, .G, .B, .A, a matte's NAME, a
+    // cryptomatte's as in a file. Raises UsageError naming the array: not float32 or float16 in
+    // this machine's byte order, other shapes than (height, width, channels), different sizes, no
+    // pixels, too large; a name that another array has.
     ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& name);
 
     int rows_at_once(int) const override { return parts_[0].data_window.height(); }
@@ -34,8 +39,10 @@ class ArrayFile final : public io::PixelFile {
         const char* first;
         pybind11::ssize_t row_stride, column_stride;  // bytes
     };
-    void add(const char* argument, const pybind11::object& array,
+    void add(const std::string& argument, const pybind11::object& array,
              const std::vector<std::string>& names);
+    void add_cryptomatte(const std::string& argument, const std::string& name,
+                         const pybind11::object& given);
     Status read_planes(io::PartPixels& pixels) override;
 
     std::vector<pybind11::array> arrays_;

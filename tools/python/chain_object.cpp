@@ -13,21 +13,6 @@ namespace py = pybind11;
 namespace postchain::python {
 namespace {
 
-std::vector<std::string> overrides_of(const py::object& set) {
-    std::vector<std::string> overrides;
-    if (set.is_none()) return overrides;
-    if (!py::isinstance<py::dict>(set)) {
-        for (const py::handle one : set) overrides.push_back(py::str(one));
-        return overrides;
-    }
-    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(set)) {
-        const bool text = py::isinstance<py::str>(value);
-        overrides.push_back(concat(std::string(py::str(key)), "=",
-                                   text ? std::string(py::str(value)) : json_text_of(value)));
-    }
-    return overrides;
-}
-
 ChainPtr finished(ChainFile file, std::string name, bool is_file) {
     if (const Status status = file.status(); !status.ok()) raise(status, file.diagnostics);
     io::ApertureFiles pictures;
@@ -49,6 +34,21 @@ io::Json values_of(const ParameterTable& table, ConstParameterRef parameters) {
 }
 
 }  // namespace
+
+std::vector<std::string> overrides_of(const py::object& set) {
+    std::vector<std::string> overrides;
+    if (set.is_none()) return overrides;
+    if (!py::isinstance<py::dict>(set)) {
+        for (const py::handle one : set) overrides.push_back(py::str(one));
+        return overrides;
+    }
+    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(set)) {
+        const bool text = py::isinstance<py::str>(value);
+        overrides.push_back(concat(std::string(py::str(key)), "=",
+                                   text ? std::string(py::str(value)) : json_text_of(value)));
+    }
+    return overrides;
+}
 
 ChainPtr chain_from_text(const std::string& text, const std::string& name, const py::object& set) {
     return finished(parse_chain(text, name, builtin_passes(), overrides_of(set)), name, false);

@@ -17,6 +17,9 @@ struct ChainObject {
 };
 using ChainPtr = std::shared_ptr<const ChainObject>;
 
+// The KEY=VALUE of `set`, a dict or a list of them; or None.
+std::vector<std::string> overrides_of(const pybind11::object& set);
+
 // From the text of a chain file. `set`: a dict or a list of KEY=VALUE, as for --set; or None.
 // Raises ChainError; warns.
 ChainPtr chain_from_text(const std::string& text, const std::string& name,

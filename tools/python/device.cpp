@@ -6,6 +6,7 @@
 #include <set>
 
 #include "tools/python/errors.h"
+#include "tools/python/values.h"
 #include "tools/sequence/run/device.h"
 
 namespace py = pybind11;
@@ -59,6 +60,7 @@ std::shared_ptr<Device> Device::create(const std::string& name) {
         if (made.ok()) {
             worker.context = std::move(*made);
             device->renderer_ = sequence::renderer_text(worker.context->device());
+            device->is_software_ = worker.context->device().software;
             worker.executor = std::make_unique<Executor>(worker.context->device());
         }
         call.finish();
@@ -124,6 +126,18 @@ std::shared_ptr<Device> default_device() {
     auto made = Device::create("auto");  // without the GIL: another thread may have made one
     if (!shared().by_default) shared().by_default = std::move(made);
     return shared().by_default;
+}
+
+std::shared_ptr<Device> device_of(const py::object& device) {
+    if (device.is_none()) return default_device();
+    if (!py::isinstance<Device>(device))
+        raise(Status(StatusCode::usage, concat("device: is a ", type_of(device),
+                                               "; give a Device(), as Device(\"gpu\")")));
+    return device.cast<std::shared_ptr<Device>>();
+}
+
+int cpu_threads() {
+    return shared().threads;
 }
 
 void set_threads(int threads) {

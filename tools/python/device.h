@@ -27,6 +27,7 @@ class Device {
     Device& operator=(const Device&) = delete;
 
     const std::string& renderer() const { return renderer_; }
+    bool is_software() const { return is_software_; }
     // Frees the context. Later calls raise UsageError.
     void close();
 
@@ -67,14 +68,19 @@ class Device {
 
     const pid_t process_;  // that made it
     std::string renderer_;
+    bool is_software_ = false;
     std::shared_ptr<Worker> worker_;  // shared with its thread, which may end later
 };
 
 // The device of calls that name none: made at the first use, on --device auto.
 std::shared_ptr<Device> default_device();
 
+// The argument `device`: a Device, or None. Raises.
+std::shared_ptr<Device> device_of(const pybind11::object& device);
+
 // CPU threads of software rendering and of EXR files; before the first device is made. Raises.
 void set_threads(int threads);
+int cpu_threads();  // 0 = one for each core
 
 // Closes every device. For Python's atexit.
 void close_all_devices();

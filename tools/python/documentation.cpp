@@ -7,8 +7,10 @@
 #include "passes/registry.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/scenes/scene.h"
+#include "tools/measure/tune/settings.h"
 #include "tools/python/errors.h"
 #include "tools/python/job.h"
+#include "tools/python/tune_call.h"
 #include "tools/python/values.h"
 #include "tools/sequence/files/parameter_json.h"
 
@@ -37,6 +39,13 @@ std::string rows_text(const std::set<std::string>* keys) {
     return text;
 }
 
+std::string tune_rows_text() {
+    std::string text;
+    for (const Parameter& row : tune::tune_parameters().rows())
+        if (tune_keys().contains(row.key)) text += "\n  " + documentation(row);
+    return text;
+}
+
 std::string passes_text() {
     std::string text;
     for (const PassType& type : builtin_passes().types()) {
@@ -52,6 +61,11 @@ py::object tables() {
     io::Json json = io::Json::parse(passes_as_json(builtin_passes()));
     for (const Parameter& row : job_parameters().rows())
         json["settings"][row.key] = io::json_from(row_schema(row));
+    for (const Parameter& row : tune::tune_parameters().rows())
+        if (tune_keys().contains(row.key)) json["tune"][row.key] = io::json_from(row_schema(row));
+    json["tune_input_keys"] = tune_input_keys();
+    json["layer_keys"] = layer_keys();
+    json["read_keys"] = read_keys();
     json["array_keys"] = array_keys();
     json["file_keys"] = file_keys();
     json["plan_keys"] = plan_keys();

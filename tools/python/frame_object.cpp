@@ -1,7 +1,9 @@
 #include "tools/python/frame_object.h"
 
 #include <algorithm>
+#include <bit>
 
+#include "chain/layers.h"
 #include "chain/plan_print.h"
 #include "chain/text.h"
 #include "config/profile.h"
@@ -9,6 +11,9 @@
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 #include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/run/filter_view.h"
+#include "tools/sequence/run/layers_apart.h"
+#include "tools/sequence/run/neighbor_planes.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/resolved_values.h"
 #include "tools/sequence/run/sequence_reader.h"
@@ -18,36 +23,60 @@ namespace py = pybind11;
 namespace postchain::python {
 namespace {
 
-// Adds the planes that the frame reads of a neighbor.
-Status add_neighbor(const ChainObject& chain, const PlanOptions& options, Neighbor which,
-                    const Frame* neighbor, RoleSet planes, sequence::SourceFrame& source) {
-    if (!neighbor) {
-        source.description.missing_neighbors[which] = "not given";
-        return Status();
-    }
-    const auto refuse = [&](const std::string& why) {
-        return Status(StatusCode::usage, concat(name_of(which), ": ", why));
-    };
-    const io::Window &here = source.input.window, &there = neighbor->header().window;
+// A neighbor with the planes that the frame reads.
+struct ReadNeighbor {
+    FramePtr frame;
+    std::shared_ptr<const sequence::SourceFrame> source;
+};
+
+Result<ReadNeighbor> read_neighbor(const ChainObject& chain, const PlanOptions& options,
+                                   const FramePtr& given, RoleSet read, const Frame& frame) {
+    const auto opened = given->with_mattes_of(chain.chain);
+    if (!opened.ok()) return opened.status();
+    const Frame& neighbor = **opened;
+    const io::Window &here = frame.header().window, &there = neighbor.header().window;
     if (here != there)
-        return refuse(concat("is ", there.width(), "x", there.height(), " pixels, the frame ",
-                             here.width(), "x", here.height(),
-                             "; give a frame of the same sequence"));
-    const RoleSet read = planes.of(which);
-    if (read.empty()) return Status();
+        return Status(
+            StatusCode::usage,
+            concat("is ", there.width(), "x", there.height(), " pixels, the frame ", here.width(),
+                   "x", here.height(), "; give a frame of the same sequence"));
     const RoleSet its = sequence::planes_to_read(
-        neighbor->header(),
-        sequence::planes_needed(chain.chain, neighbor->settings(), neighbor->header(), options));
-    if (const RoleSet lacking = read - its; !lacking.empty())
-        return refuse(concat("has no ", lacking.text(),
+        neighbor.header(),
+        sequence::planes_needed(chain.chain, neighbor.settings(), neighbor.header(), options));
+    // Layers that it lacks are filtered without it.
+    if (const RoleSet lacking = read - its - RoleSet{Role::layers}; !lacking.empty())
+        return Status(StatusCode::usage,
+                      concat("has no ", lacking.text(),
                              ", which the chain reads of it; give it, or leave the frame out"));
-    const auto other = neighbor->read(its);
-    if (!other.ok()) return other.status().at(name_of(which));
-    for (Role role : kFileRoles) {
-        if (!read.has(role)) continue;
-        source.planes[role_of(which, role)] = (*other)->planes.at(role);
-        source.description.planes.add(role_of(which, role));
+    auto source = neighbor.read(its);
+    if (!source.ok()) return source.status();
+    return ReadNeighbor{*opened, std::move(*source)};
+}
+
+Status add_neighbors(const ChainObject& chain, const PlanOptions& options,
+                     const FrameWithNeighbors& frames, const Frame& frame, RoleSet planes,
+                     sequence::SourceFrame& source) {
+    std::map<Neighbor, ReadNeighbor> read;
+    std::map<Neighbor, sequence::NeighborFrame> neighbors;
+    for (const auto& [which, given] :
+         {std::pair{Neighbor::before, frames.before}, std::pair{Neighbor::after, frames.after}}) {
+        if (!given) {
+            source.description.missing_neighbors[which] = "not given";
+            continue;
+        }
+        auto neighbor = read_neighbor(chain, options, given, planes.of(which), frame);
+        if (!neighbor.ok()) return neighbor.status().at(name_of(which));
+        if (planes.of(which).empty()) continue;
+        const sequence::FrameHeader& header = neighbor->frame->header();
+        if (planes.of(which).has(Role::layers))
+            if (const auto lacking = sequence::layers_lacking(frame.header().layers, header.layers);
+                !lacking.empty())
+                source.warnings.push_back(concat(name_of(which), ": lacks these layers, which are ",
+                                                 "filtered without it: ", joined(lacking)));
+        neighbors[which] = {&header, &neighbor->source->planes, neighbor->source->cryptomattes};
+        read[which] = std::move(*neighbor);
     }
+    sequence::add_neighbors(neighbors, planes, frame.header().window, source);
     return Status();
 }
 
@@ -73,21 +102,24 @@ std::shared_ptr<Frame> Frame::of_arrays(const FrameArrays& arrays, int number,
     auto frame = std::make_shared<Frame>();
     const std::string name = concat("frame ", number);
     frame->settings_ =
-        job_settings("Frame", "frame.exr", "", camera, settings, &array_keys()).source;
+        job_settings("Frame", "frame.exr", "", camera, settings, &frame_keys()).source;
     frame->settings_.color_frames.reset();
     frame->settings_.profile = value_of(find_profile("generic"));
+    // Layers are what the caller calls so, whatever their names are.
+    frame->settings_.profile->data = {""};
+    frame->settings_.layers.layers = "all";
     io::OpenFrame files;
     files.frame_number = number;
     files.files[Role::color] = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
-    frame->header_ = value_of(sequence::header_of(frame->settings_, std::move(files)));
-    frame->header_.match.options.depth = DepthEncoding(encoding - encodings.begin());
+    frame->depth_encoding_ = DepthEncoding(encoding - encodings.begin());
+    if (const Status status = frame->open(std::move(files)); !status.ok()) raise(status);
     return frame;
 }
 
 std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::object& number,
                                        const py::object& camera, const py::kwargs& settings) {
     auto frame = std::make_shared<Frame>();
-    sequence::RunSettings job = job_settings("read", input, "", camera, settings, &file_keys());
+    sequence::RunSettings job = job_settings("read", input, "", camera, settings, &read_keys());
     frame->settings_ = std::move(job.source);
     std::optional<io::FrameRange> range;
     if (!number.is_none()) range = io::FrameRange{{frame_number_of(number)}};
@@ -102,6 +134,34 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     frame->header_ =
         value_of(sequence::open_source_frame(frame->settings_, list.files.at(wanted), wanted));
     return frame;
+}
+
+Status Frame::open(io::OpenFrame files) {
+    auto header = sequence::header_of(settings_, std::move(files));
+    if (!header.ok()) return header.status();
+    header_ = std::move(*header);
+    if (depth_encoding_) header_.match.options.depth = *depth_encoding_;
+    return Status();
+}
+
+Result<FramePtr> Frame::with_mattes_of(const Chain& chain) const {
+    const auto mattes = sequence::mattes_of(chain);
+    if (mattes.empty()) return shared_from_this();
+    const std::lock_guard lock(mutex_);
+    if (with_mattes_ && with_mattes_->settings_.layers.mattes == mattes) return with_mattes_;
+    for (const std::string& matte : mattes)
+        if (depth_encoding_ && !sequence::is_matte_of_ids(matte) &&
+            !header_.files.color_file().parts()[0].find(matte))
+            return Status(StatusCode::usage,
+                          concat("mattes: the chain names '", matte, "'; give mattes={'", matte,
+                                 "': an array of height x width}"));
+    auto frame = std::make_shared<Frame>();
+    frame->settings_ = settings_;
+    frame->settings_.layers.mattes = mattes;
+    frame->depth_encoding_ = depth_encoding_;
+    if (const Status status = frame->open(header_.files); !status.ok()) return status;
+    with_mattes_ = std::move(frame);
+    return with_mattes_;
 }
 
 bool Frame::has_alpha() const {
@@ -124,44 +184,89 @@ PlanOptions plan_options_of(const py::kwargs& settings) {
 
 Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
                                   const PlanOptions& options) {
-    if (const auto mattes = sequence::mattes_of(chain.chain); !mattes.empty())
-        return Status(StatusCode::usage,
-                      concat("chain: matte '", mattes.front(),
-                             "': arrays have no mattes; filter the files with run_sequence()"));
-    const Frame& frame = *frames.frame;
+    const auto opened = frames.frame->with_mattes_of(chain.chain);
+    if (!opened.ok()) return opened.status();
+    const Frame& frame = **opened;
     const RoleSet planes = sequence::planes_to_read(
         frame.header(),
         sequence::planes_needed(chain.chain, frame.settings(), frame.header(), options));
     const auto read = frame.read(planes);
     if (!read.ok()) return read.status();
     PlannedArrays planned{**read, {}};
-    for (const auto& [which, neighbor] : {std::pair{Neighbor::before, frames.before.get()},
-                                          std::pair{Neighbor::after, frames.after.get()}})
-        if (const Status status =
-                add_neighbor(chain, options, which, neighbor, planes, planned.source);
-            !status.ok())
-            return status;
+    if (const Status status = add_neighbors(chain, options, frames, frame, planes, planned.source);
+        !status.ok())
+        return status;
     auto plan = sequence::plan_source_frame(chain.chain, planned.source, options);
     if (!plan.ok()) return plan.status();
     planned.plan = std::move(*plan);
     return planned;
 }
 
+namespace {
+
+struct FilteredArrays {
+    sequence::FilteredView view;
+    sequence::FrameLayers layers;
+};
+
+FilteredArrays filtered_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
+                               const PlanOptions& options, Device& device) {
+    std::vector<std::string> warnings;
+    auto filtered =
+        device.run("filtering a frame", [&](Call&, Executor& executor) -> Result<FilteredArrays> {
+            auto planned = plan_arrays(chain, frames, options);
+            if (!planned.ok()) return planned.status();
+            warnings = planning_warnings(chain, *planned);
+            auto view = sequence::filter_view(chain.chain, planned->plan, planned->source, options,
+                                              executor);
+            if (!view.ok()) return view.status();
+            const std::string& name = planned->source.input.files.color_file().path();
+            for (auto& line : sequence::lost_coverage(view->reports, name))
+                warnings.push_back(std::move(line));
+            if (!frames.frame->has_alpha()) view->color = without_alpha(view->color);
+            return FilteredArrays{std::move(*view), std::move(planned->source.layers)};
+        });
+    if (!filtered.ok()) raise(filtered.status());
+    warn(warnings);
+    return std::move(*filtered);
+}
+
+// Height x width x (id, coverage of each rank), as cryptomattes are given.
+ImageF ranks_image(const io::RankedCoverage& coverage) {
+    ImageF image(coverage.width, coverage.height, 2 * coverage.ranks);
+    for (size_t i = 0; i < coverage.ids.size(); ++i) {
+        image.data[2 * i] = std::bit_cast<float>(coverage.ids[i]);
+        image.data[2 * i + 1] = coverage.coverages[i];
+    }
+    return image;
+}
+
+}  // namespace
+
 py::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                     const PlanOptions& options, const std::shared_ptr<Device>& device) {
-    std::vector<std::string> warnings;
-    auto color = device->run("filtering a frame", [&](Call&, Executor& executor) -> Result<ImageF> {
-        auto planned = plan_arrays(chain, frames, options);
-        if (!planned.ok()) return planned.status();
-        warnings = planning_warnings(chain, *planned);
-        auto filtered = executor.filter(planned->plan, planned->source.planes);
-        if (!filtered.ok()) return filtered.status();
-        ImageF result = std::move(filtered->at(Role::color));
-        return frames.frame->has_alpha() ? std::move(result) : without_alpha(result);
-    });
-    if (!color.ok()) raise(color.status());
-    warn(warnings);
-    return array_of(std::move(*color));
+    if (frames.frame->header().layers.any_filtered())
+        raise(Status(StatusCode::usage,
+                     "run: the frame has layers or cryptomattes to filter; call run_layers()"));
+    return array_of(std::move(filtered_arrays(chain, frames, options, *device).view.color));
+}
+
+py::object run_layers(const ChainObject& chain, const FrameWithNeighbors& frames,
+                      const PlanOptions& options, const std::shared_ptr<Device>& device) {
+    FilteredArrays filtered = filtered_arrays(chain, frames, options, *device);
+    sequence::FilteredView& view = filtered.view;
+    py::dict layers, cryptomattes;
+    for (size_t i = 0; i < filtered.layers.filtered.size(); ++i) {
+        const FileLayer& layer = filtered.layers.filtered[i];
+        ImageF pixels = plane_of_stack(view.layers, int(i), view.color.height);
+        layers[layer.name.c_str()] = array_of(
+            layer.channels.channels.size() == 4 ? std::move(pixels) : without_alpha(pixels));
+    }
+    for (size_t i = 0; i < view.cryptomattes.size(); ++i)
+        cryptomattes[filtered.layers.cryptomattes[i].name.c_str()] =
+            array_of(ranks_image(view.cryptomattes[i]));
+    return py::module_::import("postchain._filtered")
+        .attr("Filtered")(array_of(std::move(view.color)), layers, cryptomattes);
 }
 
 py::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames,

@@ -15,17 +15,21 @@
 namespace postchain::python {
 
 // A frame whose planes are converted when a chain first needs them, and kept.
-class Frame {
+class Frame : public std::enable_shared_from_this<Frame> {
   public:
-    // `camera`: a dict, a path, or None. `settings`: keys of kReading. Raise.
+    // `camera`: a dict, a path, or None. `settings`: keys of array_keys() and layer_keys(). Raise.
     static std::shared_ptr<Frame> of_arrays(const FrameArrays& arrays, int number,
                                             const pybind11::object& camera,
                                             const std::string& depth_encoding, double pixel_aspect,
                                             const pybind11::kwargs& settings);
-    // `input`: a file, or a pattern of which `number` is a frame.
+    // `input`: a file, or a pattern of which `number` is a frame. `settings`: keys of read_keys().
     static std::shared_ptr<Frame> of_files(const std::string& input, const pybind11::object& number,
                                            const pybind11::object& camera,
                                            const pybind11::kwargs& settings);
+
+    // The frame with the mattes that the chain names; this one if it names none. Errors (usage): a
+    // matte that is not among the arrays; those of sequence::header_of(). Any thread.
+    Result<std::shared_ptr<const Frame>> with_mattes_of(const Chain& chain) const;
 
     const sequence::SourceSettings& settings() const { return settings_; }
     const sequence::FrameHeader& header() const { return header_; }
@@ -35,11 +39,15 @@ class Frame {
     Result<std::shared_ptr<const sequence::SourceFrame>> read(RoleSet wanted) const;
 
   private:
+    Status open(io::OpenFrame files);
+
     sequence::SourceSettings settings_;
+    std::optional<DepthEncoding> depth_encoding_;  // of arrays
     sequence::FrameHeader header_;
     mutable std::mutex mutex_;
     mutable RoleSet read_;
     mutable std::shared_ptr<const sequence::SourceFrame> source_;
+    mutable std::shared_ptr<const Frame> with_mattes_;  // of the last chain that names some
 };
 using FramePtr = std::shared_ptr<const Frame>;
 
@@ -61,9 +69,13 @@ Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeigh
 // refused. Raises.
 PlanOptions plan_options_of(const pybind11::kwargs& settings);
 
-// The color that the chain makes of the frame, with as many channels as its own. Raises; warns.
+// The color that the chain makes of the frame, with as many channels as its own. Errors (usage): it
+// has layers or cryptomattes to filter. Raises; warns.
 pybind11::array run_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                           const PlanOptions& options, const std::shared_ptr<Device>& device);
+// postchain.Filtered: color, layers and cryptomattes. Raises; warns.
+pybind11::object run_layers(const ChainObject& chain, const FrameWithNeighbors& frames,
+                            const PlanOptions& options, const std::shared_ptr<Device>& device);
 // The plan as JSON, as `postchain plan --json` prints it. Raises; warns.
 pybind11::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames,
                             const PlanOptions& options);

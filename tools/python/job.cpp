@@ -27,6 +27,29 @@ const std::set<std::string>& file_keys() {
     return keys;
 }
 
+const std::set<std::string>& layer_keys() {
+    static const std::set<std::string> keys = {"cryptomatte"};
+    return keys;
+}
+
+const std::set<std::string>& frame_keys() {
+    static const std::set<std::string> keys = [] {
+        std::set<std::string> all = array_keys();
+        all.insert(layer_keys().begin(), layer_keys().end());
+        return all;
+    }();
+    return keys;
+}
+
+const std::set<std::string>& read_keys() {
+    static const std::set<std::string> keys = [] {
+        std::set<std::string> all = file_keys();
+        all.insert({"layers", "cryptomatte"});
+        return all;
+    }();
+    return keys;
+}
+
 const std::set<std::string>& plan_keys() {
     static const std::set<std::string> keys = {"precision", "no_elide", "elide"};
     return keys;

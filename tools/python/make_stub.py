@@ -64,7 +64,7 @@ def setting(key, schema):
 
 def settings(tables, groups):
     keys = set().union(*(tables[group] for group in groups))
-    rows = [setting(key, row) for key, row in tables["settings"].items()
+    rows = [setting(key, row) for key, row in {**tables["tune"], **tables["settings"]}.items()
             if key in keys and key not in ARGUMENTS]
     return textwrap.indent(",\n".join(rows), " " * 12)
 

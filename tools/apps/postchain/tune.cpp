@@ -8,7 +8,6 @@
 #include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/experiment/assemble.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/sequence/run/device.h"

@@ -6,24 +6,9 @@
 #include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
-#include "tools/sequence/image/bokeh_kernel_file.h"
-#include "tools/sequence/run/device.h"
 #include "tools/sequence/run/exit_code.h"
 
 namespace postchain::experiment {
-
-void complete(ExperimentSettings& settings, Surroundings around) {
-    settings.run = std::move(around.run);
-    for (const auto& chain : around.chain_files)
-        settings.run.other_inputs.push_back({chain, "the chain file"});
-    for (const auto& camera : around.cameras)
-        for (auto& picture : io::inputs_of(camera))
-            settings.run.other_inputs.push_back(std::move(picture));
-    settings.input = std::move(around.input);
-    settings.command = std::move(around.command);
-    settings.threads = sequence::threads_of(around.threads);
-    settings.flip.threads = around.threads;
-}
 
 Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
                   const egl::ContextOptions& context,

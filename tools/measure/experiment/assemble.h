@@ -1,5 +1,4 @@
-// Common parts of every experiment: settings outside its tables, the ground truth of a generated
-// scene, and the report's files.
+// Common parts of ab and bench: the ground truth of a generated scene, and the report's files.
 #pragma once
 
 #include <functional>
@@ -13,16 +12,6 @@
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain::experiment {
-
-struct Surroundings {
-    sequence::RunSettings run;
-    std::string input;                     // as typed
-    std::vector<std::string> chain_files;  // as typed
-    std::vector<Camera> cameras;           // of the chains, which may name images
-    std::vector<std::string> command;
-    int threads = 0;  // CPU threads; 0 = one per core
-};
-void complete(ExperimentSettings& settings, Surroundings around);
 
 // If settings.truth is empty, renders the ground truth of the generated scene that the input
 // belongs to, otherwise stores the reason in settings.no_truth. Rendering makes a GL context and

@@ -1,5 +1,8 @@
 #include "tools/measure/experiment/settings.h"
 
+#include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/run/device.h"
+
 namespace postchain::experiment {
 namespace {
 
@@ -22,6 +25,19 @@ ParameterTableBuilder<P> report_rows() {
 }
 
 }  // namespace
+
+void complete(ExperimentSettings& settings, Surroundings around) {
+    settings.run = std::move(around.run);
+    for (const auto& chain : around.chain_files)
+        settings.run.other_inputs.push_back({chain, "the chain file"});
+    for (const auto& camera : around.cameras)
+        for (auto& picture : io::inputs_of(camera))
+            settings.run.other_inputs.push_back(std::move(picture));
+    settings.input = std::move(around.input);
+    settings.command = std::move(around.command);
+    settings.threads = sequence::threads_of(around.threads);
+    settings.flip.threads = around.threads;
+}
 
 const ParameterTable& flip_parameters() {
     static const ParameterTable table =

@@ -43,6 +43,17 @@ struct BenchSettings : ExperimentSettings {
     int truth_samples = 256;          // per pixel, for the ground truth of a generated scene
 };
 
+// What the tables of an experiment do not have.
+struct Surroundings {
+    sequence::RunSettings run;
+    std::string input;                     // as typed
+    std::vector<std::string> chain_files;  // as typed
+    std::vector<Camera> cameras;           // of the chains, which may name images
+    std::vector<std::string> command;
+    int threads = 0;  // CPU threads; 0 = one per core
+};
+void complete(ExperimentSettings& settings, Surroundings around);
+
 const ParameterTable& flip_parameters();  // over metrics::FlipSettings
 // The rows of every measurement, over ExperimentSettings and types derived from it with other
 // defaults.

@@ -214,7 +214,7 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
         return Status(StatusCode::usage,
                       concat("without a ground truth a chain is measured against its own converged "
                              "image, but ",
-                             starts.size(), " chains are given; name one, or give -r"));
+                             starts.size(), " chains are given; name one, or give --truth"));
     TuneSettings settings = given;
     std::vector<const Chain*> chains;
     for (const Start& start : starts) chains.push_back(&start.chain);

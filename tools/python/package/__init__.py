@@ -6,15 +6,16 @@
 """
 from ._errors import (CanceledError, ChainError, DeviceError, Diagnostic, Error, HealthError,
                       InputError, InternalError, OutOfMemoryError, OutputError, UsageError, Warning)
+from ._filtered import Filtered
 from ._postchain import (Chain, Device, Frame, __version__, diff, inspect, plan_sequence, read,
-                         run_sequence, scene, schema, set_threads, shipped_chains)
+                         run_sequence, scene, schema, set_threads, shipped_chains, tune)
 
 for _one in (Chain, Device, Frame):
     _one.__module__ = "postchain"
 del _one
 
 __all__ = ["CanceledError", "Chain", "ChainError", "Device", "DeviceError", "Diagnostic", "Error",
-           "Frame", "HealthError", "InputError", "InternalError", "OutOfMemoryError",
+           "Filtered", "Frame", "HealthError", "InputError", "InternalError", "OutOfMemoryError",
            "OutputError", "UsageError", "Warning", "__version__", "diff", "inspect",
            "plan_sequence", "read", "run_sequence", "scene", "schema", "set_threads",
-           "shipped_chains"]
+           "shipped_chains", "tune"]

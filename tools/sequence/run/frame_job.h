@@ -7,20 +7,13 @@
 
 #include "chain/image.h"
 #include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/run/filter_view.h"
 #include "tools/sequence/run/frame_report.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/sequence_reader.h"
 
 namespace postchain::sequence {
-
-// The filtered planes of one view.
-struct FilteredView {
-    ImageF color;
-    ImageF layers;                                 // stacked; empty = the file's own stay
-    ImageF fill_mask;                              // run/fill_mask.h; empty = not asked for
-    std::vector<io::RankedCoverage> cryptomattes;  // empty = the file's own stay
-};
 
 // A frame on its way through the three threads.
 struct FrameInFlight {

@@ -12,7 +12,6 @@
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/fill_mask.h"
 #include "tools/sequence/run/fingerprint.h"
-#include "tools/sequence/run/layers_apart.h"
 #include "tools/sequence/run/output_frame.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/record.h"
@@ -27,8 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Coverage of one id in one pixel; a smaller loss is invisible.
-constexpr float kLostCoverage = 0.02f;
 constexpr const char* kProvenanceAttribute = "postchain";
 
 uint64_t count_nonfinite(const ImageF& image) {
@@ -154,12 +151,11 @@ class FilterJob final : public FrameJob {
             for (const std::string& warning : plan_warnings(chain_, *plan, view))
                 report.warnings.push_back(concat("view ", view.match.view, ": ", warning));
             report.window = report.window.united(written_window(chain_, *plan, view));
-            if (Status status =
-                    filter_view(*plan, view, {}, report, frame.other_views.emplace_back());
+            if (Status status = filter(*plan, view, {}, report, frame.other_views.emplace_back());
                 !status.ok())
                 return status.at(concat(report.inputs.at(Role::color), ": view ", view.match.view));
         }
-        return filter_view(*report.plan, *frame.source, dump, report, frame.filtered)
+        return filter(*report.plan, *frame.source, dump, report, frame.filtered)
             .at(report.inputs.at(Role::color));
     }
 
@@ -211,44 +207,21 @@ class FilterJob final : public FrameJob {
 
   private:
     // Frees the planes of `source`. Says in the report what ran.
-    Status filter_view(const Plan& plan, SourceFrame& source, const StageObserver& dump,
-                       FrameReport& report, FilteredView& view) {
-        const bool masked = !source.layers.fill_mask.empty();
-        CryptomatteFilter cryptomattes(
-            chain_, plan, source,
-            masked ? planes_with_fill_mask(source.planes, source.description) : source.planes,
-            settings_.plan, executor_);
-        auto result = cryptomattes.filter_color(dump);
-        if (!result.ok()) return result.status();
-        view.color = std::move(result->at(Role::color));
-        if (const auto layers = result->find(Role::layers); layers != result->end())
-            view.layers = std::move(layers->second);
-        if (masked) view.fill_mask = take_fill_mask(view.layers, view.color.height);
-        report.pass_times = executor_.pass_times();
-        report.work_done = executor_.work_done();
-        report.timing_source = executor_.timing_source();
-        report.counters = executor_.counters();
-        if (!source.layers_apart.empty()) {
-            auto layers = filter_apart(chain_, source, settings_.plan, executor_, view.layers);
-            if (!layers.ok()) return layers.status();
-            view.layers = std::move(*layers);
-        }
-        const size_t before = report.cryptomattes.size();
-        auto filtered = cryptomattes.filter_rest(report.cryptomattes);
+    Status filter(const Plan& plan, SourceFrame& source, const StageObserver& dump,
+                  FrameReport& report, FilteredView& view) {
+        auto filtered = filter_view(chain_, plan, source, settings_.plan, executor_, dump, [&] {
+            report.pass_times = executor_.pass_times();
+            report.work_done = executor_.work_done();
+            report.timing_source = executor_.timing_source();
+            report.counters = executor_.counters();
+        });
         if (!filtered.ok()) return filtered.status();
-        view.cryptomattes = std::move(*filtered);
-        for (size_t i = before; i < report.cryptomattes.size(); ++i)
-            warn_of_lost(report.cryptomattes[i], report);
+        view = std::move(*filtered);
+        for (auto& line : lost_coverage(view.reports, report.inputs.at(Role::color)))
+            report.warnings.push_back(std::move(line));
+        for (auto& one : view.reports) report.cryptomattes.push_back(std::move(one));
         source.planes.clear();
         return Status();
-    }
-
-    static void warn_of_lost(const CryptomatteReport& one, FrameReport& report) {
-        if (one.largest_lost > kLostCoverage)
-            report.warnings.push_back(
-                concat(report.inputs.at(Role::color), ": cryptomatte ", one.name, ": ",
-                       one.pixels_short, " pixels have more ids than ranks, and up to ",
-                       one.largest_lost, " of a pixel is lost (render it with more ranks)"));
     }
 
     io::WriteOptions write_options(const FrameReport& report, const std::string& record) const {

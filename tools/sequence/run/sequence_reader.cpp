@@ -4,22 +4,11 @@
 #include <iterator>
 #include <utility>
 
-#include "chain/layers.h"
 #include "chain/text.h"
 #include "tools/sequence/run/layers_apart.h"
+#include "tools/sequence/run/neighbor_planes.h"
 
 namespace postchain::sequence {
-namespace {
-
-// Moves a plane, or stacked planes, from the window `from` to the window `to`.
-ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) {
-    std::vector<ImageF> planes;
-    for (int i = 0; i < plane.height / from.height(); ++i)
-        planes.push_back(io::placed(plane_of_stack(plane, i, from.height()), from, to));
-    return stack_planes(planes);
-}
-
-}  // namespace
 
 RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted) {
     const RoleSet own = roles_in_files(header);
@@ -184,7 +173,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     entry.source.reset();
     frame.description.missing_neighbors = inputs.missing;
     frame.warnings.insert(frame.warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
-    std::map<Neighbor, NeighborLayers> layers;
+    std::map<Neighbor, NeighborFrame> neighbors;
     for (const auto& [neighbor, opened] : inputs.neighbors) {
         Entry& other = *window_.at(opened->number);
         if (Status status = decode(other); !status.ok()) {
@@ -196,25 +185,10 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
                 concat("filtered without the frame ", name_of(neighbor), ": ", why));
             continue;
         }
-        const io::Window &here = entry.header.window, &there = other.header.window;
-        for (Role role : kNeighborRoles) {
-            if (!entry.planes.of(neighbor).has(role)) continue;
-            if (role == Role::layers && other.cryptomattes)
-                frame.neighbor_cryptomattes[neighbor] = other.cryptomattes;
-            if (role == Role::layers) layers[neighbor].found = &other.header.layers;
-            if (!other.pixels.count(role)) continue;  // only layers of a cryptomatte, or none
-            auto plane = other.pixels.at(role);
-            if (here != there) plane = std::make_shared<const ImageF>(moved(*plane, there, here));
-            if (role == Role::layers) {
-                layers[neighbor].plane = std::move(plane);
-                continue;
-            }
-            frame.planes[role_of(neighbor, role)] = std::move(plane);
-            frame.description.planes.add(role_of(neighbor, role));
-        }
+        neighbors[neighbor] = {&other.header, &other.pixels, other.cryptomattes};
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
-    if (!layers.empty()) set_apart(layers, frame);
+    add_neighbors(neighbors, entry.planes, entry.header.window, frame);
     if (inputs.neighbors.empty()) {
         entry.pixels.clear();
         entry.cryptomattes.reset();

@@ -1,0 +1,209 @@
+"""Layers, mattes and cryptomattes of arrays against the command on files with the same values."""
+import numpy
+import postchain
+import pytest
+from conftest import (BLUR, CAMERA, FXAA, HEIGHT, WIDTH, bits, channels_of_exr, color_of_exr,
+                      command, planes_of, write_exr)
+
+IDS = {"square": 0x3f1a5b2c, "wall": 0x41c2d3e4}
+MANIFEST = {name: f"{number:08x}" for name, number in IDS.items()}
+
+
+def chain_with(matte, **more):
+    blur = dict(BLUR["passes"][0]["motion_blur"], matte=matte, **more)
+    return {"postchain": 1, "passes": [{"motion_blur": blur}]}
+
+
+def extras_of(frame):
+    """Two lights, one without alpha and named as data; the square's matte; a cryptomatte."""
+    planes = planes_of(frame)
+    square = (planes["depth"] == 3).astype(numpy.float32)
+    key = planes["color"] * numpy.float32(0.75)
+    ids = numpy.array([IDS["square"], IDS["wall"]], numpy.uint32).view(numpy.float32)
+    ranks = numpy.zeros((HEIGHT, WIDTH, 4), numpy.float32)
+    ranks[..., 0] = numpy.where(square > 0, ids[0], ids[1])
+    ranks[..., 1] = 1
+    ranks[5, 5] = ids[1], 0.75, ids[0], 0.25
+    return {"layers": {"View.key": key, "uv": planes["color"][..., :3] - key[..., :3]},
+            "mattes": {"hero": square}, "cryptomattes": {"Object": (ranks, MANIFEST)}}
+
+
+def write_frame(path, frame):
+    extras = extras_of(frame)
+    channels = {"hero": extras["mattes"]["hero"]}
+    for name, layer in (("View.key", extras["layers"]["View.key"]),
+                        ("color_uv", extras["layers"]["uv"])):
+        for i in range(layer.shape[2]):
+            channels[f"{name}.{'RGBA'[i]}"] = layer[..., i]
+    for i, letter in enumerate("rgba"):
+        channels[f"Object00.{letter}"] = extras["cryptomattes"]["Object"][0][..., i]
+    text = "{" + ", ".join(f'"{name}": "{number}"' for name, number in MANIFEST.items()) + "}"
+    write_exr(path, planes_of(frame), channels,
+              {"cryptomatte/1234567/name": "Object", "cryptomatte/1234567/manifest": text,
+               "cryptomatte/1234567/hash": "MurmurHash3_32",
+               "cryptomatte/1234567/conversion": "uint32_to_float32"})
+
+
+@pytest.fixture(scope="module")
+def layered(tmp_path_factory, frames):
+    folder = tmp_path_factory.mktemp("layers")
+    for number in (1, 2, 3):
+        write_frame(folder / f"frame.{number:04}.exr", number - 1)
+    (folder / "camera.json").write_text((frames / "camera.json").read_text())
+    return folder
+
+
+def run_command(folder, chain, out, *words):
+    import json
+    (out / "chain.yaml").write_text(json.dumps(chain))
+    command("run", out / "chain.yaml", "-i", folder / "frame.####.exr", "--camera",
+            folder / "camera.json", "-o", out / "o.####.exr", "--frames", "2", *words)
+    return out / "o.0002.exr"
+
+
+def frame_of(number, **settings):
+    return postchain.Frame(**planes_of(number), **extras_of(number), camera=CAMERA,
+                           frame=number + 1, **settings)
+
+
+def test_the_bits_of_the_command(layered, tmp_path):
+    chain = postchain.Chain(chain_with("hero"))
+    written = run_command(layered, chain_with("hero"), tmp_path, "--layers",
+                          "View.key,color_uv", "--cryptomatte", "filter")
+    before, frame, after = (frame_of(number, cryptomatte="filter") for number in range(3))
+    found = chain.run_layers(frame, before=before, after=after)
+    assert (bits(found.color) == bits(color_of_exr(written))).all()
+    assert list(found.layers) == ["View.key", "uv"] and list(found.cryptomattes) == ["Object"]
+    assert found.layers["View.key"].shape == (HEIGHT, WIDTH, 4)
+    assert found.layers["uv"].shape == (HEIGHT, WIDTH, 3)
+    for name, channels in [("View.key", [f"View.key.{letter}" for letter in "RGBA"]),
+                           ("uv", [f"color_uv.{letter}" for letter in "RGB"])]:
+        expected = channels_of_exr(written, channels)
+        assert (bits(found.layers[name]) == bits(expected)).all(), name
+    ranks = channels_of_exr(written, [f"Object00.{letter}" for letter in "rgba"])
+    assert (bits(found.cryptomattes["Object"]) == bits(ranks)).all()
+    given = extras_of(1)
+    # The matte holds the square out; without it the coverage is blurred too.
+    assert (bits(ranks) == bits(given["cryptomattes"]["Object"][0])).all()
+    (tmp_path / "blurred").mkdir()
+    blurred = run_command(layered, BLUR, tmp_path / "blurred", "--cryptomatte", "filter=square")
+    settings = {"cryptomatte": "filter=square"}
+    only = postchain.Chain(BLUR).run_layers(frame_of(1, **settings), before=frame_of(0, **settings),
+                                            after=frame_of(2, **settings)).cryptomattes["Object"]
+    expected = channels_of_exr(blurred, [f"Object00.{letter}" for letter in "rgba"])
+    assert (bits(only) == bits(expected)).all() and (bits(only) != bits(ranks)).any()
+
+    # As arguments, with dicts as neighbors; the color of run() is the same.
+    neighbors = {"before": dict(planes_of(0), **extras_of(0)),
+                 "after": dict(planes_of(2), **extras_of(2))}
+    again = chain.run_layers(**planes_of(1), **given, **neighbors, camera=CAMERA, frame=2,
+                             cryptomatte="filter")
+    assert (bits(again.layers["uv"]) == bits(found.layers["uv"])).all()
+    mattes = {name: dict(planes_of(number), mattes=extras_of(number)["mattes"])
+              for name, number in (("before", 0), ("after", 2))}
+    alone = chain.run(**planes_of(1), mattes=given["mattes"], camera=CAMERA, frame=2, **mattes)
+    assert (bits(alone) == bits(found.color)).all()
+    # Without the matte the square is blurred.
+    assert (bits(postchain.Chain(BLUR).run(**planes_of(1), camera=CAMERA, frame=2, before=planes_of(0),
+                                           after=planes_of(2))) != bits(alone)).any()
+
+    # From the files.
+    read = [postchain.read(layered / "frame.####.exr", frame=number, layers="View.key,color_uv",
+                           camera=layered / "camera.json", cryptomatte="filter")
+            for number in (1, 2, 3)]
+    files = chain.run_layers(read[1], before=read[0], after=read[2])
+    assert (bits(files.color) == bits(found.color)).all()
+    assert (bits(files.layers["color_uv"]) == bits(found.layers["uv"])).all()
+    assert (bits(files.cryptomattes["Object"]) == bits(ranks)).all()
+
+
+def test_a_matte_of_ids(layered, tmp_path):
+    described = chain_with("cryptomatte:square", matte_effect="unmoved")
+    written = run_command(layered, described, tmp_path)
+    chain = postchain.Chain(described)
+    found = chain.run(frame_of_ids(1), before=frame_of_ids(0), after=frame_of_ids(2))
+    assert (bits(found) == bits(color_of_exr(written))).all()
+    with pytest.raises(postchain.InputError, match="no 'sqare' in the crypto.* mean 'square'"):
+        postchain.Chain(chain_with("cryptomatte:sqare")).run(frame_of_ids(1))
+    with pytest.raises(postchain.InputError, match="has no cryptomatte"):
+        chain.run(**planes_of(1), camera=CAMERA)
+    # Without a manifest a name is found by its hash.
+    unnamed = dict(planes_of(1), cryptomattes={"Object": extras_of(1)["cryptomattes"]["Object"][0]})
+    with pytest.warns(postchain.Warning, match="hash of its name"):
+        chain.run(**unnamed, camera=CAMERA)
+
+
+def frame_of_ids(number):
+    return postchain.Frame(**planes_of(number), camera=CAMERA, frame=number + 1,
+                           cryptomattes=extras_of(number)["cryptomattes"])
+
+
+def test_lights_sum_to_the_image():
+    layers = extras_of(1)["layers"]
+    found = postchain.Chain(BLUR).run_layers(**planes_of(1), layers=layers, camera=CAMERA)
+    total = found.layers["View.key"][..., :3] + found.layers["uv"]
+    assert numpy.abs(total - found.color[..., :3]).max() < 1e-5
+    assert found.cryptomattes == {}
+    half = {name: layer.astype(numpy.float16) for name, layer in layers.items()}
+    floats = {name: layer.astype(numpy.float32) for name, layer in half.items()}
+    chain = postchain.Chain(FXAA)
+    color = planes_of(1)["color"]
+    for name, layer in chain.run_layers(color, layers=half).layers.items():
+        assert (bits(layer) == bits(chain.run_layers(color, layers=floats).layers[name])).all()
+
+
+def test_a_neighbor_without_a_layer():
+    extras = extras_of(1)
+    before = dict(planes_of(0), layers={"uv": extras_of(0)["layers"]["uv"]})
+    chain = postchain.Chain(BLUR)
+    with pytest.warns(postchain.Warning, match="before: lacks these layers.*View.key"):
+        found = chain.run_layers(**planes_of(1), layers=extras["layers"], before=before,
+                                 camera=CAMERA)
+    without = chain.run_layers(**planes_of(1), layers=extras["layers"], camera=CAMERA)
+    with_one = chain.run(**planes_of(1), before=planes_of(0), camera=CAMERA)
+    assert (bits(found.color) == bits(with_one)).all()
+    assert (bits(found.layers["View.key"]) == bits(without.layers["View.key"])).all()
+    assert (bits(found.layers["uv"]) != bits(without.layers["uv"])).any()
+
+
+def test_a_plan_with_layers():
+    chain, extras = postchain.Chain(FXAA), extras_of(1)
+    plans = [chain.plan(planes_of(1)["color"], layers=layers)
+             for layers in (None, extras["layers"])]
+    assert len(plans[0]["textures"]) < len(plans[1]["textures"])
+
+
+@pytest.mark.parametrize("argument, value, words", [
+    ("layers", [1], "layers: is a list; give a dict of arrays by name"),
+    ("layers", {"a": numpy.zeros((32, 48), "f4")}, r"layers\['a'\]: has the shape 32x48; give"),
+    ("layers", {"a": numpy.zeros((32, 48, 3))}, r"layers\['a'\]: has the type float64; convert"),
+    ("layers", {"a": numpy.zeros((31, 48, 3), "f4")}, "is 48x31 pixels, color 48x32; the planes"),
+    ("layers", {5: numpy.zeros((32, 48, 3), "f4")}, "layers: 5 is not a name; give a string"),
+    ("layers", {"a,b": numpy.zeros((32, 48, 3), "f4")}, "'a,b' is not a name"),
+    ("layers", {"motion": numpy.zeros((32, 48, 3), "f4"), "motion.R": "x"}, "is a str, not a NumPy"),
+    ("mattes", {"m": numpy.zeros((32, 48, 3), "f4")}, r"mattes\['m'\]: has the shape 32x48x3"),
+    ("mattes", {"Z": numpy.zeros((32, 48), "f4")}, "another array has the channel Z; rename"),
+    ("cryptomattes", {"c": numpy.zeros((32, 48, 6), "f4")}, "32x48x6; give height x width x 4, 8"),
+    ("cryptomattes", {"c": numpy.zeros((32, 48, 4), "f2")}, "float16, and ids are the bits of"),
+    ("cryptomattes", {"c": (numpy.zeros((32, 48, 4), "f4"), 5)}, "its manifest is a int; give a d"),
+])
+def test_wrong_arrays(argument, value, words):
+    with pytest.raises(postchain.UsageError, match=words) as caught:
+        postchain.Chain(BLUR).run_layers(**planes_of(0), camera=CAMERA, **{argument: value})
+    assert caught.value.place.startswith(argument) and caught.value.remedy
+
+
+def test_wrong_calls():
+    chain, planes, extras = postchain.Chain(chain_with("hero")), planes_of(1), extras_of(1)
+    with pytest.raises(postchain.UsageError, match="mattes: the chain names 'hero'; give mattes="):
+        chain.run(**planes, camera=CAMERA)
+    with pytest.raises(postchain.UsageError, match="before: mattes: the chain names 'hero'"):
+        chain.run(**planes, camera=CAMERA, mattes=extras["mattes"], before=planes_of(0))
+    with pytest.raises(postchain.UsageError, match="call run_layers"):
+        postchain.Chain(FXAA).run(frame_of(1))
+    with pytest.raises(postchain.UsageError, match="give them to Frame"):
+        postchain.Chain(FXAA).run_layers(frame_of(1), layers=extras["layers"])
+    with pytest.raises(postchain.UsageError, match="cryptomatte: unknown policy"):
+        frame_of(1, cryptomatte="blur")
+    with pytest.raises(postchain.UsageError, match="layers: run.. returns the color; call run_la"):
+        postchain.Chain(FXAA).run(planes["color"], layers=extras["layers"])

@@ -1,0 +1,132 @@
+"""postchain.tune() against the command, on two frames."""
+import json
+import signal
+import threading
+
+import postchain
+import pytest
+from conftest import BLUR, CAMERA, FXAA, command, python
+
+# What varies from run to run.
+TIMES = ("seconds", "spread_s", "doubt", "repeats", "front", "chosen")
+
+
+def settings_of(frames, **more):
+    return dict({"camera": frames / "camera.json", "frames": "1-2", "repeats": 1, "max_chains": 4,
+                 "measure_frames": 2, "chains": frames / "blur.yaml"}, **more)
+
+
+def tune(frames, **more):
+    with pytest.warns(postchain.Warning):  # the walk ends early, the machine may be busy
+        return postchain.tune(frames / "frame.####.exr", **settings_of(frames, **more))
+
+
+def test_the_result_of_the_command(frames, tmp_path):
+    words = ["tune", frames / "blur.yaml", "-i", frames / "frame.####.exr", "--camera",
+             frames / "camera.json", "--frames", "1-2", "--repeats", "1", "--max-chains", "4",
+             "--measure-frames", "2", "--error", "0.9", "-o", tmp_path / "tuned.yaml", "--json"]
+    expected = json.loads(command(*words))
+    reports = []
+    found = tune(frames, error=0.9, progress=reports.append)
+    for key in ("version", "input", "frames", "reference", "with_truth", "timing", "budget_s",
+                "error"):
+        assert found[key] == expected[key], key
+    assert len(found["points"]) == len(expected["points"]) == 4
+    for one, other in zip(found["points"], expected["points"]):
+        chain = one.pop("chain")
+        assert chain.hash == one["chain_hash"] and isinstance(chain, postchain.Chain)
+        one["chain"] = one.pop("knobs")
+        assert {key: value for key, value in one.items() if key not in TIMES} == {
+            key: value for key, value in other.items() if key not in TIMES}
+        one["chain"] = chain
+    # Every chain is within the error, so the chosen one is the fastest of those confirmed.
+    points, front = found["points"], found["front"]
+    assert front == sorted((one for one in points if one["front"]), key=lambda one: one["seconds"])
+    for one in points:
+        beaten = any(other["seconds"] <= one["seconds"] and other["hdr_flip"] <= one["hdr_flip"]
+                     and (other["seconds"], other["hdr_flip"]) != (one["seconds"], one["hdr_flip"])
+                     for other in points)
+        assert one["front"] != beaten
+    chosen, = [one for one in points if one["chosen"]]
+    assert found["chain"] == chosen["chain"] and chosen["repeats"] == 2
+    assert postchain.Chain.from_text(found["text"]) == found["chain"]
+    assert found["text"].startswith("# postchain tune ")
+    assert reports[0]["what"].startswith("frame 1: the converged") and reports[-1]["total"] == 4
+    assert not list(frames.glob("*.yaml.*"))
+
+
+def test_a_truth_a_budget_and_set_values(frames):
+    found = tune(frames, truth=frames / "frame.####.exr", budget=1e3, chains=[BLUR, FXAA],
+                 set=None, max_chains=2)
+    assert found["with_truth"] and found["budget_s"] == 1000
+    assert [one["start"] for one in found["points"]] == ["chain", "chain"]
+    best, = [one for one in found["points"] if one["chosen"]]
+    assert best["hdr_flip"] == min(one["hdr_flip"] for one in found["points"])
+    assert {one["chain"].passes[0] for one in found["points"]} == {"motion_blur", "fxaa"}
+    found = tune(frames, budget="5s", max_chains=3, set={"motion_blur.samples": 5})
+    for one in found["points"]:
+        assert one["chain"].dict()["passes"][0]["motion_blur"]["samples"] == 5
+
+
+def test_a_goal_that_no_chain_meets(frames):
+    with pytest.warns(postchain.Warning, match="error 1e-09: the closest of 1 chain.*; allow"):
+        found = postchain.tune(frames / "frame.####.exr",
+                               **settings_of(frames, error=1e-9, max_chains=1))
+    assert found["chain"] is None and found["text"] is None and len(found["front"]) == 1
+
+
+def test_wrong_arguments(frames):
+    for kind, words, more in [
+            (postchain.UsageError, "give a time per frame .budget 0.2s.", {}),
+            (postchain.UsageError, "give one of the two", {"budget": 1, "error": 0.1}),
+            (postchain.UsageError, "budget: 'x' is not a time above 0", {"budget": "x"}),
+            (postchain.UsageError, "budget: .*is not a time above 0", {"budget": -1.0}),
+            (postchain.UsageError, "error", {"error": 5}),
+            (postchain.UsageError, "measure_frames", {"error": 0.5, "measure_frames": 0}),
+            (postchain.UsageError, "unknown argument 'on_existing'",
+             {"error": 0.5, "on_existing": "fail"}),
+            (postchain.UsageError, "2 chains are given; name one, or give truth",
+             {"error": 0.5, "chains": [BLUR, FXAA]}),
+            (postchain.UsageError, "chains: is empty", {"error": 0.5, "chains": []}),
+            (postchain.ChainError, "shipped", {"error": 0.5, "chains": "no_such"}),
+            (postchain.InputError, "missing.json", {"error": 0.5, "camera": "missing.json"}),
+            (postchain.InputError, "the ground truth has no file",
+             {"error": 0.5, "truth": frames / "none.####.exr"}),
+            (postchain.UsageError, "progress: is not callable", {"error": 0.5, "progress": 1})]:
+        with pytest.raises(kind, match=words) as caught:
+            postchain.tune(frames / "frame.####.exr", **settings_of(frames, **more))
+        assert "--" not in str(caught.value)
+
+
+def test_a_callback_ends_it(frames):
+    ends = {"error": 0.5, "progress": lambda report: False}
+    event = threading.Event()
+    event.set()
+    for more in (ends, {"error": 0.5, "stop": event}):
+        with pytest.raises(postchain.CanceledError):
+            postchain.tune(frames / "frame.####.exr", **settings_of(frames, **more))
+
+    def fails(report):
+        raise KeyError(report["what"])
+    with pytest.raises(KeyError):
+        postchain.tune(frames / "frame.####.exr", **settings_of(frames, error=0.5, progress=fails))
+
+
+def test_keyboard_interrupt(frames):
+    process = python("""
+import postchain, sys
+try:
+    postchain.tune(sys.argv[1], camera=sys.argv[2], chains=sys.argv[3], error=0.5, repeats=10000,
+                   progress=lambda report: print("ready", flush=True))
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+""", frames / "frame.####.exr", frames / "camera.json", frames / "blur.yaml")
+    assert process.stdout.readline() == "ready\n", process.communicate()[1]
+    process.send_signal(signal.SIGINT)
+    out, error = process.communicate(timeout=300)
+    assert out.splitlines()[-1] == "interrupted" and process.returncode == 0, out + error
+
+
+def test_the_frames_of_a_camera_as_a_dict(frames):
+    found = tune(frames, error=0.9, camera=CAMERA, max_chains=1)
+    assert found["points"][0]["start"] == str(frames / "blur.yaml")

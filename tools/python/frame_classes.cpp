@@ -1,0 +1,321 @@
+#include "tools/python/frame_classes.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include "chain/text.h"
+#include "config/chain_file.h"
+#include "passes/registry.h"
+#include "tools/python/documentation.h"
+#include "tools/python/errors.h"
+#include "tools/python/frame_object.h"
+#include "tools/python/job.h"
+#include "tools/python/values.h"
+#include "tools/sequence/files/parameter_json.h"
+
+namespace py = pybind11;
+
+namespace postchain::python {
+namespace {
+
+// The arguments of run(), run_layers() and plan() that describe frames.
+struct FrameArguments {
+    py::object color;  // an array, or a Frame
+    FrameArrays arrays;
+    py::object camera, before, after, number;
+    std::optional<std::string> depth_encoding;
+    std::optional<double> pixel_aspect;
+};
+
+bool has_any(const FrameArrays& arrays) {
+    for (const auto* one : {&arrays.depth, &arrays.motion, &arrays.motion_back, &arrays.layers,
+                            &arrays.mattes, &arrays.cryptomattes})
+        if (!one->is_none()) return true;
+    return false;
+}
+
+FrameArrays no_arrays() {
+    return {py::none(), py::none(), py::none(), py::none(), py::none(), py::none(), py::none()};
+}
+
+// A frame that is given as one, or as arrays. `place`: "before".
+FramePtr neighbor_of(const char* place, const py::object& value, int number,
+                     const FrameArguments& given, const py::kwargs& settings) {
+    if (value.is_none()) return nullptr;
+    if (py::isinstance<Frame>(value)) return value.cast<std::shared_ptr<Frame>>();
+    FrameArrays arrays = no_arrays();
+    const std::pair<const char*, py::object*> planes[] = {{"color", &arrays.color},
+                                                          {"depth", &arrays.depth},
+                                                          {"motion", &arrays.motion},
+                                                          {"motion_back", &arrays.motion_back},
+                                                          {"layers", &arrays.layers},
+                                                          {"mattes", &arrays.mattes},
+                                                          {"cryptomattes", &arrays.cryptomattes}};
+    std::vector<std::string> known;
+    for (const auto& plane : planes) known.push_back(plane.first);
+    if (!py::isinstance<py::dict>(value))
+        raise(Status(StatusCode::usage,
+                     concat(place, ": give a Frame, or a dict with ", joined(known))));
+    for (const auto& [name, array] : py::reinterpret_borrow<py::dict>(value)) {
+        const std::string key = py::str(name);
+        const auto plane = std::find_if(std::begin(planes), std::end(planes),
+                                        [&](const auto& one) { return one.first == key; });
+        if (plane == std::end(planes))
+            raise(Status(StatusCode::usage,
+                         concat(place, ": unknown plane '", key, "'; known are ", joined(known))));
+        *plane->second = py::reinterpret_borrow<py::object>(array);
+    }
+    return Frame::of_arrays(arrays, number, given.camera, given.depth_encoding.value_or("linear"),
+                            given.pixel_aspect.value_or(1), settings);
+}
+
+FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& settings) {
+    FrameWithNeighbors frames;
+    std::shared_ptr<Frame> frame;
+    if (py::isinstance<Frame>(given.color)) {
+        const bool more = has_any(given.arrays) || !given.camera.is_none() ||
+                          !given.number.is_none() || given.depth_encoding || given.pixel_aspect ||
+                          py::len(settings) > 0;
+        if (more)
+            raise(Status(StatusCode::usage,
+                         "run: the planes, camera and settings of a Frame are its own; give them "
+                         "to Frame()"));
+        frame = given.color.cast<std::shared_ptr<Frame>>();
+    } else {
+        FrameArrays arrays = given.arrays;
+        arrays.color = given.color;
+        frame = Frame::of_arrays(arrays, given.number.is_none() ? 0 : frame_number_of(given.number),
+                                 given.camera, given.depth_encoding.value_or("linear"),
+                                 given.pixel_aspect.value_or(1), settings);
+    }
+    frames.before = neighbor_of("before", given.before, frame->number() - 1, given, settings);
+    frames.after = neighbor_of("after", given.after, frame->number() + 1, given, settings);
+    frames.frame = std::move(frame);
+    return frames;
+}
+
+// Planes of a frame as arrays, converted.
+py::dict planes_of_frame(const Frame& frame) {
+    auto source = in_background("reading a frame", [&](Call&) {
+        return frame.read(
+            RoleSet{Role::color, Role::inverse_depth, Role::motion, Role::motion_back});
+    });
+    if (!source.ok()) raise(source.status());
+    warn((*source)->warnings);
+    py::dict planes;
+    for (Role role : kFileRoles) {
+        const auto plane = (*source)->planes.find(role);
+        planes[name_of(role)] =
+            plane == (*source)->planes.end() ? py::object(py::none()) : array_of(plane->second);
+    }
+    return planes;
+}
+
+py::dict camera_of_frame(const Frame& frame) {
+    py::dict camera;
+    for (const Parameter& row : camera_parameters().rows())
+        if (const ParameterValue value = row.get(&frame.header().camera); value != ParameterValue())
+            camera[row.key.c_str()] = python_of(io::json_of(value));
+    return camera;
+}
+
+using ChainClass = py::class_<ChainObject, std::shared_ptr<ChainObject>>;
+
+// pybind11's holder is not const; nothing here changes a chain.
+std::shared_ptr<ChainObject> held(const ChainPtr& made) {
+    return std::const_pointer_cast<ChainObject>(made);
+}
+
+constexpr const char* kArrayArguments =
+    "color: float32 or float16, height x width x 3 or 4 (premultiplied alpha), linear light; "
+    "or a\n  Frame, which has everything else too\n"
+    "depth: height x width, distance along the view axis, scene units (depth_encoding for "
+    "others)\n"
+    "motion: height x width x 2, pixels to the next frame, x to the right, y down\n"
+    "motion_back: likewise from the previous frame to this one\n"
+    "camera: a dict or a file with the keys of a camera file\n"
+    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=)\n"
+    "mattes: a dict of height x width, 0 to 1, by the names that passes have as `matte`\n"
+    "cryptomattes: a dict by name of float32, height x width x 4, 8, ... (id, coverage of each\n"
+    "  rank), or of (array, manifest); for the mattes \"cryptomatte:NAME\" of passes";
+constexpr const char* kFrameArgument = "\nframe: the frame's number, for seeds and the camera";
+constexpr const char* kLayersArgument =
+    "\nlayers: a dict by name of height x width x 3 or 4, filtered with color's weights";
+
+void add_runs(ChainClass& chain) {
+    const std::string settings =
+        "\n\nFurther arguments:" + rows_text(&array_keys()) + rows_text(&plan_keys());
+    const std::string run_text = concat(
+        "Filters one frame; returns its color as a float32 array of height x width x 3 or 4.\n\n",
+        kArrayArguments, kFrameArgument, settings);
+    chain.def(
+        "run",
+        [](const ChainObject& self, const py::object& color, const py::object& depth,
+           const py::object& motion, const py::object& camera, const py::object& before,
+           const py::object& after, const py::object& motion_back, const py::object& mattes,
+           const py::object& cryptomattes, const py::object& frame,
+           const std::optional<std::string>& depth_encoding,
+           const std::optional<double>& pixel_aspect, const py::object& device, py::kwargs values) {
+            const PlanOptions options = plan_options_of(taken(values, plan_keys()));
+            if (values.contains("layers"))
+                raise(Status(StatusCode::usage,
+                             "layers: run() returns the color; call run_layers()"));
+            FrameArrays arrays{py::none(), depth,  motion,      motion_back,
+                               py::none(), mattes, cryptomattes};
+            const auto frames = frames_of(
+                {color, arrays, camera, before, after, frame, depth_encoding, pixel_aspect},
+                values);
+            return run_chain(self, frames, options, device_of(device));
+        },
+        py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
+        py::arg("camera") = py::none(), py::arg("before") = py::none(),
+        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
+        py::arg("mattes") = py::none(), py::arg("cryptomattes") = py::none(),
+        py::arg("frame") = py::none(), py::arg("depth_encoding") = py::none(),
+        py::arg("pixel_aspect") = py::none(), py::arg("device") = py::none(), run_text.c_str());
+    const std::string layers_text = concat(
+        "Filters one frame with its layers and cryptomattes, as `postchain run --layers`; returns "
+        "a\nFiltered. Color has the bits of run().\n\n",
+        kArrayArguments, kLayersArgument, kFrameArgument, settings, rows_text(&layer_keys()));
+    chain.def(
+        "run_layers",
+        [](const ChainObject& self, const py::object& color, const py::object& depth,
+           const py::object& motion, const py::object& camera, const py::object& before,
+           const py::object& after, const py::object& motion_back, const py::object& layers,
+           const py::object& mattes, const py::object& cryptomattes, const py::object& frame,
+           const std::optional<std::string>& depth_encoding,
+           const std::optional<double>& pixel_aspect, const py::object& device, py::kwargs values) {
+            const PlanOptions options = plan_options_of(taken(values, plan_keys()));
+            FrameArrays arrays{py::none(), depth,  motion,      motion_back,
+                               layers,     mattes, cryptomattes};
+            const auto frames = frames_of(
+                {color, arrays, camera, before, after, frame, depth_encoding, pixel_aspect},
+                values);
+            return run_layers(self, frames, options, device_of(device));
+        },
+        py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
+        py::arg("camera") = py::none(), py::arg("before") = py::none(),
+        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
+        py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
+        py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
+        py::arg("depth_encoding") = py::none(), py::arg("pixel_aspect") = py::none(),
+        py::arg("device") = py::none(), layers_text.c_str());
+    chain.def(
+        "plan",
+        [](const ChainObject& self, const py::object& color, const py::object& depth,
+           const py::object& motion, const py::object& camera, const py::object& before,
+           const py::object& after, const py::object& motion_back, const py::object& layers,
+           const py::object& mattes, const py::object& cryptomattes, const py::object& frame,
+           const std::optional<std::string>& depth_encoding,
+           const std::optional<double>& pixel_aspect, py::kwargs values) {
+            const PlanOptions options = plan_options_of(taken(values, plan_keys()));
+            FrameArrays arrays{py::none(), depth,  motion,      motion_back,
+                               layers,     mattes, cryptomattes};
+            const auto frames = frames_of(
+                {color, arrays, camera, before, after, frame, depth_encoding, pixel_aspect},
+                values);
+            return plan_chain(self, frames, options);
+        },
+        py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
+        py::arg("camera") = py::none(), py::arg("before") = py::none(),
+        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
+        py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
+        py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
+        py::arg("depth_encoding") = py::none(), py::arg("pixel_aspect") = py::none(),
+        "What run() or run_layers() would do with these arguments, as a dict; computes nothing.");
+}
+
+}  // namespace
+
+void add_chain(py::module_& module) {
+    const std::string text =
+        "A chain of passes: motion blur, depth of field, joint blur, FXAA. It never changes.\n\n"
+        "Chain(source, set=None): `source` is a shipped name (\"balanced\"), the path of a chain\n"
+        "file, or a dict {\"camera\": {...}, \"passes\": [{\"fxaa\": {...}}, ...], \"postchain\": "
+        "1}.\n`set` changes values: {\"motion_blur.samples\": 51, \"camera.f_stop\": 2}.\n\n"
+        "Passes and their parameters:" +
+        passes_text();
+    ChainClass chain(module, "Chain", text.c_str());
+    chain.def(py::init([](const py::object& source, const py::object& set) {
+                  return held(chain_of(source, set));
+              }),
+              py::arg("source"), py::arg("set") = py::none());
+    chain.def_static(
+        "from_text",
+        [](const std::string& yaml, const std::string& name, const py::object& set) {
+            return held(chain_from_text(yaml, name, set));
+        },
+        py::arg("text"), py::arg("name") = "text", py::arg("set") = py::none(),
+        "A chain from the text of a chain file (YAML or JSON). `name` stands for the file in "
+        "messages.");
+    add_runs(chain);
+    chain.def(
+        "dict", [](const ChainObject& self) { return dict_of(self); },
+        "The chain as a dict with every value, from which Chain() makes the same chain.");
+    chain.def_property_readonly(
+        "text", [](const ChainObject& self) { return write_chain(self.chain); },
+        "The chain as the text of a chain file.");
+    chain.def_property_readonly(
+        "name", [](const ChainObject& self) { return self.name; }, "Where it came from.");
+    chain.def_property_readonly(
+        "passes", [](const ChainObject& self) { return self.chain.types(); },
+        "The names of its passes, in order.");
+    chain.def_property_readonly(
+        "hash", [](const ChainObject& self) { return hex_of(self.chain.hash()); },
+        "16 digits that identify what the chain does.");
+    chain.def("__eq__", [](const ChainObject& self, const py::object& other) {
+        return py::isinstance<ChainObject>(other) &&
+               self.chain.text() == other.cast<const ChainObject&>().chain.text();
+    });
+    chain.def("__hash__", [](const ChainObject& self) { return py::int_(self.chain.hash()); });
+    chain.def("__repr__", [](const ChainObject& self) {
+        std::string passes;
+        for (const auto& type : self.chain.types()) passes += (passes.empty() ? "" : ", ") + type;
+        return concat("<postchain.Chain ", self.name, ": ", passes, ">");
+    });
+    chain.def(py::pickle(
+        [](const ChainObject& self) { return py::make_tuple(write_chain(self.chain), self.name); },
+        [](const py::tuple& state) {
+            return held(chain_from_text(py::str(state[0]), py::str(state[1]), py::none()));
+        }));
+}
+
+void add_frame(py::module_& module) {
+    const std::string text =
+        "One frame of arrays, for Chain.run() and run_layers(): as `color`, `before` or `after`. "
+        "It keeps the "
+        "arrays,\nwhich must not change, and converts them once. Arguments are those of "
+        "Chain.run_layers().";
+    py::class_<Frame, std::shared_ptr<Frame>> frame(module, "Frame", text.c_str());
+    frame.def(
+        py::init([](const py::object& color, const py::object& depth, const py::object& motion,
+                    const py::object& motion_back, const py::object& camera,
+                    const py::object& layers, const py::object& mattes,
+                    const py::object& cryptomattes, int number, const std::string& depth_encoding,
+                    double pixel_aspect, const py::kwargs& settings) {
+            return Frame::of_arrays(
+                {color, depth, motion, motion_back, layers, mattes, cryptomattes}, number, camera,
+                depth_encoding, pixel_aspect, settings);
+        }),
+        py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
+        py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),
+        py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
+        py::arg("cryptomattes") = py::none(), py::arg("frame") = 0,
+        py::arg("depth_encoding") = "linear", py::arg("pixel_aspect") = 1.0);
+    frame.def("planes", planes_of_frame,
+              "Its planes in the canonical convention, read-only: color, inverse_depth, motion, "
+              "motion_back; None = the frame has no such plane.");
+    frame.def_property_readonly("camera", camera_of_frame, "The values of its camera.");
+    frame.def_property_readonly("number", &Frame::number);
+    frame.def_property_readonly("width",
+                                [](const Frame& self) { return self.header().window.width(); });
+    frame.def_property_readonly("height",
+                                [](const Frame& self) { return self.header().window.height(); });
+    frame.def("__repr__", [](const Frame& self) {
+        const io::Window& window = self.header().window;
+        return concat("<postchain.Frame ", self.number(), ": ", window.width(), "x",
+                      window.height(), ", ", sequence::roles_in_files(self.header()).text(), ">");
+    });
+}
+
+}  // namespace postchain::python

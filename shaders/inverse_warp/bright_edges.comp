@@ -3,16 +3,18 @@
 // have the depth of the surface behind it or before it. If the light moved with that surface, it
 // would form a rim or a glow: such a pixel shows the lamp's surface.
 //
-//   color, surfaces_of_planes -> shown   0: the pixel's own surface; i + 1: that of the pixel at
-//                                        the offset kAround[i] (around.glsl)
+//   color, surfaces, marks -> shown   of squares, two texels: the pixels that show another surface
+//                                     than their own; whose it is, two bits each, an index of
+//                                     kAround
 #include "common/finite.glsl"
-#include "common/work_group.glsl"
 
 #include "inverse_warp/around.glsl"
+#include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
 
 layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform usampler2D surfaces_of_planes;
+layout(binding = 1) uniform usampler2D surfaces;
+layout(binding = 2) uniform usampler2D marks;
 layout(binding = 0) writeonly uniform uimage2D shown;
 
 // A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
@@ -33,7 +35,7 @@ float largest(vec4 c) {
 }
 
 Surface surface_at(ivec2 p) {
-    return unpack_surface(texelFetch(surfaces_of_planes, p, 0));
+    return unpack_surface(texelFetch(surfaces, p, 0));
 }
 
 // Largest component of the mean color of a surface in the smallest square around p that shows it
@@ -66,37 +68,63 @@ float light_around(ivec2 p, Surface own) {
     return count > 0.0 ? largest(sum) / count : darkest;
 }
 
-uint shown_at(ivec2 p) {
-    const Surface own = surface_at(p);
-    const vec4 c = finite_color(texelFetch(color, p, 0));
-    const float light = largest(c);
-    if (!own.edge || !(light > 0.0)) return 0u;
-    uint brightest = 0u;
-    float other_light = 0.0;
+// An edge pixel beside a lamp.
+struct Beside {
+    float light, lamp;  // of the pixel and of the lamp: largest components
+    int to;             // the lamp is seen at the offset kAround[to]; -1: there is none
+};
+
+Beside find_lamp(ivec2 p, float inverse_depth) {
+    Beside beside = Beside(largest(finite_color(texelFetch(color, p, 0))), 0.0, -1);
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = p + kAround[i];
-        if (!inside(at) || one_depth(surface_at(at).inverse_depth, own.inverse_depth)) continue;
-        const vec4 other = finite_color(texelFetch(color, at, 0));
-        if (largest(other) <= other_light) continue;
-        other_light = largest(other);
-        brightest = uint(i) + 1u;
+        if (!inside(at) || one_depth(surface_at(at).inverse_depth, inverse_depth)) continue;
+        const float light = largest(finite_color(texelFetch(color, at, 0)));
+        if (light <= beside.lamp) continue;
+        beside.lamp = light;
+        beside.to = i;
     }
-    if (brightest == 0u || other_light <= kOtherBrighter * light) return 0u;
-    const Surface other = surface_at(p + kAround[brightest - 1u]);
-    if (apart(other, own) <= kApartPx * kApartPx) return 0u;
-    const bool hides = own.inverse_depth > other.inverse_depth;
-    const bool stays = longest_of(own) <= kStaysPx;
-    if (hides && stays) return 0u;
-    const bool rim = stays && apart(other, own) > kLeavesPx * kLeavesPx;
+    if (beside.lamp <= kOtherBrighter * beside.light || !(beside.light > 0.0)) beside.to = -1;
+    return beside;
+}
+
+bool hides_and_stays(Surface own, Surface other) {
+    return own.inverse_depth > other.inverse_depth && longest_of(own) <= kStaysPx;
+}
+
+bool shows_lamp(ivec2 p, Surface own, Surface other, Beside beside) {
+    const bool rim = longest_of(own) <= kStaysPx && apart(other, own) > kLeavesPx * kLeavesPx;
     const float around = light_around(p, own);
-    if (light <= (rim ? kRimBrighter : kBrighter) * around ||
-        other_light <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
-        return 0u;
-    precise const float covered = (light - around) / (other_light - around);
-    return hides && covered < kCovered ? 0u : brightest;
+    if (beside.light <= (rim ? kRimBrighter : kBrighter) * around ||
+        beside.lamp <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
+        return false;
+    precise const float covered = (beside.light - around) / (beside.lamp - around);
+    return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
 
 void main() {
-    const ivec2 p = invocation_at();
-    if (inside(p)) imageStore(shown, p, uvec4(shown_at(p)));
+    const ivec2 square = invocation_at();
+    if (!is_square(square)) return;
+    // First those beside a lamp, of which there are few.
+    uint lamps = 0u, changed = 0u, to = 0u;
+    for (uint left = texelFetch(marks, square, 0).x & 0xffffu; left != 0u;) {
+        const ivec2 p = next_pixel_of(square, left);
+        const Surface own = surface_at(p);
+        const Beside beside = find_lamp(p, own.inverse_depth);
+        if (beside.to < 0) continue;
+        const Surface other = surface_at(p + kAround[beside.to]);
+        if (apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other))
+            lamps |= bit_of(p);
+    }
+    while (lamps != 0u) {
+        const ivec2 p = next_pixel_of(square, lamps);
+        const Surface own = surface_at(p);
+        const Beside beside = find_lamp(p, own.inverse_depth);
+        const Surface other = surface_at(p + kAround[max(beside.to, 0)]);
+        if (!shows_lamp(p, own, other, beside)) continue;
+        changed |= bit_of(p);
+        to |= uint(beside.to) << shift_of_direction(p);
+    }
+    imageStore(shown, square * ivec2(2, 1), uvec4(changed));
+    imageStore(shown, square * ivec2(2, 1) + ivec2(1, 0), uvec4(to));
 }

@@ -127,8 +127,8 @@ class Planner : private SurfacePlanner {
     }
 
     Background add_background(TextureId surfaces) {
-        // Cells of 2, 4, 8 and 16 px beside each other.
-        const Area cells = kBlocks.times(8 + 4 + 2 + 1, 8);
+        // Cells of 2 px, beside them those of 4, 8 and 16 px.
+        const Area cells = kBlocks.times(8 + 4, 8);
         Background background;
         background.color =
             planner_.texture("background_color", planner_.context().color_format(), cells);
@@ -184,7 +184,7 @@ class Planner : private SurfacePlanner {
 
     void add_behind(Background& background, TextureId depth) {
         const Area cells = planner_.describe(depth).area;
-        background.cells = planner_.texture("background", Format::rgba32ui, cells);
+        background.cells = planner_.texture("background", Format::rg32f, cells);
         Step step = make_surface_step("behind");
         step.spread = groups_for(kBlocks.times(4, 4));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};

@@ -3,13 +3,13 @@
 // depth, and the part of the cell that shows it. The gather fills occluded surfaces from them. One
 // thread per block.
 //
-//   color, surfaces -> background_color, background_depth   15 blocks.x by 8 blocks.y: the cells of
-//                      2 px, to the right of them those of 4, 8 and 16 px (background.glsl)
+//   color, surfaces -> background_color, background_depth   12 blocks.x by 8 blocks.y (cells.glsl)
 //
 // LAYERS: defined if the frame has extra layers -> background_layers. Work groups z of 1 and more average
 // layer z - 1.
 #include "common/work_group.glsl"
 
+#include "inverse_warp/cells.glsl"
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
 
@@ -62,9 +62,7 @@ Cell pixel(ivec2 at) {
     return Cell(c, s.inverse_depth, s.edge ? kEdgeWeight : 1.0);
 }
 
-// `left`: column of the first cell of this size, in blocks.
-void store(Cell cell, ivec2 at, int left, float pixels) {
-    at.x += left * uniforms.blocks.x;
+void store(Cell cell, ivec2 at, float pixels) {
 #ifdef LAYERS
     const Plane plane = this_plane();
     if (!plane.is_color) {
@@ -92,14 +90,14 @@ void main() {
                 of_2 = merge(of_2, pixel(2 * at_2 + ivec2(1, 0)));
                 of_2 = merge(of_2, pixel(2 * at_2 + ivec2(0, 1)));
                 of_2 = merge(of_2, pixel(2 * at_2 + ivec2(1, 1)));
-                store(of_2, at_2, 0, 4.0);
+                store(of_2, at_2, 4.0);
                 of_4 = merge(of_4, of_2);
             }
-            store(of_4, at_4, 8, 16.0);
+            store(of_4, first_of_4() + at_4, 16.0);
             of_8 = merge(of_8, of_4);
         }
-        store(of_8, at_8, 12, 64.0);
+        store(of_8, first_of_8() + at_8, 64.0);
         of_16 = merge(of_16, of_8);
     }
-    store(of_16, block, 14, 256.0);
+    store(of_16, first_of_16() + block, 256.0);
 }

@@ -102,29 +102,42 @@ bool shows_lamp(ivec2 p, Surface own, Surface other, Beside beside) {
     return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
 
+shared uint shows_of_square[kSquares], to_of_square[kSquares];
+
 void main() {
-    const ivec2 square = invocation_at();
-    if (!is_square(square)) return;
-    // First those beside a lamp, of which there are few.
-    uint lamps = 0u, changed = 0u, to = 0u;
-    for (uint left = texelFetch(marks, square, 0).x & 0xffffu; left != 0u;) {
-        const ivec2 p = next_pixel_of(square, left);
-        const Surface own = surface_at(p);
-        const Beside beside = find_lamp(p, own.inverse_depth);
-        if (beside.to < 0) continue;
-        const Surface other = surface_at(p + kAround[beside.to]);
-        if (apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other))
-            lamps |= bit_of(p);
+    const int first = int(gl_LocalInvocationIndex);
+    for (int k = first; k < kSquares; k += kThreads) {
+        const ivec2 square = square_of(k);
+        bits_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u;
+        shows_of_square[k] = to_of_square[k] = 0u;
     }
-    while (lamps != 0u) {
-        const ivec2 p = next_pixel_of(square, lamps);
+    make_list();
+    // Those beside a lamp, of which there are few.
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
         const Surface own = surface_at(p);
         const Beside beside = find_lamp(p, own.inverse_depth);
         const Surface other = surface_at(p + kAround[max(beside.to, 0)]);
-        if (!shows_lamp(p, own, other, beside)) continue;
-        changed |= bit_of(p);
-        to |= uint(beside.to) << shift_of_direction(p);
+        const bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
+        if (beside.to < 0 || !differs)
+            atomicAnd(bits_of_square[index_of(p / kSquarePx)], ~bit_of(p));
     }
-    imageStore(shown, square * ivec2(2, 1), uvec4(changed));
-    imageStore(shown, square * ivec2(2, 1) + ivec2(1, 0), uvec4(to));
+    barrier();
+    make_list();
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        const Surface own = surface_at(p);
+        const Beside beside = find_lamp(p, own.inverse_depth);
+        if (!shows_lamp(p, own, surface_at(p + kAround[beside.to]), beside)) continue;
+        const int k = index_of(p / kSquarePx);
+        atomicOr(shows_of_square[k], bit_of(p));
+        atomicOr(to_of_square[k], uint(beside.to) << (2 * number_of(p)));
+    }
+    barrier();
+    for (int k = first; k < kSquares; k += kThreads) {
+        const ivec2 square = square_of(k);
+        if (!is_square(square)) continue;
+        imageStore(shown, square * ivec2(2, 1), uvec4(shows_of_square[k]));
+        imageStore(shown, square * ivec2(2, 1) + ivec2(1, 0), uvec4(to_of_square[k]));
+    }
 }

@@ -56,6 +56,8 @@ bool has_other_light(ivec2 p, float inverse_depth) {
     return difference / count > variance + kLeastDifference;
 }
 
+shared uint hidden_of_square[kSquares];
+
 // Not around a pixel of this square if no cell around has another brightness.
 bool may_have_other_light(ivec2 square) {
     const ivec2 cell = kSquarePx * square / kLightCellPx;
@@ -86,10 +88,10 @@ uint near_changed(ivec2 square) {
 
 // The adjacent pixel whose surface p shows, otherwise p.
 ivec2 step_from(ivec2 p) {
-    const ivec2 words = p / kSquarePx * ivec2(2, 1);
+    const ivec2 words = (p / kSquarePx) * ivec2(2, 1);
     if ((texelFetch(shown, words, 0).x & bit_of(p)) == 0u) return p;
     const uint to = texelFetch(shown, words + ivec2(1, 0), 0).x;
-    return p + kAround[to >> shift_of_direction(p) & 3u];
+    return p + kAround[to >> (2 * number_of(p)) & 3u];
 }
 
 // The pixel whose surface p shows.
@@ -109,13 +111,17 @@ bool is_edge(ivec2 p, float inverse_depth) {
 }
 
 void main() {
-    const ivec2 square = invocation_at();
-    if (!is_square(square)) return;
+    const int first = int(gl_LocalInvocationIndex);
+    for (int k = first; k < kSquares; k += kThreads) {
+        const ivec2 square = square_of(k);
+        bits_of_square[k] = is_square(square) ? near_changed(square) : 0u;
 #if NEIGHBOR
-    uint hidden = texelFetch(marks, square, 0).x >> 16;
+        hidden_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x >> 16 : 0u;
 #endif
-    for (uint left = near_changed(square); left != 0u;) {
-        const ivec2 p = next_pixel_of(square, left);
+    }
+    make_list();
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
         if (!inside(p)) continue;
         Surface s = surface_at(shown_at(p));
         const bool edge = is_edge(p, inverse_depth_of(floatBitsToUint(s.inverse_depth)));
@@ -123,14 +129,19 @@ void main() {
         const uvec4 bits = pack_surface(s);
         imageStore(surfaces, p, bits);
 #if NEIGHBOR
-        hidden &= ~bit_of(p);
-        if (is_hidden(surfaces_here, unpack_surface(bits), p)) hidden |= bit_of(p);
+        const int k = index_of(p / kSquarePx);
+        atomicAnd(hidden_of_square[k], ~bit_of(p));
+        if (is_hidden(surfaces_here, unpack_surface(bits), p))
+            atomicOr(hidden_of_square[k], bit_of(p));
 #endif
     }
 #if NEIGHBOR
-    if (!may_have_other_light(square)) hidden = 0u;
-    while (hidden != 0u) {
-        const ivec2 p = next_pixel_of(square, hidden);
+    barrier();
+    for (int k = first; k < kSquares; k += kThreads)
+        bits_of_square[k] = may_have_other_light(square_of(k)) ? hidden_of_square[k] : 0u;
+    make_list();
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
         if (has_other_light(p, stored_depth_at(shown_at(p))))
             imageStore(surfaces, p, pack_surface(not_there()));
     }

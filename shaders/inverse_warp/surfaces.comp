@@ -7,6 +7,7 @@
 //
 // NEIGHBOR: of the frame before or after. Also: surfaces of this frame -> upper 16 bits of `marks`:
 // pixels that this frame hides
+#define DENSE
 #include "inverse_warp/planes.glsl"
 #include "inverse_warp/square.glsl"
 
@@ -38,9 +39,10 @@ uint store(ivec2 p, Surface s) {
     return 0u;
 }
 
-void main() {
-    const ivec2 square = invocation_at(), first = kSquarePx * square;
-    if (!is_square(square)) return;
+// Stores the surfaces of a square, but those at an edge if they have motion. Bits of the pixels at an
+// edge, and in the upper 16 of those that are hidden.
+uint pack_square(ivec2 square) {
+    const ivec2 first = kSquarePx * square;
     uint edges = 0u, hidden = 0u;
     vec4 above = row_of_depths(first - ivec2(0, 1)), own = row_of_depths(first);
     for (int y = 0; y < kSquarePx; ++y) {
@@ -58,7 +60,6 @@ void main() {
             const bool edge = (edges_of_row >> x & 1u) != 0u;
             const float q = own.x;
             own = own.yzwx;
-            // Those at an edge follow below.
             if (inside(p) && !(edge && MOTION == 1))
                 hidden |= store(p, surface_of(q, edge, motion_at(p)));
         }
@@ -67,11 +68,36 @@ void main() {
     // Of a square at the frame's border, only the pixels inside.
     const ivec2 extent = min(uniforms.size - first, ivec2(kSquarePx));
     edges &= (0x1111u * ((1u << extent.x) - 1u)) & ((1u << (4 * extent.y)) - 1u);
+    return edges | hidden << 16;
+}
+
 #if MOTION
-    for (uint left = edges; left != 0u;) {
-        const ivec2 p = next_pixel_of(square, left);
-        hidden |= store(p, surface_at(p));
+shared uint hidden_of_square[kSquares];
+
+// Stores the surfaces at edges. Bits of those of the square that are hidden.
+uint pack_edges(int k, uint edges) {
+    bits_of_square[k] = edges;
+    hidden_of_square[k] = 0u;
+    make_list();
+    for (int i = k; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        const uint hidden = store(p, surface_at(p));
+        if (NEIGHBOR == 1) atomicOr(hidden_of_square[index_of(p / kSquarePx)], hidden);
     }
+    barrier();
+    return hidden_of_square[k];
+}
+#else
+uint pack_edges(int k, uint edges) {
+    return 0u;
+}
 #endif
-    imageStore(marks, square, uvec4(edges | hidden << 16));
+
+void main() {
+    const int k = int(gl_LocalInvocationIndex);
+    const ivec2 square = square_of(k);
+    uint marked = 0u;
+    if (is_square(square)) marked = pack_square(square);
+    marked |= pack_edges(k, marked & 0xffffu) << 16;
+    if (is_square(square)) imageStore(marks, square, uvec4(marked));
 }

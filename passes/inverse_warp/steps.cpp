@@ -133,7 +133,8 @@ class Planner : private SurfacePlanner {
         background.color =
             planner_.texture("background_color", planner_.context().color_format(), cells);
         const TextureId depth = planner_.texture("background_depth", Format::rg32f, cells);
-        Step step = make_block_step("background");
+        Step step = make_surface_step("background");
+        step.spread = groups_for(kBlocks.times(4, 4));  // squares (square.glsl)
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
                          {0, background.color, Access::write},

@@ -96,6 +96,9 @@ void copy(ivec2 texel) {
 shared uint shortest[4 * kSquares];
 const uint kNoLine = 0xffffffffu;
 
+// Four bits for each line of each cell: the number of the distance on its first side.
+shared uint first_distances[2 * kSquares];
+
 uint pack_length(int line, int i, int j) {
     const float length = float(distance_of(i) + distance_of(j)) * precise_length(vec2(line_of(line)));
     return uint(256.0 * length) << 8 | pack_line(line, i, j);
@@ -116,7 +119,7 @@ void main() {
     const int thread = int(gl_LocalInvocationIndex);
     for (int k = thread; k < kSquares; k += kThreads) {
         const ivec2 square = square_of(k);
-        bits_of_square[k] = 0u;
+        bits_of_square[k] = first_distances[2 * k] = first_distances[2 * k + 1] = 0u;
         for (int i = 0; i < 4; ++i) shortest[4 * k + i] = kNoLine;
         if (!is_of_cells(square)) continue;
         copy_cells(square);
@@ -127,8 +130,12 @@ void main() {
     for (int i = thread; i < int(list_length); i += kThreads) {
         const int k = int(list[i] >> 4), bit = bit_in_list(i);
         const ivec2 cell = cell_of(square_of(k), bit >> 2);
-        if (find_behind(cell, line_of(bit & 3), texelFetch(background_depth, cell, 0).x) < 0)
+        const float q = texelFetch(background_depth, cell, 0).x;
+        const int first = find_behind(cell, line_of(bit & 3), q);
+        if (first < 0)
             atomicAnd(bits_of_square[k], ~(1u << bit));
+        else
+            atomicOr(first_distances[2 * k + (bit >> 3)], uint(first) << (4 * (bit & 7)));
     }
     barrier();
     make_list();
@@ -136,9 +143,10 @@ void main() {
         const int k = int(list[i] >> 4), bit = bit_in_list(i);
         const ivec2 cell = cell_of(square_of(k), bit >> 2), line = line_of(bit & 3);
         const float q = texelFetch(background_depth, cell, 0).x;
-        const int first = find_behind(cell, line, q), second = find_behind(cell, -line, q);
-        if (second >= 0)
-            atomicMin(shortest[4 * k + (bit >> 2)], pack_length(bit & 3, first, second));
+        const int second = find_behind(cell, -line, q);
+        if (second < 0) continue;
+        const int first = int(first_distances[2 * k + (bit >> 3)] >> (4 * (bit & 7)) & 7u);
+        atomicMin(shortest[4 * k + (bit >> 2)], pack_length(bit & 3, first, second));
     }
     barrier();
     for (int k = thread; k < kSquares; k += kThreads) {

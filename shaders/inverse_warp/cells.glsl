@@ -40,7 +40,7 @@ ivec2 line_of(int line) {
     return ivec2(line == 1 ? 0 : 1, line == 0 ? 0 : (line == 3 ? -1 : 1));
 }
 
-// A line and the numbers of the distances on its both sides: eight bits.
+// A line and the numbers of the distances on both its sides: eight bits.
 uint pack_line(int line, int i, int j) {
     return uint(line << 6 | i << 3 | j);
 }
@@ -55,13 +55,15 @@ uvec2 sides_on(uint line, ivec2 cell) {
 // A texel of `background`: x: inverse depth, y: the part of the cell that shows it, a multiple of
 // 1/1024; a line is kept as multiples of 2, which loses no bit of it.
 float with_line(float part, uint line) {
-    return part + 2.0 * float(line + 1u);
+    precise const float both = part + 2.0 * float(line + 1u);
+    return both;
 }
 uint lines_of(float texel) {
     return uint(0.5 * texel);
 }
 float part_of(float texel) {
-    return texel - 2.0 * float(lines_of(texel));
+    precise const float part = texel - 2.0 * float(lines_of(texel));
+    return part;
 }
 // Of a cell of 2 px; kNoCell if there are none.
 uvec2 sides_of(float texel, ivec2 cell) {

@@ -125,7 +125,8 @@ void main() {
         copy_cells(square);
         bits_of_square[k] = find_lines(square);
     }
-    // Most lines show nothing on their first side.
+    memoryBarrierImage();  // some of these cells are stored again below, by another thread
+    // First the lines that show something on their first side.
     make_list();
     for (int i = thread; i < int(list_length); i += kThreads) {
         const int k = int(list[i] >> 4), bit = bit_in_list(i);

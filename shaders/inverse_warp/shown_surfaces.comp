@@ -136,6 +136,7 @@ void main() {
 #endif
     }
 #if NEIGHBOR
+    memoryBarrierImage();  // another thread may store some of these pixels again
     barrier();
     for (int k = first; k < kSquares; k += kThreads)
         bits_of_square[k] = may_have_other_light(square_of(k)) ? hidden_of_square[k] : 0u;

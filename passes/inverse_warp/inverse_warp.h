@@ -1,9 +1,11 @@
 // Inverse warp, shared by the passes that blur with it. For each shutter time and lens sample it
 // finds the surface seen at the pixel. Method, measurements: docs/inverse_warp.md.
 //
-//   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces_of_planes
-//   color, surfaces_of_planes --bright_edges-> shown
-//   surfaces_of_planes, shown --shown_surfaces-> surfaces; likewise of the frames before and after
+//   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces, marks
+//   color, surfaces, marks --bright_edges-> shown
+//   inverse_depth [, motion [, motion_back]], shown --shown_surfaces-> surfaces, where another is
+//   shown;
+//       likewise of the frames before and after
 //   surfaces --block_surfaces-> block_surfaces
 //   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth

@@ -127,13 +127,14 @@ class Planner : private SurfacePlanner {
     }
 
     Background add_background(TextureId surfaces) {
-        // Cells of 2, 4, 8 and 16 px beside each other.
-        const Area cells = kBlocks.times(8 + 4 + 2 + 1, 8);
+        // Cells of 2 px, beside them those of 4, 8 and 16 px.
+        const Area cells = kBlocks.times(8 + 4, 8);
         Background background;
         background.color =
             planner_.texture("background_color", planner_.context().color_format(), cells);
         const TextureId depth = planner_.texture("background_depth", Format::rg32f, cells);
-        Step step = make_block_step("background");
+        Step step = make_surface_step("background");
+        step.spread = groups_for(kBlocks.times(4, 4));  // squares (square.glsl)
         step.bindings = {{0, planner_.input(Role::color)},
                          {1, surfaces},
                          {0, background.color, Access::write},
@@ -184,9 +185,9 @@ class Planner : private SurfacePlanner {
 
     void add_behind(Background& background, TextureId depth) {
         const Area cells = planner_.describe(depth).area;
-        background.cells = planner_.texture("background", Format::rgba32ui, cells);
+        background.cells = planner_.texture("background", Format::rg32f, cells);
         Step step = make_surface_step("behind");
-        step.spread = groups_for(cells);
+        step.spread = groups_for(kBlocks.times(4, 4));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
         step.taps = 16 * pixels_;
         planner_.step(std::move(step));

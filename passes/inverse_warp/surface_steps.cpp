@@ -7,6 +7,8 @@
 namespace postchain::inverse_warp {
 namespace {
 
+constexpr Area kSquares = Area().in_squares(INVERSE_WARP_SQUARE_PX);
+
 std::string frame_of(Neighbor neighbor) {
     return neighbor == Neighbor::before ? "-1" : "1";
 }
@@ -58,14 +60,18 @@ Step SurfacePlanner::make_block_step(const std::string& name) const {
 }
 
 TextureId SurfacePlanner::add_surfaces() {
-    const TextureId of_planes = add_surfaces_of_planes({});
-    return add_shown_surfaces({}, of_planes, {});
+    Packed packed;
+    add_packed(packed);
+    add_shown(packed);
+    return packed.surfaces;
 }
 
 TextureId SurfacePlanner::add_surfaces_of(Neighbor neighbor, TextureId surfaces_here) {
-    const TextureId of_planes = add_surfaces_of_planes(neighbor);
-    const TextureId light = add_light(neighbor, of_planes, surfaces_here);
-    return add_shown_surfaces(neighbor, of_planes, {{2, surfaces_here}, {3, light}});
+    Packed packed = {neighbor, surfaces_here};
+    add_packed(packed);
+    add_light(packed);
+    add_shown(packed);
+    return packed.surfaces;
 }
 
 Step SurfacePlanner::make_surface_step_of(std::optional<Neighbor> neighbor,
@@ -75,60 +81,70 @@ Step SurfacePlanner::make_surface_step_of(std::optional<Neighbor> neighbor,
     return step;
 }
 
-TextureId SurfacePlanner::add_surfaces_of_planes(std::optional<Neighbor> neighbor) {
-    const auto role = [&](Role of) { return role_in(neighbor, of); };
-    const TextureId of_planes =
-        planner_.texture("surfaces_of_planes" + suffix_of(neighbor), surface_format());
+Step SurfacePlanner::make_plane_step(const Packed& packed, const std::string& name) const {
+    const auto role = [&](Role of) { return role_in(packed.neighbor, of); };
     const bool back = motion_ && planner_.has(role(Role::motion_back));
-    Step step = make_surface_step_of(neighbor, "surfaces");
+    Step step = make_surface_step_of(packed.neighbor, name);
+    step.spread = groups_for(kSquares);
     step.program.defines["BACK"] = flag(back);
-    step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
-    step.bindings = {{0, planner_.input(role(Role::inverse_depth))}, {0, of_planes, Access::write}};
+    step.program.defines["NEIGHBOR"] = flag(packed.neighbor.has_value());
+    if (packed.neighbor) step.program.defines["FRAME"] = frame_of(*packed.neighbor);
+    step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
+                     {0, packed.surfaces, Access::write}};
     if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
     if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
-    step.taps = pixels_ * (motion_ ? (back ? 15 : 10) : 5);
-    planner_.step(std::move(step));
-    return of_planes;
+    return step;
 }
 
-TextureId SurfacePlanner::add_light(Neighbor neighbor, TextureId of_planes,
-                                    TextureId surfaces_here) {
+void SurfacePlanner::add_packed(Packed& packed) {
+    const std::string suffix = suffix_of(packed.neighbor);
+    packed.surfaces = planner_.texture("surfaces" + suffix, surface_format());
+    packed.marks = planner_.texture("marks" + suffix, Format::r32ui, kSquares);
+    Step step = make_plane_step(packed, "surfaces");
+    step.bindings.push_back({1, packed.marks, Access::write});
+    if (packed.neighbor) step.bindings.push_back({3, packed.here});
+    // All pixels and, at most, all once more as edges.
+    step.taps = pixels_ * 20;
+    planner_.step(std::move(step));
+}
+
+void SurfacePlanner::add_light(Packed& packed) {
     constexpr Area kCells = Area().in_squares(INVERSE_WARP_LIGHT_CELL_PX);
-    const TextureId light =
-        planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
+    const Neighbor neighbor = *packed.neighbor;
+    packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
     Step step = make_surface_step_of(neighbor, "light");
     step.program.defines["FRAME"] = frame_of(neighbor);
     step.spread = groups_for(kCells);
     step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
-                     {1, of_planes},
+                     {1, packed.surfaces},
                      {2, planner_.input(Role::color)},
-                     {3, surfaces_here},
-                     {0, light, Access::write}};
+                     {3, packed.here},
+                     {0, packed.light, Access::write}};
     step.taps = pixels_;  // four of each fourth pixel
     planner_.step(std::move(step));
-    return light;
 }
 
-TextureId SurfacePlanner::add_shown_surfaces(std::optional<Neighbor> neighbor, TextureId of_planes,
-                                             std::vector<Binding> light) {
-    const std::string suffix = suffix_of(neighbor);
-    const TextureId shown = planner_.texture("shown" + suffix, Format::r32ui);
-    Step edges = make_surface_step_of(neighbor, "bright_edges");
-    edges.bindings = {{0, planner_.input(role_in(neighbor, Role::color))},
-                      {1, of_planes},
+void SurfacePlanner::add_shown(const Packed& packed) {
+    const TextureId shown =
+        planner_.texture("shown" + suffix_of(packed.neighbor), Format::r32ui, kSquares.times(2, 1));
+    Step edges = make_surface_step_of(packed.neighbor, "bright_edges");
+    edges.spread = groups_for(kSquares);
+    edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
+                      {1, packed.surfaces},
+                      {2, packed.marks},
                       {0, shown, Access::write}};
     edges.taps = 10 * pixels_;
     planner_.step(std::move(edges));
 
-    const TextureId surfaces = planner_.texture("surfaces" + suffix, surface_format());
-    Step step = make_surface_step_of(neighbor, "shown_surfaces");
-    step.program.defines["NEIGHBOR"] = flag(neighbor.has_value());
-    if (neighbor) step.program.defines["FRAME"] = frame_of(*neighbor);
-    step.bindings = {{0, of_planes}, {1, shown}, {0, surfaces, Access::write}};
-    step.bindings.insert(step.bindings.end(), light.begin(), light.end());
-    step.taps = (neighbor ? 12 : 10) * pixels_;
+    Step step = make_plane_step(packed, "shown_surfaces");
+    step.bindings.push_back({3, shown});
+    if (packed.neighbor) {
+        step.bindings.push_back({4, packed.here});
+        step.bindings.push_back({5, packed.light});
+        step.bindings.push_back({6, packed.marks});
+    }
+    step.taps = 10 * pixels_;
     planner_.step(std::move(step));
-    return surfaces;
 }
 
 }  // namespace postchain::inverse_warp

@@ -41,13 +41,23 @@ class SurfacePlanner {
 
   private:
     Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
+    // Of this frame, or of a neighbor whose light is compared with this frame's.
+    struct Packed {
+        std::optional<Neighbor> neighbor = {};
+        TextureId here = -1;  // with a neighbor: surfaces of this frame
+        TextureId surfaces = -1;
+        TextureId marks = -1;  // of squares
+        TextureId light = -1;  // with a neighbor
+    };
     // A step over all pixels of this frame or of a neighbor.
     Step make_surface_step_of(std::optional<Neighbor> neighbor, const std::string& name) const;
-    TextureId add_surfaces_of_planes(std::optional<Neighbor> neighbor);
-    TextureId add_light(Neighbor neighbor, TextureId of_planes, TextureId surfaces_here);
-    // `light`: with a neighbor, what its light is compared by.
-    TextureId add_shown_surfaces(std::optional<Neighbor> neighbor, TextureId of_planes,
-                                 std::vector<Binding> light);
+    // A step that reads planes, with a thread for each square.
+    Step make_plane_step(const Packed& packed, const std::string& name) const;
+    // From the planes.
+    void add_packed(Packed& packed);
+    void add_light(Packed& packed);
+    // Changes the surfaces of bright edges and, of a neighbor, of those whose light differs.
+    void add_shown(const Packed& packed);
 };
 
 }  // namespace postchain::inverse_warp

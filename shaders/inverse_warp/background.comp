@@ -1,15 +1,14 @@
 #version 450 core
 // The farthest surface in each cell of 2, 4, 8 and 16 pixels' edge: its mean color, its inverse
-// depth, and the part of the cell that shows it. The gather fills occluded surfaces from them. One
-// thread per block.
+// depth, and the part of the cell that shows it. The gather fills occluded surfaces from them.
 //
-//   color, surfaces -> background_color, background_depth   15 blocks.x by 8 blocks.y: the cells of
-//                      2 px, to the right of them those of 4, 8 and 16 px (background.glsl)
+//   color, surfaces -> background_color, background_depth   12 blocks.x by 8 blocks.y (cells.glsl)
 //
 // LAYERS: defined if the frame has extra layers -> background_layers. Work groups z of 1 and more average
 // layer z - 1.
-#include "common/work_group.glsl"
-
+#define DENSE
+#include "inverse_warp/cells.glsl"
+#include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
 
@@ -62,9 +61,7 @@ Cell pixel(ivec2 at) {
     return Cell(c, s.inverse_depth, s.edge ? kEdgeWeight : 1.0);
 }
 
-// `left`: column of the first cell of this size, in blocks.
-void store(Cell cell, ivec2 at, int left, float pixels) {
-    at.x += left * uniforms.blocks.x;
+void store(Cell cell, ivec2 at, float pixels) {
 #ifdef LAYERS
     const Plane plane = this_plane();
     if (!plane.is_color) {
@@ -76,30 +73,49 @@ void store(Cell cell, ivec2 at, int left, float pixels) {
     imageStore(background_depth, at, vec4(cell.inverse_depth, cell.weight / pixels, 0.0, 0.0));
 }
 
+Cell merge_pixels(ivec2 at) {
+    Cell cell = pixel(at);
+    cell = merge(cell, pixel(at + ivec2(1, 0)));
+    cell = merge(cell, pixel(at + ivec2(0, 1)));
+    return merge(cell, pixel(at + ivec2(1, 1)));
+}
+
+// Of the work group's squares; then of 8 px, of 16 px, each at its first square.
+shared Cell cells[kSquares];
+
+// The four cells of half the edge, which is so many squares.
+Cell merge_cells(ivec2 first, int edge) {
+    Cell cell = empty();
+    for (int i = 0; i < 4; ++i)
+        cell = merge(cell, cells[index_of(first + edge * ivec2(i & 1, i >> 1))]);
+    return cell;
+}
+
 void main() {
-    const ivec2 block = invocation_at();
-    if (any(greaterThanEqual(block, uniforms.blocks))) return;
-    Cell of_16 = empty();
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 at_8 = 2 * block + ivec2(i & 1, i >> 1);
-        Cell of_8 = empty();
-        for (int j = 0; j < 4; ++j) {
-            const ivec2 at_4 = 2 * at_8 + ivec2(j & 1, j >> 1);
-            Cell of_4 = empty();
-            for (int k = 0; k < 4; ++k) {
-                const ivec2 at_2 = 2 * at_4 + ivec2(k & 1, k >> 1);
-                Cell of_2 = pixel(2 * at_2);
-                of_2 = merge(of_2, pixel(2 * at_2 + ivec2(1, 0)));
-                of_2 = merge(of_2, pixel(2 * at_2 + ivec2(0, 1)));
-                of_2 = merge(of_2, pixel(2 * at_2 + ivec2(1, 1)));
-                store(of_2, at_2, 0, 4.0);
-                of_4 = merge(of_4, of_2);
-            }
-            store(of_4, at_4, 8, 16.0);
-            of_8 = merge(of_8, of_4);
+    const int k = int(gl_LocalInvocationIndex);
+    const ivec2 square = square_of(k);
+    const bool is_cell = all(lessThan(square, 4 * uniforms.blocks));
+    Cell of_4 = empty();
+    if (is_cell) {
+        for (int i = 0; i < 4; ++i) {
+            const ivec2 at = 2 * square + ivec2(i & 1, i >> 1);
+            const Cell of_2 = merge_pixels(2 * at);
+            store(of_2, at, 4.0);
+            of_4 = merge(of_4, of_2);
         }
-        store(of_8, at_8, 12, 64.0);
-        of_16 = merge(of_16, of_8);
+        store(of_4, first_of_4() + square, 16.0);
     }
-    store(of_16, block, 14, 256.0);
+    cells[k] = of_4;
+    barrier();
+    const bool is_8 = is_cell && (square.x & 1) == 0 && (square.y & 1) == 0;
+    Cell of_8;
+    if (is_8) {
+        of_8 = merge_cells(square, 1);
+        store(of_8, first_of_8() + square / 2, 64.0);
+    }
+    barrier();
+    if (is_8) cells[k] = of_8;
+    barrier();
+    if (is_8 && (square.x & 3) == 0 && (square.y & 3) == 0)
+        store(merge_cells(square, 2), first_of_16() + square / 4, 256.0);
 }

@@ -1,9 +1,9 @@
 // The fill of surfaces that no frame shows, from the cells of background.comp.
 
-// Cells of one size, edge to edge: `columns_left` columns of smaller ones stand before them.
+// Cells of one size (cells.glsl).
 struct CellLevel {
     ivec2 cells;
-    int columns_left;
+    ivec2 first;  // texel of the first
     vec2 place;  // of the position to fill, in cells
 };
 
@@ -17,9 +17,10 @@ bool fill_from(CellLevel level, float inverse_depth, Plane plane, inout vec4 fil
     precise float total = 0.0;
     for (int i = 0; i < 4; ++i) {
         const ivec2 corner = ivec2(i & 1, i >> 1);
-        ivec2 cell = clamp(ivec2(base) + corner, ivec2(0), level.cells - 1);
-        cell.x += level.columns_left;
-        const vec2 depth_part = uintBitsToFloat(texelFetch(background, cell, 0).xy);
+        const ivec2 cell =
+            level.first + clamp(ivec2(base) + corner, ivec2(0), level.cells - 1);
+        vec2 depth_part = texelFetch(background, cell, 0).xy;
+        depth_part.y = part_of(depth_part.y);
         precise const vec2 w = mix(1.0 - f, f, bvec2(corner));
         const float weight = w.x * w.y * depth_part.y;
         if (weight == 0.0 || depth_part.x > kOneDepth * inverse_depth) continue;
@@ -38,11 +39,11 @@ bool fill_from(CellLevel level, float inverse_depth, Plane plane, inout vec4 fil
 // smallest cells around that show one. If none does: `otherwise`.
 vec4 background_at(vec2 at, float inverse_depth, Plane plane, vec4 otherwise) {
     vec4 fill = otherwise;
-    precise CellLevel level = CellLevel(8 * uniforms.blocks, 0, 0.5 * (at + 0.5) - 0.5);
+    precise CellLevel level = CellLevel(8 * uniforms.blocks, ivec2(0), 0.5 * (at + 0.5) - 0.5);
     bool filled;
     do {
         filled = fill_from(level, inverse_depth, plane, fill);
-        level.columns_left += level.cells.x;
+        level.first = ivec2(first_of_4().x, level.first.x == 0 ? 0 : level.first.y + level.cells.y);
         level.cells /= 2;
         level.place = 0.5 * level.place - 0.25;
     } while (!filled && level.cells.x >= uniforms.blocks.x);

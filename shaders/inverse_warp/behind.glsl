@@ -11,8 +11,8 @@ struct Behind {
 // behind too.
 uvec2 sides_of(vec2 x, float q) {
     const ivec2 cell = ivec2(x) / 2;
-    const uvec4 bits = texelFetch(background, cell, 0);
-    return uintBitsToFloat(bits.x) * kOneDepth < q ? uvec2(pack_cell(cell)) : bits.zw;
+    const vec2 texel = texelFetch(background, cell, 0).xy;
+    return texel.x * kOneDepth < q ? uvec2(pack_cell(cell)) : sides_of(texel.y, cell);
 }
 
 // The nearest start surface, nearer than the inverse depth `found`, that is displaced to the pixel
@@ -32,7 +32,7 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
         const float occluder = unpack_surface(texelFetch(surfaces, ivec2(x), 0)).inverse_depth;
         const uvec2 sides = sides_of(x, occluder);
         if (sides.x == kNoCell) continue;
-        const float shown = uintBitsToFloat(texelFetch(background, unpack_cell(sides.x), 0).x);
+        const float shown = texelFetch(background, unpack_cell(sides.x), 0).x;
         if (!one_depth(shown, start.inverse_depth)) continue;
         const vec2 at = inside_of(to);
         behind = Behind(start.inverse_depth, sides, start.a, at);

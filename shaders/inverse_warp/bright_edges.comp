@@ -3,16 +3,18 @@
 // have the depth of the surface behind it or before it. If the light moved with that surface, it
 // would form a rim or a glow: such a pixel shows the lamp's surface.
 //
-//   color, surfaces_of_planes -> shown   0: the pixel's own surface; i + 1: that of the pixel at
-//                                        the offset kAround[i] (around.glsl)
+//   color, surfaces, marks -> shown   of squares, two texels: the pixels that show another surface
+//                                     than their own; whose it is, two bits each, an index of
+//                                     kAround
 #include "common/finite.glsl"
-#include "common/work_group.glsl"
 
 #include "inverse_warp/around.glsl"
+#include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
 
 layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform usampler2D surfaces_of_planes;
+layout(binding = 1) uniform usampler2D surfaces;
+layout(binding = 2) uniform usampler2D marks;
 layout(binding = 0) writeonly uniform uimage2D shown;
 
 // A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
@@ -33,7 +35,7 @@ float largest(vec4 c) {
 }
 
 Surface surface_at(ivec2 p) {
-    return unpack_surface(texelFetch(surfaces_of_planes, p, 0));
+    return unpack_surface(texelFetch(surfaces, p, 0));
 }
 
 // Largest component of the mean color of a surface in the smallest square around p that shows it
@@ -66,37 +68,76 @@ float light_around(ivec2 p, Surface own) {
     return count > 0.0 ? largest(sum) / count : darkest;
 }
 
-uint shown_at(ivec2 p) {
-    const Surface own = surface_at(p);
-    const vec4 c = finite_color(texelFetch(color, p, 0));
-    const float light = largest(c);
-    if (!own.edge || !(light > 0.0)) return 0u;
-    uint brightest = 0u;
-    float other_light = 0.0;
+// An edge pixel beside a lamp.
+struct Beside {
+    float light, lamp;  // of the pixel and of the lamp: largest components
+    int to;             // the lamp is seen at the offset kAround[to]; -1: there is none
+};
+
+Beside find_lamp(ivec2 p, float inverse_depth) {
+    Beside beside = Beside(largest(finite_color(texelFetch(color, p, 0))), 0.0, -1);
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = p + kAround[i];
-        if (!inside(at) || one_depth(surface_at(at).inverse_depth, own.inverse_depth)) continue;
-        const vec4 other = finite_color(texelFetch(color, at, 0));
-        if (largest(other) <= other_light) continue;
-        other_light = largest(other);
-        brightest = uint(i) + 1u;
+        if (!inside(at) || one_depth(surface_at(at).inverse_depth, inverse_depth)) continue;
+        const float light = largest(finite_color(texelFetch(color, at, 0)));
+        if (light <= beside.lamp) continue;
+        beside.lamp = light;
+        beside.to = i;
     }
-    if (brightest == 0u || other_light <= kOtherBrighter * light) return 0u;
-    const Surface other = surface_at(p + kAround[brightest - 1u]);
-    if (apart(other, own) <= kApartPx * kApartPx) return 0u;
-    const bool hides = own.inverse_depth > other.inverse_depth;
-    const bool stays = longest_of(own) <= kStaysPx;
-    if (hides && stays) return 0u;
-    const bool rim = stays && apart(other, own) > kLeavesPx * kLeavesPx;
-    const float around = light_around(p, own);
-    if (light <= (rim ? kRimBrighter : kBrighter) * around ||
-        other_light <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
-        return 0u;
-    precise const float covered = (light - around) / (other_light - around);
-    return hides && covered < kCovered ? 0u : brightest;
+    if (beside.lamp <= kOtherBrighter * beside.light || !(beside.light > 0.0)) beside.to = -1;
+    return beside;
 }
 
+bool hides_and_stays(Surface own, Surface other) {
+    return own.inverse_depth > other.inverse_depth && longest_of(own) <= kStaysPx;
+}
+
+bool shows_lamp(ivec2 p, Surface own, Surface other, Beside beside) {
+    const bool rim = longest_of(own) <= kStaysPx && apart(other, own) > kLeavesPx * kLeavesPx;
+    const float around = light_around(p, own);
+    if (beside.light <= (rim ? kRimBrighter : kBrighter) * around ||
+        beside.lamp <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
+        return false;
+    precise const float covered = (beside.light - around) / (beside.lamp - around);
+    return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
+}
+
+shared uint shows_of_square[kSquares], to_of_square[kSquares];
+
 void main() {
-    const ivec2 p = invocation_at();
-    if (inside(p)) imageStore(shown, p, uvec4(shown_at(p)));
+    const int first = int(gl_LocalInvocationIndex);
+    for (int k = first; k < kSquares; k += kThreads) {
+        const ivec2 square = square_of(k);
+        bits_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u;
+        shows_of_square[k] = to_of_square[k] = 0u;
+    }
+    make_list();
+    // Those beside a lamp, of which there are few.
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        const Surface own = surface_at(p);
+        const Beside beside = find_lamp(p, own.inverse_depth);
+        const Surface other = surface_at(p + kAround[max(beside.to, 0)]);
+        const bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
+        if (beside.to < 0 || !differs)
+            atomicAnd(bits_of_square[index_of(p / kSquarePx)], ~bit_of(p));
+    }
+    barrier();
+    make_list();
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        const Surface own = surface_at(p);
+        const Beside beside = find_lamp(p, own.inverse_depth);
+        if (!shows_lamp(p, own, surface_at(p + kAround[beside.to]), beside)) continue;
+        const int k = index_of(p / kSquarePx);
+        atomicOr(shows_of_square[k], bit_of(p));
+        atomicOr(to_of_square[k], uint(beside.to) << (2 * number_of(p)));
+    }
+    barrier();
+    for (int k = first; k < kSquares; k += kThreads) {
+        const ivec2 square = square_of(k);
+        if (!is_square(square)) continue;
+        imageStore(shown, square * ivec2(2, 1), uvec4(shows_of_square[k]));
+        imageStore(shown, square * ivec2(2, 1) + ivec2(1, 0), uvec4(to_of_square[k]));
+    }
 }

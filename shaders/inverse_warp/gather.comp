@@ -40,7 +40,7 @@ layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 2) uniform usampler2D starts;
 layout(binding = 11) uniform sampler2D background_color;
-layout(binding = 12) uniform usampler2D background;
+layout(binding = 12) uniform sampler2D background;
 layout(binding = 0) writeonly uniform image2D blurred;
 #if DENOISE
 layout(binding = 2) writeonly uniform image2D soft;

@@ -2,7 +2,7 @@
 // The light of a neighboring frame beside this one's: a shadow may have moved between them. For each
 // cell, the farthest surface that both frames show away from edges.
 //
-//   color and surfaces_of_planes of the neighbor, color, surfaces
+//   color and surfaces of the neighbor, before shown_surfaces.comp; color, surfaces
 //       -> light   x: inverse depth, below 0 if there is none; mean brightness, y: in this frame,
 //                  z: in the neighbor; w: mean square in this frame
 //

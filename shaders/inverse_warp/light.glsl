@@ -18,3 +18,9 @@ bool shown_here(usampler2D surfaces_here, Surface s, ivec2 x, out ivec2 at) {
            precise_dot(da, da) <=
                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * precise_dot(t.a, t.a);
 }
+
+// Does this frame hide surface s, seen at pixel x of the neighbor?
+bool is_hidden(usampler2D surfaces_here, Surface s, ivec2 x) {
+    ivec2 here;
+    return s.inverse_depth >= 0.0 && !shown_here(surfaces_here, s, x, here);
+}

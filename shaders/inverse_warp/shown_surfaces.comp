@@ -1,34 +1,31 @@
 #version 450 core
-// Each pixel gets the surface that it shows (bright_edges.comp), also if the adjacent pixel of that
-// surface shows another in turn, and an edge to the adjacent pixels that show another.
+// A pixel beside a lamp gets the surface that it shows (bright_edges.comp), also if the adjacent
+// pixel of that surface shows another in turn, and an edge to the adjacent pixels that show another.
+// All other pixels keep their surfaces.
 //
-//   surfaces_of_planes, shown -> surfaces
+//   inverse_depth [, motion [, motion_back]], shown -> surfaces
 //
 // NEIGHBOR: of the frame before or after. What this frame hides is never found if the light has
-// changed around it: surfaces of this frame, light -> surfaces
-#include "common/work_group.glsl"
+// changed around it: surfaces of this frame, light, marks -> surfaces
+#include "inverse_warp/planes.glsl"
+#include "inverse_warp/square.glsl"
 
-#include "inverse_warp/around.glsl"
-#include "inverse_warp/surface.glsl"
-
-layout(binding = 0) uniform usampler2D surfaces_of_planes;
-layout(binding = 1) uniform usampler2D shown;
+layout(binding = 3) uniform usampler2D shown;
 layout(binding = 0) writeonly uniform uimage2D surfaces;
 #if NEIGHBOR
-layout(binding = 2) uniform usampler2D surfaces_here;
-layout(binding = 3) uniform sampler2D light;
+layout(binding = 4) uniform usampler2D surfaces_here;
+layout(binding = 5) uniform sampler2D light;
+layout(binding = 6) uniform usampler2D marks;
 
 #include "inverse_warp/light.glsl"
 
 const int kRings = 2;                  // of cells, around that of a pixel
 const float kLeastDifference = 0.004;  // squared
 
-// Does this frame hide surface s, seen at p, and does the light around it differ from this frame's?
-// That is, in the cells around that show it, of the smallest ring that has some, the brightness
-// differs by more than its deviation there: a fill from this frame errs less.
-bool has_other_light(ivec2 p, Surface s) {
-    ivec2 here;
-    if (s.inverse_depth < 0.0 || shown_here(surfaces_here, s, p, here)) return false;
+// This frame hides a surface of this inverse depth, seen at p. Does the light around it differ from
+// this frame's? That is, in the cells around that show it, of the smallest ring that has some, the
+// brightness differs by more than its deviation there: a fill from this frame errs less.
+bool has_other_light(ivec2 p, float inverse_depth) {
     const ivec2 cell = p / kLightCellPx;
     const ivec2 last = (uniforms.size - 1) / kLightCellPx;
     precise float count = 0.0, mean = 0.0, square = 0.0, difference = 0.0;
@@ -39,7 +36,7 @@ bool has_other_light(ivec2 p, Surface s) {
         const ivec2 at = cell + offset;
         const bool within = all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, last));
         const vec4 l = texelFetch(light, clamp(at, ivec2(0), last), 0);
-        if (within && l.x >= 0.0 && one_depth(l.x, s.inverse_depth)) {
+        if (within && l.x >= 0.0 && one_depth(l.x, inverse_depth)) {
             count += 1.0;
             mean += l.y;
             square += l.w;
@@ -58,34 +55,96 @@ bool has_other_light(ivec2 p, Surface s) {
     precise const float variance = max(square / count - mean * mean, 0.0);
     return difference / count > variance + kLeastDifference;
 }
+
+shared uint hidden_of_square[kSquares];
+
+// Not around a pixel of this square if no cell around has another brightness.
+bool may_have_other_light(ivec2 square) {
+    const ivec2 cell = kSquarePx * square / kLightCellPx;
+    const ivec2 last = (uniforms.size - 1) / kLightCellPx;
+    bool differs = false;
+    for (int i = 0; i < 25; ++i) {
+        const ivec2 at = cell + ivec2(i % 5, i / 5) - kRings;
+        const vec4 l = texelFetch(light, clamp(at, ivec2(0), last), 0);
+        differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kLeastDifference);
+    }
+    return differs;
+}
 #endif
 
-// The surface shown at p; `changed`: it is not the pixel's own.
-Surface shown_at(ivec2 p, out bool changed) {
-    const uint from = texelFetch(shown, p, 0).x;
-    changed = from != 0u;
-    ivec2 at = p;
-    if (changed) {
-        at += kAround[from - 1u];
-        const uint next = texelFetch(shown, at, 0).x;
-        if (next != 0u) at += kAround[next - 1u];
+// The pixels of the square that show another surface than their own.
+uint changed_in(ivec2 square) {
+    return is_square(square) ? texelFetch(shown, square * ivec2(2, 1), 0).x : 0u;
+}
+
+// They and the pixels next to them.
+uint near_changed(ivec2 square) {
+    const uint own = changed_in(square);
+    return own | (own & 0x7777u) << 1 | (own & 0xeeeeu) >> 1 | (own << 4 & 0xffffu) | own >> 4 |
+           (changed_in(square - ivec2(1, 0)) & 0x8888u) >> 3 |
+           (changed_in(square + ivec2(1, 0)) & 0x1111u) << 3 |
+           changed_in(square - ivec2(0, 1)) >> 12 | (changed_in(square + ivec2(0, 1)) & 0xfu) << 12;
+}
+
+// The adjacent pixel whose surface p shows, otherwise p.
+ivec2 step_from(ivec2 p) {
+    const ivec2 words = (p / kSquarePx) * ivec2(2, 1);
+    if ((texelFetch(shown, words, 0).x & bit_of(p)) == 0u) return p;
+    const uint to = texelFetch(shown, words + ivec2(1, 0), 0).x;
+    return p + kAround[to >> (2 * number_of(p)) & 3u];
+}
+
+// The pixel whose surface p shows.
+ivec2 shown_at(ivec2 p) {
+    return step_from(step_from(p));
+}
+
+// Does depth jump from p, with this inverse depth, to an adjacent pixel that shows another surface
+// than its own?
+bool is_edge(ivec2 p, float inverse_depth) {
+    bool edge = false;
+    for (int i = 0; i < 4; ++i) {
+        const ivec2 at = nearest_inside(p + kAround[i]), from = shown_at(at);
+        edge = edge || (at != from && !one_depth(stored_depth_at(from), inverse_depth));
     }
-    return unpack_surface(texelFetch(surfaces_of_planes, at, 0));
+    return edge;
 }
 
 void main() {
-    const ivec2 p = invocation_at();
-    if (!inside(p)) return;
-    bool changed;
-    Surface s = shown_at(p, changed);
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 at = p + kAround[i];
-        if (!inside(at)) continue;
-        const Surface other = shown_at(at, changed);
-        s.edge = s.edge || (changed && !one_depth(other.inverse_depth, s.inverse_depth));
+    const int first = int(gl_LocalInvocationIndex);
+    for (int k = first; k < kSquares; k += kThreads) {
+        const ivec2 square = square_of(k);
+        bits_of_square[k] = is_square(square) ? near_changed(square) : 0u;
+#if NEIGHBOR
+        hidden_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x >> 16 : 0u;
+#endif
+    }
+    make_list();
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        if (!inside(p)) continue;
+        Surface s = surface_at(shown_at(p));
+        const bool edge = is_edge(p, inverse_depth_of(floatBitsToUint(s.inverse_depth)));
+        s.edge = s.edge || edge;
+        const uvec4 bits = pack_surface(s);
+        imageStore(surfaces, p, bits);
+#if NEIGHBOR
+        const int k = index_of(p / kSquarePx);
+        atomicAnd(hidden_of_square[k], ~bit_of(p));
+        if (is_hidden(surfaces_here, unpack_surface(bits), p))
+            atomicOr(hidden_of_square[k], bit_of(p));
+#endif
     }
 #if NEIGHBOR
-    if (has_other_light(p, s)) s.inverse_depth = kNotThere;
+    memoryBarrierImage();  // another thread may store some of these pixels again
+    barrier();
+    for (int k = first; k < kSquares; k += kThreads)
+        bits_of_square[k] = may_have_other_light(square_of(k)) ? hidden_of_square[k] : 0u;
+    make_list();
+    for (int i = first; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        if (has_other_light(p, stored_depth_at(shown_at(p))))
+            imageStore(surfaces, p, pack_surface(not_there()));
+    }
 #endif
-    imageStore(surfaces, p, pack_surface(s));
 }

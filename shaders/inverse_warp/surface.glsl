@@ -83,6 +83,10 @@ uvec4 pack_surface(Surface s) {
 }
 #endif
 
+Surface not_there() {
+    return Surface(kNotThere, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
+}
+
 // One time sample and one lens sample.
 struct Sample {
     float u, bend;      // bend: min(h, 1) u^2

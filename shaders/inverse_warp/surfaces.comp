@@ -1,111 +1,103 @@
 #version 450 core
 // Packs motion and depth of each pixel.
 //
-//   inverse_depth [, motion [, motion_back]] -> surfaces_of_planes
+//   inverse_depth [, motion [, motion_back]] -> surfaces
+//                                            -> marks   of squares: the lower 16 bits: pixels at a
+//                                                       depth edge
 //
-// MOTION: a motion plane is available
-// NEIGHBOR: of the frame before or after; pixels whose inverse depth is below 0 are never found
-// BACK: a motion_back plane too; otherwise it is taken to equal motion: straight paths at one speed
-#include "common/finite.glsl"
-#include "common/work_group.glsl"
+// NEIGHBOR: of the frame before or after. Also: surfaces of this frame -> upper 16 bits of `marks`:
+// pixels that this frame hides
+#define DENSE
+#include "inverse_warp/planes.glsl"
+#include "inverse_warp/square.glsl"
 
-#include "inverse_warp/around.glsl"
-#include "inverse_warp/surface.glsl"
-
-layout(binding = 0) uniform sampler2D inverse_depth;
-#if MOTION
-layout(binding = 1) uniform sampler2D motion;
-#endif
-#if BACK
-layout(binding = 2) uniform sampler2D motion_back;
-#endif
-layout(binding = 0) writeonly uniform uimage2D surfaces_of_planes;
-
-float depth_at(ivec2 p) {
-    const float q = texelFetch(inverse_depth, p, 0).x;
+layout(binding = 0) writeonly uniform uimage2D surfaces;
+layout(binding = 1) writeonly uniform uimage2D marks;
 #if NEIGHBOR
-    if (q < 0.0) return kNotThere;
+layout(binding = 3) uniform usampler2D surfaces_here;
+
+#include "inverse_warp/light.glsl"
 #endif
-    return q > 0.0 ? min(q, 3.0e38) : 0.0;
+
+vec4 row_of_depths(ivec2 first) {
+    return vec4(depth_at(nearest_inside(first)), depth_at(nearest_inside(first + ivec2(1, 0))),
+                depth_at(nearest_inside(first + ivec2(2, 0))),
+                depth_at(nearest_inside(first + ivec2(3, 0))));
+}
+
+bvec4 jumps(vec4 q, vec4 r) {
+    return bvec4(ivec4(greaterThan(q, kOneDepth * r)) | ivec4(greaterThan(r, kOneDepth * q)));
+}
+
+// Stores the surface. Its bit if the pixel is one that this frame hides.
+uint store(ivec2 p, Surface s) {
+    const uvec4 bits = pack_surface(s);
+    imageStore(surfaces, p, bits);
+#if NEIGHBOR
+    if (is_hidden(surfaces_here, unpack_surface(bits), p)) return bit_of(p);
+#endif
+    return 0u;
+}
+
+// Stores the surfaces of a square, but those at an edge if they have motion. Bits of the pixels at an
+// edge, and in the upper 16 of those that are hidden.
+uint pack_square(ivec2 square) {
+    const ivec2 first = kSquarePx * square;
+    uint edges = 0u, hidden = 0u;
+    vec4 above = row_of_depths(first - ivec2(0, 1)), own = row_of_depths(first);
+    for (int y = 0; y < kSquarePx; ++y) {
+        const ivec2 row = first + ivec2(0, y);
+        const vec4 below = row_of_depths(row + ivec2(0, 1));
+        const vec4 left = vec4(depth_at(nearest_inside(row - ivec2(1, 0))), own.xyz);
+        const vec4 right = vec4(own.yzw, depth_at(nearest_inside(row + ivec2(4, 0))));
+        const ivec4 jump = ivec4(jumps(own, left)) | ivec4(jumps(own, right)) |
+                           ivec4(jumps(own, above)) | ivec4(jumps(own, below));
+        const uint edges_of_row = uint(jump.x | jump.y << 1 | jump.z << 2 | jump.w << 3);
+        edges |= edges_of_row << (4 * y);
+        above = own;
+        for (int x = 0; x < kSquarePx; ++x) {
+            const ivec2 p = row + ivec2(x, 0);
+            const bool edge = (edges_of_row >> x & 1u) != 0u;
+            const float q = own.x;
+            own = own.yzwx;
+            if (inside(p) && !(edge && MOTION == 1))
+                hidden |= store(p, surface_of(q, edge, motion_at(p)));
+        }
+        own = below;
+    }
+    // Of a square at the frame's border, only the pixels inside.
+    const ivec2 extent = min(uniforms.size - first, ivec2(kSquarePx));
+    edges &= (0x1111u * ((1u << extent.x) - 1u)) & ((1u << (4 * extent.y)) - 1u);
+    return edges | hidden << 16;
 }
 
 #if MOTION
-// xy: motion, zw: motion_back
-vec4 motion_at(ivec2 p) {
-    const vec2 forward = texelFetch(motion, p, 0).xy;
-#if BACK
-    const vec4 both = vec4(forward, texelFetch(motion_back, p, 0).xy);
-#else
-    const vec4 both = vec4(forward, forward);
-#endif
-    return is_finite(both) ? clamp(both, vec4(-1e15), vec4(1e15)) : vec4(0.0);
-}
+shared uint hidden_of_square[kSquares];
 
-// The motion of the pixel's own surface. A renderer averages motion vectors over the pixel's
-// samples, but not depth: at a depth edge, the pixel takes the motion of the adjacent pixel of its
-// surface that differs most from the other surface's.
-vec4 own_motion(ivec2 p, float q, out bool edge) {
-    const vec4 own = motion_at(p);
-    vec4 around[4];
-    bool same[4];
-    precise vec4 other = vec4(0.0);
-    precise float count = 0.0;
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 at = clamp(p + kAround[i], ivec2(0), uniforms.size - 1);
-        around[i] = motion_at(at);
-        same[i] = one_depth(q, depth_at(at));
-        if (!same[i]) {
-            other += around[i];
-            count += 1.0;
-        }
+// Stores the surfaces at edges. Bits of those of the square that are hidden.
+uint pack_edges(int k, uint edges) {
+    bits_of_square[k] = edges;
+    hidden_of_square[k] = 0u;
+    make_list();
+    for (int i = k; i < int(list_length); i += kThreads) {
+        const ivec2 p = pixel_in_list(i);
+        const uint hidden = store(p, surface_at(p));
+        if (NEIGHBOR == 1) atomicOr(hidden_of_square[index_of(p / kSquarePx)], hidden);
     }
-    edge = count > 0.0;
-    if (!edge) return own;
-    other /= count;
-    vec4 farthest = own;
-    precise float most = precise_dot(own - other, own - other);
-    for (int i = 0; i < 4; ++i) {
-        precise const float apart_px = precise_dot(around[i] - other, around[i] - other);
-        if (same[i] && apart_px > most) {
-            most = apart_px;
-            farthest = around[i];
-        }
-    }
-    return farthest;
+    barrier();
+    return hidden_of_square[k];
 }
 #else
-// Does depth jump to a pixel next to this one?
-bool is_edge(ivec2 p, float q) {
-    bool edge = false;
-    for (int i = 0; i < 4; ++i)
-        edge = edge || !one_depth(q, depth_at(clamp(p + kAround[i], ivec2(0), uniforms.size - 1)));
-    return edge;
+uint pack_edges(int k, uint edges) {
+    return 0u;
 }
 #endif
-
-Surface surface_at(ivec2 p) {
-    precise Surface s = Surface(depth_at(p), false, vec2(0.0), vec2(0.0), 0.0, 0.0);
-#if MOTION
-    const vec4 v = uniforms.half_shutter * own_motion(p, s.inverse_depth, s.edge);
-    s.a = 0.5 * (v.xy + v.zw);
-    s.b = 0.5 * (v.xy - v.zw);
-    // smoothstep(0.64, 1.44, |b|^2 / |a|^2)
-    precise const float ratio = precise_dot(s.b, s.b) / max(precise_dot(s.a, s.a), 1e-6);
-    precise const float t = clamp((ratio - 0.64) / (1.44 - 0.64), 0.0, 1.0);
-    s.straight = t * t * (3.0 - 2.0 * t);
-    const float path = path_of(s);
-    if (path > uniforms.max_path_px) {
-        s.a *= uniforms.max_path_px / path;
-        s.b *= uniforms.max_path_px / path;
-    }
-#else
-    s.edge = is_edge(p, s.inverse_depth);
-#endif
-    return s;
-}
 
 void main() {
-    const ivec2 p = invocation_at();
-    if (!inside(p)) return;
-    imageStore(surfaces_of_planes, p, pack_surface(surface_at(p)));
+    const int k = int(gl_LocalInvocationIndex);
+    const ivec2 square = square_of(k);
+    uint marked = 0u;
+    if (is_square(square)) marked = pack_square(square);
+    marked |= pack_edges(k, marked & 0xffffu) << 16;
+    if (is_square(square)) imageStore(marks, square, uvec4(marked));
 }

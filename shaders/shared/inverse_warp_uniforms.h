@@ -44,6 +44,9 @@ UNIFORMS_END
 // Edge of a work group of starts.comp, in blocks: few, because each fetches up to 1e5 surfaces.
 #define INVERSE_WARP_STARTS_BLOCKS 8
 
+// Edge of the squares of pixels that a thread packs.
+#define INVERSE_WARP_SQUARE_PX 4
+
 // Edge of the cells in which the light of two frames is compared.
 #define INVERSE_WARP_LIGHT_CELL_PX 8
 

@@ -1,0 +1,79 @@
+// Squares of 4 x 4 pixels; a work group does 16 x 16 of them. What only some pixels need is listed for
+// the whole group and shared out among its threads: a device that runs threads in step waits for the
+// busiest of them. The order of a list changes from run to run; no pixel may depend on it.
+//
+// DENSE: a thread for each square, otherwise one for four: where most work is in lists
+#include "shared/inverse_warp_uniforms.h"
+#include "shared/work_group.h"
+
+#ifdef DENSE
+const int kEdgeThreads = kBlockPx;
+layout(local_size_x = kBlockPx, local_size_y = kBlockPx) in;
+#else
+const int kEdgeThreads = kBlockPx / 2;
+layout(local_size_x = kBlockPx / 2, local_size_y = kBlockPx / 2) in;
+#endif
+
+#include "common/first_group.glsl"
+
+const int kSquarePx = INVERSE_WARP_SQUARE_PX;
+const int kThreads = kEdgeThreads * kEdgeThreads;
+const int kSquares = kBlockPx * kBlockPx;  // of a work group
+
+// Square i of the work group.
+ivec2 square_of(int i) {
+    return kBlockPx * group_at() + ivec2(i % kBlockPx, i / kBlockPx);
+}
+
+int index_of(ivec2 square) {
+    return (square.y % kBlockPx) * kBlockPx + square.x % kBlockPx;
+}
+
+bool is_square(ivec2 square) {
+    return all(greaterThanEqual(square, ivec2(0))) &&
+           all(lessThan(kSquarePx * square, uniforms.size));
+}
+
+// The number of a pixel in its square: the place of its bit.
+int number_of(ivec2 p) {
+    return (p.y & 3) << 2 | (p.x & 3);
+}
+
+uint bit_of(ivec2 p) {
+    return 1u << number_of(p);
+}
+
+// For each square of the work group, bits to list.
+shared uint bits_of_square[kSquares];
+
+shared uint list_length;
+shared uint list[16 * kSquares];
+
+// Lists all bits of the work group, which calls it together.
+void make_list() {
+    if (gl_LocalInvocationIndex == 0u) list_length = 0u;
+    barrier();
+    for (int k = int(gl_LocalInvocationIndex); k < kSquares; k += kThreads) {
+        uint bits = bits_of_square[k];
+        uint at = atomicAdd(list_length, uint(bitCount(bits)));
+        while (bits != 0u) {
+            list[at] = uint(k << 4 | findLSB(bits));
+            bits &= bits - 1u;
+            ++at;
+        }
+    }
+    barrier();
+}
+
+ivec2 square_in_list(int i) {
+    return square_of(int(list[i] >> 4));
+}
+
+int bit_in_list(int i) {
+    return int(list[i] & 15u);
+}
+
+ivec2 pixel_in_list(int i) {
+    const int bit = bit_in_list(i);
+    return kSquarePx * square_in_list(i) + ivec2(bit & 3, bit >> 2);
+}

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
+#include <utility>
 
 #include "chain/gl/debug.h"
 
@@ -45,6 +47,20 @@ void set_places(const Focus::Depths& places, const HostFrame& frame,
                                                   pixel(entry.first[1], frame.height), radius, 0};
 }
 
+// Each place goes on from the depth of the nearest place before, so that focus is pulled from
+// there.
+void move_from(const Focus::Depths& before, Focus::Depths& places) {
+    for (auto& [place, depth] : places) {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const auto& [old, old_depth] : before) {
+            const double distance = std::hypot(old[0] - place[0], old[1] - place[1]);
+            if (distance >= nearest) continue;
+            nearest = distance;
+            depth = old_depth;
+        }
+    }
+}
+
 }  // namespace
 
 Focus::~Focus() {
@@ -78,11 +94,16 @@ Focus::Followed& Focus::find(uint64_t chain, const Depths& places) {
     if (found != chains_.end() &&
         std::equal(found->depths.begin(), found->depths.end(), places.begin(), places.end(), same))
         return *found;
-    if (found != chains_.end()) chains_.erase(found);
+    Followed made = {chain, places, false};
+    if (found != chains_.end()) {
+        move_from(found->depths, made.depths);
+        made.known = found->known && !found->depths.empty();
+        chains_.erase(found);
+    }
     for (Slot& slot : slots_)
         if (slot.chain == chain) slot.pending = false;
     if (chains_.size() == kMaxChains) chains_.erase(chains_.begin());
-    chains_.push_back({chain, places, false});
+    chains_.push_back(std::move(made));
     return chains_.back();
 }
 

@@ -116,6 +116,26 @@ TEST(Focus, FollowsOverTime) {
     EXPECT_THAT(pc_error(), HasSubstr("frame_seconds: must be > 0, because focus_seconds is set"));
 }
 
+// A place that moves to another depth is followed from the depth before, like a depth that changes.
+TEST(Focus, IsPulledToAnotherPlace) {
+    const Scene scene;
+    const auto guest = instance();
+    const auto made = focused(0.2, 0.5);
+    pc_frame frame = scene.frame;
+    frame.focus_seconds = 0.5f;
+    frame.frame_seconds = 0.1f;
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    expect_near(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    ASSERT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.8, 0.5), PC_OK) << pc_error();
+    filtered(guest, made, frame);  // finds the depth there
+    double w = 0.25;
+    for (int i = 0; i < 4; ++i) {
+        w += (double(0.05f) - w) * (1 - std::exp(-0.2));
+        const ImageF found = filtered(guest, made, frame);
+        if (i == 0 || i == 3) expect_near(found, at_distance(guest, frame, w));
+    }
+}
+
 // The median of a disc: a thin near twig at the place itself does not count.
 TEST(Focus, RegionsTakeTheMedian) {
     const Scene scene;
@@ -152,6 +172,7 @@ TEST(Focus, EachChainHasItsOwn) {
         expect_near(filtered(guest, right, frame), at_distance(guest, frame, double(0.05f)));
     }
     ASSERT_EQ(pc_chain_set_point(left.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
+    frame.flags |= PC_CAMERA_CUT;
     expect_near(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
 }
 

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "tests/ogre/truth.h"
-#include "tools/measure/metrics/compare.h"
 
 namespace postchain {
 namespace {
@@ -43,13 +42,6 @@ constexpr Case kBalanced = {
 constexpr char kReport[] =
     "postchain: 1\npasses: [motion_blur: {mode: guertin}, fxaa, depth_of_field: {method: "
     "gilham}]\n";
-
-double psnr(const ImageF& picture, const ImageF& truth) {
-    const auto pair = metrics::pair_of(picture, truth);
-    metrics::CompareSettings settings;
-    settings.metrics = {"psnr"};
-    return metrics::compare(pair.value(), settings).value().value("psnr").value();
-}
 
 class InOgre : public testing::Test {
   protected:
@@ -226,7 +218,7 @@ TEST_F(InOgre, EngineDoesNotNoticeItsGuest) {
     const TextureLikeColor aside("aside");
     struct Drawn {
         Image<unsigned char> window;
-        ImageF color, velocity, depth;
+        ImageF color, velocity, mask, depth;
     };
     const auto film = [&](const char* chain) {
         set_chain(chain);
@@ -237,7 +229,8 @@ TEST_F(InOgre, EngineDoesNotNoticeItsGuest) {
             host_->draw(kFrame + i);
             EXPECT_EQ(guest().error(), "");
             frames.push_back({read_window(*host_), read_texture(host_->plane(0)),
-                              read_texture(host_->plane(1)), read_texture(host_->plane(2))});
+                              read_texture(host_->plane(1)), read_texture(host_->plane(2)),
+                              read_texture(host_->plane(3))});
         }
         return frames;
     };
@@ -250,6 +243,7 @@ TEST_F(InOgre, EngineDoesNotNoticeItsGuest) {
             EXPECT_TRUE(together[i].window == alone[i].window) << chain << " frame " << i;
             EXPECT_TRUE(together[i].color == alone[i].color) << chain << " frame " << i;
             EXPECT_TRUE(together[i].velocity == alone[i].velocity) << chain << " frame " << i;
+            EXPECT_TRUE(together[i].mask == alone[i].mask) << chain << " frame " << i;
             EXPECT_TRUE(together[i].depth == alone[i].depth) << chain << " frame " << i;
         }
         EXPECT_FALSE(read_texture(*aside) == alone.back().color) << chain << ": did nothing";
@@ -264,7 +258,7 @@ compositor Test/InTheMiddle
 {
     technique
     {
-        texture scene target_width target_height PF_FLOAT16_RGBA PF_FLOAT16_GR PF_DEPTH32F depth_pool 0
+        texture scene target_width target_height PF_FLOAT16_RGBA PF_FLOAT16_GR PF_L8 PF_DEPTH32F depth_pool 0
         target scene
         {
             input none
@@ -282,6 +276,7 @@ compositor Test/InTheMiddle
                 input 0 scene 0
                 input 1 scene 1
                 input 2 scene 2
+                input 3 scene 3
             }
             pass render_scene
             {

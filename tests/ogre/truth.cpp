@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "tools/measure/metrics/compare.h"
+
 namespace postchain {
 
 namespace {
@@ -92,6 +94,13 @@ Image<unsigned char> read_window(host::Host& host) {
         Ogre::Box(0, 0, width, height),
         Ogre::PixelBox(width, height, 1, Ogre::PF_BYTE_RGB, image.data.data()));
     return image;
+}
+
+double psnr(const ImageF& picture, const ImageF& truth) {
+    const auto pair = metrics::pair_of(picture, truth);
+    metrics::CompareSettings settings;
+    settings.metrics = {"psnr"};
+    return metrics::compare(pair.value(), settings).value().value("psnr").value();
 }
 
 }  // namespace postchain

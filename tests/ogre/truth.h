@@ -28,5 +28,7 @@ ImageF read_texture(const Ogre::TexturePtr& texture);
 void write_picture(const ImageF& linear, const std::string& path);
 // The window with the overlay, 8 bits a channel, RGB, row 0 at the top.
 Image<unsigned char> read_window(host::Host& host);
+// dB, after (x/(1+x))^(1/2.2).
+double psnr(const ImageF& picture, const ImageF& truth);
 
 }  // namespace postchain

@@ -30,6 +30,8 @@ void Host::start(const HostSettings& settings) {
     Scene::make_textures();
     load_media();
     scene_ = std::make_unique<Scene>(*root_, settings.width, settings.height);
+    if (settings.first_person) scene_->add_weapon();
+    postchain_->masked = settings.first_person;
     scene_->manager().addRenderQueueListener(overlays_.get());
 
     Ogre::Viewport* viewport = window_->addViewport(&scene_->camera());

@@ -16,6 +16,7 @@ namespace host {
 struct HostSettings {
     int width = 640, height = 360;
     bool reverse_depth = false;  // 1 at the near plane, 0 at the far one
+    bool first_person = false;   // the camera carries a weapon
 };
 
 class Host {
@@ -35,7 +36,7 @@ class Host {
     MotionVectors& motion_vectors() { return motion_vectors_; }
     PostchainPass& postchain() { return *postchain_; }
     Ogre::RenderWindow& window() { return *window_; }
-    // The textures of the scene: color (0), velocity (1), depth (2).
+    // The textures of the scene: color (0), velocity (1), mask (2), depth (3).
     Ogre::TexturePtr plane(size_t index) const;
     void set_text(const std::string& text);
 

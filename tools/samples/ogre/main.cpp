@@ -1,8 +1,9 @@
 // A sample engine: OGRE 1.12 with the chain as a pass of its compositor.
 //
-// ogre_host [FRAMES [IMAGE.png [CHAIN]]]: ends after FRAMES frames (0 = when it is interrupted),
-// and writes the last one. CHAIN is a list of passes, default "joint_blur,fxaa". Also builds on its
-// own: CMakeLists.txt. Files:
+// ogre_host [FRAMES [IMAGE.png [CHAIN [weapon]]]]: ends after FRAMES frames (0 = when it is
+// interrupted), and writes the last one. CHAIN is a list of passes, default "joint_blur,fxaa";
+// `weapon`: the camera carries one, which a mask keeps sharp. Also builds on its own:
+// CMakeLists.txt. Files:
 //
 //   postchain_pass.*   the chain as a pass of the compositor; copy this one
 //   motion_vectors.*   each object's matrix in the previous frame, for the velocity
@@ -39,7 +40,9 @@ int run(host::Host& host, int frames, const char* picture, const char* passes) {
 
 int main(int count, char** arguments) {
     try {
-        host::Host host({});
+        host::HostSettings settings;
+        settings.first_person = count > 4 && std::string(arguments[4]) == "weapon";
+        host::Host host(settings);
         try {
             return run(host, count > 1 ? std::atoi(arguments[1]) : 0,
                        count > 2 ? arguments[2] : nullptr,

@@ -38,7 +38,7 @@ class PostchainPass::Operation : public Ogre::CompositorInstance::RenderSystemOp
         : owner_(owner), compositor_(compositor), pass_(pass) {}
 
     void execute(Ogre::SceneManager*, Ogre::RenderSystem*) override {
-        owner_.run(input(0), input(1), input(2),
+        owner_.run(input(0), input(1), input(2), input(3),
                    *compositor_.getChain()->getViewport()->getCamera());
     }
 
@@ -85,7 +85,8 @@ bool PostchainPass::start() {
 }
 
 void PostchainPass::run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& velocity,
-                        const Ogre::TexturePtr& depth, const Ogre::Camera& camera) {
+                        const Ogre::TexturePtr& mask, const Ogre::TexturePtr& depth,
+                        const Ogre::Camera& camera) {
     error_.clear();
     if (chain_ == nullptr) return;
     if (!start()) {
@@ -99,6 +100,7 @@ void PostchainPass::run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& v
     frame_.color = texture_of(color);
     frame_.motion = texture_of(velocity);
     frame_.depth = texture_of(depth);
+    if (masked) frame_.mask = texture_of(mask);
     frame_.output = output ? texture_of(output) : frame_.color;
 
     // OGRE draws into textures upside down: row 0 is the top of the image.

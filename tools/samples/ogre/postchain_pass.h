@@ -1,8 +1,9 @@
 // postchain as a pass of OGRE's compositor. In a script:
 //
-//   pass render_custom postchain { input 0 scene 0  input 1 scene 1  input 2 scene 2 }
+//   pass render_custom postchain { input 0 scene 0  input 1 scene 1  input 2 scene 2  input 3 scene
+//   3 }
 //
-// The inputs are color, velocity and depth. It filters color in place.
+// The inputs are color, velocity, mask and depth. It filters color in place.
 #pragma once
 #include <Ogre.h>
 #include <OgreCustomCompositionPass.h>
@@ -37,6 +38,7 @@ class PostchainPass : public Ogre::CustomCompositionPass {
     void set_chain(pc_chain* chain);
 
     Lens lens;
+    bool masked = false;      // something in the frame is: a mask costs time
     Ogre::TexturePtr output;  // null: color itself
     // Called with each frame's description, to set further members (bounds, debug_view).
     std::function<void(pc_frame&)> adjust;
@@ -50,7 +52,8 @@ class PostchainPass : public Ogre::CustomCompositionPass {
   private:
     class Operation;
     void run(const Ogre::TexturePtr& color, const Ogre::TexturePtr& velocity,
-             const Ogre::TexturePtr& depth, const Ogre::Camera& camera);
+             const Ogre::TexturePtr& mask, const Ogre::TexturePtr& depth,
+             const Ogre::Camera& camera);
     bool start();
 
     pc_instance* instance_ = nullptr;

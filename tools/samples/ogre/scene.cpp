@@ -40,6 +40,7 @@ void Scene::make_textures() {
     make_texture("sails", 12, {240, 200, 90}, {150, 30, 30});
     make_texture("ball", 8, {90, 200, 120}, {20, 50, 60});
     make_texture("crate", 6, {220, 120, 60}, {80, 60, 160});
+    make_texture("weapon", 5, {120, 130, 150}, {60, 65, 80});
 }
 
 Scene::Scene(Ogre::Root& root, int width, int height) : manager_(*root.createSceneManager()) {
@@ -76,12 +77,26 @@ Ogre::SceneNode* Scene::add(Ogre::SceneNode* parent, Ogre::SceneManager::PrefabT
     return node;
 }
 
+void Scene::add_weapon() {
+    weapon_ = eye_->createChildSceneNode();
+    const auto part = [this](const Ogre::Vector3& size, const Ogre::Vector3& place) {
+        add(weapon_, Ogre::SceneManager::PT_CUBE, "Host/Weapon", size, place);
+    };
+    part({0.09f, 0.11f, 0.7f}, {0.0f, 0.0f, 0.0f});
+    part({0.05f, 0.05f, 0.3f}, {0.0f, 0.02f, -0.45f});
+    part({0.02f, 0.05f, 0.02f}, {0.0f, 0.07f, -0.55f});
+    part({0.07f, 0.3f, 0.12f}, {0.0f, -0.16f, 0.15f});
+}
+
 void Scene::pose(double frame) {
     const float t = float(frame);
     eye_->setPosition(0.5f * std::sin(0.15f * t), 0.1f * std::cos(0.2f * t), 0.0f);
     eye_->setOrientation(
         Ogre::Quaternion(Ogre::Radian(0.12f * std::sin(0.2f * t)), Ogre::Vector3::UNIT_Y));
     camera_->setFrustumOffset(0, 0);
+    if (weapon_ != nullptr)  // sways with each step
+        weapon_->setPosition(0.27f + 0.01f * std::sin(0.25f * t),
+                             -0.22f + 0.01f * std::sin(0.5f * t), -1.2f);
     sails_->setOrientation(Ogre::Quaternion(Ogre::Radian(0.22f * t), Ogre::Vector3::UNIT_Z));
     ball_->setPosition(0.9f * std::sin(0.35f * t), -0.45f + 0.1f * std::sin(0.7f * t), -2.6f);
     crate_->setPosition(1.7f, 0.4f + 0.6f * std::sin(0.3f * t), -6.5f);

@@ -1,5 +1,5 @@
 // The scene of the sample: a turning windmill, a ball that passes in front of it, a crate that
-// tumbles behind it and lamps on a wall. The camera pans and moves.
+// tumbles behind it and lamps on a wall. The camera pans and moves, and may carry a weapon.
 #pragma once
 #include <Ogre.h>
 
@@ -11,6 +11,9 @@ class Scene {
     static void make_textures();
     // `width` / `height` is the camera's aspect ratio.
     Scene(Ogre::Root& root, int width, int height);
+
+    // A first-person weapon, which the mask covers.
+    void add_weapon();
 
     // Moves everything to a time in frames; fractions are times within the shutter.
     void pose(double frame);
@@ -32,6 +35,7 @@ class Scene {
     Ogre::SceneNode* sails_ = nullptr;
     Ogre::SceneNode* ball_ = nullptr;
     Ogre::SceneNode* crate_ = nullptr;
+    Ogre::SceneNode* weapon_ = nullptr;
 };
 
 }  // namespace host

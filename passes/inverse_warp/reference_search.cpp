@@ -62,10 +62,12 @@ void keep_farthest(Search& s, const Visit& v, const Sample& now) {
     s.far_at = v.x;
 }
 
-// The steps by which one surface, at inverse depth `start`, is searched, until one is accepted.
-// Returns that; `occluded`: a step visited a surface that is not farther, or left the frame.
+// The steps from one surface, until one is accepted. Returns that. With `occluded`, which is set if
+// a step visited a nearer surface or left the frame, or if the last one visited a surface that is
+// not farther, `begin` is a start surface: its search also ends at a surface that is not nearer
+// than the one found.
 const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample& now,
-                           const Surface& begin, int steps, bool& occluded) {
+                           const Surface& begin, int steps, bool* occluded) {
     Vec d = begin.displacement(now, frames.half_open);
     for (int step = 0; step < steps; ++step) {
         const Visit v = visit(frames, p, d, now);
@@ -73,8 +75,12 @@ const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample&
         keep_farthest(s, v, now);
         if (s.first_depth < 0) s.first_depth = v.surface->inverse_depth;
         if (v.accepted) return v.surface;
-        if (v.beyond || !nearer(begin.inverse_depth, v.surface->inverse_depth, now))
-            occluded = true;
+        const double q = v.surface->inverse_depth;
+        if (occluded && (v.beyond || nearer(q, begin.inverse_depth, now) ||
+                         (step == steps - 1 && !nearer(begin.inverse_depth, q, now))))
+            *occluded = true;
+        if (occluded && s.nearest.inverse_depth >= 0 && !nearer(q, s.nearest.inverse_depth, now))
+            break;
         d = v.d;
     }
     return nullptr;
@@ -138,15 +144,14 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
     s.residual = kAcceptPx;
     s.far.inverse_depth = s.far_residual = 3.4e38;
     s.occluded_starts.resize(starts.size());
-    bool unused = false;
-    const Surface* own = search_from(s, frames, pixel.p, now, begin, frames.own_steps, unused);
+    const Surface* own = search_from(s, frames, pixel.p, now, begin, frames.own_steps, nullptr);
     if (own && advance) begin = *own;
     // A surface found from the pixel itself occludes all that are not nearer; one found from a
     // start surface only those that are farther.
     double occluded_from = s.nearest.inverse_depth * now.depth_ratio;
     for (size_t i = 0; i < starts.size() && starts[i].inverse_depth > occluded_from; ++i) {
         bool occluded = false;
-        search_from(s, frames, pixel.p, now, starts[i], kSteps, occluded);
+        search_from(s, frames, pixel.p, now, starts[i], kSteps, &occluded);
         s.occluded_starts[i] = occluded;
         occluded_from = std::max(occluded_from, s.nearest.inverse_depth / now.depth_ratio);
     }
@@ -188,7 +193,7 @@ Behind find_behind(const Frames& frames, const Background& background, const Pix
         if (!here.occluded_starts[i] || q <= kOneDepth * found) continue;
         const Visit first = visit(frames, pixel.p, d, now);
         const double shown = first.surface->inverse_depth;
-        if (first.beyond || first.accepted || nearer(q, shown, now)) continue;
+        if (first.beyond || first.accepted || !nearer(shown, q, now)) continue;
         const auto sides = background.sides_of(first.x, shown);
         if (sides && one_depth(background.inverse_depth(sides->first), q))
             return {q, *sides, starts[i].a, frames.here.inside(pixel.p - d)};

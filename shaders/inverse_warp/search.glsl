@@ -40,7 +40,7 @@ struct Search {
     float first_depth;     // inverse depth of the first surface visited; below 0 before that
     bool shows_behind;     // the farthest surface is behind the first
     uint occluded_starts;  // a bit for each start surface that this frame may hide
-    uint hidden_starts;    // and for each of which this frame shows another where it should be
+    uint hidden_starts;    // and for each that is behind what this frame shows at its place
 };
 
 vec2 inside_of(vec2 at) {
@@ -110,14 +110,25 @@ void keep_farthest(inout Search s, Visit v, float ratio) {
     s.far_at = v.x;
 }
 
-// A start surface may be occluded if its steps visit one that is not farther, or leave the frame.
+// A start surface may be occluded if a step visits a nearer one or leaves the frame, or if the last
+// step still visits one that is not farther: an earlier one may lead to the surface itself.
 void note_occluded(inout Search s, Visit v, float ratio) {
-    if (s.first_depth < 0.0) s.first_depth = v.surface.inverse_depth;
+    const float q = v.surface.inverse_depth;
+    if (s.first_depth < 0.0) s.first_depth = q;
     if (s.start == 0 || v.accepted) return;
-    if (!v.beyond && v.surface.inverse_depth * ratio < s.start_depth) return;
+    const bool nearer = q > s.start_depth * ratio;
+    const bool unsettled = s.steps == kSteps - 1 && q * ratio >= s.start_depth;
+    if (!v.beyond && !nearer && !unsettled) return;
     const uint start = 1u << (s.start - 1);
     s.occluded_starts |= start;
     if (s.steps == 0 && !v.beyond) s.hidden_starts |= start;
+}
+
+// Does the search from a start surface end at this visit? What is not nearer than the surface found
+// leads to no nearer one.
+bool leads_nowhere(Search s, Visit v, float ratio) {
+    return s.start > 0 && s.nearest.inverse_depth >= 0.0 &&
+           v.surface.inverse_depth <= s.nearest.inverse_depth * ratio;
 }
 
 // Goes on to the next start surface, unless the surface found occludes all that are left: one found
@@ -153,7 +164,8 @@ Search search(Pixel pixel, Sample now, inout Surface begin) {
         s.d = v.d;
         ++s.steps;
         more = true;
-        if (v.accepted || s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
+        if (v.accepted || leads_nowhere(s, v, now.depth_ratio) ||
+            s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
             more = next_start(s, pixel, now);
     } while (more);
     s.shows_behind = s.far.inverse_depth * now.depth_ratio < s.first_depth;

@@ -5,7 +5,8 @@
     tests/cycles/dataset.py OUT --check
 
 One Blender runs at a time, as niced as this script. The most valuable images of all scenes come first.
-Repeat the command after an interruption: whole images are kept. --limit stops after N runs of Blender that succeeded, with exit code 3 if more is to do.
+Repeat the command after an interruption: whole images are kept. --limit stops
+after N runs of Blender that succeeded, with exit code 3 if more is to do.
 --check compares the files in OUT with the manifest beside this script.
 """
 import argparse
@@ -27,36 +28,42 @@ MIN_SAMPLES = 192  # lamps that few samples hit are found before a pixel counts 
 SHARP_SAMPLES = 96
 TRUTH = [("both", 11), ("both", 12), ("mb", 11), ("dof", 11)]
 HALVES = "ab"
+PEERS = ["peer_vectorblur_best", "peer_defocus", "peer_both_best"]
+PEER_FRAME = 11
 MANIFEST = pathlib.Path(__file__).with_name("manifest.json")
 
 
 def jobs():
-    """(files, options of the scene's script) in the order of rendering, for each scene in turn."""
-    yield ([f"sharp.{frame:04d}.exr" for frame in FRAMES],
+    """(files, script or None for that of the scene, options) in the order of rendering, for each
+    scene in turn."""
+    yield ([f"sharp.{frame:04d}.exr" for frame in FRAMES], None,
            ["--kinds", "sharp", "--frames", f"{FRAMES[0]}-{FRAMES[-1]}"])
     for kind, frame in TRUTH:
         for half in HALVES:
-            yield ([f"{kind}_{half}.{frame:04d}.exr"],
+            yield ([f"{kind}_{half}.{frame:04d}.exr"], None,
                    ["--kinds", kind, "--frames", str(frame), "--half", half])
+    yield [f"{name}.{PEER_FRAME:04d}.exr" for name in PEERS], "peers.py", [str(PEER_FRAME)]
 
 
 def dataset_files():
     """Names of all files of a scene."""
-    names = ["camera.json"] + [name for files, _ in jobs() for name in files]
+    names = ["camera.json", "peers.json"] + [name for files, *_ in jobs() for name in files]
     return names + [f"{kind}.{frame:04d}.exr" for kind, frame in TRUTH]
 
 
-def render(options, scene, arguments):
-    """True if Blender rendered the images."""
-    script = pathlib.Path(__file__).with_name(f"{scene}.py")
-    command = [options.blender, "-b", "--factory-startup", "--python-exit-code", "1", "-P", script,
-               "--", options.out / scene, "--size", SIZE, "--samples", SAMPLES, "--min-samples",
-               MIN_SAMPLES, "--sharp-samples", SHARP_SAMPLES, "--threads", options.threads, *arguments]
+def render(options, scene, script, arguments):
+    """True if Blender made the images."""
+    arguments = [options.out / scene, *arguments]
+    if script is None:
+        arguments += ["--size", SIZE, "--samples", SAMPLES, "--min-samples", MIN_SAMPLES,
+                      "--sharp-samples", SHARP_SAMPLES, "--threads", options.threads]
+    command = [options.blender, "-b", "--factory-startup", "--python-exit-code", "1", "-P",
+               pathlib.Path(__file__).with_name(script or f"{scene}.py"), "--", *arguments]
     start, before = time.monotonic(), os.times()
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
                           env=request.blender_environment())
     after = os.times()
-    print(f"{time.strftime('%F %T')} {scene} {' '.join(arguments)}: "
+    print(f"{time.strftime('%F %T')} {scene} {script or ''} {' '.join(map(str, arguments[1:]))}: "
           f"{'rendered' if done.returncode == 0 else 'FAILED'}, {time.monotonic() - start:.0f} s, "
           f"processor {after.children_user - before.children_user:.0f} s", flush=True)
     if done.returncode:
@@ -118,14 +125,14 @@ def main():
         sys.exit(1 if check(options.out) else 0)
     scenes = options.scenes or SCENES
     runs = failures = 0
-    for files, arguments in jobs():
+    for files, script, arguments in jobs():
         for scene in scenes:
             folder = options.out / scene
             if all((folder / name).exists() for name in files):
                 continue
             if options.limit and runs >= options.limit:
                 sys.exit(3)
-            rendered = render(options, scene, arguments)
+            rendered = render(options, scene, script, arguments)
             runs += rendered
             failures += not rendered
             if folder.exists():

@@ -17,8 +17,13 @@ import dataset  # noqa: E402
 BLENDER = """#!{python}
 import os, pathlib, shutil, sys
 sys.path.insert(0, {scripts!r})
-import request
-options = request.parse_options(sys.argv[sys.argv.index("--") + 1:], "")
+import dataset, request
+arguments = sys.argv[sys.argv.index("--") + 1:]
+if "peers.py" in sys.argv[sys.argv.index("-P") + 1]:
+    for name in dataset.PEERS:
+        pathlib.Path(arguments[0], name + "." + arguments[1].zfill(4) + ".exr").touch()
+    sys.exit()
+options = request.parse_options(arguments, "")
 os.makedirs(options.out, exist_ok=True)
 for kind, frame in request.images_to_render(options):
     if kind == os.environ.get("FAILS"):
@@ -87,7 +92,7 @@ class Dataset(unittest.TestCase):
     def test_check_names_files_that_are_not_those_of_the_manifest(self):
         self.run_it("glass")
         written = json.loads((self.out / "manifest.json").read_text())
-        self.assertEqual(len(written["glass"]), 4 + 8 + 4)  # no camera.json from this Blender
+        self.assertEqual(len(written["glass"]), 4 + 8 + 4 + 3)  # no JSON from this Blender
         dataset.MANIFEST = self.out / "manifest.json"
         self.assertEqual(dataset.check(self.out), 0)
         (self.out / "glass" / "sharp.0010.exr").write_bytes(b"x")

@@ -27,6 +27,21 @@ passes:
   # Edges last.
   - fxaa
 """
+HALVED = """ocio_profile_version: 1
+search_path: ''
+roles: {scene_linear: lin, default: lin}
+displays:
+  screen:
+    - !<View> {name: Halved, colorspace: halved}
+active_displays: [screen]
+active_views: [Halved]
+colorspaces:
+  - !<ColorSpace>
+    name: lin
+  - !<ColorSpace>
+    name: halved
+    from_reference: !<MatrixTransform> {matrix: [0.5,0,0,0, 0,0.5,0,0, 0,0,0.5,0, 0,0,0,1]}
+"""
 
 
 def check(holds, what):
@@ -117,13 +132,13 @@ class Display:
 
 
 class Viewer:
-    def __init__(self, display, *words):
+    def __init__(self, display, *words, folder=None):
         self.display = display
         self.state_file = WORK / "state.json"
         self.state_file.unlink(missing_ok=True)
         self.process = subprocess.Popen(
             [COMMAND, "view", *map(str, words), "--state-file", str(self.state_file), "--device",
-             "software"], env=display.env)
+             "software"], env=display.env, cwd=folder)
         self.wait("is opened and refined", lambda s: s["at_rest"] and not s["draft"] and s["filter_ms"] > 0)
 
     def state(self):
@@ -177,6 +192,14 @@ class Viewer:
         self.display.tool("keyup", key)
         time.sleep(0.2)
 
+    def play(self, on):
+        """A key that goes down and up within one slow frame of the interface is lost."""
+        end = time.monotonic() + PATIENCE_S
+        while self.state()["playing"] != on:
+            check(time.monotonic() < end, "the space bar plays")
+            self.key("space")
+            time.sleep(1)
+
     def chord(self, *keys):
         for key in keys:
             self.display.tool("keydown", key)
@@ -190,13 +213,17 @@ class Viewer:
         state = self.state()
         check(abs(state["zoom"] - 1) < 1e-9, f"1:1, not {state['zoom']}")
         x, y = [round(v) for v in state["pixel_0_0"]]
-        return self.display.rows(x, y, 320, 180)
+        # The server may draw later than the viewer says.
+        rows = None
+        while rows != (rows := self.display.rows(x, y, 320, 180)):
+            time.sleep(0.5)
+        return rows
 
 
-def of_run(chain, name):
+def of_run(chain, name, *words):
     run("run", str(chain), "-i", str(WORK / "scene/gbuf.####.exr"), "--camera",
         str(WORK / "scene/camera.json"), "--frames", "2", "--png", "-o", str(WORK / f"{name}.####.exr"),
-        "--device", "software")
+        "--device", "software", *words)
     return read_png(WORK / f"{name}.0002.png")[2]
 
 
@@ -282,6 +309,67 @@ def session(display):
     check(viewer.process.wait(PATIENCE_S) == 0, "closed")
 
 
+def watching(display):
+    """A view of OpenColorIO, playing, a movie, a focus pull, and the question before closing."""
+    config, folder, chain = WORK / "config.ocio", WORK / "saved", WORK / "chain.yaml"
+    config.write_text(HALVED)
+    folder.mkdir()
+    viewer = Viewer(display, chain, "-i", WORK / "scene/gbuf.####.exr", "--camera",
+                    WORK / "scene/camera.json", "--frame", "2", "--ocio", config, folder=folder)
+    viewer.move(1270, 790)
+    viewer.key("1")
+    viewer.refined("1:1", lambda s: s["zoom"] == 1)
+    shown = viewer.picture()
+    check(shown == of_run(chain, "halved", "--ocio", str(config)), "the screen shows OpenColorIO's view")
+
+    viewer.click("tab Inspect")
+    x, y, width, height = viewer.refined("inspect", lambda s: "exposure" in s["places"])["places"]["exposure"]
+    viewer.drag((int(x + width * 0.5), int(y + height / 2)), (int(x + width * 0.55), int(y + height / 2)))
+    viewer.move(1270, 790)
+    viewer.refined("exposure")
+    check(sum(map(sum, viewer.picture())) > 1.2 * sum(map(sum, shown)), "more exposure is brighter")
+
+    # All frames, and again from the first.
+    frames = [viewer.state()["frame"]]
+    viewer.play(True)
+    end = time.monotonic() + PATIENCE_S
+    while len(frames) < 6 and time.monotonic() < end:
+        now = viewer.state()["frame"]
+        if now != frames[-1]:
+            frames.append(now)
+        time.sleep(0.02)
+    viewer.play(False)
+    check(set(frames) == {1, 2, 3} and len(frames) == 6, f"plays {frames}")
+    still = viewer.refined("stopped")["frame"]
+    time.sleep(1)
+    check(viewer.state()["frame"] == still, "stands")
+
+    viewer.click("tab Save")
+    if shutil.which("ffprobe"):
+        viewer.click("save movie")
+        viewer.wait("movie", lambda s: not s["export"]["running"] and "movie.mp4" in s["export"]["text"])
+        found = subprocess.run(
+            ["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=width,height,nb_read_frames",
+             "-of", "csv=p=0", folder / "movie.mp4"], capture_output=True, text=True).stdout.strip()
+        check(found == "320,180,3", f"three frames in the movie, not {found}")
+
+    # A focus pull in frame 2, from the hub in the middle to the wall.
+    if still != 2:
+        viewer.key("Right" if still == 1 else "Left")
+    viewer.refined("frame 2", lambda s: s["frame"] == 2)
+    viewer.key("f")
+    x, y = [round(v) for v in viewer.state()["pixel_0_0"]]
+    viewer.drag((x + int(320 * 0.525), y + int(180 * 0.465)), (x + 310, y + 10))
+    viewer.key("f")
+    state = viewer.wait("two keys", lambda s: len(s["focus_keys"]) == 2)
+    check(abs(state["focus_keys"]["1"] - 1.3) < 0.02 and state["focus_keys"]["3"] > 2, state["focus_keys"])
+    viewer.chord("ctrl", "q")
+    viewer.click("save and close")
+    check(viewer.process.wait(PATIENCE_S) == 0, "closed")
+    keys = json.loads((folder / "camera.json").read_text())
+    check(abs(keys["frames"]["1"]["focus_distance"] - 1.3) < 0.02, keys)
+
+
 def layout(display, width, height):
     """Nothing is cut off: every widget is within the window."""
     viewer = Viewer(display, "balanced", "-i", WORK / "scene/gbuf.####.exr", "--camera",
@@ -325,6 +413,7 @@ def main():
         try:
             if width == 1280:
                 session(display)
+                watching(display)
                 bad_input(display)
             layout(display, width, height)
         finally:

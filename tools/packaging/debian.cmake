@@ -23,7 +23,7 @@ function(postchain_debian_files version maintainer out)
   string(REGEX MATCHALL "[^ \n]+" packages "${CMAKE_MATCH_1}")
   list(REMOVE_ITEM packages g++)  # is on every machine that builds packages
   # Beside these: of the packages for Vulkan and Python.
-  list(APPEND packages file glslang-dev libvulkan-dev pybind11-dev python3-dev python3-numpy)
+  list(APPEND packages file glslang-dev glslang-tools libvulkan-dev pybind11-dev python3-dev python3-numpy)
   list(JOIN packages ", " build_depends)
   configure_file(${debian_root}/tools/packaging/debian/changelog.in ${out}/changelog @ONLY)
   configure_file(${debian_root}/tools/packaging/debian/control.in ${out}/control @ONLY)

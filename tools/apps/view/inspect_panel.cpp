@@ -99,7 +99,6 @@ void InspectPanel::draw_view() {
             view.display.view = ui_.session.settings().run.view;
         ImGui::EndCombo();
     }
-    if (view.display.view) ImGui::TextDisabled("OpenColorIO's view has its own exposure");
     ImGui::Checkbox("focus by click (F)", &ui_.focus_tool);
     ui_.mark("focus tool");
     ImGui::Checkbox("limits of sharpness (L)", &view.limits);

@@ -84,9 +84,12 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     session.chain_is_file = !text->shipped;
     session.sets = options.sets;
     session.chain = std::move(chain->chain);
-    auto run = run_settings_of(options);
+    Options with_view = options;
+    with_view.job.png = true;  // uses the view of previews
+    auto run = run_settings_of(with_view);
     if (!run.ok()) return run.status();
     session.run = std::move(*run);
+    session.run.preview = false;
     if (session.chain_is_file)
         session.run.other_inputs.push_back({options.chain, "the chain file"});
     if (session.run.source.max_memory == 0)

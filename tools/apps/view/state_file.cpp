@@ -25,6 +25,7 @@ std::string state_json(const Session& session, const Ui& ui) {
     io::Json json;
     json["at_rest"] = session.at_rest();
     json["frame"] = session.frame();
+    json["playing"] = session.playing();
     json["frames"] = session.frames();
     json["chain"] = write_chain(session.document().chain_to_save());
     json["changed"] = session.document().changed();

@@ -15,14 +15,14 @@ namespace {
 
 constexpr const char* kProvenance = "postchain";  // named as the attribute of an EXR
 
-// The first three channels, or gray in each; 0 for non-finite values.
-ImageF finite_rgb(const ImageF& color) {
+// The first three channels, or gray in each, times `gain`; 0 for non-finite values.
+ImageF finite_rgb(const ImageF& color, float gain) {
     ImageF rgb(color.width, color.height, 3);
     for (size_t i = 0; i < color.pixels(); ++i)
         for (size_t c = 0; c < 3; ++c) {
             const float value =
                 color.data[i * size_t(color.channels) + (color.channels >= 3 ? c : 0)];
-            rgb.data[3 * i + c] = std::isfinite(value) ? value : 0;
+            rgb.data[3 * i + c] = std::isfinite(value) ? value * gain : 0;
         }
     return rgb;
 }
@@ -31,10 +31,11 @@ ImageF finite_rgb(const ImageF& color) {
 
 Result<Image<uint8_t>> shown_image(const ImageF& color, const PreviewOptions& options) {
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
+    const float gain = float(std::exp2(options.exposure_stops));
     if (options.view) {
         const auto pictures = image_module(StatusCode::output);
         if (!pictures.ok()) return pictures.status();
-        ImageF rgb = finite_rgb(color);
+        ImageF rgb = finite_rgb(color, gain);
         if (Status s = (*pictures)->to_view(rgb, *options.view); !s.ok()) return s;
         Image<uint8_t> bytes(rgb.width, rgb.height, 3);
         for (size_t i = 0; i < bytes.data.size(); ++i) {
@@ -44,7 +45,6 @@ Result<Image<uint8_t>> shown_image(const ImageF& color, const PreviewOptions& op
         return bytes;
     }
     const int channels = color.channels >= 3 ? 3 : 1;
-    const float gain = float(std::exp2(options.exposure_stops));
     const auto shown = [&](float v) {
         v = std::isfinite(v) ? std::max(v * gain, 0.0f) : 0.0f;
         if (options.curve == ToneCurve::display) v = v / (1 + v);

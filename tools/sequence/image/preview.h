@@ -18,7 +18,7 @@ struct PreviewOptions {
     double exposure_stops = 0;
     ToneCurve curve = ToneCurve::display;
     OnExisting on_existing = OnExisting::fail;
-    std::optional<DisplayView> view = {};  // replaces exposure and curve
+    std::optional<DisplayView> view = {};  // replaces the curve
     std::string provenance = {};           // stored in the file; empty: none
 };
 // The first three channels for display, 8 bits (gray for one channel without a view), composited

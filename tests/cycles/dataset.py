@@ -4,16 +4,17 @@
     tests/cycles/dataset.py OUT [SCENE...] [--blender blender] [--threads N] [--limit N]
     tests/cycles/dataset.py OUT --check
 
-One Blender runs at a time, as niced as this script. The most valuable images of all scenes come first.
-Repeat the command after an interruption: whole images are kept. --limit stops
-after N runs of Blender that succeeded, with exit code 3 if more is to do.
---check compares the files in OUT with the manifest beside this script.
+One Blender runs at a time, as niced as this script. The images that tables need most, of all
+scenes, come first. Repeat the command after an interruption: whole images are kept. --limit stops after N
+runs of Blender that succeeded, with exit code 3 if more is to do. --check compares the pixels of the files
+in OUT with the manifest beside this script.
 """
 import argparse
 import hashlib
 import json
 import os
 import pathlib
+import struct
 import subprocess
 import sys
 import time
@@ -53,6 +54,7 @@ def dataset_files():
 
 def render(options, scene, script, arguments):
     """True if Blender made the images."""
+    job = " ".join([scene, script or "", *arguments])
     arguments = [options.out / scene, *arguments]
     if script is None:
         arguments += ["--size", SIZE, "--samples", SAMPLES, "--min-samples", MIN_SAMPLES,
@@ -63,7 +65,7 @@ def render(options, scene, script, arguments):
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
                           env=request.blender_environment())
     after = os.times()
-    print(f"{time.strftime('%F %T')} {scene} {script or ''} {' '.join(map(str, arguments[1:]))}: "
+    print(f"{time.strftime('%F %T')} {job}: "
           f"{'rendered' if done.returncode == 0 else 'FAILED'}, {time.monotonic() - start:.0f} s, "
           f"processor {after.children_user - before.children_user:.0f} s", flush=True)
     if done.returncode:
@@ -84,12 +86,29 @@ def mean_of_halves(folder):
         made.replace(out)
 
 
+def pixels_of(content):
+    """The compressed pixels of an EXR of one part: without header and offsets, which hold times of
+    rendering. Other content as it is."""
+    if content[:4] != b"v/1\x01":
+        return content
+    place, attributes = 8, {}
+    while content[place]:
+        name, kind = content[place:place + 512].split(b"\0")[:2]
+        place += len(name) + len(kind) + 2
+        size, = struct.unpack_from("<i", content, place)
+        attributes[name] = content[place + 4:place + 4 + size]
+        place += 4 + size
+    _, top, _, bottom = struct.unpack("<4i", attributes[b"dataWindow"])
+    lines = 16 if attributes[b"compression"] == b"\3" else 1  # a chunk of ZIP; of ZIPS or none
+    return content[place + 1 + 8 * -(-(bottom - top + 1) // lines):]
+
+
 def digest(path):
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+    return hashlib.sha256(pixels_of(path.read_bytes())).hexdigest()
 
 
 def manifest(out):
-    """{scene: {file: SHA-256}} of the files that are there."""
+    """{scene: {file: SHA-256 of its pixels}} of the files that are there."""
     found = {}
     for scene in SCENES:
         found[scene] = {name: digest(out / scene / name) for name in sorted(dataset_files())

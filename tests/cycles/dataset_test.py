@@ -101,6 +101,20 @@ class Dataset(unittest.TestCase):
             self.assertEqual(dataset.check(self.out), 2)
         self.assertRegex(printed.getvalue(), r"dof\.0011\.exr: missing; .*\n.*sharp\.0010\.exr: other; ")
 
+    def test_a_digest_is_that_of_the_pixels(self):
+        first, other = self.out / "first.exr", self.out / "other.exr"
+        digests = {}
+        for value, comment in ((0.5, "1 s"), (0.5, "1000 s"), (0.75, "1 s")):
+            subprocess.run(["oiiotool", "--pattern", f"checker:color1={value},1,0", "70x40", "3", "-d",
+                            "half", "--attrib", "RenderTime", comment, "--compression", "zip", "-o", first],
+                           check=True)
+            digests[value, comment] = dataset.digest(first)
+            subprocess.run(["oiiotool", first, "--compression", "none", "-o", other], check=True)
+            # Uncompressed: for each of 40 lines its number, its size, 70 values of 3 half channels.
+            self.assertEqual(len(dataset.pixels_of(other.read_bytes())), 40 * (8 + 70 * 3 * 2))
+        self.assertEqual(digests[0.5, "1 s"], digests[0.5, "1000 s"])
+        self.assertNotEqual(digests[0.5, "1 s"], digests[0.75, "1 s"])
+
     def test_every_scene_has_a_script(self):
         for scene in dataset.SCENES:
             self.assertTrue((SCRIPTS / f"{scene}.py").exists(), scene)

@@ -6,8 +6,9 @@
 
 One Blender runs at a time, as niced as this script. The images that tables need most, of all
 scenes, come first. Repeat the command after an interruption: whole images are kept. --limit stops after N
-runs of Blender that succeeded, with exit code 3 if more is to do. --check compares the pixels of the files
-in OUT with the manifest beside this script.
+runs of Blender that succeeded, with exit code 3 if more is to do. OUT/manifest.json lists the files with
+checksums of their pixels; --check compares them with the manifest beside this script, which is that of
+docs/quality.md.
 """
 import argparse
 import hashlib
@@ -130,6 +131,24 @@ def check(out):
     return bad
 
 
+def render_missing(options):
+    """The number of failures, and whether the limit left something to do."""
+    runs = failures = 0
+    for files, script, arguments in jobs():
+        for scene in options.scenes or SCENES:
+            folder = options.out / scene
+            if all((folder / name).exists() for name in files):
+                continue
+            if options.limit and runs >= options.limit:
+                return failures, True
+            rendered = render(options, scene, script, arguments)
+            runs += rendered
+            failures += not rendered
+            if folder.exists():
+                mean_of_halves(folder)
+    return failures, False
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -142,24 +161,10 @@ def main():
     options = parser.parse_args()
     if options.check:
         sys.exit(1 if check(options.out) else 0)
-    scenes = options.scenes or SCENES
-    runs = failures = 0
-    for files, script, arguments in jobs():
-        for scene in scenes:
-            folder = options.out / scene
-            if all((folder / name).exists() for name in files):
-                continue
-            if options.limit and runs >= options.limit:
-                sys.exit(3)
-            rendered = render(options, scene, script, arguments)
-            runs += rendered
-            failures += not rendered
-            if folder.exists():
-                mean_of_halves(folder)
-    path = options.out / "manifest.json"
-    path.write_text(json.dumps(manifest(options.out), indent=1, sort_keys=True) + "\n", "utf8")
-    print(f"{path}: copy it to {MANIFEST} if the scenes have changed", flush=True)
-    sys.exit(1 if failures else 0)
+    failures, more = render_missing(options)
+    (options.out / "manifest.json").write_text(
+        json.dumps(manifest(options.out), indent=1, sort_keys=True) + "\n", "utf8")
+    sys.exit(1 if failures else 3 if more else 0)
 
 
 if __name__ == "__main__":

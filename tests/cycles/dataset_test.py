@@ -83,6 +83,9 @@ class Dataset(unittest.TestCase):
     def test_a_limit_ends_early_and_a_failure_does_not_stop_the_rest(self):
         code, made, _ = self.run_it("glass", "--limit", "2")
         self.assertEqual((code, made[4:]), (3, ["glass/both_a.0011.exr"]))
+        written = json.loads((self.out / "manifest.json").read_text())
+        self.assertEqual({"glass": sorted(pathlib.Path(name).name for name in made)},
+                         {scene: sorted(files) for scene, files in written.items()})
         code, made, printed = self.run_it("glass", FAILS="mb")
         self.assertEqual(code, 1)
         self.assertEqual(len(made), 5)

@@ -1,5 +1,5 @@
-"""A whip pan with zoom: the camera turns faster and faster after a runner's kite and a bus while its lens
-goes from 32 to 47 mm; fences, poles and signs fly by.
+"""A whip pan with zoom: the camera turns faster and faster after a cyclist and a kite while its lens goes
+from 34 to 48 mm; fences, posts and signs fly by.
 
 blender -b -P tests/cycles/whip.py -- OUT   (docs/dataset.md)
 """
@@ -70,7 +70,7 @@ def build_yard():
 
 
 def build_runners(frames):
-    """Go with the camera's turn: nearly still in the picture, except a wheel and a kite."""
+    """Go with the camera's turn: nearly still in the picture, except wheels and kite."""
     red = model.paint("red", model.stripes(5, (0.8, 0.12, 0.1), (0.9, 0.85, 0.75), "Z"), 0.08)
     blue = model.paint("blue", model.checker(6, (0.1, 0.25, 0.6), (0.85, 0.85, 0.8)))
     black = model.paint("black", model.plain((0.04, 0.04, 0.05)))

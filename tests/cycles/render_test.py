@@ -15,14 +15,22 @@ import dataset  # noqa: E402
 import request  # noqa: E402
 
 
-def render(scene, folder, *options):
+def run_script(name, *arguments):
     done = subprocess.run(
-        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P",
-         SCRIPTS / f"{scene}.py", "--", folder, "--size", "96x54", "--samples", "4",
-         "--sharp-samples", "4", *options], capture_output=True, text=True, check=False,
+        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P", SCRIPTS / f"{name}.py",
+         "--", *arguments], capture_output=True, text=True, check=False,
         env=request.blender_environment())
     if done.returncode != 0:
         raise AssertionError(done.stdout + done.stderr)
+
+
+def render(scene, folder, *options):
+    run_script(scene, folder, "--size", "96x54", "--samples", "4", "--sharp-samples", "4", *options)
+
+
+def psnr(reference, image):
+    return json.loads(subprocess.run([POSTCHAIN, "diff", reference, image, "--metric", "psnr", "--json"],
+                                     capture_output=True, text=True, check=True).stdout)["psnr"]
 
 
 def inspect(folder, name, *options):
@@ -114,10 +122,19 @@ class Render(unittest.TestCase):
         for half in "ab":
             render("whip", self.folder, "--frames", "11", "--kinds", "both", "--half", half)
         self.assertEqual(set(self.files()), {"both_a.0011.exr", "both_b.0011.exr"})
-        psnr = json.loads(subprocess.run(
-            [POSTCHAIN, "diff", f"{self.folder}/both_a.0011.exr", f"{self.folder}/both_b.0011.exr",
-             "--metric", "psnr", "--json"], capture_output=True, text=True, check=True).stdout)["psnr"]
-        self.assertTrue(15 < psnr < 40, psnr)
+        between = psnr(f"{self.folder}/both_a.0011.exr", f"{self.folder}/both_b.0011.exr")
+        self.assertTrue(15 < between < 40, between)
+
+    def test_peers_are_the_best_of_the_nodes_settings(self):
+        render("canopy", self.folder, "--frames", "11", "--kinds", "sharp,both,mb,dof")
+        run_script("peers", self.folder, "11")
+        found = json.loads((pathlib.Path(self.folder) / "peers.json").read_text("utf8"))
+        self.assertEqual(list(found), dataset.PEERS)
+        for name, truth in zip(dataset.PEERS, ("mb", "dof", "both")):
+            filtered, sharp = (psnr(f"{self.folder}/{truth}.0011.exr", f"{self.folder}/{one}.0011.exr")
+                               for one in (name, "sharp"))
+            self.assertAlmostEqual(found[name]["psnr"], filtered, delta=0.01)
+            self.assertGreater(filtered, sharp, name)
 
     def test_zoom_is_in_the_camera_file(self):
         render("whip", self.folder, "--frames", "11-12", "--kinds", "gbuf")
@@ -126,4 +143,4 @@ class Render(unittest.TestCase):
 
 
 POSTCHAIN, BLENDER = sys.argv[1:3]
-unittest.main(argv=sys.argv[:1])
+unittest.main(argv=sys.argv[:1] + sys.argv[3:])

@@ -119,7 +119,8 @@ def _frames_in(folder, frames):
 
 def render_scene(name, view, options, bounces=0):
     """Renders what is not there yet of options.kinds and options.frames into options.out; bounces:
-    of glass and mirrors. With options.blend saves the scene as an artist would have it, with shutter and lens open."""
+    of glass and mirrors. With options.blend saves the scene as an artist would have it, with shutter
+    and lens open."""
     os.makedirs(options.out, exist_ok=True)
     frames = _frames_in(options.out, options.frames)
     lens = _add_camera(view, frames)

@@ -138,5 +138,16 @@ TEST(Encode, SmoothPicturesShrink) {
     EXPECT_LT(text->size(), size_t(256 * 256 * 6 / 4));
 }
 
+// A file for a page: the same planes after a header, without base64.
+TEST(PictureFile, HasItsSizeAndThePlanesOfThePage) {
+    ImageF image(3, 2, 1);
+    for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = float(i) / 4;
+    const auto file = picture_file(image);
+    ASSERT_TRUE(file.ok());
+    EXPECT_EQ(file->substr(0, 16), std::string("PPIC\3\0\0\0\2\0\0\0\1\0\0\0", 16));
+    const auto packed = from_base64(*encode_color(image));
+    EXPECT_EQ(file->substr(16), std::string(packed.begin(), packed.end()));
+}
+
 }  // namespace
 }  // namespace postchain::report

@@ -221,6 +221,29 @@ class Page:
         self.assertEqual(self.state("zoom"), 0)
 
 
+    def test_wipe(self):
+        self.browser.keys("1", "2", "w")
+        self.settle()
+        left, right = variant(0, 40, 30), variant(1, 56, 30)
+        self.assert_color(self.screen(40, 30), shown(left))
+        self.assert_color(self.screen(56, 30), shown(right))
+        self.assertIn("samples=5 \u2502 2", self.browser.run(
+            "return document.getElementById('shown').innerText;"))
+        # The line follows the mouse and the keys, and is in the address.
+        box = self.browser.run("const b = document.getElementById('wipe').getBoundingClientRect();"
+                               "return [b.left + b.width / 2, b.top + b.height / 2];")
+        self.browser.mouse(box, "down", (box[0] + 25 * ZOOM, box[1]), "up")
+        self.assert_color(self.screen(56, 30), shown(variant(0, 56, 30)))
+        self.browser.run("document.getElementById('wipe').focus();")
+        before = self.state("wipe")
+        self.browser.keys(RIGHT)
+        self.assertAlmostEqual(self.state("wipe"), before + 0.02)
+        self.browser.wait("location.hash.includes('wipe=0.')")
+        self.browser.keys("w")
+        self.assert_color(self.screen(40, 30), shown(variant(1, 40, 30)))
+        self.assertTrue(self.browser.run("return document.getElementById('wipe').hidden;"))
+
+
 class WithWebGl(Page, unittest.TestCase):
     flags, painter = SOFTWARE_GL, "WebGL2"
 

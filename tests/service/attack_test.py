@@ -483,6 +483,18 @@ class Files(Attacked):
         self.assertTrue({"200", "202", "409", "422", "429", "503"} <= set(submit["responses"]))
         for query in ["state=finished", "before=x", "before=0", "limit=-1", "limit=", "states=done"]:
             self.assertEqual(self.server.ask("GET", f"/v1/jobs?{query}")[0], 400, query)
+        for target in ["image", "image?frame=x&input=a.exr", "image?frame=1&side=0",
+                       "image?frame=1&type=gif", "jobs/j1/thumbnail.png?side=100000",
+                       "browse?path=.", "chains?name=fast", "jobs/j1/report/index.html?picture=x",
+                       "jobs/j1/report/index.html?pictures=all"]:
+            self.assertEqual(self.server.ask("GET", f"/v1/{target}")[0], 400, target)
+        # In the fake's report there is none.
+        self.server.ask("POST", "/v1/jobs", {})
+        target = "/v1/jobs/j1/report/index.html"
+        self.assertEqual(self.server.ask("GET", target + "?picture=image-1")[0], 404)
+        status, headers, page = self.server.ask("GET", target + "?pictures=apart")
+        self.assertEqual([status, page], [200, b"<p>report</p>"])
+        self.assertIn("sandbox", headers["content-security-policy"])
 
 
 class FullQueue(Attacked):

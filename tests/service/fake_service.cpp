@@ -165,13 +165,13 @@ Answer<Job> Service::submit(const User& user, const std::string& body, const std
 }
 
 Answer<std::vector<Job>> Service::jobs(const JobQuery& query) const {
-    const auto& [state, owner, before, limit] = query;
+    const auto& [state, owner, search, before, limit] = query;
     const std::lock_guard lock(state_->mutex);
     std::vector<Job> found;
     bool on = before.empty();
     for (auto at = state_->jobs.rbegin(); at != state_->jobs.rend() && found.size() < limit; ++at) {
         if (on && (state.empty() || state == name_of(at->state)) &&
-            (owner.empty() || owner == at->owner))
+            (owner.empty() || owner == at->owner) && at->body.find(search) != at->body.npos)
             found.push_back(*at);
         if (at->id == before) on = true;
     }
@@ -261,11 +261,29 @@ void Service::preview(const User&, const std::string&, const PreviewWanted& want
     done(Picture{wanted.type, std::string(state_->settings.picture_bytes, 'p')});
 }
 
-void Service::thumbnail(const User&, const std::string& id, int, bool,
+void Service::frame_image(const User& user, const std::string& id, int, bool,
+                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+    job_image(user, id, wanted, std::move(done));
+}
+
+void Service::job_image(const User&, const std::string& id, const ImageWanted& wanted,
                         std::function<void(Answer<Picture>)> done) {
     const auto found = job(id);
     if (const auto* wrong = std::get_if<Problem>(&found)) return done(*wrong);
-    done(Picture{"image/png", "png"});
+    done(Picture{wanted.type, "png"});
+}
+
+void Service::input_image(const User&, const std::string&, int, const ImageWanted& wanted,
+                          std::function<void(Answer<Picture>)> done) {
+    done(Picture{wanted.type, "png"});
+}
+
+Answer<std::string> Service::browse(const User&, const std::string& folder) const {
+    return "{\"folder\": \"" + folder + "\"}";
+}
+
+Answer<std::string> Service::chains(const User&, const std::string&) const {
+    return std::string("{\"chains\": []}");
 }
 
 Answer<ResultFile> Service::report_file(const User&, const std::string& id,

@@ -461,13 +461,50 @@ TEST_F(Jobs, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
     EXPECT_EQ(color.height, 8);
     ended(id);
     for (const bool after : {false, true}) {
-        const Picture small =
-            picture([&](auto done) { service_->thumbnail(user(), id, 1, after, std::move(done)); });
+        const Picture small = picture(
+            [&](auto done) { service_->frame_image(user(), id, 1, after, {}, std::move(done)); });
         EXPECT_EQ(small.bytes.substr(1, 3), "PNG");
     }
     std::promise<Answer<Picture>> none;
-    service_->thumbnail(user(), id, 99, true,
-                        [&](Answer<Picture> got) { none.set_value(std::move(got)); });
+    service_->frame_image(user(), id, 99, true, {},
+                          [&](Answer<Picture> got) { none.set_value(std::move(got)); });
+    EXPECT_EQ(std::get<Problem>(none.get_future().get()).kind, Problem::Kind::not_found);
+}
+
+// Values for a page: magic, width, height, channels, then planes.
+TEST_F(Jobs, PicturesAsValues) {
+    open();
+    const auto size = [](const Picture& picture) {
+        EXPECT_EQ(picture.type, "image/vnd.postchain");
+        EXPECT_EQ(picture.bytes.substr(0, 4), "PPIC");
+        std::vector<int> numbers;
+        for (size_t at = 4; at < 16; at += 4) numbers.push_back(uint8_t(picture.bytes[at]));
+        return numbers;
+    };
+    const ImageWanted values{"image/vnd.postchain", 12};
+    EXPECT_EQ(size(picture([&](auto done) {
+                  service_->input_image(user(), "in.####.exr", 2, values, std::move(done));
+              })),
+              (std::vector{12, 8, 3}));
+    const std::string depth =
+        R"({"chain": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frame": 2, "plane": "depth"})";
+    EXPECT_EQ(size(picture([&](auto done) {
+                  service_->preview(user(), depth, {"image/vnd.postchain"}, std::move(done));
+              })),
+              (std::vector{24, 16, 1}));
+    // Distances in a format for other programs: one channel, Z.
+    const Picture exr = picture(
+        [&](auto done) { service_->preview(user(), depth, {"image/x-exr"}, std::move(done)); });
+    EXPECT_EQ(exr.bytes.substr(0, 4), "v/1\1");
+    EXPECT_NE(exr.bytes.find(std::string("Z\0\2\0\0\0", 6)), std::string::npos);
+    const std::string id = submit(body());
+    ended(id);
+    EXPECT_EQ(
+        size(picture([&](auto done) { service_->job_image(user(), id, values, std::move(done)); })),
+        (std::vector{12, 8, 3}));
+    std::promise<Answer<Picture>> none;
+    service_->input_image(user(), "in.####.exr", 99, values,
+                          [&](Answer<Picture> got) { none.set_value(std::move(got)); });
     EXPECT_EQ(std::get<Problem>(none.get_future().get()).kind, Problem::Kind::not_found);
 }
 

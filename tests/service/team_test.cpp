@@ -188,9 +188,15 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
     const auto forget = service_->forget(user("bob"), of_ann);
     EXPECT_EQ(std::get<Problem>(forget).kind, Problem::Kind::forbidden);
     std::promise<Answer<Picture>> picture;
-    service_->thumbnail(user("bob"), of_ann, 1, true,
-                        [&](Answer<Picture> got) { picture.set_value(std::move(got)); });
+    service_->frame_image(user("bob"), of_ann, 1, true, {},
+                          [&](Answer<Picture> got) { picture.set_value(std::move(got)); });
     EXPECT_TRUE(std::holds_alternative<Problem>(picture.get_future().get()));
+    const Answer<std::string> folder = service_->browse(user("bob"), "out");
+    EXPECT_EQ(std::get<Problem>(folder).kind, Problem::Kind::forbidden);
+    std::promise<Answer<Picture>> input;
+    service_->input_image(user("bob"), "out/o.####.exr", 1, {},
+                          [&](Answer<Picture> got) { input.set_value(std::move(got)); });
+    EXPECT_EQ(std::get<Problem>(input.get_future().get()).kind, Problem::Kind::forbidden);
     EXPECT_EQ(std::get<Problem>(service_->outputs(user("bob"), of_ann, 1, 6)).kind,
               Problem::Kind::forbidden);
     EXPECT_EQ(

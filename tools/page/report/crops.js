@@ -1,7 +1,7 @@
 // Regions side by side: those with the largest error, and those chosen with shift and drag. They
 // follow exposure, tone curve and error map of the canvas; a click shows the region there.
 import { h, settle } from "../shared/dom.js";
-import { render } from "./cpu_view.js";
+import { render } from "../viewer/cpu_view.js";
 import { pareto_of } from "./model.js";
 
 const kTile = 150;        // CSS pixels, the longer side
@@ -54,7 +54,7 @@ export function add_crops(page, more) {
         const view = {
             ...page.viewer.view(), image, error,
             center: [crop.x + crop.width / 2, crop.y + crop.height / 2],
-            scale: canvas.width / crop.width, grid: false,
+            scale: canvas.width / crop.width, grid: false, split: 0,
         };
         const context = canvas.getContext("2d");
         const pixels = context.createImageData(canvas.width, canvas.height);

@@ -1,49 +1,10 @@
 // The pictures of the page: found by kind, variant, frame and map, decoded on first use.
-//
-//   base64 --> zlib --> high bytes of all values, then the low bytes (one plane for 8-bit maps)
-//          --> differences to the left (first column: to above), channel by channel --> pixels
-//
-// Written by tools/measure/report/page/encode.cpp. With --assets each picture is a script beside the
-// page that calls postchain_asset(id, base64): a page opened from disk can read a file in no other
-// way.
+// With --assets each picture is a script beside the page that calls postchain_asset(id, base64): a
+// page opened from disk can read a file in no other way. The page of the service, which shows a
+// report in a frame, sends the pictures that the report asks it for.
+import { decode_picture, from_base64 } from "../viewer/picture.js";
 
 const kCacheBytes = 768 * 2 ** 20;
-
-async function inflate(bytes) {
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
-function from_base64(text) {
-    const binary = atob(text.trim());
-    const bytes = new Uint8Array(binary.length);
-    for (let i = 0; i < bytes.length; ++i) bytes[i] = binary.charCodeAt(i);
-    return bytes;
-}
-
-// Undoes the differences. `bytes`: the inflated planes; result: interleaved, row 0 at the top.
-function integrate(bytes, { width, height, channels, bits }) {
-    const count = width * height * channels;
-    if (bytes.length !== (count * bits) / 8)
-        throw new Error(`picture holds ${bytes.length} bytes, not ${(count * bits) / 8}`);
-    const wide = bits === 16;
-    const out = wide ? new Uint16Array(count) : new Uint8Array(count);
-    let i = 0;
-    for (let c = 0; c < channels; ++c) {
-        let above = 0;
-        for (let y = 0; y < height; ++y) {
-            let left = above;
-            let to = y * width * channels + c;
-            for (let x = 0; x < width; ++x, ++i, to += channels) {
-                const step = wide ? (bytes[i] << 8) | bytes[count + i] : bytes[i];
-                left = wide ? (left + step) & 0xffff : (left + step) & 0xff;
-                out[to] = left;
-                if (x === 0) above = left;
-            }
-        }
-    }
-    return out;
-}
 
 const name_of = (kind, variant, frame, map) =>
     [kind, kind === "truth" || kind === "input" ? -1 : variant, frame, map ?? ""].join("/");
@@ -93,9 +54,25 @@ export class ImageStore {
     }
 
     async #decode(entry, name) {
-        const text = entry.asset ? await this.#asset(entry)
-            : document.getElementById(entry.id).textContent;
-        return { ...entry, name, data: integrate(await inflate(from_base64(text)), entry) };
+        const text = document.getElementById(entry.id)?.textContent
+            ?? await (parent !== window ? this.#sent(entry)
+                : entry.asset ? this.#asset(entry)
+                    : Promise.reject(new Error(`the page does not have ${entry.id}`)));
+        return { ...entry, name, data: await decode_picture(from_base64(text), entry) };
+    }
+
+    // By the page around this one.
+    #sent({ id, asset }) {
+        return new Promise((resolve, reject) => {
+            const listen = ({ source, data }) => {
+                if (source !== parent || data?.postchain_picture !== id) return;
+                removeEventListener("message", listen);
+                if (data.text === undefined) reject(new Error(data.why));
+                else resolve(data.text);
+            };
+            addEventListener("message", listen);
+            parent.postMessage({ postchain_wants: id, asset }, "*");
+        });
     }
 
     #asset(entry) {

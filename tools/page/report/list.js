@@ -2,7 +2,7 @@
 import { by_id, h } from "../shared/dom.js";
 import { is_better, kWays, milliseconds, number } from "../shared/words.js";
 import { metric_name } from "./model.js";
-import { error_of } from "./tone.js";
+import { error_of } from "../viewer/tone.js";
 
 // Three values in columns of 8.
 const triple = (rgb) => rgb.map((v) => number(v).padStart(8)).join("");

@@ -1,20 +1,22 @@
 // Starts the page: reads the report, wires the parts together.
 import { by_id, h, json_of } from "../shared/dom.js";
-import { counted } from "../shared/words.js";
-import { fill_bar } from "./bar.js";
+import { counted, number } from "../shared/words.js";
+import { fill_bar } from "../viewer/bar.js";
 import { add_comparison } from "./comparison.js";
 import { add_split, add_times } from "./costs.js";
 import { add_crops } from "./crops.js";
 import { ImageStore } from "./images.js";
-import { bind_keys } from "./keys.js";
+import { bind_keys } from "../viewer/keys.js";
 import { fill_list } from "./list.js";
-import { kMagma } from "./magma.js";
-import { model_of } from "./model.js";
-import { overlay } from "./overlay.js";
+import { kMagma } from "../viewer/magma.js";
+import { actions_of, kKeys } from "./actions.js";
+import { metric_name, model_of } from "./model.js";
+import { overlay } from "../viewer/overlay.js";
 import { add_frames_plot, add_pareto } from "./plots.js";
-import { fields_of, State } from "./state.js";
+import { State } from "../viewer/state.js";
+import { fields_of } from "./fields.js";
 import { add_facts, add_left_out, add_variants } from "./tables.js";
-import { Viewer } from "./viewer.js";
+import { Viewer } from "../viewer/viewer.js";
 
 function start() {
     const store = new ImageStore(json_of("manifest"));
@@ -47,7 +49,7 @@ function start() {
         model.metrics[0];
     const state = new State(fields_of(model), {
         show: first.key, last: second.key, frame: first.frames[0] ?? model.page_frames[0] ?? 0,
-        ev: 0, tone: "display", map: model.maps[0]?.key ?? "", pin: false, zoom: 0, x: 0, y: 0,
+        ev: 0, tone: "display", map: model.maps[0]?.key ?? "", pin: false, wipe: 0, zoom: 0, x: 0, y: 0,
         metric: metric?.name ?? "", crops: [],
     });
 
@@ -71,6 +73,12 @@ function start() {
     const live = by_id("live");
     page.say = (text) => (live.textContent = text);
 
+    // Beside the name of the picture.
+    page.note = (source) => {
+        const metric = state.get("metric");
+        const mean = source?.data && model.mean(source.data, metric);
+        return mean === undefined ? "" : `${metric_name(metric)} ${number(mean)}`;
+    };
     const marks = overlay(page);
     page.viewer = new Viewer(by_id("canvas"), model, store, state, {
         cursor: (pixel) => page.on_cursor.forEach((f) => f(pixel)),
@@ -84,7 +92,7 @@ function start() {
     page.on_cursor = [marks.cursor];
     fill_list(page);
     fill_bar(page);
-    bind_keys(page);
+    bind_keys(page, kKeys, actions_of(page));
 
     const more = by_id("more");
     add_comparison(page, more);

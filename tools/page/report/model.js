@@ -1,6 +1,6 @@
 // The report in the form of the page: report.json (docs/report.md) and the list of pictures.
 import { is_better } from "../shared/words.js";
-import { kMaps, kTones } from "./tone.js";
+import { kMaps, kTones } from "../viewer/tone.js";
 
 const kMapNames = { hdr_flip: "HDR-FLIP", flip: "FLIP", relmse: "relMSE", smape: "SMAPE",
     mse: "MSE", psnr: "PSNR", ssim: "SSIM", tde: "TDE",

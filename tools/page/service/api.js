@@ -8,42 +8,53 @@ export class Refusal extends Error {
         this.status = status;
         this.errors = problem.errors || [];
     }
+    /** Every fault, a line for each. */
+    lines() {
+        return this.errors.length ? this.errors
+            .map((one) => `${one.path ? `${one.path}: ` : ""}${one.message}`) : [this.message];
+    }
 }
 
 let onLogin = () => {};
 export function whenTokenIsNeeded(f) { onLogin = f; }
 
-async function request(method, path, body, headers = {}) {
+async function request(method, path, body, { headers = {}, signal } = {}) {
     let answer;
     try {
-        answer = await fetch(path, {
-            method, headers: body === undefined ? headers
-                : { ...headers, "Content-Type": "application/json" }, body,
-        });
-    } catch {
+        answer = await fetch(path, { method, body, signal, headers: body === undefined ? headers
+            : { ...headers, "Content-Type": "application/json" } });
+    } catch (error) {
+        if (error.name === "AbortError") throw error;
         throw new Refusal(0, { detail: "The service does not answer." });
     }
     if (answer.ok) return answer;
     if (answer.status === 401) onLogin();
-    const problem = await answer.json().catch(() => ({}));
-    throw new Refusal(answer.status, problem);
+    throw new Refusal(answer.status, await answer.json().catch(() => ({})));
 }
 
+/** "v1/image?input=...&frame=1": members that are undefined are left out. */
+export const address = (path, query) => `${path}?${new URLSearchParams(
+    Object.entries(query).filter(([, value]) => value !== undefined))}`;
+export const jobPath = (id) => `v1/jobs/${encodeURIComponent(id)}`;
+
 export const get = async (path) => (await request("GET", path)).json();
+export const getText = async (path) => (await request("GET", path)).text();
 export const post = async (path, body) =>
     (await request("POST", path, body === undefined ? undefined : JSON.stringify(body))).json();
+export const change = async (path, body) =>
+    (await request("PATCH", path, JSON.stringify(body))).json();
 export const remove = async (path) => (await request("DELETE", path)).json();
-// Identifies this page: its next preview ends the one before.
+export const getValues = async (path) => (await request("GET", path)).arrayBuffer();
+
+// Identifies this page: its next preview of a lane ends the one before.
 const session = Array.from(crypto.getRandomValues(new Uint8Array(16)),
     (byte) => byte.toString(16).padStart(2, "0")).join("");
-export const picture = async (path, body, signal) => {
-    const answer = await fetch(path, { method: "POST", signal, body: JSON.stringify(body),
-        headers: { "Content-Type": "application/json", "Preview-Session": session } });
-    if (!answer.ok) throw new Refusal(answer.status, await answer.json().catch(() => ({})));
-    return answer.blob();
-};
-export const logIn = (token) =>
-    request("POST", "v1/session", undefined, { Authorization: `Bearer ${token}` });
+export const preview = async (body, lane, signal) => (await request("POST", "v1/preview",
+    JSON.stringify(body), { signal, headers: { Accept: "image/vnd.postchain",
+        "Preview-Session": `${session}-${lane}` } })).arrayBuffer();
+
+export const logIn = (token) => request("POST", "v1/session", undefined,
+    { headers: { Authorization: `Bearer ${token}` } });
 export const logOut = () => request("DELETE", "v1/session");
 
 /** onEvent({type, job, time, data}); onState("live", "lost", "refused"). */

@@ -1,175 +1,230 @@
-// One job: progress, actions, report, frames with their pictures, passes and their times.
+// The job that is looked at: its frames in the viewer; beside them progress, actions, and what the
+// frame took.
 import { by_id, h, settle } from "../shared/dom.js";
 import { clock, duration, milliseconds } from "../shared/words.js";
-import { get, post, remove } from "./api.js";
+import { change, get, jobPath, post, remove } from "./api.js";
+import { update_film } from "./film.js";
 import { basename, nameOf, progressOf } from "./job_words.js";
+import { look, update_frames } from "./look.js";
+import { page, state } from "./page.js";
+import { close_report, open_report } from "./report_frame.js";
 
-const kMostRows = 1000; // frames in the list
-let shown = null;       // id
-let frame = null;       // number of the chosen frame
-let parts = {};
+let job = null, frames = [], parts = null;
+let fails = false;  // just now: the failed frame comes into view
+export const shown_job = () => job?.id;
 
-function actions(job) {
-    const act = (label, what) => h("button", { type: "button", onclick: async (event) => {
-        event.target.disabled = true;
+function act(label, what, options = {}) {
+    return h("button", { type: "button", ...options, onclick: async (event) => {
+        event.currentTarget.disabled = true;
+        parts.error.textContent = "";
         try {
-            parts.changed(await what());
+            await what();
         } catch (error) {
-            parts.error.textContent = error.message;
-            event.target.disabled = false;
+            parts.error.textContent = error.lines?.().join("\n") ?? error.message;
         }
+        event.target.disabled = false;
     } }, label);
-    const path = `v1/jobs/${encodeURIComponent(job.id)}`;
+}
+
+function actions() {
+    const path = jobPath(job.id);
+    const changed = (now) => { job_changed(now); page.jobs.replace_job(now); };
     const list = [];
+    if (job.kind !== "run" && job.state === "done")
+        list.push(act("Report", () => open_report(path), { class: "primary" }));
     if (job.state === "queued" || job.state === "running")
-        list.push(act("Cancel", () => remove(path)));
+        list.push(act("Cancel", async () => changed(await remove(path))));
     if (job.state === "failed" || job.state === "canceled")
-        list.push(act("Retry", () => post(`${path}/retry`)));
-    if (job.kind !== "run" && job.state === "done") list.push(reportButton(path));
+        list.push(act("Retry", async () => changed(await post(`${path}/retry`))));
+    if (job.kind === "run")
+        list.push(act("Edit", () => page.edit_job(job), { title: "Its chain and frames with live preview" }));
+    list.push(act("Duplicate\u2026", () => page.new_job(job.request), { title: "The form, filled in as for this job" }));
+    if (job.kind === "run" && job.done > 0)
+        list.push(h("a", { class: "button", href: `${path}/outputs.zip`, download: "" }, "Download"));
+    if (job.state === "queued" || job.state === "running") {
+        const priority = h("input", { type: "number", min: -100, max: 100, step: 1,
+            "aria-label": "Priority", value: job.priority });
+        list.push(h("span", { class: "pair" }, priority, act("Set priority", async () =>
+            changed(await change(path, { priority: priority.valueAsNumber })))));
+    } else {
+        list.push(act("Remove", async () => {
+            await remove(`${path}/record`);
+            page.jobs.drop_job(job.id);
+            page.leave_job();
+        }, { title: "From the list; its outputs stay" }));
+    }
     return list;
 }
 
-function reportButton(path) {
-    const open = parts.report.childElementCount > 0;
-    return h("button", { type: "button", class: "primary", "aria-expanded": String(open),
-        onclick: (event) => {
-            const closes = parts.report.childElementCount > 0;
-            // The report's scripts run in an origin of their own and cannot reach this page.
-            parts.report.replaceChildren(...(closes ? [] : [h("iframe", {
-                src: `${path}/report/index.html`, title: "Report",
-                sandbox: "allow-scripts allow-downloads" })]));
-            event.target.textContent = closes ? "Open report" : "Close report";
-            event.target.setAttribute("aria-expanded", String(!closes));
-        } }, open ? "Close report" : "Open report");
-}
-
-/** Beside the bar: who waits, how long it took. */
-function timesOf(job) {
-    if (job.state === "queued") return `submitted ${clock(job.created)}`;
-    if (job.ended && job.started)
-        return `${clock(job.started)}, took ${duration((Date.parse(job.ended) - Date.parse(job.started)) / 1000)}`;
+/** Who waits, how long it took. */
+function times() {
+    if (job.place) return `place ${job.place} in the queue, submitted ${clock(job.created)}`;
+    if (job.ended && job.started) return `${clock(job.started)}, took ${
+        duration((Date.parse(job.ended) - Date.parse(job.started)) / 1000)}`;
     return job.started ? `started ${clock(job.started)}` : `submitted ${clock(job.created)}`;
 }
 
-function begin(job, changed) {
-    shown = job.id;
-    frame = null;
-    parts = {
-        changed,
-        title: h("h2", {}, nameOf(job)), state: h("span"), actions: h("div", { class: "actions" }),
-        progress: h("progress", { "aria-label": "frames done" }), line: h("p", { class: "progress-line" }),
-        message: h("p"), error: h("p", { class: "error", role: "alert" }), report: h("div"),
-        frames: h("div"), list: h("ul", { class: "frame-list", "aria-label": "Frames" }),
-        detail: h("div", { "aria-live": "off" }),
-    };
-    parts.frames.append(h("h3", {}, "Frames"),
-        h("div", { class: "frames" }, parts.list, parts.detail));
-    parts.frames.hidden = true;
+function begin() {
+    parts = { state: h("span"), actions: h("div", { class: "buttons" }),
+        progress: h("progress", { "aria-label": "frames done" }), line: h("p", { class: "help" }),
+        message: h("p"), error: h("p", { class: "error", role: "alert" }),
+        frame: h("div", { "aria-live": "off" }) };
     by_id("job").replaceChildren(
-        h("div", { class: "title" }, parts.title, parts.state, parts.actions),
-        parts.progress, parts.line, parts.message, parts.error, parts.report, parts.frames,
+        h("div", { class: "title" }, h("h2", {}, nameOf(job)), parts.state),
+        h("p", { class: "help" }, [`job ${job.id}`, job.owner, job.priority
+            ? `priority ${job.priority}` : ""].filter(Boolean).join(" \u00b7 ")),
+        parts.progress, parts.line, parts.message, parts.actions, parts.error, parts.frame,
         h("details", {}, h("summary", {}, "Request"),
-            h("pre", {}, JSON.stringify(job.request, null, 2))));
-    loadFrames(job.id);
+            h("pre", { tabindex: 0 }, JSON.stringify(job.request, null, 2))));
+    by_id("job").hidden = false;
+    by_id("chain").hidden = true;
 }
 
-/** changed(job) is called after an action with the job's new state. */
-export function showJob(job, changed, fresh = false) {
-    if (job.id !== shown) begin(job, changed);
-    else if (fresh) loadFrames(job.id);
+function draw() {
     parts.state.className = `state ${job.state}`;
     parts.state.textContent = job.state;
-    parts.actions.replaceChildren(...actions(job));
     parts.progress.hidden = !job.frames;
     parts.progress.max = job.frames || 1;
     parts.progress.value = job.done + job.failed;
-    parts.line.replaceChildren(h("span", {}, progressOf(job)), h("span", {}, timesOf(job)));
+    parts.line.textContent = [progressOf(job), times()].filter(Boolean).join(" \u00b7 ");
     const text = [job.verdict, job.message].filter(Boolean).join("\n");
     parts.message.hidden = !text;
     parts.message.className = job.state === "failed" ? "message bad" : "message";
     parts.message.textContent = text;
+    const kind = [job.state, job.done > 0].join();
+    if (parts.kind === kind) return;  // a button may have the focus
+    parts.kind = kind;
+    parts.actions.replaceChildren(...actions());
 }
 
-let known = [];
-async function loadFrames(id) {
-    const answer = await get(`v1/jobs/${encodeURIComponent(id)}/frames`).catch(() => null);
-    if (!answer || id !== shown) return;
-    known = answer.frames;
-    drawFrames();
+/** Looks at a job, at a frame of it if one is given. */
+export async function open_job(id, frame) {
+    let found;
+    try {
+        found = await Promise.all([get(jobPath(id)), get(`${jobPath(id)}/frames`)]);
+    } catch (error) {
+        return page.fail(error.status === 404 ? new Error(`There is no job ${id}.`) : error);
+    }
+    close_report();
+    job = found[0];
+    frames = found[1].frames;
+    begin();
+    draw();
+    page.jobs.draw_jobs();
+    page.show_tab("jobs");
+    const bad = first_bad();
+    state.set({ job: id, shot: "", camera: "", show: "a", last: "before",
+        frame: frame ?? (job.state === "failed" && bad ? bad.frame : 0) });
+    await look(frames.length ? subject() : null);
+    state.set({ job: id });
+    show_frame();
+    if (job.kind !== "run" && job.state === "done") open_report(jobPath(id));
 }
-const reload = settle(() => shown && loadFrames(shown), 400);
-export function frameEvent() { reload(); }
+const first_bad = () =>
+    frames.find((one) => one.state === "quarantined" || one.state === "missing");
+const subject = () => ({ name: `job ${job.id}`, job: job.id, input: job.request.input,
+    camera: job.request.camera ?? "", state: job.state, frames });
 
-function drawFrames() {
-    parts.frames.hidden = known.length === 0;
-    const held = parts.list.contains(document.activeElement);
-    const top = parts.list.scrollTop;
-    parts.list.replaceChildren(...known.slice(0, kMostRows).map((f) => h("li", {}, h("button", {
-        type: "button", "aria-pressed": String(f.frame === frame), "data-frame": f.frame,
-        title: f.message || null, onclick: () => choose(f.frame),
-    }, h("span", {}, String(f.frame)),
-    h("span", { class: `state ${f.state}` }, f.state.replace("_", " "))))),
-    ...(known.length > kMostRows ? [h("li", { class: "help" },
-        `the first ${kMostRows} of ${known.length}`)] : []));
-    parts.list.scrollTop = top;
-    if (held) parts.list.querySelector(`[data-frame="${frame}"]`)?.focus();
-    if (frame === null && known.length)
-        choose((known.find((f) => f.state === "written" || f.state === "skipped") || known[0]).frame);
-    else if (known.find((f) => f.frame === frame)?.state !== parts.detail.dataset.state)
-        choose(frame);
+page.leave_job = () => {
+    if (!job) return;
+    close_report();
+    job = null;
+    state.set({ job: "" });
+    by_id("job").hidden = true;
+    by_id("chain").hidden = false;
+    page.jobs.draw_jobs();
+};
+
+/** A new state of some job. */
+export function job_changed(now) {
+    if (now.id !== job?.id) return;
+    const ended = now.state !== job.state;
+    fails = ended && now.state === "failed";
+    job = now;
+    draw();
+    if (ended) {
+        load_frames();
+        if (job.kind !== "run" && job.state === "done") open_report(jobPath(job.id));
+    }
 }
 
-function image(path, text, ready) {
-    const box = h("div", { class: "picture" });
-    if (!ready) box.append(h("p", {}, "not yet written"));
-    else box.append(h("img", { src: path, alt: text, decoding: "async",
-        onerror: () => box.replaceChildren(h("p", {}, "no picture")) }));
-    return h("figure", {}, h("figcaption", {}, text), box);
+const load_frames = settle(async () => {
+    if (!job) return;
+    const { id } = job;
+    const reply = await get(`${jobPath(id)}/frames`).catch(() => null);
+    if (!reply || id !== job?.id) return;
+    const first = !frames.length;
+    frames = reply.frames;
+    if (fails) state.set({ frame: first_bad()?.frame ?? state.get("frame") });
+    fails = false;
+    if (first && frames.length) await look(subject());
+    else if (frames.length) update_frames(frames, job.state);
+    update_film();
+    show_frame();
+}, 300);
+
+/** An event: a finished frame is entered without a request. */
+export function frame_event(type, id, data) {
+    if (id !== job?.id) return;
+    if (type === "frame") {
+        const at = frames.findIndex((one) => one.frame === data.frame);
+        if (at < 0) return load_frames();
+        frames = frames.with(at, { ...frames[at], state: data.state ?? frames[at].state,
+            filter_ms: data.filter_ms ?? frames[at].filter_ms });
+        for (const key of ["frames", "done", "failed"])
+            if (typeof data[key] === "number") job[key] = data[key];
+        draw();
+        update_frames(frames, job.state);
+        update_film();
+        if (data.frame === state.get("frame")) show_frame();
+    } else if (["frames", "quarantined"].includes(type)) {
+        load_frames();
+    }
 }
 
-async function choose(number) {
-    frame = number;
-    for (const button of parts.list.querySelectorAll("button"))
-        button.setAttribute("aria-pressed", String(Number(button.dataset.frame) === number));
-    const path = `v1/jobs/${encodeURIComponent(shown)}/frames/${number}`;
-    const one = await get(path).catch(() => null);
-    if (!one || frame !== number) return;
-    const ready = one.state === "written" || one.state === "skipped";
-    parts.detail.dataset.state = one.state;
-    parts.detail.replaceChildren(
-        h("div", { class: "pair" }, image(`${path}/before.png`, `Frame ${number}, before`, true),
-            image(`${path}/after.png`, `Frame ${number}, after`, ready)),
-        ...(one.message ? [h("p", { class: one.state === "written" ? "message" : "message bad" },
-            one.message)] : []),
-        ...(one.sidecar ? sidecar(one.sidecar) : []),
+// Times and plan of the frame that is looked at.
+const show_frame = settle(async () => {
+    if (!job || !frames.length) return parts?.frame.replaceChildren();
+    const { id } = job, number = state.get("frame");
+    const one = await get(`${jobPath(id)}/frames/${number}`).catch(() => null);
+    if (!one || id !== job?.id || number !== state.get("frame")) return undefined;
+    return parts.frame.replaceChildren(
+        h("h3", {}, `Frame ${number}`),
         h("p", { class: "help" }, [basename(one.output),
-            one.attempts > 1 ? `${one.attempts} attempts` : ""].filter(Boolean).join(", ")));
+            one.attempts > 1 ? `${one.attempts} attempts` : ""].filter(Boolean).join(", ")),
+        one.message ? h("p", { class: one.state === "written" ? "message" : "message bad" },
+            one.message) : "",
+        ...(one.sidecar ? sidecar(one.sidecar) : []));
+}, 250);
+
+/** What a plan left out, and why. */
+export function left_out(plan) {
+    const rows = (plan.left_out ?? []).map((one) => h("li", {}, h("span", { class: "what" },
+        one.what), ` \u2014 ${one.reason} `, h("span", { class: "help" }, `(${one.rule})`)));
+    return rows.length ? h("ul", { class: "left-out" }, rows)
+        : h("p", { class: "help" }, "Nothing: this frame needs all of the chain.");
 }
 
 function sidecar(side) {
-    const times = side.times_ms || {}, plan = side.plan || {};
-    const rows = [["read", times.read, true], ["convert", times.convert, true],
-        ...(times.passes || []).map((p) => [p.name, p.ms, false]), ["write", times.write, true]]
+    const times_ms = side.times_ms || {}, plan = side.plan || {};
+    const rows = [["read", times_ms.read, true], ["convert", times_ms.convert, true],
+        ...(times_ms.passes || []).map((p) => [p.name, p.ms, false]), ["write", times_ms.write, true]]
         .filter(([, ms]) => typeof ms === "number");
     const longest = Math.max(...rows.map(([, ms]) => ms), 1e-6);
-    const table = h("table", {}, h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "step"),
-        h("th", { scope: "col", class: "num" }, "time"), h("th", {}))),
-    h("tbody", {}, rows.map(([name, ms, io]) => {
-        const bar = h("div");
-        bar.style.width = `${(100 * ms) / longest}%`;
-        return h("tr", {}, h("td", {}, name), h("td", { class: "num" }, milliseconds(ms)),
-            h("td", { class: io ? "bar io" : "bar" }, bar));
-    })));
-    const left = (plan.left_out || []).map((one) => h("li", {},
-        h("span", { class: "what" }, one.what), ` — ${one.reason} `,
-        h("span", { class: "help" }, `(${one.rule})`)));
-    return [h("h3", {}, "Times"), table,
-        h("h3", {}, "Left out, and why"),
-        left.length ? h("ul", { class: "left-out" }, left)
-            : h("p", { class: "help" }, "Nothing: this frame needs all of the chain."),
-        ...Object.entries(plan.missing_neighbors || {}).map(([side_, why]) =>
-            h("p", { class: "help" }, `No frame ${side_}: ${why}.`)),
-        ...(side.warnings || []).map((text) => h("p", { class: "message" }, text)),
-        h("details", {}, h("summary", {}, "Sidecar"),
-            h("pre", {}, JSON.stringify(side, null, 1)))];
+    return [h("table", {}, h("caption", { class: "sr" }, "Times"), h("thead", {}, h("tr", {},
+        h("th", { scope: "col" }, "step"), h("th", { scope: "col", class: "num" }, "time"),
+        h("th", { scope: "col" }, h("span", { class: "sr" }, "share")))),
+    h("tbody", {}, rows.map(([name, ms, io]) => h("tr", {}, h("td", {}, name),
+        h("td", { class: "num" }, milliseconds(ms)), h("td", { class: io ? "bar io" : "bar" },
+            h("div", { style: { width: `${(100 * ms) / longest}%` } })))))),
+    h("h3", {}, "Left out, and why"), left_out(plan),
+    ...Object.entries(plan.missing_neighbors || {}).map(([where, why]) =>
+        h("p", { class: "help" }, `No frame ${where}: ${why}.`)),
+    ...(side.warnings || []).map((text) => h("p", { class: "message" }, text)),
+    h("details", {}, h("summary", {}, "Sidecar"),
+        h("pre", { tabindex: 0 }, JSON.stringify(side, null, 1)))];
+}
+
+export function start_job() {
+    state.watch(["frame"], () => job && show_frame());
 }

@@ -11,6 +11,23 @@ export function nameOf(job) {
     return `${job.kind} ${chain}${other}: ${basename(request.input)}`;
 }
 
+/** "wheels/sharp": what the job is about, for a list. */
+export function shotOf(job) {
+    const { input, study } = job.request || {};
+    if (typeof study === "string") return study;
+    const path = String(input || job.kind).replace(/^color=([^,]*).*/, "$1");
+    return path.split("/").slice(-2).join("/").replace(/[._-]?(#+|@+|%0?\d*d|\$F\d*)?\.\w+$/, "");
+}
+
+/** "fast", "ab fast / paper" */
+export function workOf(job) {
+    const word = (chain) => (typeof chain === "string" ? basename(chain) : "own chain");
+    const { chain, chain_b } = job.request || {};
+    if (job.kind === "study") return "study";
+    return [job.kind === "run" ? "" : job.kind, word(chain),
+        job.kind === "ab" ? `/ ${word(chain_b)}` : ""].filter(Boolean).join(" ");
+}
+
 /** "34 of 100 frames, 2 failed, 1 min left" */
 export function progressOf(job) {
     const parts = [];

@@ -1,22 +1,35 @@
-// Views, login, and the line to the service.
+// The parts of the page, login, deep links, and the line to the service.
 import { by_id } from "../shared/dom.js";
+import { rove } from "../shared/roving.js";
 import { get, listen, logIn, logOut, whenTokenIsNeeded } from "./api.js";
-import { showJobs, jobEvent, refreshJobs } from "./jobs.js";
-import { showNew } from "./submit.js";
-import { showChain } from "./editor.js";
+import { folder, open_folder, open_shot, start_browse } from "./browse.js";
+import { loadChains } from "./chains.js";
+import { start_editor } from "./editor.js";
+import { start_film } from "./film.js";
+import { open_job, start_job } from "./job.js";
+import { job_event, refresh_jobs, start_jobs } from "./jobs.js";
+import { look, start_look } from "./look.js";
+import { page, state } from "./page.js";
+import { start_report } from "./report_frame.js";
+import { start_send } from "./send.js";
+import { start_sliders } from "./sliders.js";
+import { new_job } from "./submit.js";
 
-let source = null, asked = false;
+let source = null, asked = false, started = false;
 
 function say(text, bad = false) {
     by_id("status").textContent = text;
     by_id("status").classList.toggle("bad", bad);
 }
+page.fail = (error) => {
+    by_id("failure").textContent = error.lines?.().join("\n") ?? error.message;
+    by_id("failure-box").hidden = false;
+};
 
 async function readiness() {
     try {
-        const answer = await fetch("readyz");
-        const ready = await answer.json();
-        if (ready.ready) return say(`ready · ${(ready.renderer || "").split(" (")[0]}`);
+        const ready = await (await fetch("readyz")).json();
+        if (ready.ready) return say(`ready \u00b7 ${(ready.renderer || "").split(" (")[0]}`);
         say(ready.draining ? "draining: takes no jobs" : `not ready: ${ready.why || ""}`, true);
     } catch {
         say("the service does not answer", true);
@@ -26,38 +39,65 @@ async function readiness() {
 function connect() {
     source?.close();
     let lost = false;
-    source = listen(jobEvent, (state) => {
-        if (state === "live") {
-            if (lost) refreshJobs();
+    source = listen(job_event, (now) => {
+        if (now === "live") {
+            if (lost) refresh_jobs();
             lost = false;
             readiness();
         } else {
             lost = true;
             say("connection lost, trying again", true);
-            if (state === "refused") setTimeout(start, 3000);
+            if (now === "refused") setTimeout(start, 3000);
         }
     });
 }
 
-function route() {
-    if (asked) return;
-    const [view, id] = location.hash.slice(1).split("/");
-    const chosen = ["jobs", "new", "chain"].includes(view) ? view : "jobs";
-    for (const name of ["jobs", "new", "chain"]) by_id(name).hidden = name !== chosen;
-    for (const link of document.querySelectorAll("nav a"))
-        if (link.hash === `#${chosen}`) link.setAttribute("aria-current", "page");
-        else link.removeAttribute("aria-current");
-    if (chosen === "jobs") showJobs(id && decodeURIComponent(id));
-    if (chosen === "new") showNew();
-    if (chosen === "chain") showChain();
+page.show_tab = (name) => {
+    for (const one of ["shots", "jobs"]) {
+        by_id(one).hidden = one !== name;
+        by_id(`show-${one}`).setAttribute("aria-selected", one === name);
+        by_id(`show-${one}`).tabIndex = one === name ? 0 : -1;
+    }
+};
+
+// What the address names.
+async function follow_address() {
+    const job = state.get("job"), shot = state.get("shot"), frame = state.get("frame");
+    if (job) {
+        await open_folder("");
+        return open_job(job, frame || undefined);
+    }
+    if (shot) return open_shot(shot, state.get("camera"), frame);
+    return open_folder("");
 }
 
-function askForToken() {
+function first_start() {
+    started = true;
+    start_look();
+    start_film();
+    start_browse();
+    start_jobs();
+    start_job();
+    start_report();
+    start_sliders();
+    start_editor();
+    start_send();
+    page.show_tab("shots");
+    look(null);
+    // Another address typed or followed.
+    let at = `${state.get("job")} ${state.get("shot")}`;
+    addEventListener("hashchange", () => {
+        const now = `${state.get("job")} ${state.get("shot")}`;
+        if (now !== at && location.hash.slice(1) !== state.hash()) follow_address();
+        at = now;
+    });
+}
+
+function ask_for_token() {
     if (asked) return;
     asked = true;
     source?.close();
-    for (const name of ["jobs", "new", "chain"]) by_id(name).hidden = true;
-    document.querySelector("nav").hidden = true;
+    by_id("work").hidden = true;
     by_id("logout").hidden = true;
     by_id("login").hidden = false;
     say("");
@@ -72,13 +112,26 @@ async function start() {
         say(error.message, true);
         return setTimeout(start, 3000);
     }
-    if (!session.known) return askForToken();
+    if (!session.known) return ask_for_token();
     asked = false;
     by_id("login").hidden = true;
-    document.querySelector("nav").hidden = false;
+    by_id("work").hidden = false;
     by_id("logout").hidden = !session.token;
+    by_id("user").textContent = session.user;
+    await loadChains();
+    if (!started) first_start();
     connect();
-    route();
+    refresh_jobs();
+    return follow_address();
+}
+
+// Alt and a digit: to a part of the page.
+const kPlaces = { 1: "shots", 2: "jobs", 3: "canvas", 4: "film", 5: "sliders" };
+function go_to(place) {
+    if (place === "shots" || place === "jobs") page.show_tab(place);
+    const box = by_id(place);
+    (box.matches("canvas") ? box : box.querySelector("[tabindex='0'], input:not(:disabled)")
+        ?? box).focus();
 }
 
 by_id("login").querySelector("form").addEventListener("submit", async (event) => {
@@ -98,8 +151,20 @@ by_id("logout").addEventListener("click", async () => {
     await logOut();
     start();
 });
-addEventListener("hashchange", route);
+by_id("new-job").addEventListener("click", () => page.new_job({}));
+by_id("failure-close").addEventListener("click", () => { by_id("failure-box").hidden = true; });
+for (const name of ["shots", "jobs"])
+    by_id(`show-${name}`).addEventListener("click", () => page.show_tab(name));
+rove(by_id("tabs"), () => [...by_id("tabs").children], { horizontal: true });
+by_id("tabs").addEventListener("focusin", (event) => event.target.click());
+addEventListener("keydown", (event) => {
+    if (!event.altKey || event.ctrlKey || event.metaKey || !kPlaces[event.key]) return;
+    event.preventDefault();
+    go_to(kPlaces[event.key]);
+});
 addEventListener("pagehide", () => source?.close());
 setInterval(() => source?.readyState === EventSource.OPEN && readiness(), 15000);
-whenTokenIsNeeded(askForToken);
+whenTokenIsNeeded(ask_for_token);
+Object.assign(page, { new_job, open_job, folder });
+globalThis.postchain = page;  // for tests and the console
 start();

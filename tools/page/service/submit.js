@@ -1,11 +1,11 @@
-// A new job: a form made from the schema of jobs, common settings first.
+// All settings of a new job: a form made from the schema of jobs, common settings first.
 import { by_id, h } from "../shared/dom.js";
 import { get, post } from "./api.js";
 import { canEdit, field } from "./form.js";
-import { addJob } from "./jobs.js";
-import { editedText } from "./editor.js";
+import { chainOf, chainTitle, isCompared, shippedNames } from "./chains.js";
+import { left_out } from "./job.js";
+import { page } from "./page.js";
 
-const kShipped = ["balanced", "fast", "best", "paper", "dof_first"];
 const kFirst = ["study", "input", "output", "frames", "camera", "truth", "sweep", "under", "on_existing",
     "priority"];
 const kElsewhere = ["kind", "chain", "chain_text", "chain_b", "chain_b_text"];
@@ -19,28 +19,41 @@ let schema = null, kind = "run", body = {};
 const kindSchema = () => schema.oneOf.find((one) => one.title === kind) || schema.oneOf[0];
 
 function chainField(key, label) {
-    const own = h("option", { value: "=editor" }, "the text in the chain editor");
+    const own = ["a", ...(isCompared() ? ["b"] : [])].map((which) =>
+        h("option", { value: `=${which}` }, `${which.toUpperCase()}: ${chainTitle(which)}`));
     const file = h("option", { value: "=file" }, "a chain file …");
     const select = h("select", { id: `new-${key}` },
-        kShipped.map((name) => h("option", { value: name }, name)), own, file);
+        own, shippedNames().map((name) => h("option", { value: name }, name)), file);
     const path = h("input", { type: "text", "aria-label": `${label}: file`, hidden: true,
         placeholder: "chains/shot.yaml", spellcheck: "false" });
+    // A chain of the job that is duplicated, as an object or a text.
+    const own_text = body[`${key}_text`] ?? (typeof body[key] === "object"
+        ? `${JSON.stringify(body[key], null, 2)}\n` : undefined);
     const change = () => {
         path.hidden = select.value !== "=file";
         delete body[key];
         delete body[`${key}_text`];
-        if (select.value === "=editor") body[`${key}_text`] = editedText();
+        if (select.value === "=kept") body[`${key}_text`] = own_text;
+        else if (/^=[ab]$/.test(select.value)) body[`${key}_text`] = chainOf(select.value[1]).text;
         else body[key] = select.value === "=file" ? path.value.trim() : select.value;
     };
     select.addEventListener("change", change);
     path.addEventListener("input", change);
-    const given = body[`${key}_text`] !== undefined ? "=editor"
-        : body[key] === undefined || kShipped.includes(body[key]) ? body[key] : "=file";
-    select.value = given || (key === "chain_b" ? "paper" : "balanced");
-    if (given === "=file") path.value = body[key];
+    const known = ["a", "b"].find((which) => own_text !== undefined
+        && chainOf(which).text === own_text);
+    if (own_text !== undefined && !known) {
+        select.append(h("option", { value: "=kept" }, "the job's own chain"));
+        select.value = "=kept";
+    } else {
+        const given = known ? `=${known}`
+            : body[key] === undefined ? (key === "chain_b" ? "paper" : "=a")
+                : shippedNames().includes(body[key]) ? body[key] : "=file";
+        select.value = given;
+        if (given === "=file") path.value = body[key];
+    }
     change();
     return h("div", { class: "field" }, h("label", { for: `new-${key}` }, label), select, path,
-        h("p", { class: "help" }, "A shipped chain, your own text, or a file under a root."));
+        h("p", { class: "help" }, "The chain of the sliders, a shipped one, or a file under a root."));
 }
 
 function form() {
@@ -88,8 +101,9 @@ function form() {
         event.preventDefault();
         attempt(button, async () => {
             const job = await post("v1/jobs", ready());
-            addJob(job);
-            location.hash = `#jobs/${encodeURIComponent(job.id)}`;
+            page.jobs.add_job(job);
+            by_id("new").close();
+            page.open_job(job.id);
         });
     } },
     h("div", { class: "fields" },
@@ -97,7 +111,7 @@ function form() {
             h("div", { class: "choices" }, [["run", "filter the frames"],
                 ["ab", "compare two chains"], ["bench", "error against run time"], ["study", "both over several scenes"]].map(([word, what]) =>
                 h("label", {}, h("input", { type: "radio", name: "kind", value: word,
-                    checked: word === kind, onchange: () => { kind = word; draw(); } }),
+                    checked: word === kind, autofocus: word === kind, onchange: () => { kind = word; draw(); } }),
                 `${word}: ${what}`)))),
         kind === "study" ? null : chainField("chain", kind === "ab" ? "Chain A" : "Chain"),
         kind === "ab" ? chainField("chain_b", "Chain B") : null,
@@ -105,7 +119,9 @@ function form() {
     h("details", {}, h("summary", {}, "More settings"),
         h("div", { class: "fields" },
             keys.filter((key) => !kFirst.includes(key)).map((key) => make(key)))),
-    h("div", { class: "buttons" }, button, kind === "run" ? plan : null), error, planned);
+    h("div", { class: "buttons" }, button, kind === "run" ? plan : null,
+        h("button", { type: "button", onclick: () => by_id("new").close() }, "Close")),
+    error, planned);
     return made;
 }
 
@@ -119,20 +135,21 @@ function planView(answer) {
                 ? `, ${plan.width} × ${plan.height}: ${order.join(", then ")}` : ""),
             one.error ? h("p", { class: "error" }, one.error) : null,
             (one.warnings || []).map((text) => h("p", { class: "help" }, text)),
-            h("ul", { class: "left-out" }, plan.left_out.map((l) => h("li", {},
-                h("span", { class: "what" }, l.what), ` — ${l.reason} `,
-                h("span", { class: "help" }, `(${l.rule})`)))));
+            left_out(plan));
     })];
 }
 
 function draw() {
     by_id("new").replaceChildren(
-        h("div", { class: "form-title" }, h("h2", { id: "new-title" }, "New job"),
+        h("div", { class: "form-title" }, h("h2", {}, "New job"),
             h("p", { class: "help" }, "Paths are taken from the first root of the service.")),
         form());
 }
 
-export async function showNew() {
+/** The form, filled in with a job's request. */
+export async function new_job(request) {
     schema = schema || await get("v1/schema/job");
+    ({ kind = "run", ...body } = structuredClone(request));
     draw();
+    by_id("new").showModal();
 }

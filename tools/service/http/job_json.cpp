@@ -88,6 +88,8 @@ const std::vector<Field<Job>>& job_fields() {
         field("done", about("integer", "frames that are written or were skipped"), &Job::done),
         field("failed", about("integer", "frames that are missing or quarantined"), &Job::failed),
         field("bytes", about("integer", "of the outputs that it wrote"), &Job::bytes),
+        field("place", about("integer", "place in the queue, from 1; 0 = it does not wait"),
+              &Job::place),
         field("remaining_s", about("number", "estimate while the job runs; 0 = unknown"),
               &Job::remaining_s),
         field("exit_code", about("integer", "exit code of the command for the same work"),

@@ -53,7 +53,38 @@ Json schemas(Json job) {
            {{"type", "number"},
             {"minimum", kMinPreviewScale},
             {"maximum", 1},
-            {"description", "scale of width and height"}}}}}};
+            {"description", "scale of width and height"}}},
+          {"plane",
+           {{"enum", {"color", "depth"}},
+            {"description", "depth: the distances of the surfaces, not filtered"}}}}}};
+    const auto strings = [](const char* description) {
+        return Json{
+            {"type", "array"}, {"items", {{"type", "string"}}}, {"description", description}};
+    };
+    const auto named = [](std::initializer_list<std::pair<const char*, Json>> values) {
+        Json properties = Json::object(), required = Json::array();
+        for (const auto& [name, schema] : values) {
+            properties[name] = schema;
+            required.push_back(name);
+        }
+        return Json{{"type", "object"}, {"properties", properties}, {"required", required}};
+    };
+    const auto items = [](const Json& item) { return Json{{"type", "array"}, {"items", item}}; };
+    const Json folder = named(
+        {{"folder", text("this folder")},
+         {"parent",
+          {{"type", {"string", "null"}}, {"description", "value of `folder` for the one above"}}},
+         {"folders", items(named({{"name", text("without folders")}, {"path", text("its path")}}))},
+         {"sequences", items(named({{"name", text("without folders")},
+                                    {"path", text("as `input` of a job")},
+                                    {"frames", text("on disk, such as 1-24")},
+                                    {"count", integer("number of frames")}}))},
+         {"cameras", strings("camera files")},
+         {"chains", strings("chain files")},
+         {"studies", strings("study files")}});
+    const Json chain = named({{"name", text("a shipped name, or the file")},
+                              {"text", text("of the chain file")},
+                              {"chain", {{"description", "its values as JSON"}}}});
     const Json change = {
         {"type", "object"},
         {"properties",
@@ -69,6 +100,8 @@ Json schemas(Json job) {
             {"PlanRequest", plan},
             {"PreviewRequest", preview},
             {"ChainText", chain_text},
+            {"Folder", folder},
+            {"Chains", named({{"chains", items(chain)}})},
             {"Job", schema_of(job_fields())},
             {"Jobs", jobs},
             {"Frame", schema_of(frame_fields())},

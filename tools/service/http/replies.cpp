@@ -1,5 +1,7 @@
 #include "tools/service/http/replies.h"
 
+#include "tools/measure/report/page/encode.h"
+
 namespace postchain::service {
 
 Reply json_reply(int status, const std::string& text) {
@@ -7,6 +9,18 @@ Reply json_reply(int status, const std::string& text) {
     reply.status = status;
     reply.body = text + "\n";
     return reply;
+}
+
+ImageWanted image_wanted(const Call& call) {
+    ImageWanted wanted;
+    if (call.query("type") == "values") wanted.type = report::kPictureType;
+    if (const auto side = number_of<int>(call.query("side"))) wanted.side = *side;
+    return wanted;
+}
+
+std::vector<QueryParameter> image_queries() {
+    return {{"type", "png: 8 bits; values: half floats for a page", {"png", "values"}},
+            {"side", "largest width and height, 1 to 99999; default 320", {}, "[1-9][0-9]{0,4}"}};
 }
 
 Reply image_reply(const Answer<Picture>& answer) {

@@ -9,6 +9,7 @@
 #include "tools/service/http/job_json.h"
 #include "tools/service/http/message.h"
 #include "tools/service/http/problem.h"
+#include "tools/service/http/route.h"
 #include "tools/service/work/service.h"
 
 namespace postchain::service {
@@ -18,6 +19,9 @@ inline constexpr const char* kPolicy = "Content-Security-Policy";
 inline constexpr const char* kStranger = "\n";
 
 Reply json_reply(int status, const std::string& text);
+// Reads the queries `type` and `side` of an image.
+ImageWanted image_wanted(const Call& call);
+std::vector<QueryParameter> image_queries();
 Reply image_reply(const Answer<Picture>& answer);
 
 // The reply to an answer: its problem, or what `made` returns for its value.

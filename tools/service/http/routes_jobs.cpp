@@ -24,8 +24,8 @@ Reply list(const Service& service, const Call& call) {
     const auto most = limit.empty() ? std::optional(kJobs) : number_of<size_t>(limit);
     if (!most || *most < 1 || *most > kMaxJobs)
         return problem(400, concat("limit is not an integer in 1..", kMaxJobs));
-    auto answer =
-        service.jobs({call.query("state"), call.query("owner"), call.query("before"), *most + 1});
+    auto answer = service.jobs({call.query("state"), call.query("owner"), call.query("search"),
+                                call.query("before"), *most + 1});
     return reply_to(answer, [most = *most](std::vector<Job> jobs) {
         const bool more = jobs.size() > most;
         if (more) jobs.pop_back();
@@ -67,6 +67,9 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
          .handle = replies([&](const Call& call) { return list(service, call); }),
          .queries = {{"state", "only jobs in this state", states()},
                      {"owner", "only jobs of this user"},
+                     {"search",
+                      "words that all occur in a job's id, kind, state, owner, message, input, "
+                      "output, camera, chains or study; case does not matter"},
                      {"before", "a job's id: only older jobs", {}, "[1-9][0-9]{0,18}"},
                      {"limit", "maximum number of jobs, 1 to 500; default 50", {}, "[0-9]{1,9}"}},
          .schema = "Jobs"});

@@ -4,6 +4,7 @@
 
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/replies.h"
+#include "tools/service/http/report_parts.h"
 
 namespace postchain::service {
 namespace {
@@ -73,8 +74,21 @@ Reply frame(const Service& service, const Call& call) {
 }
 
 Reply report(const Service& service, const Call& call) {
-    Reply reply = reply_to(service.report_file(call.user, call.values[0], call.values[1]),
-                           [](const ResultFile& file) { return file_reply(file); });
+    const std::string picture = call.query("picture");
+    const bool apart = !call.query("pictures").empty();
+    Reply reply = reply_to(
+        service.report_file(call.user, call.values[0], call.values[1]),
+        [&](const ResultFile& file) {
+            if (picture.empty() && !apart) return file_reply(file);
+            const auto text =
+                apart ? page_without_pictures(file.path) : picture_in_page(file.path, picture);
+            if (!text.ok())
+                return problem(404, "the report of job " + call.values[0] + " does not have this");
+            Reply part;
+            part.type = apart ? file.type : "text/plain; charset=utf-8";
+            part.body = *text;
+            return part;
+        });
     if (reply.status == 200) reply.headers.emplace_back(kPolicy, kReportPolicy);
     return reply;
 }
@@ -151,17 +165,32 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
              .path =
                  std::string("/v1/jobs/{id}/frames/{n}/") + (filtered ? "after.png" : "before.png"),
              .operation = filtered ? "getThumbnailAfter" : "getThumbnailBefore",
-             .summary = filtered ? "Thumbnail of a filtered frame" : "Thumbnail of an input frame",
+             .summary = filtered ? "A filtered frame, reduced" : "An input frame, reduced",
              .handle =
                  [&service, filtered](const Call& call, const Respond& respond) {
                      const auto number = number_of<int>(call.values[1]);
                      if (!number) return respond(problem(404, kNoFrame));
-                     service.thumbnail(
-                         call.user, call.values[0], *number, filtered,
+                     service.frame_image(
+                         call.user, call.values[0], *number, filtered, image_wanted(call),
                          [respond](Answer<Picture> picture) { respond(image_reply(picture)); });
                  },
+             .queries = image_queries(),
              .refusals = {403, 422},
              .type = "image/png"});
+    routes.push_back(
+        {.method = "GET",
+         .path = "/v1/jobs/{id}/thumbnail.png",
+         .operation = "getJobThumbnail",
+         .summary = "The last finished frame of a job, otherwise its first input frame",
+         .handle =
+             [&service](const Call& call, const Respond& respond) {
+                 service.job_image(
+                     call.user, call.values[0], image_wanted(call),
+                     [respond](Answer<Picture> picture) { respond(image_reply(picture)); });
+             },
+         .queries = image_queries(),
+         .refusals = {403, 422},
+         .type = "image/png"});
     routes.push_back({.method = "GET",
                       .path = "/v1/jobs/{id}/frames/{n}/output",
                       .operation = "getOutput",
@@ -177,13 +206,17 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .queries = {{"frames", "a range, such as 1-24; default: all"}},
                       .refusals = {403},
                       .type = "application/zip"});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}/report/{name...}",
-                      .operation = "getReport",
-                      .summary = "A file of the report of an ab, bench or study job",
-                      .handle = read(report),
-                      .refusals = {422},
-                      .type = "*/*"});
+    routes.push_back(
+        {.method = "GET",
+         .path = "/v1/jobs/{id}/report/{name...}",
+         .operation = "getReport",
+         .summary = "A file of the report of an ab, bench or study job",
+         .handle = read(report),
+         .queries =
+             {{"pictures", "apart: a page without its pictures", {"apart"}},
+              {"picture", "the text of one picture of a page, by its id", {}, "image-[0-9]{1,9}"}},
+         .refusals = {422},
+         .type = "*/*"});
 }
 
 }  // namespace postchain::service

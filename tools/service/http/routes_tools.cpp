@@ -1,18 +1,19 @@
 #include "tools/service/http/routes_tools.h"
 
+#include "tools/measure/report/page/encode.h"
 #include "tools/service/http/replies.h"
 
 namespace postchain::service {
 namespace {
 
-constexpr const char* kExr = "image/x-exr";
 constexpr size_t kLongestSession = 128;
 
 void preview(Service& service, const Call& call, const Respond& respond) {
     PreviewWanted wanted;
-    // EXR only if Accept names it; a wildcard gets PNG.
+    // Another type only if Accept names it; a wildcard gets PNG.
     const std::string* accept = call.request.header("Accept");
-    if (accept && accept->find(kExr) != std::string::npos) wanted.type = kExr;
+    for (const char* type : {kExrType, report::kPictureType})
+        if (accept && accept->find(type) != std::string::npos) wanted.type = type;
     if (const std::string* session = call.request.header("Preview-Session"))
         wanted.session = session->substr(0, kLongestSession);
     wanted.left = call.request.left;
@@ -23,6 +24,53 @@ void preview(Service& service, const Call& call, const Respond& respond) {
 }  // namespace
 
 void add_tool_routes(std::vector<Route>& routes, Service& service) {
+    routes.push_back(
+        {.method = "GET",
+         .path = "/v1/browse",
+         .operation = "browseFolder",
+         .summary = "Folders, sequences, cameras, chains and studies in a folder",
+         .handle = replies([&](const Call& call) {
+             return reply_to(service.browse(call.user, call.query("folder")),
+                             [](const std::string& text) { return json_reply(200, text); });
+         }),
+         .queries = {{"folder", "a folder of the roots; default: the root, or a list of them"}},
+         .refusals = {403},
+         .schema = "Folder"});
+    routes.push_back({.method = "GET",
+                      .path = "/v1/chains",
+                      .operation = "listChains",
+                      .summary = "The shipped chains, or one chain file",
+                      .handle = replies([&](const Call& call) {
+                          return reply_to(
+                              service.chains(call.user, call.query("file")),
+                              [](const std::string& text) { return json_reply(200, text); });
+                      }),
+                      .queries = {{"file", "a chain file of the roots"}},
+                      .refusals = {403},
+                      .schema = "Chains"});
+    routes.push_back({.method = "GET",
+                      .path = "/v1/image",
+                      .operation = "getInputFrame",
+                      .summary = "A frame of an input, reduced",
+                      .handle =
+                          [&](const Call& call, const Respond& respond) {
+                              const auto frame = number_of<int>(call.query("frame"));
+                              if (!frame) return respond(problem(400, "frame is not given"));
+                              service.input_image(call.user, call.query("input"), *frame,
+                                                  image_wanted(call),
+                                                  [respond](Answer<Picture> picture) {
+                                                      respond(image_reply(picture));
+                                                  });
+                          },
+                      .queries =
+                          [] {
+                              auto queries = image_queries();
+                              queries.push_back({"input", "frames, as in a job"});
+                              queries.push_back({"frame", "a frame number", {}, "-?[0-9]{1,9}"});
+                              return queries;
+                          }(),
+                      .refusals = {403, 422},
+                      .type = "image/png"});
     routes.push_back({.method = "POST",
                       .path = "/v1/plan",
                       .operation = "planFrames",

@@ -43,6 +43,7 @@ struct Job {
     int done = 0;            // written, skipped
     int failed = 0;          // missing, quarantined
     int64_t bytes = 0;       // of the outputs that it wrote
+    int place = 0;           // in the queue, from 1; 0 = it does not wait
     double remaining_s = 0;  // estimate while the job runs; 0 = unknown
     int exit_code = 0;       // as of the command
     std::string verdict;     // ab, bench and study: one line

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "tools/sequence/files/json.h"
+#include "tools/service/store/job_search.h"
 #include "tools/service/store/rows.h"
 #include "tools/service/store/upkeep.h"
 
@@ -195,18 +196,36 @@ Result<std::optional<Job>> JobStore::job_of_key(const std::string& key) const {
 }
 
 Result<std::vector<Job>> JobStore::jobs(const std::string& state, const std::string& before,
-                                        size_t limit, const std::string& owner) const {
+                                        size_t limit, const std::string& owner,
+                                        const std::string& search) const {
     return look<std::vector<Job>>([&] {
         std::vector<Job> jobs;
-        Statement found(database_, concat(kJob,
-                                          "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) "
-                                          "AND (?4 = '' OR owner = ?4) ORDER BY id DESC LIMIT ?3")
-                                       .c_str());
+        const auto words = words_of(search);
+        Statement found(database_,
+                        concat(kJob,
+                               "WHERE (?1 = '' OR state = ?1) AND (?2 = 0 OR id < ?2) "
+                               "AND (?4 = '' OR owner = ?4)",
+                               search_condition(words.size(), 5), " ORDER BY id DESC LIMIT ?3")
+                            .c_str());
         // No jobs are older than an invalid id.
         found.bind(state).bind(before.empty() ? 0 : std::max<int64_t>(number_of(before), 1));
         found.bind(int64_t(limit)).bind(owner);
+        for (const std::string& word : words) found.bind(word);
         while (found.step()) jobs.push_back(job_of(found));
         return jobs;
+    });
+}
+
+Result<QueuePlaces> JobStore::places() const {
+    return look<QueuePlaces>([&] {
+        std::vector<WaitingJob> waiting;
+        Statement found(database_,
+                        "SELECT id, priority, owner, IFNULL((SELECT turn FROM turns WHERE "
+                        "turns.owner = jobs.owner), 0) FROM jobs WHERE state = 'queued'");
+        while (found.step())
+            waiting.push_back(
+                {found.integer(0), int(found.integer(1)), found.text(2), found.integer(3)});
+        return places_of(waiting);
     });
 }
 

@@ -26,6 +26,7 @@
 
 #include "chain/status.h"
 #include "tools/service/store/job.h"
+#include "tools/service/store/queue_order.h"
 #include "tools/service/store/sqlite.h"
 #include "tools/service/store/store_lock.h"
 #include "tools/service/store/upkeep.h"
@@ -95,9 +96,12 @@ class JobStore {
     Result<Added> add(const NewJob& job, size_t max_queue, const User& owner = User());
     Result<std::optional<Job>> job(const std::string& id) const;
     Result<std::optional<Job>> job_of_key(const std::string& key) const;
-    // Newest first; `state`, `before` and `owner` may be empty.
+    // Newest first; `state`, `before`, `owner` and `search` (job_search.h) may be empty.
     Result<std::vector<Job>> jobs(const std::string& state, const std::string& before, size_t limit,
-                                  const std::string& owner = "") const;
+                                  const std::string& owner = "",
+                                  const std::string& search = "") const;
+    // The places of waiting jobs, in the order in which next() would return them.
+    Result<QueuePlaces> places() const;
     // In the order of the job.
     Result<std::vector<JobFrame>> frames(const std::string& id) const;
     Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;

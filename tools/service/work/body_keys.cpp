@@ -91,6 +91,7 @@ BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table) {
     if (kind == RequestKind::preview) {
         keys.emplace_back("frame", Json::object());
         keys.emplace_back("scale", Json::object());
+        keys.emplace_back("plane", Json::object());
     }
     return keys;
 }

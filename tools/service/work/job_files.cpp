@@ -1,5 +1,6 @@
 #include "tools/service/work/job_files.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "config/text_tree.h"
@@ -19,6 +20,7 @@ std::string type_of(const std::string& name) {
     if (extension == ".png") return "image/png";
     if (extension == ".exr") return "image/x-exr";
     if (extension == ".yaml") return "application/yaml";
+    if (extension == ".js") return "text/javascript; charset=utf-8";
     return "";
 }
 
@@ -59,6 +61,42 @@ Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after
                        {},
                        0};
     return ShownFrame{path, request.run.source};
+}
+
+Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& frames,
+                               const JobReader& reader) {
+    const auto done = [](const JobFrame& frame) {
+        return frame.state == FrameState::written || frame.state == FrameState::skipped;
+    };
+    const auto last = std::find_if(frames.rbegin(), frames.rend(), done);
+    if (last != frames.rend()) return shown_frame(job, *last, true, reader);
+    JobFrame first = frames.empty() ? JobFrame() : frames.front();
+    if (frames.empty()) {
+        auto read = reader.job(job.body);
+        if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
+        const JobRequest& request = std::get<JobRequest>(read);
+        if (request.kind == JobKind::study)
+            return not_found("a study has no frames of its own; its report shows them");
+        const auto list = io::find_frames(request.run.input, request.run.frames);
+        if (!list.ok()) return not_found(reader.roots().shown_in(list.status().message()));
+        first.frame = list->files.empty() ? 0 : list->files.begin()->first;
+    }
+    return shown_frame(job, first, false, reader);
+}
+
+Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots& roots) {
+    const auto spec = io::InputSpec::parse(input);
+    if (!spec.ok()) return Problem{Problem::Kind::invalid, spec.status().message(), {}, 0};
+    auto pattern = resolve_pattern(spec->color(), roots);
+    if (pattern.ok()) {
+        const auto path = roots.resolve(pattern->format(frame));
+        std::error_code error;
+        if (path.ok() && !fs::is_regular_file(*path, error))
+            return not_found(roots.shown(*path) + ": does not exist");
+        if (path.ok()) return ShownFrame{*path, {}};
+        pattern = path.status();
+    }
+    return Problem{Problem::Kind::forbidden, pattern.status().message(), {}, 0};
 }
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name,

@@ -20,6 +20,12 @@ struct ShownFrame {
 };
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
                                const JobReader& reader);
+// The frame that stands for the job in a list: its last finished one after filtering, otherwise its
+// first one before.
+Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& frames,
+                               const JobReader& reader);
+// A frame of an input, as a request names it.
+Answer<ShownFrame> input_frame(const std::string& input, int frame, const Roots& roots);
 
 Answer<ResultFile> report_file_of(const Job& job, const std::string& name, const JobReader& reader);
 

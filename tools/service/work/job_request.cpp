@@ -384,6 +384,12 @@ class RequestParser {
     void read_preview() {
         body_.integer("frame", -io::kMaxFrameNumber, io::kMaxFrameNumber, request_.frame);
         if (!body_.find("frame")) body_.fault("frame", "missing");
+        if (const TextNode* plane = body_.find("plane")) {
+            if (is_string(*plane) && plane->text == "depth")
+                request_.plane = PreviewPlane::depth;
+            else if (!is_string(*plane) || plane->text != "color")
+                body_.fault("plane", unknown_word("plane", plane->text, {"color", "depth"}));
+        }
         const TextNode* scale = body_.find("scale");
         if (!scale) return;
         const Result<double> value = number_of(*scale);

@@ -28,6 +28,8 @@
 
 namespace postchain::service {
 
+enum class PreviewPlane { color, depth };
+
 struct JobRequest {
     JobKind kind = JobKind::run;
     int priority = 0;
@@ -44,8 +46,9 @@ struct JobRequest {
     std::vector<report::MetricLimit> under, fail_above;
     study::Study study;  // study: has its own chains, inputs and settings
     study::StudySettings study_settings;
-    int frame = 0;     // preview
-    double scale = 1;  // preview: kMinPreviewScale..1
+    int frame = 0;                             // preview
+    double scale = 1;                          // preview: kMinPreviewScale..1
+    PreviewPlane plane = PreviewPlane::color;  // preview
     std::vector<std::string> warnings;
 };
 

@@ -6,6 +6,7 @@
 #include "chain/plan.h"
 #include "tools/sequence/run/frame_source.h"
 #include "tools/service/work/job_request.h"
+#include "tools/service/work/service.h"
 
 namespace postchain::service {
 
@@ -18,8 +19,14 @@ struct PreparedPreview {
 // lengths in pixels. Errors: those of reading and planning.
 Result<PreparedPreview> prepare_preview(JobRequest& request);
 
-// The color of a file as 8-bit PNG, at most 320 pixels wide and high. Errors (input), (output).
-Result<std::string> thumbnail_of(const std::string& path, int frame,
-                                 const sequence::SourceSettings& settings);
+// The distance to the surface at each pixel of the request's frame, scene units, reduced like the
+// preview; infinity in the sky. Errors (input): those of reading, or the frame has no depth.
+Result<ImageF> distances_of(const JobRequest& request);
+
+// The bytes of an image in the reply: a PNG, an EXR, or the values for a page (kPictureType).
+Result<std::string> bytes_of(const ImageF& color, const std::string& type);
+// The color of a file, reduced. Errors (input), (output).
+Result<std::string> image_of(const std::string& path, int frame,
+                             const sequence::SourceSettings& settings, const ImageWanted& wanted);
 
 }  // namespace postchain::service

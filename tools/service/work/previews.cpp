@@ -2,8 +2,6 @@
 
 #include <future>
 
-#include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/image/preview.h"
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/preview.h"
 
@@ -66,13 +64,12 @@ Answer<Picture> Previews::picture(JobRequest& request, const Roots& roots, const
                                   const Ticket& ticket) {
     if (Status status = check_inputs(request.run.input, roots); !status.ok())
         return problem_of(status, roots);
-    const auto color = filter(request, ticket);
+    const auto color =
+        request.plane == PreviewPlane::depth ? distances_of(request) : filter(request, ticket);
     if (!color.ok()) return problem_of(color.status(), roots);
-    const bool exr = type == "image/x-exr";
-    auto bytes =
-        exr ? io::planes_exr_bytes(*color, {"R", "G", "B", "A"}) : io::encode_png_preview(*color);
+    auto bytes = bytes_of(*color, type);
     if (!bytes.ok()) return problem_of(bytes.status(), roots);
-    return Picture{exr ? type : "image/png", std::move(*bytes)};
+    return Picture{type, std::move(*bytes)};
 }
 
 Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {

@@ -107,7 +107,7 @@ Result<std::string> Roots::resolve(const std::string& path) const {
     const std::string resolved = without_links(whole);
     if (resolved.size() >= PATH_MAX)
         return Status(StatusCode::usage, "'" + given(path) + "' is too long for a path");
-    for (const std::string& folder : within_.empty() ? folders_ : within_)
+    for (const std::string& folder : entries())
         if (!resolved.empty() && is_in(resolved, folder)) return resolved;
     return Status(StatusCode::usage, "'" + given(path) + "' is outside the folders of this " +
                                          (within_.empty() ? "service" : "user"));

@@ -28,6 +28,8 @@ class Roots {
     std::string shown_in(std::string text) const;
 
     const std::vector<std::string>& folders() const { return folders_; }
+    // The folders that paths must be in: a user's, or all.
+    const std::vector<std::string>& entries() const { return within_.empty() ? folders_ : within_; }
 
   private:
     std::vector<std::string> folders_;  // absolute, resolved

@@ -11,6 +11,7 @@
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/service/store/job_store.h"
+#include "tools/service/work/browse.h"
 #include "tools/service/work/disk_check.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_files.h"
@@ -79,10 +80,17 @@ struct Service::State {
     std::mutex listener_mutex;
     std::function<void(const Event&)> listener;
 
-    // A job of the store with the remaining time of the running job.
-    Job shown(Job job) const {
+    // A job of the store with the remaining time of the running job, or its place in the queue.
+    Job shown(Job job, const QueuePlaces& places) const {
         job.remaining_s = backend->remaining_s(job.id);
+        const auto place = places.find(job.id);
+        if (place != places.end()) job.place = place->second;
         return job;
+    }
+    Job shown(Job job) const {
+        if (job.state != JobState::queued) return shown(std::move(job), {});
+        const auto places = store->places();
+        return shown(std::move(job), places.ok() ? *places : QueuePlaces());
     }
 
     void hear(const Event& event) {
@@ -102,6 +110,32 @@ struct Service::State {
                                   (*job)->owner.empty() ? "another user" : (*job)->owner,
                                   "; only its owner and administrators may change it"));
         return std::move(**job);
+    }
+
+    // Sends an image of a file, which `find` returns with its frame, from another thread.
+    template <class Find>
+    void show(const User& user, const ImageWanted& wanted,
+              std::function<void(Answer<Picture>)> done, const Find& find) {
+        const auto of_user = readers.of(user);
+        if (!of_user.ok())
+            return done(problem(Problem::Kind::forbidden, of_user.status().message()));
+        const bool taken = thumbnails.run([reader = *of_user, wanted, done, find] {
+            Answer<Picture> answer = Problem{};
+            try {
+                const auto [shown, frame] = find(reader);
+                if (const auto* refused = std::get_if<Problem>(&shown)) return done(*refused);
+                const auto& [path, source] = std::get<ShownFrame>(shown);
+                auto bytes = image_of(path, frame, source, wanted);
+                if (bytes.ok())
+                    answer = Picture{wanted.type, std::move(*bytes)};
+                else
+                    answer = service::problem_of(bytes.status(), reader.roots());
+            } catch (...) {
+                answer = service::problem_of(status_of_exception("the image"), reader.roots());
+            }
+            done(std::move(answer));
+        });
+        if (!taken) done(problem(Problem::Kind::busy, "too many images are waiting; try again", 1));
     }
 
     // Changes a job with `work`, which returns false if its state does not allow it.
@@ -208,7 +242,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
             *created = true;
             state_->backend->wake();
             added->job.message = joined(job.warnings, "; ");
-            return added->job;
+            return state_->shown(std::move(added->job));
         case Added::What::same:
             return added->job;
         case Added::What::other_body:
@@ -226,9 +260,12 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
 }
 
 Answer<std::vector<Job>> Service::jobs(const JobQuery& query) const {
-    auto jobs = state_->store->jobs(query.state, query.before, query.limit, query.owner);
+    auto jobs =
+        state_->store->jobs(query.state, query.before, query.limit, query.owner, query.search);
     if (!jobs.ok()) return problem_of(jobs.status());
-    for (Job& job : *jobs) job = state_->shown(std::move(job));
+    const auto places = state_->store->places();
+    if (!places.ok()) return problem_of(places.status());
+    for (Job& job : *jobs) job = state_->shown(std::move(job), *places);
     return std::move(*jobs);
 }
 
@@ -336,34 +373,49 @@ void Service::preview(const User& user, const std::string& body, const PreviewWa
         done(problem(Problem::Kind::busy, "too many previews are waiting; try again", 1));
 }
 
-void Service::thumbnail(const User& user, const std::string& id, int frame, bool after,
-                        std::function<void(Answer<Picture>)> done) {
+void Service::frame_image(const User& user, const std::string& id, int frame, bool after,
+                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
     const auto known = job(id);
     if (const auto* refused = std::get_if<Problem>(&known)) return done(*refused);
     const auto entry = state_->store->frame(id, frame);
     if (!entry.ok()) return done(problem_of(entry.status()));
     if (!*entry)
         return done(problem(Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)));
+    state_->show(user, wanted, std::move(done),
+                 [job = std::get<Job>(known), entry = **entry, after](const JobReader& reader) {
+                     return std::pair(shown_frame(job, entry, after, reader), entry.frame);
+                 });
+}
+
+void Service::job_image(const User& user, const std::string& id, const ImageWanted& wanted,
+                        std::function<void(Answer<Picture>)> done) {
+    const auto known = job(id);
+    if (const auto* refused = std::get_if<Problem>(&known)) return done(*refused);
+    const auto frames = state_->store->frames(id);
+    if (!frames.ok()) return done(problem_of(frames.status()));
+    state_->show(user, wanted, std::move(done),
+                 [job = std::get<Job>(known), frames = *frames](const JobReader& reader) {
+                     return std::pair(shown_frame(job, frames, reader), 0);
+                 });
+}
+
+void Service::input_image(const User& user, const std::string& input, int frame,
+                          const ImageWanted& wanted, std::function<void(Answer<Picture>)> done) {
+    state_->show(user, wanted, std::move(done), [input, frame](const JobReader& reader) {
+        return std::pair(input_frame(input, frame, reader.roots()), frame);
+    });
+}
+
+Answer<std::string> Service::browse(const User& user, const std::string& folder) const {
     const auto reader = state_->readers.of(user);
-    if (!reader.ok()) return done(problem(Problem::Kind::forbidden, reader.status().message()));
-    const bool taken = state_->thumbnails.run(
-        [job = std::get<Job>(known), entry = **entry, after, reader = *reader, done] {
-            Answer<Picture> answer = Problem{};
-            try {
-                const auto shown = shown_frame(job, entry, after, reader);
-                if (const auto* refused = std::get_if<Problem>(&shown)) return done(*refused);
-                const auto& [path, source] = std::get<ShownFrame>(shown);
-                auto png = thumbnail_of(path, entry.frame, source);
-                if (png.ok())
-                    answer = Picture{"image/png", std::move(*png)};
-                else
-                    answer = problem_of(png.status(), reader.roots());
-            } catch (...) {
-                answer = problem_of(status_of_exception("the thumbnail"), reader.roots());
-            }
-            done(std::move(answer));
-        });
-    if (!taken) done(problem(Problem::Kind::busy, "too many thumbnails are waiting; try again", 1));
+    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
+    return service::browse(folder, reader->roots());
+}
+
+Answer<std::string> Service::chains(const User& user, const std::string& file) const {
+    const auto reader = state_->readers.of(user);
+    if (!reader.ok()) return problem(Problem::Kind::forbidden, reader.status().message());
+    return chains_of(file, reader->roots());
 }
 
 Answer<ResultFile> Service::report_file(const User& user, const std::string& id,

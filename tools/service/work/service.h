@@ -59,8 +59,16 @@ struct Picture {
     std::string bytes;
 };
 
+inline constexpr const char* kExrType = "image/x-exr";
+
+// An image of a file in a reply.
+struct ImageWanted {
+    std::string type = "image/png";  // or report::kPictureType
+    int side = 320;                  // largest width and height
+};
+
 struct PreviewWanted {
-    std::string type = "image/png";  // or "image/x-exr": scene-linear, float
+    std::string type = "image/png";  // or kExrType, report::kPictureType: scene-linear
     std::string session;             // a later preview of the session replaces this one; empty = no
     std::shared_ptr<std::atomic<bool>> left = {};  // set: nobody waits for it
 };
@@ -75,6 +83,7 @@ struct ResultFile {
 
 struct JobQuery {
     std::string state, owner;  // empty = any
+    std::string search = {};   // words that all occur in a job's names, paths, state or message
     std::string before;        // an id, to continue a list; empty = from the newest
     size_t limit = 50;
 };
@@ -133,9 +142,19 @@ class Service {
     // once, on any thread.
     void preview(const User& user, const std::string& body, const PreviewWanted& wanted,
                  std::function<void(Answer<Picture>)> done);
-    // A thumbnail of a job's frame before or after filtering, at most 320 pixels wide and high.
-    void thumbnail(const User& user, const std::string& id, int frame, bool after,
+    // An image of a job's frame before or after filtering. `done` is called once, on any thread.
+    void frame_image(const User& user, const std::string& id, int frame, bool after,
+                     const ImageWanted& wanted, std::function<void(Answer<Picture>)> done);
+    // An image that stands for the job in a list.
+    void job_image(const User& user, const std::string& id, const ImageWanted& wanted,
                    std::function<void(Answer<Picture>)> done);
+    // An image of a frame of an input.
+    void input_image(const User& user, const std::string& input, int frame,
+                     const ImageWanted& wanted, std::function<void(Answer<Picture>)> done);
+    // What a folder of the roots has, and chains with their texts: JSON, as
+    // tools/service/work/browse.h.
+    Answer<std::string> browse(const User& user, const std::string& folder) const;
+    Answer<std::string> chains(const User& user, const std::string& file) const;
     // A file of a job's report, such as "index.html" or "report.json".
     Answer<ResultFile> report_file(const User& user, const std::string& id,
                                    const std::string& name) const;

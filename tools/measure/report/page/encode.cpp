@@ -23,8 +23,7 @@ Result<std::string> deflated(const std::vector<uint8_t>& bytes) {
     std::vector<uint8_t> packed(size);
     const int code = compress2(packed.data(), &size, bytes.data(), uLong(bytes.size()), kLevel);
     if (code != Z_OK) return Status(StatusCode::internal, concat("zlib: ", zError(code)));
-    packed.resize(size);
-    return io::base64_of({reinterpret_cast<const char*>(packed.data()), packed.size()});
+    return std::string(reinterpret_cast<const char*>(packed.data()), size);
 }
 
 // Differences of an image's values, channel by channel.
@@ -52,9 +51,11 @@ uint16_t nonfinite_half(float v) {
     return v > 0 ? kHalfInfinity : uint16_t(kHalfInfinity | 0x8000);
 }
 
-}  // namespace
+Result<std::string> base64_of(const Result<std::string>& packed) {
+    return packed.ok() ? Result<std::string>(io::base64_of(*packed)) : packed;
+}
 
-Result<std::string> encode_color(const ImageF& rgb) {
+Result<std::string> packed_halves(const ImageF& rgb) {
     std::vector<float> finite(rgb.data.size());
     std::transform(rgb.data.begin(), rgb.data.end(), finite.begin(), [](float v) {
         return std::isnan(v) ? 0.0f : std::clamp(v, -kMaxHalf, kMaxHalf);
@@ -73,12 +74,27 @@ Result<std::string> encode_color(const ImageF& rgb) {
     return deflated(bytes);
 }
 
+}  // namespace
+
+Result<std::string> encode_color(const ImageF& rgb) {
+    return base64_of(packed_halves(rgb));
+}
+
+Result<std::string> picture_file(const ImageF& color) {
+    const auto packed = packed_halves(color);
+    if (!packed.ok()) return packed;
+    std::string file = "PPIC";
+    for (const int number : {color.width, color.height, color.channels})
+        for (int shift = 0; shift < 32; shift += 8) file += char(uint32_t(number) >> shift & 255);
+    return file + *packed;
+}
+
 Result<std::string> encode_map(const ImageF& map) {
     Image<uint8_t> steps(map.width, map.height, map.channels);
     std::transform(map.data.begin(), map.data.end(), steps.data.begin(), [](float v) {
         return uint8_t(std::isnan(v) ? 255 : std::lround(255 * std::clamp(v, 0.0f, 1.0f)));
     });
-    return deflated(differences_of(steps));
+    return base64_of(deflated(differences_of(steps)));
 }
 
 }  // namespace postchain::report

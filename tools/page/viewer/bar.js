@@ -7,14 +7,18 @@ const kFramesPerSecond = 12;
 
 export function fill_bar(page) {
     const { model, state } = page;
-    const frames = model.page_frames;
-
     const slider = by_id("frame");
-    by_id("frames").hidden = frames.length < 2;
-    slider.max = Math.max(0, frames.length - 1);
-    slider.addEventListener("input", () => state.set({ frame: frames[slider.valueAsNumber] }));
+    slider.addEventListener("input", () =>
+        state.set({ frame: model.page_frames[slider.valueAsNumber] }));
+    // Called by a page whose frames have changed.
+    page.follow_frames = () => {
+        by_id("frames").hidden = model.page_frames.length < 2;
+        slider.max = Math.max(0, model.page_frames.length - 1);
+        slider.value = model.page_frames.indexOf(state.get("frame"));
+    };
+    page.follow_frames();
     state.watch(["frame"], () => {
-        slider.value = frames.indexOf(state.get("frame"));
+        slider.value = model.page_frames.indexOf(state.get("frame"));
         slider.setAttribute("aria-valuetext", `frame ${state.get("frame")}`);
         by_id("frame-number").textContent = state.get("frame");
     });
@@ -30,7 +34,7 @@ export function fill_bar(page) {
         }
     }
     page.play = () => {
-        if (frames.length < 2) return;
+        if (model.page_frames.length < 2) return;
         playing = !playing;
         play.setAttribute("aria-pressed", playing);
         play.textContent = playing ? "\u23f8\ufe0e" : "\u25b6\ufe0e";
@@ -58,6 +62,9 @@ export function fill_bar(page) {
     by_id("pin").addEventListener("click", () => state.set({ pin: !state.get("pin") }));
     state.watch(["pin"], () => by_id("pin").setAttribute("aria-pressed", state.get("pin")));
 
+    by_id("wipe-on").addEventListener("click", () => page.wipe());
+    state.watch(["wipe"], () =>
+        by_id("wipe-on").setAttribute("aria-pressed", state.get("wipe") > 0));
     by_id("zoom-fit").addEventListener("click", () => page.viewer.zoom_fit());
     by_id("zoom-one").addEventListener("click", () => page.viewer.zoom_to(1));
     by_id("zoom-in").addEventListener("click", () => page.viewer.zoom_by(1));

@@ -2,12 +2,10 @@
 // button that has the focus.
 import { by_id, h, limit } from "../shared/dom.js";
 
+// The keys of every viewer, and what they do.
 const kKeys = [
-    [["1", "9"], "a variant, by its place in the list"],
-    [["0"], "the truth"],
-    [["I"], "the input"],
     [["Space"], "flip the last two"],
-    [["N", "B"], "next picture, the one before"],
+    [["W"], "wipe between the last two: on, off"],
     [["D"], "hold: error map"],
     [["E"], "error map on, off"],
     [["M"], "next error map"],
@@ -19,15 +17,15 @@ const kKeys = [
     [["F"], "fit; also a double click"],
     [["Arrows"], "on the picture: move the cursor, with Shift by 10 pixels"],
     [["Drag"], "move the picture"],
-    [["Shift", "Drag"], "choose a region for the crops"],
 ];
 
-export function bind_keys(page) {
+/** rows: further keys in words; more: their actions, by key. */
+export function bind_keys(page, rows, more) {
     const { model, state } = page;
     const dialog = by_id("help");
-    by_id("keys").append(...kKeys.map(([keys, what]) => h("tr", {},
+    by_id("keys").append(...[...rows, ...kKeys].map(([keys, what]) => h("tr", {},
         h("td", {}, keys.flatMap((key, i) => [
-            i ? (keys[0] === "1" ? " \u2026 " : keys[0] === "Shift" ? " + " : " ") : "",
+            i ? (keys[0] === "1" ? " \u2026 " : keys[0] === "Shift" || keys[0] === "Alt" ? " + " : " ") : "",
             h("kbd", {}, key)])), h("td", {}, what))));
     const help = () => dialog.open || dialog.showModal();
     by_id("help-open").addEventListener("click", help);
@@ -42,22 +40,21 @@ export function bind_keys(page) {
     };
     const expose = (by) => state.set({ ev: limit(state.get("ev") + by, -20, 20) });
     const actions = {
-        0: () => page.show("truth"), i: () => page.show("input"), " ": page.flip,
-        n: () => page.step(1), b: () => page.step(-1), d: () => page.viewer.hold(true),
+        " ": page.flip, d: () => page.viewer.hold(true), w: page.wipe,
         e: () => state.set({ pin: !state.get("pin") }), m: next_map,
         "[": () => expose(-0.5), "]": () => expose(0.5), r: () => state.set({ ev: 0 }),
         ",": () => page.step_frame(-1), ".": () => page.step_frame(1), p: () => page.play(),
         "+": () => page.viewer.zoom_by(1), "=": () => page.viewer.zoom_by(1),
-        "-": () => page.viewer.zoom_by(-1), f: () => page.viewer.zoom_fit(), "?": help,
+        "-": () => page.viewer.zoom_by(-1), f: () => page.viewer.zoom_fit(), "?": help, ...more,
     };
-    for (let digit = 1; digit <= 9; ++digit) actions[digit] = () => page.show(String(digit));
-    const held = new Set([" ", "d", "e", "p", "m", "?"]);  // once per press
+    const held = new Set([" ", "d", "e", "p", "m", "w", "?"]);  // once per press
 
     addEventListener("keydown", (event) => {
         if (event.ctrlKey || event.metaKey || event.altKey || dialog.open) return;
         const target = event.target;
         const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
         if (target.matches("select, textarea, input:not([type=range])")) return;
+        if (document.querySelector("dialog[open]")) return;
         if (target.matches("button, summary, a") && key === " ") return;
         const action = actions[key];
         if (!action) return;
@@ -80,6 +77,6 @@ export function bind_keys(page) {
         const pixel = { x: limit(from.x + step[0] * size, 0, model.width - 1),
             y: limit(from.y + step[1] * size, 0, model.height - 1) };
         page.viewer.point_at(pixel);
-        page.read_values(pixel);
+        page.read_values?.(pixel);
     });
 }

@@ -34,16 +34,21 @@ export function taps_of(scale) {
 // Fills `out` (RGBA of width x height) with the view, whose members are those of GlView.draw, with
 // `ev` beside gain.
 export function render(view, out, width, height) {
-    const { image, scale } = view;
-    const [w, h] = [image.width, image.height];
+    const { scale } = view;
+    const [w, h] = view.size;
     const lookup = tones(view.tone, view.ev);
-    const pixel = (x, y, sum) => {
+    // The index of the pixel of a picture that covers a place of the frame.
+    const clamp = (v, size, frame) =>
+        Math.min(Math.max(Math.floor((v * size) / frame), 0), size - 1);
+    const texel = ({ width, height }, x, y) =>
+        clamp(y, height, h) * width + clamp(x, width, w);
+    const pixel = (image, x, y, sum) => {
         if (view.error) {
-            const at = 4 * view.error.data[y * w + x];
+            const at = 4 * view.error.data[texel(view.error, x, y)];
             for (let c = 0; c < 3; ++c) sum[c] += kMagma[at + c];
             return;
         }
-        const at = 3 * (y * w + x);
+        const at = 3 * texel(image, x, y);
         const [r, g, b] = [image.data[at], image.data[at + 1], image.data[at + 2]];
         const bad = is_nan(r) || is_nan(g) || is_nan(b);
         sum[0] += bad ? 255 : lookup[r];
@@ -53,7 +58,6 @@ export function render(view, out, width, height) {
     const n = taps_of(scale);
     const taps = Array.from({ length: n }, (_, i) => ((i + 0.5) / n - 0.5) / scale);
     const background = view.background.map((v) => Math.round(255 * v));
-    const clamp = (v, end) => Math.min(Math.max(Math.floor(v), 0), end - 1);
     const sum = [0, 0, 0];
     for (let y = 0, to = 0; y < height; ++y) {
         const at_y = (y + 0.5 - height / 2) / scale + view.center[1];
@@ -66,7 +70,8 @@ export function render(view, out, width, height) {
             }
             sum[0] = sum[1] = sum[2] = 0;
             for (const dy of taps)
-                for (const dx of taps) pixel(clamp(at_x + dx, w), clamp(at_y + dy, h), sum);
+                for (const dx of taps)
+                    pixel(x + 0.5 < view.split ? view.other : view.image, at_x + dx, at_y + dy, sum);
             for (let c = 0; c < 3; ++c) out[to + c] = Math.round(sum[c] / (n * n));
             if (view.grid && Math.min(at_x % 1, at_y % 1) * scale < 1) {
                 const light = (0.3 * out[to] + 0.6 * out[to + 1] + 0.1 * out[to + 2]) / 255;

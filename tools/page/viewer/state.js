@@ -1,46 +1,22 @@
 // The state of the page, kept in the part of the address after #, so that a link shows the same.
 //
-// show, last: "truth", "input" or the number of a variant, from 1; docs/report.md has the rest.
 import { settle } from "../shared/dom.js";
 
 // key in the address -> member, how it is read and written. An invalid value is ignored.
-const number_between = (low, high) => ({
+export const number_between = (low, high) => ({
     read: (text) => {
         const v = Number(text);
         return text !== "" && v >= low && v <= high ? v : undefined;
     },
     write: (v) => String(Number(v.toFixed(3))),
 });
-const one_of = (keys) => ({
+export const one_of = (keys) => ({
     read: (text) => (keys.includes(text) ? text : undefined),
     write: (v) => v,
 });
-const flag = { read: (text) => text === "1", write: (v) => (v ? "1" : "0") };
-const boxes = (frames, width, height) => ({
-    read: (text) => text.split("_").map((box) => box.split(",").map(Number)).filter(
-        ([frame, x, y, w, h]) => frames.includes(frame) && x >= 0 && y >= 0 && w >= 1 && h >= 1 &&
-            x + w <= width && y + h <= height && [x, y, w, h].every(Number.isInteger))
-        .map(([frame, x, y, w, h]) => ({ frame, x, y, width: w, height: h })),
-    write: (list) => list.map((b) => [b.frame, b.x, b.y, b.width, b.height].join()).join("_"),
-});
-
-export function fields_of(model) {
-    return {
-        show: one_of(model.sources.map((s) => s.key)),
-        last: one_of(model.sources.map((s) => s.key)),
-        frame: one_of_numbers(model.page_frames),
-        ev: number_between(-20, 20),
-        tone: one_of(model.tones),
-        map: one_of(model.maps.map((m) => m.key)),
-        pin: flag,
-        zoom: number_between(0, 64),  // device pixels per picture pixel; 0: the whole picture
-        x: number_between(-1e5, 1e5),  // picture pixel at the center of the canvas
-        y: number_between(-1e5, 1e5),
-        metric: one_of(model.metrics.map((m) => m.name)),
-        crops: boxes(model.page_frames, model.width, model.height),
-    };
-}
-const one_of_numbers = (list) => ({
+export const any_text = { read: (text) => text, write: (v) => v };
+export const flag = { read: (text) => text === "1", write: (v) => (v ? "1" : "0") };
+export const one_of_numbers = (list) => ({
     read: (text) => (text !== "" && list.includes(Number(text)) ? Number(text) : undefined),
     write: String,
 });
@@ -74,7 +50,7 @@ export class State {
             .map(([key, { write }]) =>
                 [key, write(this.values[key] ?? ""), write(this.defaults[key] ?? "")])
             .filter(([, text, usual]) => text !== usual)
-            .map(([key, text]) => `${key}=${text}`).join("&");
+            .map(([key, text]) => `${key}=${text.replace(/[%&+#\s]/g, encodeURIComponent)}`).join("&");
     }
 
     write() {

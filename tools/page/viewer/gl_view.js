@@ -50,7 +50,7 @@ export class GlView {
             throw new Error(gl.getProgramInfoLog(program));
         gl.useProgram(program);
         this.at = (name) => gl.getUniformLocation(program, name);
-        ["picture", "error", "magma"].forEach(
+        ["picture", "error", "magma", "other"].forEach(
             (name, unit) => gl.uniform1i(this.at(name), unit));
         gl.bindVertexArray(gl.createVertexArray());
         this.blank = this.#texture(gl.R8, 1, 1, gl.RED, gl.UNSIGNED_BYTE, new Uint8Array(1));
@@ -92,7 +92,7 @@ export class GlView {
         let bytes = 0;
         for (const held of this.textures.values()) bytes += held.bytes;
         for (const [name, held] of this.textures) {
-            if (bytes <= kTextureBytes || this.textures.size <= 2) break;
+            if (bytes <= kTextureBytes || this.textures.size <= 3) break;
             bytes -= held.bytes;
             this.gl.deleteTexture(held.texture);
             this.textures.delete(name);
@@ -100,13 +100,15 @@ export class GlView {
     }
 
     // view: {image, center: [x, y], scale, gain, tone, background: [r, g, b] of 0..1, grid,
-    // error: its map, which is drawn in its place}
+    // error: its map, which is drawn in its place; size: [width, height] of the frame, which all
+    // of these cover; other: the picture left of `split`, device pixels}
     draw(view) {
         const gl = this.gl;
         const { width, height } = gl.canvas;
         gl.viewport(0, 0, width, height);
         this.#bind(0, view.image);
         this.#bind(1, view.error);
+        this.#bind(3, view.other);
         this.#evict();
         gl.uniform2f(this.at("canvas"), width, height);
         gl.uniform2f(this.at("center"), ...view.center);
@@ -116,6 +118,8 @@ export class GlView {
         gl.uniform1i(this.at("map"), view.error ? 1 : 0);
         gl.uniform3f(this.at("background"), ...view.background);
         gl.uniform1i(this.at("grid"), view.grid ? 1 : 0);
+        gl.uniform2f(this.at("size"), ...view.size);
+        gl.uniform1f(this.at("split"), view.split);
         gl.uniform1i(this.at("n"), taps_of(view.scale));
         gl.drawArrays(gl.TRIANGLES, 0, 3);
     }

@@ -35,6 +35,11 @@ export class Viewer {
         this.#follow_size();
         this.#follow_pointer();
         state.watch(["show", "frame", "map", "pin"], () => this.load());
+        // Moving the line loads nothing.
+        state.watch(["wipe", "last"], () => {
+            if (this.wiped()?.key !== this.left) this.load();
+            this.draw();
+        });
         state.watch(["ev", "tone", "zoom", "x", "y"], () => this.draw());
     }
 
@@ -42,6 +47,13 @@ export class Viewer {
     map() {
         if (!this.holding && !this.state.get("pin")) return undefined;
         return this.model.maps.find((m) => m.key === this.state.get("map"));
+    }
+
+    // The source left of the line, or undefined: no wipe.
+    wiped() {
+        const last = this.model.source(this.state.get("last"));
+        return this.state.get("wipe") && last && !this.map() && last.key !== this.state.get("show")
+            && last.frames.includes(this.state.get("frame")) ? last : undefined;
     }
 
     hold(on) {
@@ -55,6 +67,8 @@ export class Viewer {
     #wanted(source, frame) {
         const list = { image: [source.kind, source.variant, frame] };
         const map = this.map();
+        const wiped = this.wiped();
+        if (wiped) list.other = [wiped.kind, wiped.variant, frame];
         if (map) list.error = this.model.error_map(source, frame, map.key);
         return list;
     }
@@ -63,6 +77,7 @@ export class Viewer {
     load() {
         const source = this.model.source(this.state.get("show"));
         const frame = this.state.get("frame");
+        this.left = this.wiped()?.key;
         this.missing = undefined;
         if (!source?.frames.includes(frame)) {
             this.missing = source?.data?.failure ? `${source.name} failed: ${source.data.failure}`
@@ -98,11 +113,12 @@ export class Viewer {
             this.loaded = Promise.all(parts.map(([, name]) => this.store.load(...name))).then(
                 (images) => this.ticket === ticket && show(images),
                 (error) => {
-                    if (this.ticket !== ticket) return;
+                    if (this.ticket !== ticket) return undefined;
+                    if (error.retry) return this.load();
                     this.on.busy(false);
                     this.missing = error.message;
                     this.shown = undefined;
-                    this.draw();
+                    return this.draw();
                 });
         }
         return this.loaded;
@@ -125,6 +141,8 @@ export class Viewer {
             ...this.shown, center: this.center(), scale: this.scale(), ev, gain: 2 ** ev,
             tone: kTones.findIndex((t) => t.key === this.state.get("tone")),
             background: background_of(), grid: this.scale() >= kGridFrom,
+            size: [this.model.width, this.model.height],
+            split: this.shown?.other ? this.state.get("wipe") * this.canvas.width : 0,
         };
     }
 
@@ -214,7 +232,7 @@ export class Viewer {
             if (event.button !== 0) return;
             canvas.setPointerCapture(event.pointerId);
             drag = { at: place(event), center: this.center(), scale: this.scale(),
-                crop: event.shiftKey };
+                crop: event.shiftKey && this.on.crop };
         });
         canvas.addEventListener("pointermove", (event) => {
             const at = place(event);
@@ -235,6 +253,9 @@ export class Viewer {
                 if (event.type === "pointerup" &&
                     Math.min(box.width, box.height) >= kLeastCrop)
                     this.on.crop(box);
+            } else if (drag && !drag.moved && event.type === "pointerup") {
+                const pixel = inside(this.to_picture(...place(event)));
+                if (pixel) this.on.click?.(pixel);
             }
             drag = undefined;
             canvas.classList.remove("dragging");
@@ -271,11 +292,18 @@ export class Viewer {
         const image = this.store.ready(source.kind, source.variant, frame);
         if (!image) return undefined;
         return {
-            rgb: rgb_at(image, x, y),
-            place: map && place_at(
+            rgb: rgb_at(image, ...this.texel(image, x, y)),
+            place: map && this.place_on_map(
                 this.store.ready(...this.model.error_map(source, frame, map.key)), x, y),
         };
     }
+
+    // A picture may be smaller than the frame: a draft.
+    texel(image, x, y) {
+        const at = (v, size, frame) => Math.min(Math.floor(((v + 0.5) * size) / frame), size - 1);
+        return [at(x, image.width, this.model.width), at(y, image.height, this.model.height)];
+    }
+    place_on_map(map, x, y) { return map && place_at(map, ...this.texel(map, x, y)); }
 
     // RGB (0..255) of the canvas at the center of a pixel of the picture.
     read(x, y) {

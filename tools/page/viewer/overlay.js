@@ -1,9 +1,8 @@
 // Marks over the canvas: the name of the picture, the error scale, the cursor.
-import { by_id, h } from "../shared/dom.js";
+import { by_id, h, limit } from "../shared/dom.js";
 import { percent } from "../shared/tables.js";
 import { number } from "../shared/words.js";
 import { kMagma } from "./magma.js";
-import { metric_name } from "./model.js";
 
 const kRamp = `linear-gradient(to right, ${Array.from({ length: 33 }, (_, i) => {
     const at = 4 * Math.min(255, i * 8);
@@ -31,7 +30,23 @@ export function overlay(page) {
     const { model, state } = page;
     const shown = by_id("shown");
     const scale = by_id("scale");
+    const wipe = by_id("wipe");
     let said = "";
+
+    const move_wipe = (to) => state.set({ wipe: limit(to, 0.005, 0.995) });
+    wipe.addEventListener("pointerdown", (event) => wipe.setPointerCapture(event.pointerId));
+    wipe.addEventListener("pointermove", (event) => {
+        if (!wipe.hasPointerCapture(event.pointerId)) return;
+        const box = page.viewer.canvas.getBoundingClientRect();
+        move_wipe((event.clientX - box.left) / box.width);
+    });
+    wipe.addEventListener("keydown", (event) => {
+        const step = { ArrowLeft: -0.02, ArrowRight: 0.02, Home: -1, End: 1 }[event.key];
+        if (!step) return;
+        event.preventDefault();
+        move_wipe(state.get("wipe") + step);
+    });
+    page.wipe = () => state.set({ wipe: state.get("wipe") ? 0 : 0.5 });
 
     function box_to(element, { x, y, width, height }) {
         const [left, top] = page.viewer.from_picture(x, y);
@@ -46,13 +61,18 @@ export function overlay(page) {
             if (!viewer) return;
             const source = model.source(state.get("show"));
             const map = viewer.map();
-            const metric = state.get("metric");
-            const mean = source?.data && model.mean(source.data, metric);
             const note = viewer.shown?.no_map ? `no ${map.name} map of this picture`
-                : map ? `${map.name} map`
-                    : mean !== undefined ? `${metric_name(metric)} ${number(mean)}` : "";
-            shown.replaceChildren(source?.digit ? `${source.digit}\u2002` : "", source?.name ?? "",
+                : map ? `${map.name} map` : page.note(source);
+            const wiped = viewer.wiped();
+            shown.replaceChildren(wiped ? `${wiped.name} \u2502 ` : "",
+                source?.digit ? `${source.digit}\u2002` : "", source?.name ?? "",
                 h("small", {}, note));
+            wipe.hidden = !wiped;
+            if (wiped) {
+                wipe.style.setProperty("--at", percent(state.get("wipe")));
+                wipe.setAttribute("aria-valuenow", Math.round(100 * state.get("wipe")));
+                wipe.setAttribute("aria-label", `Wipe: ${wiped.name}, ${source.name}`);
+            }
             const text = `${source?.name}${note ? `, ${note}` : ""}, frame ${state.get("frame")}`;
             viewer.canvas.setAttribute("aria-label", text);
             if (text !== said && said) page.say(text);
@@ -60,8 +80,9 @@ export function overlay(page) {
 
             const drawn_map = viewer.shown?.map;
             scale.hidden = !drawn_map;
-            if (drawn_map && scale.dataset.map !== drawn_map.key) {
-                scale.dataset.map = drawn_map.key;
+            const title = drawn_map && `${drawn_map.key} ${model.compared}`;
+            if (drawn_map && scale.dataset.map !== title) {
+                scale.dataset.map = title;
                 fill_scale(scale, drawn_map, model.compared);
             }
             const zoom = viewer.scale();

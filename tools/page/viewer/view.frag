@@ -7,8 +7,11 @@ precision highp int;
 uniform highp sampler2D picture;  // linear RGB
 uniform highp sampler2D error;    // an error map, places 0..1 on its scale
 uniform highp sampler2D magma;    // 256 x 1
+uniform highp sampler2D other;    // linear RGB, left of `split`
 
 uniform vec2 canvas;      // device pixels
+uniform vec2 size;        // of the frame, in picture pixels; a texture may be smaller
+uniform float split;      // device pixels; 0: none
 uniform vec2 center;      // picture pixel at the center of the canvas
 uniform float scale;      // device pixels per picture pixel
 uniform float gain;       // 2^EV
@@ -35,29 +38,33 @@ vec3 shown(vec3 v) {
     return srgb(clamp(x, 0.0, 1.0));
 }
 
-vec3 pixel(ivec2 at) {
+ivec2 texel(vec2 at, ivec2 texels) {
+    return clamp(ivec2(floor(at * vec2(texels) / size)), ivec2(0), texels - 1);
+}
+
+vec3 pixel(vec2 at, bool left) {
     if (!map) {
-        vec3 v = texelFetch(picture, at, 0).rgb;
+        vec3 v = left ? texelFetch(other, texel(at, textureSize(other, 0)), 0).rgb
+                      : texelFetch(picture, texel(at, textureSize(picture, 0)), 0).rgb;
         // NaN is magenta.
         return any(isnan(v)) ? vec3(1.0, 0.0, 1.0) : shown(v);
     }
-    return texelFetch(magma, ivec2(int(round(255.0 * texelFetch(error, at, 0).r)), 0), 0).rgb;
+    float place = texelFetch(error, texel(at, textureSize(error, 0)), 0).r;
+    return texelFetch(magma, ivec2(int(round(255.0 * place)), 0), 0).rgb;
 }
 
 void main() {
-    ivec2 size = textureSize(picture, 0);
     vec2 device = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y);
     vec2 at = (device - 0.5 * canvas) / scale + center;
     color = vec4(background, 1.0);
-    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, vec2(size)))) return;
+    if (any(lessThan(at, vec2(0.0))) || any(greaterThanEqual(at, size))) return;
 
     // The mean of what is shown over the footprint of a device pixel.
     vec3 sum = vec3(0.0);
     for (int y = 0; y < n; ++y)
         for (int x = 0; x < n; ++x) {
             vec2 offset = ((vec2(x, y) + 0.5) / float(n) - 0.5) / scale;
-            ivec2 tap = ivec2(floor(at + offset));
-            sum += pixel(clamp(tap, ivec2(0), size - 1));
+            sum += pixel(at + offset, device.x < split);
         }
     color.rgb = sum / float(n * n);
 

@@ -1,0 +1,180 @@
+// What a page asks the service for: folders, chains, jobs by search, places in the queue, and the
+// pictures of a report one by one.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "tests/io/exr_files.h"
+#include "tools/sequence/files/json.h"
+#include "tools/service/http/report_parts.h"
+#include "tools/service/store/job_store.h"
+#include "tools/service/work/browse.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Json;
+
+void write(const std::string& path, const std::string& text) {
+    fs::create_directories(fs::path(path).parent_path());
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+class BrowseTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        base_ = fs::canonical(folder_.path()).string();
+        for (const char* name : {"a.0001.exr", "a.0002.exr", "a.0004.exr", "still.exr"})
+            write(base_ + "/root/shots/" + name, "x");
+        write(base_ + "/root/shots/camera.json", "{\"f_stop\": 2, \"focus_distance\": 1}");
+        write(base_ + "/root/shots/own.yaml", "postchain: 1\npasses: [fxaa]\n");
+        write(base_ + "/root/shots/order.yaml", "postchain_study: 1\n");
+        write(base_ + "/root/shots/notes.yaml", "text: 1\n");
+        write(base_ + "/root/shots/a.0001.json", "{\"f_stop\": 2}");  // a sidecar
+        write(base_ + "/root/.hidden/a.exr", "x");
+        write(base_ + "/secret/camera.json", "{\"f_stop\": 2}");
+        write(base_ + "/second/b/c.exr", "x");
+        fs::create_symlink(base_ + "/secret", base_ + "/root/way_out");
+    }
+    Roots roots(const std::vector<std::string>& names) const {
+        std::vector<std::string> folders;
+        for (const std::string& name : names) folders.push_back(base_ + "/" + name);
+        return *Roots::of(folders);
+    }
+    static Json json(const Answer<std::string>& answer) {
+        const auto* text = std::get_if<std::string>(&answer);
+        return text ? Json::parse(*text) : Json();
+    }
+    static Json paths(const Json& list) {
+        Json found = Json::array();
+        for (const Json& one : list) found.push_back(one["path"]);
+        return found;
+    }
+    test::TempFolder folder_;
+    std::string base_;
+};
+
+TEST_F(BrowseTest, TheOnlyRootAndAFolderInIt) {
+    const Json root = json(browse("", roots({"root"})));
+    EXPECT_EQ(root["folder"], ".");
+    EXPECT_TRUE(root["parent"].is_null());
+    EXPECT_EQ(paths(root["folders"]), Json({"shots"}));  // neither hidden nor outside
+    const Json shots = json(browse("shots", roots({"root"})));
+    EXPECT_EQ(shots["parent"], ".");
+    EXPECT_EQ(paths(shots["sequences"]), Json({"shots/a.####.exr", "shots/still.exr"}));
+    EXPECT_EQ(shots["sequences"][0]["frames"], "1-2,4");
+    EXPECT_EQ(shots["sequences"][0]["count"], 3);
+    EXPECT_EQ(shots["cameras"], Json({"shots/camera.json"}));
+    EXPECT_EQ(shots["chains"], Json({"shots/own.yaml"}));
+    EXPECT_EQ(shots["studies"], Json({"shots/order.yaml"}));
+}
+
+TEST_F(BrowseTest, SeveralRoots) {
+    const Roots two = roots({"root", "second"});
+    EXPECT_EQ(paths(json(browse("", two))["folders"]), Json({".", base_ + "/second"}));
+    EXPECT_EQ(json(browse(".", two))["parent"], "");
+    EXPECT_EQ(json(browse(base_ + "/second/b", two))["parent"], base_ + "/second");
+    EXPECT_EQ(paths(json(browse("", *two.within({"shots"})))["sequences"]),
+              Json({"shots/a.####.exr", "shots/still.exr"}));
+}
+
+TEST_F(BrowseTest, RefusalsNameNoPathOutside) {
+    for (const char* folder : {"..", "/etc", "way_out", "shots/../../secret"}) {
+        const auto answer = browse(folder, roots({"root"}));
+        ASSERT_TRUE(std::holds_alternative<Problem>(answer)) << folder;
+        EXPECT_EQ(std::get<Problem>(answer).kind, Problem::Kind::forbidden);
+    }
+    const auto none = browse("shots/none", roots({"root"}));
+    EXPECT_EQ(std::get<Problem>(none).kind, Problem::Kind::not_found);
+    EXPECT_EQ(std::get<Problem>(none).detail.find(base_), std::string::npos);
+    EXPECT_EQ(std::get<Problem>(chains_of("/etc/passwd", roots({"root"}))).kind,
+              Problem::Kind::forbidden);
+}
+
+TEST_F(BrowseTest, ChainsWithTheirValues) {
+    const Json shipped = json(chains_of("", roots({"root"})))["chains"];
+    ASSERT_GE(shipped.size(), 5u);
+    for (const Json& one : shipped)
+        if (one["name"] == "balanced")
+            EXPECT_EQ(one["chain"]["passes"][0]["joint_blur"]["samples"], 32);
+    const Json own = json(chains_of("shots/own.yaml", roots({"root"})))["chains"];
+    EXPECT_EQ(own[0]["chain"], Json({{"postchain", 1}, {"passes", {"fxaa"}}}));
+    EXPECT_EQ(own[0]["text"], "postchain: 1\npasses: [fxaa]\n");
+}
+
+TEST_F(BrowseTest, AReportInParts) {
+    const std::string path = base_ + "/page.html";
+    write(path,
+          "<html><script type=\"text/plain\" id=\"view.vert\">v</script>\n"
+          "<script type=\"text/plain\" id=\"image-0\">AAAA</script>\n"
+          "<script type=\"text/plain\" id=\"image-10\">BBBB</script>\n</html>\n");
+    EXPECT_EQ(*page_without_pictures(path),
+              "<html><script type=\"text/plain\" id=\"view.vert\">v</script>\n</html>\n");
+    EXPECT_EQ(*picture_in_page(path, "image-10"), "BBBB");
+    EXPECT_FALSE(picture_in_page(path, "image-1").ok());
+    EXPECT_FALSE(picture_in_page(path, "view.vert").ok());
+    EXPECT_FALSE(page_without_pictures(base_ + "/none").ok());
+}
+
+class ListTest : public testing::Test {
+  protected:
+    void SetUp() override {
+        auto opened = JobStore::open(folder_.path("store.db"), 3);
+        ASSERT_TRUE(opened.ok());
+        store_ = std::move(*opened);
+    }
+    std::string add(const std::string& body, const std::string& owner = "", int priority = 0) {
+        User user;
+        user.name = owner;
+        return store_->add({JobKind::run, body, priority, ""}, 100, user)->job.id;
+    }
+    std::vector<std::string> found(const std::string& search, const std::string& state = "") const {
+        std::vector<std::string> ids;
+        const auto jobs = store_->jobs(state, "", 100, "", search);
+        if (!jobs.ok()) return {jobs.status().message()};
+        for (const Job& job : *jobs) ids.push_back(job.id);
+        return ids;
+    }
+    test::TempFolder folder_;
+    std::unique_ptr<JobStore> store_;
+};
+
+TEST_F(ListTest, SearchFindsWordsInNamesAndPathsOnly) {
+    add(R"({"input": "shots/Alpha.####.exr", "output": "out/a.exr", "chain": "balanced"})", "ann");
+    add(R"({"input": "shots/beta.####.exr", "chain": {"passes": ["fxaa"]}})", "bob");
+    add("not JSON", "ann");
+    using Ids = std::vector<std::string>;
+    EXPECT_EQ(found(""), Ids({"3", "2", "1"}));
+    EXPECT_EQ(found("alpha"), Ids({"1"}));
+    EXPECT_EQ(found("  BALANCED ann "), Ids({"1"}));
+    EXPECT_EQ(found("ann beta"), Ids());
+    EXPECT_EQ(found("fxaa"), Ids({"2"}));
+    EXPECT_EQ(found("input"), Ids());  // a key, not a value
+    EXPECT_EQ(found("ann"), Ids({"3", "1"}));
+    EXPECT_EQ(found("ann", "running"), Ids());
+    EXPECT_EQ(found("%"), Ids());
+    EXPECT_EQ(found("') OR 1 --"), Ids());
+}
+
+// The order in which jobs are in fact taken.
+TEST_F(ListTest, PlacesAreThoseOfTheQueue) {
+    const char* owners[] = {"ann", "ann", "ann", "bob", "carl", "bob", "ann", "carl", "bob"};
+    const int priorities[] = {0, 5, 0, 0, 0, 5, 0, 5, 0};
+    for (int i = 0; i < 9; ++i) add("{}", owners[i], priorities[i]);
+    // Turns of the past.
+    EXPECT_EQ(*store_->start("4"), 1);
+    EXPECT_TRUE(*store_->cancel("4"));
+    const QueuePlaces places = *store_->places();
+    EXPECT_EQ(places.size(), 8u);
+    EXPECT_FALSE(places.contains("4"));
+    for (int place = 1; place <= 8; ++place) {
+        const std::string id = (**store_->next(-100)).id;
+        EXPECT_EQ(places.at(id), place) << id;
+        EXPECT_EQ(*store_->start(id), 1);
+    }
+}
+
+}  // namespace
+}  // namespace postchain::service

@@ -1,0 +1,260 @@
+// The middle of the page: what is looked at, in the viewer of reports, with live previews.
+import { by_id, h, settle } from "../shared/dom.js";
+import { milliseconds, number } from "../shared/words.js";
+import { fill_bar } from "../viewer/bar.js";
+import { bind_keys } from "../viewer/keys.js";
+import { overlay } from "../viewer/overlay.js";
+import { half_to_float } from "../viewer/tone.js";
+import { Viewer } from "../viewer/viewer.js";
+import { post } from "./api.js";
+import { chainOf, chainTitle, isCompared, setLens, whenChainsChange } from "./chains.js";
+import { model, page, state } from "./page.js";
+import { is_finished, Pictures } from "./pictures.js";
+
+const kRest = 300;  // ms without a change until the picture is refined
+
+const kKeys = [
+    [["0", "1", "2"], "before; A or the output; B"],
+    [["O"], "set the focus by a click: on, off"],
+    [["Alt", "1"], "to the folders; Alt + 2 jobs, 3 picture, 4 frames, 5 chain"],
+];
+
+let pictures, marks, focusing = false, took = "", plan = null;
+
+/** The camera of the plan: value, unit and origin by key; and the plan itself. */
+export const resolved = () => plan?.resolved?.camera;
+export const planOf = () => plan;
+
+function sources_of(subject) {
+    const frames = { get frames() { return model.page_frames; } };
+    const one = (key, digit, name) => Object.assign(Object.create(frames),
+        { key, kind: key, digit, name });
+    if (!subject) return [];
+    if (subject.job) return [one("before", "0", "Before"), one("a", "1", "After")];
+    return [one("before", "0", "Before"), one("a", "1", `A ${chainTitle("a")}`),
+        ...(isCompared() ? [one("b", "2", `B ${chainTitle("b")}`)] : [])];
+}
+
+/** What a picture's error map compares it with. */
+page.reference = (key) => (key === "b" ? "a" : "before");
+
+const entry_of = (frame) => model.subject?.frames.find((one) => one.frame === frame);
+
+export async function look(subject) {
+    model.subject = subject;
+    model.page_frames = subject?.frames.map((one) => one.frame) ?? [];
+    by_id("nothing").hidden = Boolean(subject);
+    by_id("focus-on").hidden = !subject || Boolean(subject.job);
+    refresh_sources();
+    if (!subject) {
+        page.follow_frames();
+        return page.viewer.draw();
+    }
+    state.set({ job: subject.job ?? "", shot: subject.job ? "" : subject.input,
+        camera: subject.job ? "" : subject.camera ?? "" });
+    if (!model.page_frames.includes(state.get("frame"))) {
+        const bad = subject.frames.find((one) => one.state === "quarantined" || one.state === "missing");
+        const done = subject.frames.find((one) => one.state === "written" || one.state === "skipped");
+        state.set({ frame: (bad ?? done ?? subject.frames[0])?.frame ?? 0 });
+    }
+    page.follow_frames();
+    show_fault();
+    plan = null;
+    pictures.known = false;
+    model.sized = ask_plan().then(() => {
+        if (model.subject === subject) pictures.known = true;
+    });
+    page.viewer.load();
+    await model.sized;
+    if (model.subject !== subject) return;
+    page.viewer.draw();
+    page.looked?.();
+}
+
+/** New states of the frames of the job that is looked at. */
+export function update_frames(frames, jobState) {
+    const before = entry_of(state.get("frame"))?.state;
+    model.subject.frames = frames;
+    model.subject.state = jobState;
+    model.page_frames = frames.map((one) => one.frame);
+    page.follow_frames();
+    if (before !== entry_of(state.get("frame"))?.state) page.viewer.load();
+    show_fault();
+}
+
+function refresh_sources() {
+    model.sources = sources_of(model.subject);
+    const has = (key) => model.source(key);
+    if (!model.sources.length) return;
+    if (!has(state.get("show"))) state.set({ show: "a" });
+    if (!has(state.get("last"))) state.set({ last: "before" });
+    by_id("sources").replaceChildren(...model.sources.map((one) => h("button", {
+        type: "button", "data-key": one.key, onclick: () => page.show(one.key),
+    }, h("kbd", { "aria-hidden": "true" }, one.digit), ` ${one.name}`)));
+    mark_sources();
+}
+function mark_sources() {
+    for (const button of by_id("sources").children)
+        button.setAttribute("aria-pressed", button.dataset.key === state.get("show"));
+}
+
+// The plan has the size of the frames, and the values of lens and shutter that no chain sets.
+async function ask_plan() {
+    const { subject } = model;
+    if (subject.job) return size_of_job(subject);
+    const frames = String(state.get("frame"));
+    const body = { ...subject.more?.show, input: subject.input, frames, chain_text: chainOf("a").text,
+        ...(subject.camera && { camera: subject.camera }) };
+    try {
+        const reply = (await post("v1/plan", body)).frames[0];
+        if (model.subject !== subject) return;
+        if (reply?.plan) {
+            plan = reply.plan;
+            model.width = plan.width;
+            model.height = plan.height;
+        }
+        page.planned?.(reply, "");
+    } catch (error) {
+        if (model.subject !== subject) return;
+        page.planned?.(null, error.lines?.().join("\n") ?? error.message);
+        await take_size(subject, frames);
+    }
+    return undefined;
+}
+
+// The size of a frame that a chain that does nothing can read.
+async function take_size(subject, frames) {
+    const reply = await post("v1/plan", { input: subject.input, frames,
+        chain: { postchain: 1, passes: [] } }).catch(() => null);
+    const read = reply?.frames[0]?.plan;
+    if (read && model.subject === subject)
+        Object.assign(model, { width: read.width, height: read.height });
+    return Boolean(read);
+}
+
+// The frame may be damaged: then another one has the size.
+async function size_of_job(subject) {
+    const done = subject.frames.find(is_finished)?.frame;
+    for (const frame of new Set([state.get("frame"), done, subject.frames[0].frame]))
+        if (frame !== undefined && await take_size(subject, String(frame))) return;
+}
+
+const refine = settle(async () => {
+    pictures.drafts = false;
+    if (!model.subject) return;
+    if (!model.subject.job) await ask_plan();
+    page.viewer.load();
+}, kRest);
+
+function chains_changed(why) {
+    if (why === "chosen" || !model.subject) return;
+    refresh_sources();
+    if (why === "compared") state.set(isCompared() ? { show: "b", last: "a" }
+        : { show: "a", last: "before" });
+    pictures.drafts = true;
+    page.viewer.load();
+    refine();
+}
+
+// ----------------------------------------------------------------------------------- values
+function read_values(pixel) {
+    const box = by_id("values");
+    if (!pixel || !model.subject) return box.replaceChildren(
+        focusing ? "Click a surface to focus on it." : took);
+    const frame = state.get("frame");
+    const parts = model.sources.map((one) => {
+        const values = page.viewer.values(one, pixel);
+        return values && h("span", {}, h("b", {}, one.key === "before" ? "before"
+            : model.subject.job ? "after" : one.key.toUpperCase()),
+        ` ${values.rgb.map((v) => number(v)).join("  ")}`);
+    });
+    const depth = pictures.ready("depth", undefined, frame);
+    const at = depth && distance_at(depth, pixel);
+    box.replaceChildren(...[...parts, at && h("span", {}, h("b", {}, "distance"),
+        ` ${number(at, 4)}`)].filter(Boolean));
+}
+
+function distance_at(depth, { x, y }) {
+    const [tx, ty] = page.viewer.texel(depth, x, y);
+    return half_to_float(depth.data[ty * depth.width + tx]);
+}
+
+async function focus_at(pixel) {
+    const frame = state.get("frame");
+    by_id("values").textContent = "reading the distance …";
+    try {
+        const depth = await pictures.load("depth", undefined, frame);
+        const distance = distance_at(depth, pixel);
+        if (!Number.isFinite(distance)) throw new Error("This is the sky: it has no distance.");
+        setLens("focus_distance", Number(distance.toPrecision(4)));
+        page.say(`focus ${number(distance)}`);
+        read_values(pixel);
+    } catch (error) {
+        by_id("values").textContent = error.message;
+    }
+}
+
+function set_focusing(on) {
+    focusing = on && Boolean(model.subject) && !model.subject.job;
+    by_id("focus-on").setAttribute("aria-pressed", focusing);
+    read_values(page.viewer.cursor);
+    if (focusing) pictures.load("depth", undefined, state.get("frame")).catch(() => undefined);
+}
+
+/** Why the frame of a job has no output; it is shown as it came in. */
+function show_fault() {
+    const entry = entry_of(state.get("frame"));
+    const fault = by_id("fault");
+    fault.hidden = !model.subject?.job || !entry || is_finished(entry);
+    if (fault.hidden) return;
+    const what = { waiting: "waits to be filtered", quarantined: "failed", missing: "is not on disk" };
+    fault.className = entry.state === "waiting" ? "" : "bad";
+    fault.textContent = `Frame ${entry.frame} ${what[entry.state] ?? entry.state}${
+        entry.message ? `: ${entry.message}` : "."}`;
+}
+
+export function start_look() {
+    pictures = new Pictures(page);
+    page.pictures = pictures;
+    const live = by_id("live");
+    page.say = (text) => { live.textContent = text; };
+    page.show = (key, more = {}) => {
+        if (!model.source(key)) return;
+        const before = state.get("show");
+        state.set({ show: key, ...(key === before ? {} : { last: before }), ...more });
+    };
+    page.flip = () => page.show(state.get("last"));
+    page.step_frame = (by) => {
+        const frames = model.page_frames;
+        const at = frames.indexOf(state.get("frame"));
+        if (frames.length) state.set({ frame: frames[(at + by + frames.length) % frames.length] });
+    };
+    page.note = () => (pictures.drafts && !model.subject?.job ? "draft" : "");
+    marks = overlay(page);
+    page.viewer = new Viewer(by_id("canvas"), model, pictures, state, {
+        cursor: (pixel) => { marks.cursor(pixel); read_values(pixel); },
+        drawn: () => {
+            marks.drawn();
+            if (!model.subject) by_id("missing").hidden = true;
+        },
+        held: () => undefined, busy: (on) => marks.busy(on), choosing: () => undefined,
+        click: (pixel) => focusing && focus_at(pixel),
+    });
+    page.read_values = read_values;
+    fill_bar(page);
+    by_id("maps").hidden = false;
+    bind_keys(page, kKeys, { 0: () => page.show("before"), 1: () => page.show("a"),
+        2: () => page.show("b"), o: () => set_focusing(!focusing) });
+    by_id("focus-on").addEventListener("click", () => set_focusing(!focusing));
+    page.previewed = (kind, ms, scale) => {
+        took = `${kind.toUpperCase()}: ${milliseconds(ms)}${scale < 1 ? `, 1/${1 / scale} size` : ""}`;
+        if (!page.viewer.cursor) read_values();
+    };
+    state.watch(["show"], mark_sources);
+    state.watch(["zoom"], settle(() => page.viewer.load(), 200));
+    state.watch(["frame"], show_fault);
+    state.watch(["frame"], settle(() => {
+        if (model.subject && !model.subject.job) ask_plan();
+    }, 500));
+    whenChainsChange(chains_changed);
+}

@@ -1,0 +1,46 @@
+// A job's report in place of the viewer. Its scripts run in an origin of their own, which reaches
+// neither this page nor the service: the pictures that it asks for are fetched and sent from here.
+import { by_id, h } from "../shared/dom.js";
+import { address, getText } from "./api.js";
+
+let shown = null;  // {frame, path}
+
+export function close_report() {
+    shown?.frame.remove();
+    shown = null;
+    by_id("report").hidden = true;
+}
+
+export function open_report(path) {
+    close_report();
+    const frame = h("iframe", { src: `${path}/report/index.html?pictures=apart`, title: "Report",
+        sandbox: "allow-scripts allow-downloads" });
+    shown = { frame, path };
+    by_id("report").hidden = false;
+    by_id("report").append(frame);
+}
+
+const is_below = (path) => /^[\w%~-][\w.%~-]*(\/[\w%~-][\w.%~-]*)*$/.test(path);
+
+async function text_of({ path }, id, asset) {
+    if (typeof asset !== "string")
+        return getText(address(`${path}/report/index.html`, { picture: id }));
+    if (!is_below(asset)) throw new Error("its pictures are not in its folder");
+    return /^postchain_asset\("[^"]*","([^"]*)"\)/.exec(await getText(`${path}/report/${asset}`))[1];
+}
+
+export function start_report() {
+    by_id("report-close").addEventListener("click", close_report);
+    addEventListener("message", async ({ source, data }) => {
+        const mine = shown;
+        const id = data?.postchain_wants;
+        if (source !== mine?.frame.contentWindow || !/^image-\d+$/.test(id)) return;
+        const reply = { postchain_picture: id };
+        try {
+            reply.text = await text_of(mine, id, data.asset);
+        } catch (error) {
+            reply.why = error.message;
+        }
+        mine.frame.contentWindow?.postMessage(reply, "*");  // its origin has no name
+    });
+}

@@ -1,0 +1,127 @@
+// From the picture to a job: the frames that are looked at, through chain A, into a folder beside
+// them; and from a job back to the picture.
+import { by_id, h } from "../shared/dom.js";
+import { ranges } from "../shared/words.js";
+import { address, get, post } from "./api.js";
+import { show_shot, open_folder } from "./browse.js";
+import { chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
+import { left_out } from "./job.js";
+import { planned_focus } from "./sliders.js";
+import { model, page, state } from "./page.js";
+
+let suggested = "";    // the output, until it is typed over
+
+const parts_of = (path) => {
+    const at = path.lastIndexOf("/");
+    return [at < 0 ? "" : path.slice(0, at + 1), path.slice(at + 1)];
+};
+
+// "shots/sharp.####.exr" --> "shots/out/sharp_balanced.####.exr"
+function suggestion() {
+    const [folder, name] = parts_of(model.subject.input);
+    const dot = name.search(/\.|$/);
+    const word = (shippedName("a") ?? "edited").replace(/\W+/g, "_");
+    return `${folder}out/${name.slice(0, dot)}_${word}${name.slice(dot)}`;
+}
+
+function fill() {
+    const { subject } = model;
+    by_id("send").hidden = !subject || Boolean(subject.job);
+    if (!subject || subject.job) return;
+    const output = by_id("output"), frames = by_id("which");
+    if (!output.value || output.value === suggested) output.value = suggested = suggestion();
+    frames.placeholder = ranges(model.page_frames).replaceAll(" ", "");
+    const cameras = [...new Set([...(page.folder()?.cameras ?? []), subject.camera].filter(Boolean))];
+    by_id("camera").replaceChildren(h("option", { value: "" }, "of the frames"),
+        ...cameras.map((path) => h("option", { value: path }, path)));
+    by_id("camera").value = subject.camera;
+}
+
+const chain_key = (which, key) => (shippedName(which) ? { [key]: shippedName(which) }
+    : { [`${key}_text`]: chainOf(which).text });
+
+function request() {
+    const { subject } = model;
+    return { ...subject.more?.send, ...chain_key("a", "chain"), input: subject.input,
+        output: by_id("output").value.trim(), mkdir: true,
+        ...(subject.camera && { camera: subject.camera }),
+        ...(by_id("which").value.trim() && { frames: by_id("which").value.trim() }) };
+}
+
+async function submit(event) {
+    event.preventDefault();
+    const button = by_id("submit"), error = by_id("send-error");
+    button.disabled = true;
+    error.textContent = "";
+    try {
+        const job = await post("v1/jobs", request());
+        page.jobs.add_job(job);
+        await page.open_job(job.id);
+    } catch (refusal) {
+        error.textContent = refusal.lines?.().join("\n") ?? refusal.message;
+    }
+    button.disabled = false;
+}
+
+/** A job's frames and chain with live previews. */
+page.edit_job = async (job) => {
+    const { kind, chain, chain_text, input, camera = "", output, frames, ...others } = job.request;
+    let name = `job ${job.id}`, value = chain;
+    if (typeof chain === "string")
+        [{ name, chain: value }] = (await get(address("v1/chains",
+            /[./]/.test(chain) ? { file: chain } : {}))).chains
+            .filter((one) => one.name === chain);
+    if (chain_text !== undefined) {
+        try {
+            value = JSON.parse(chain_text);
+        } catch {
+            throw new Error("The chain of this job is not JSON: use Duplicate.");
+        }
+    }
+    const frame = state.get("frame");
+    // Further keys are sent again; those of reading and planning count for previews too.
+    const { properties } = (await get("v1/schema/job")).oneOf.find((one) => one.title === "run");
+    const show = Object.fromEntries(Object.entries(others).filter(([key]) => key === "set"
+        || ["input", "plan"].includes(properties[key]?.["x-group"])));
+    page.leave_job();
+    compare(false);
+    setChain(name, value, "a");
+    const [folder] = parts_of(input);
+    await open_folder(folder.replace(/\/$/, "") || ".");
+    const found = page.folder()?.sequences.find((one) => one.path === input);
+    if (!found) throw new Error(`${input}: no such frames`);
+    by_id("output").value = suggested = output;
+    by_id("which").value = frames ?? "";
+    state.set({ frame });
+    await show_shot(found, camera, { send: others, show });
+    page.show_tab("shots");
+};
+
+export function start_send() {
+    by_id("send").addEventListener("submit", submit);
+    by_id("settings").addEventListener("click", () => page.new_job({ ...request(),
+        ...(isCompared() && { kind: "ab", ...chain_key("b", "chain_b"),
+            output: by_id("output").value.replace(/[^/]*$/, "report"), mkdir: undefined }) }));
+    by_id("camera").addEventListener("change", () => {
+        const { subject } = model;
+        show_shot({ path: subject.input, frames: ranges(model.page_frames) }, by_id("camera").value,
+            subject.more);
+    });
+    const former = page.looked;
+    page.looked = () => {
+        former?.();
+        fill();
+        planned_focus();
+    };
+    whenChainsChange(fill);
+    page.planned = (reply, why) => {
+        const one = reply?.plan;
+        const error = why || reply?.error || "";
+        by_id("plan-error").textContent = error;
+        by_id("plan").replaceChildren(...(one ? [h("p", {}, one.passes.map((pass) => pass.pass
+            + (pass.left_out ? " (left out)" : "")).join(", then ")),
+        ...(reply.warnings ?? []).map((text) => h("p", { class: "message" }, text)),
+        h("h3", {}, "Left out, and why"), left_out(one)] : []));
+        if (!model.subject?.job) planned_focus();
+    };
+}

@@ -1,0 +1,167 @@
+#include "tools/service/work/browse.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "config/chain_find.h"
+#include "config/scalar.h"
+#include "tools/sequence/files/folder_scan.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/files/parameter_json.h"
+
+namespace postchain::service {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Json;
+
+constexpr size_t kMaxNames = 5000;  // of each kind in a reply
+constexpr size_t kMaxRead = 100;    // text files of a folder that are read
+constexpr uintmax_t kMaxText = 1 << 18;
+
+Problem not_found(const std::string& detail) {
+    return {Problem::Kind::not_found, detail, {}, 0};
+}
+
+// "10-13, 20"
+std::string ranges_of(const std::vector<int>& frames) {
+    std::string text;
+    for (size_t i = 0; i < frames.size();) {
+        size_t end = i + 1;
+        while (end < frames.size() && frames[end] == frames[end - 1] + 1) ++end;
+        text += (text.empty() ? "" : ",") + std::to_string(frames[i]);
+        if (end - i > 1) text += "-" + std::to_string(frames[end - 1]);
+        i = end;
+    }
+    return text;
+}
+
+Json sequences_in(const std::string& folder, const Roots& roots) {
+    Json list = Json::array();
+    const auto found = io::scan_folder(folder);
+    if (!found.ok()) return list;  // it has none
+    for (const io::FoundSequence& one : *found) {
+        if (list.size() == kMaxNames) break;
+        list.push_back({{"name", fs::path(one.pattern).filename().string()},
+                        {"path", roots.shown(one.pattern)},
+                        {"frames", ranges_of(one.frames)},
+                        {"count", one.frames.size()}});
+    }
+    return list;
+}
+
+// The list of /v1/browse in which a text file belongs; empty: in none.
+const char* kind_of(const std::string& path) {
+    const auto text = read_text_file(path, StatusCode::input);
+    if (!text.ok()) return "";
+    const TextNode root = read_text_tree(*text, path).root;
+    if (root.find("postchain_study")) return "studies";
+    if (root.find("passes")) return root.find("postchain") ? "chains" : "";
+    for (const char* key : {"focal_length_mm", "f_stop", "focus_distance", "shutter_frames",
+                            "shutter_angle_deg", "camera_matrix_world"})
+        if (root.find(key)) return "cameras";
+    return "";
+}
+
+bool is_text(const fs::directory_entry& entry) {
+    const fs::path name = entry.path().filename();
+    const std::string extension = name.extension().string();
+    if (extension != ".json" && extension != ".yaml" && extension != ".yml") return false;
+    std::error_code error;
+    // A sidecar is beside each output: frame.0001.exr.json, frame.0001.json.
+    const std::string stem = name.stem().string();
+    const bool sidecar =
+        stem.find(".exr") != stem.npos || (!stem.empty() && io::is_digit(stem.back()));
+    return !sidecar && entry.file_size(error) <= kMaxText && !error;
+}
+
+Json folder_json(const std::string& path, const Roots& roots) {
+    return {{"name", fs::path(path).filename().string()}, {"path", roots.shown(path)}};
+}
+
+Json json_of(const TextNode& node) {
+    if (node.is_map()) {
+        Json object = Json::object();
+        for (const TextEntry& entry : node.entries) object[entry.key.text] = json_of(entry.value);
+        return object;
+    }
+    if (node.is_list()) {
+        Json list = Json::array();
+        for (const TextNode& item : node.items) list.push_back(json_of(item));
+        return list;
+    }
+    const auto value = value_of(node);
+    return value.ok() ? io::json_of(*value) : Json(node.text);
+}
+
+Json chain_json(const std::string& name, const ChainText& chain) {
+    return {{"name", name},
+            {"text", chain.text},
+            {"chain", json_of(read_text_tree(chain.text, chain.file_name).root)}};
+}
+
+}  // namespace
+
+Answer<std::string> browse(const std::string& folder, const Roots& roots) {
+    Json reply = {{"folder", folder}, {"parent", nullptr}};
+    for (const char* kind : {"folders", "sequences", "cameras", "chains", "studies"})
+        reply[kind] = Json::array();
+    const auto& entries = roots.entries();
+    if (folder.empty() && entries.size() > 1) {
+        for (const std::string& root : entries)
+            reply["folders"].push_back(folder_json(root, roots));
+        return io::json_text(reply);
+    }
+    const auto path = roots.resolve(folder.empty() ? entries.front() : folder);
+    if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
+    std::error_code error;
+    const fs::directory_iterator opened(*path, error);
+    if (error) return not_found(roots.shown(*path) + ": " + error.message());
+    std::vector<fs::directory_entry> found;
+    for (fs::directory_iterator at = opened; !error && at != fs::directory_iterator();
+         at.increment(error)) {
+        const std::string name = at->path().filename().string();
+        const auto resolved = name.starts_with('.') ? Status(StatusCode::input, "hidden")
+                                                    : roots.resolve(at->path().string()).status();
+        if (resolved.ok() && (at->is_directory(error) || is_text(*at))) found.push_back(*at);
+        error.clear();
+    }
+    std::sort(found.begin(), found.end());
+    reply["folder"] = roots.shown(*path);
+    const bool is_root = std::find(entries.begin(), entries.end(), *path) != entries.end();
+    if (!is_root)
+        reply["parent"] = roots.shown(fs::path(*path).parent_path().string());
+    else if (entries.size() > 1)
+        reply["parent"] = "";
+    size_t read = 0;
+    for (const fs::directory_entry& one : found) {
+        const std::string name = one.path().string();
+        if (one.is_directory(error)) {
+            if (reply["folders"].size() < kMaxNames)
+                reply["folders"].push_back(folder_json(name, roots));
+        } else if (++read <= kMaxRead) {
+            if (const std::string kind = kind_of(name); !kind.empty())
+                reply[kind].push_back(roots.shown(name));
+        }
+    }
+    reply["sequences"] = sequences_in(*path, roots);
+    return io::json_text(reply);
+}
+
+Answer<std::string> chains_of(const std::string& file, const Roots& roots) {
+    Json list = Json::array();
+    if (!file.empty()) {
+        const auto path = roots.resolve(file);
+        if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
+        auto text = read_text_file(*path, StatusCode::input);
+        if (!text.ok()) return not_found(roots.shown_in(text.status().message()));
+        list.push_back(chain_json(file, {file, std::move(*text)}));
+    } else {
+        for (const std::string& name : shipped_chains())
+            if (const auto chain = find_chain(name); chain.ok())
+                list.push_back(chain_json(name, *chain));
+    }
+    return io::json_text({{"chains", list}});
+}
+
+}  // namespace postchain::service

@@ -1,16 +1,24 @@
 #!/usr/bin/env python3
 """Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
 
-    tests/bench/quality.py POSTCHAIN DATA [--table motion|lens|both] [--frame 10] [--repeat 3]
-                           [--pictures FOLDER]
+    tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
+                           [--row TEXT] [--repeat 3] [--json FILE] [--pictures FOLDER]
 
-DATA holds a folder for each scene with sharp.####.exr, mb, dof and both (ground truth), camera.json
-and, for the peers, peer_*.####.exr. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP /
-SSIM; time is the minimum over the repeats of the passes' total time, relative to the table's first chain.
---pictures makes strips of full-size crops instead (needs oiiotool).
+Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
+dof and both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is
+given. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the
+repeats of the passes' total time, relative to the table's first chain.
+
+If a scene has its ground truth in two halves too (both_a.####.exr, both_b), PSNR is that without the
+noise of the ground truth: a quarter of the halves' mean squared difference is taken off. The row "noise"
+has the PSNR of that noise alone, and HDR-FLIP and SSIM between the halves.
+
+--json writes every figure, with chains and the commit. --pictures makes strips of full-size crops instead
+(needs oiiotool).
 """
 import argparse
 import json
+import math
 import pathlib
 import subprocess
 import sys
@@ -18,6 +26,7 @@ import tempfile
 
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
+    ("`guertin`, 401 samples", "motion_blur: {mode: guertin, samples: 401}"),
     ("Blender's Vector Blur, its factor tuned on the ground truth", "peer_vectorblur_best"),
     ("9 times, 3 starts, frame alone",
      "motion_blur: {mode: inverse_warp, samples: 9, starts: 3, neighbors: none}"),
@@ -77,12 +86,12 @@ def chain_path(chain, folder):
     return path
 
 
-def run_chain(options, chain, scene, folder):
+def run_chain(options, chain, scene, frame, folder):
     """Filters the frame into folder; ms of all passes."""
     call(options.postchain, "run", chain_path(chain, folder), "-i", scene / "sharp.####.exr",
-         "--camera", scene / "camera.json", "--frames", options.frame, "-o",
+         "--camera", scene / "camera.json", "--frames", frame, "-o",
          folder / "out.####.exr", "--on-existing", "overwrite", "-q")
-    sidecar = json.loads((folder / f"out.{options.frame:04d}.exr.json").read_text())
+    sidecar = json.loads((folder / f"out.{frame:04d}.exr.json").read_text())
     return sum(one["ms"] for one in sidecar["times_ms"]["passes"])
 
 
@@ -96,81 +105,135 @@ def strip(pictures, crop, path):
          "--eraseattrib", ".*", "--compression", "jpeg:90", "-o", path)
 
 
-def filtered(options, chain, scene, folder):
+def filtered(options, chain, scene, frame, folder):
     """Path of the filtered frame, and the least time of its passes in ms."""
-    least = min(run_chain(options, chain, scene, folder) for _ in range(options.repeat))
-    return folder / f"out.{options.frame:04d}.exr", least
+    least = min(run_chain(options, chain, scene, frame, folder) for _ in range(options.repeat))
+    return folder / f"out.{frame:04d}.exr", least
 
 
-def table(options, name, folder):
+def errors(options, reference, image):
+    """[PSNR, HDR-FLIP, SSIM]; equal images have a PSNR of 200 dB."""
+    found = json.loads(call(options.postchain, "diff", reference, image, "--metric", "psnr",
+                            "--metric", "hdr_flip", "--metric", "ssim", "--json"))
+    return [200 if found["psnr"] is None else found["psnr"], found["hdr_flip"], found["ssim"]]
+
+
+def noise(options, truth, scene, frame):
+    """Of the mean of the halves: [PSNR, ...]; None without halves."""
+    halves = [scene / f"{truth}_{half}.{frame:04d}.exr" for half in "ab"]
+    if not all(half.exists() for half in halves):
+        return None
+    found = errors(options, *halves)
+    return [found[0] + 20 * math.log10(2), *found[1:]]
+
+
+def without_noise(psnr, noise_psnr):
+    """PSNR of the error alone. It does not correlate with the noise, so the squares add."""
+    return -10 * math.log10(max(10**(-psnr / 10) - 10**(-noise_psnr / 10), 1e-20))
+
+
+def line(label, cells, time):
+    mean = [sum(values) / len(cells) for values in zip(*cells)]
+    texts = [f"{p:.2f} / {f:.3f} / {s:.3f}".replace("/ 0.", "/ .") for p, f, s in [*cells, mean]]
+    print(f"| {label} | " + " | ".join(texts) + f" | {time} |", flush=True)
+
+
+def table(options, data, frame, name, folder):
+    """Prints the table and returns its figures."""
     truth, rows = TABLES[name]
-    scenes = [scene for scene in sorted(options.data.iterdir())
-              if (scene / f"{truth}.{options.frame:04d}.exr").exists()
+    scenes = [scene for scene in sorted(data.iterdir())
+              if (scene / f"{truth}.{frame:04d}.exr").exists()
               and (scene / "camera.json").exists() and scene.name not in options.skip]
-    names = [scene.name for scene in scenes]
-    print(f"| frame {options.frame}, `{truth}` | " + " | ".join(names) + " | mean | time |")
-    print("|---" * (len(names) + 3) + "|")
-    first = None
+    if not scenes:
+        print(f"{data}: no scene has {truth}.{frame:04d}.exr and camera.json", file=sys.stderr)
+        return []
+    print(f"| frame {frame}, `{truth}` | " + " | ".join(scene.name for scene in scenes)
+          + " | mean | time |")
+    print("|---" * (len(scenes) + 3) + "|")
+    own = [noise(options, truth, scene, frame) for scene in scenes]
+    if all(own):
+        line("noise of the ground truth", own, "")
+    first, figures = None, []
     for label, chain in rows:
-        cells, total, missing = [], 0, False
-        for scene in scenes:
-            least = None
-            if chain.startswith("peer_"):
-                out = scene / f"{chain}.{options.frame:04d}.exr"
-                missing = missing or not out.exists()
-            else:
-                out, least = filtered(options, chain, scene, folder)
-                total += least
-            if missing:
-                break
-            found = json.loads(call(
-                options.postchain, "diff", scene / f"{truth}.{options.frame:04d}.exr", out,
-                "--metric", "psnr", "--metric", "hdr_flip", "--metric", "ssim", "--json"))
-            cells.append([found["psnr"], found["hdr_flip"], found["ssim"]])
-        if missing:
+        if options.row and not any(text in label for text in options.row):
             continue
-        cells.append([sum(values) / len(scenes) for values in zip(*cells)])
-        time = ""
-        if total:
-            first = first or total
-            time = f"{total / first:.1f}"
-        texts = [f"{p:.2f} / {f:.3f} / {s:.3f}".replace("/ 0.", "/ .") for p, f, s in cells]
-        print(f"| {label} | " + " | ".join(texts) + f" | {time} |", flush=True)
+        cells, total, lacking = [], 0, None
+        for scene, floor in zip(scenes, own):
+            out, least = scene / f"{chain}.{frame:04d}.exr", 0
+            if not chain.startswith("peer_"):
+                out, least = filtered(options, chain, scene, frame, folder)
+            elif not out.exists():
+                lacking = out
+                break
+            total += least
+            cells.append(errors(options, scene / f"{truth}.{frame:04d}.exr", out))
+            figure = {"set": data.name, "table": name, "row": label, "chain": chain,
+                      "scene": scene.name, "frame": frame, "psnr": cells[-1][0],
+                      "hdr_flip": cells[-1][1], "ssim": cells[-1][2], "ms": least}
+            if floor:
+                cells[-1][0] = without_noise(cells[-1][0], floor[0])
+                figure.update(psnr_of_noise=floor[0], psnr_without_noise=cells[-1][0])
+            figures.append(figure)
+        if lacking:
+            print(f"no row \"{label}\": {lacking} is missing", file=sys.stderr)
+            continue
+        first = first or total
+        line(label, cells, f"{total / first:.1f}" if total else "")
     print()
+    return figures
 
 
-def pictures(options, folder):
+def pictures(options, data, frame, folder):
     """SCENE-quality.jpg: ground truth, best, balanced, paper and Blender's nodes side by side."""
-    for scene in sorted(options.data.iterdir()):
-        if scene.name in options.skip or not (scene / "peer_both_best.0010.exr").exists():
+    for scene in sorted(data.iterdir()):
+        if scene.name in options.skip or not (scene / f"peer_both_best.{frame:04d}.exr").exists():
             continue
         shown = []
         for one in ["both", "best", "balanced", "paper", "peer_both_best"]:
-            out = scene / f"{one}.{options.frame:04d}.exr"
+            out = scene / f"{one}.{frame:04d}.exr"
             if not out.exists():
                 out = folder / f"{one}.exr"
-                filtered(options, one, scene, folder)[0].rename(out)
+                filtered(options, one, scene, frame, folder)[0].rename(out)
             shown.append(out)
         strip(shown, options.crop, options.pictures / f"{scene.name}-quality.jpg")
+
+
+def scene_set(text):
+    """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"."""
+    folder, _, frame = text.partition(":")
+    if not pathlib.Path(folder).is_dir():
+        raise argparse.ArgumentTypeError(f"{folder}: no such folder; see docs/dataset.md")
+    return pathlib.Path(folder), int(frame or 10)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("postchain", type=pathlib.Path)
-    parser.add_argument("data", type=pathlib.Path)
+    parser.add_argument("sets", type=scene_set, nargs="+", metavar="SET[:FRAME]")
     parser.add_argument("--table", choices=list(TABLES), action="append")
-    parser.add_argument("--frame", type=int, default=10)
+    parser.add_argument("--row", action="append", metavar="TEXT", help="only rows with TEXT in their label")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
+    parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="output of every figure")
     parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
+    figures = []
     with tempfile.TemporaryDirectory() as folder:
-        if options.pictures:
-            return pictures(options, pathlib.Path(folder))
-        for name in options.table or TABLES:
-            table(options, name, pathlib.Path(folder))
+        for data, frame in options.sets:
+            if options.pictures:
+                pictures(options, data, frame, pathlib.Path(folder))
+                continue
+            print(f"{data.name}\n")
+            for name in options.table or TABLES:
+                figures += table(options, data, frame, name, pathlib.Path(folder))
+    if options.json:
+        here = pathlib.Path(__file__).parent
+        content = {"commit": call("git", "-C", here, "describe", "--always", "--dirty").strip(),
+                   "version": call(options.postchain, "--version").strip(), "figures": figures}
+        options.json.write_text(json.dumps(content, indent=1) + "\n")
 
 
-main()
+if __name__ == "__main__":
+    main()

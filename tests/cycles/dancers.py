@@ -17,11 +17,6 @@ import renderer  # noqa: E402
 CAMERA = Matrix.Translation((0, 0, 0.46)) @ Euler((radians(89), 0, 0)).to_matrix().to_4x4()
 
 
-def moved(x, y, z, turn=(0, 0, 0)):
-    """Turned about the origin (radians about x, y, z), then moved."""
-    return Matrix.Translation((x, y, z)) @ Euler(turn).to_matrix().to_4x4()
-
-
 class Dancer:
     """A figure 0.6 m tall, feet at the height 0 of its path, facing -y.
 
@@ -62,17 +57,17 @@ class Dancer:
 
     def root(self, t):
         x, y, z, heading = self.path(t)
-        return moved(x, y, z, (0, 0, heading))
+        return model.moved(x, y, z, (0, 0, heading))
 
     def pose(self, part, t):
         parent, joint = self.PARTS[part]
         base = self.root(t) if parent is None else self.pose(parent, t)
-        return base @ moved(*joint, self.joints(t).get(part, (0, 0, 0)))
+        return base @ model.moved(*joint, self.joints(t).get(part, (0, 0, 0)))
 
     def bar(self, t):
         """The bar follows the path, without its hops, and rocks."""
         x, y, _, heading = self.path(t)
-        return moved(x, y, self.BAR, (0.1 * sin(t / 2.5), 0.2 * sin(t / 2), heading))
+        return model.moved(x, y, self.BAR, (0.1 * sin(t / 2.5), 0.2 * sin(t / 2), heading))
 
     def string(self, part, point, place, t):
         """Takes the rod from 0 to 1 on z to the way from the bar to the part."""

@@ -19,11 +19,6 @@ CAMERA = Matrix.Translation((0, 0, 0.4)) @ Euler((radians(90), 0, 0)).to_matrix(
 FOCUS = 1.9
 
 
-def moved(x, y, z, turn=(0, 0, 0)):
-    """Turned about the origin (radians about x, y, z), then moved."""
-    return Matrix.Translation((x, y, z)) @ Euler(turn).to_matrix().to_4x4()
-
-
 def leaf(made, base, along, width, material):
     """A flat leaf of ten corners from `base`, facing the camera."""
     along = Vector(along)
@@ -53,10 +48,10 @@ def build_arm(frames):
     skin = model.paint("skin", model.plain((0.75, 0.5, 0.36)), 0.06)
 
     def upper(t):
-        return moved(-0.12 + 0.012 * t, FOCUS, 0.22, (0, -0.5 + 0.35 * sin(t / 2.2), 0))
+        return model.moved(-0.12 + 0.012 * t, FOCUS, 0.22, (0, -0.5 + 0.35 * sin(t / 2.2), 0))
 
     def lower(t):
-        return upper(t) @ moved(0, 0, 0.2, (0, 0.8 * sin(t / 1.8 + 1), 0))
+        return upper(t) @ model.moved(0, 0, 0.2, (0, 0.8 * sin(t / 1.8 + 1), 0))
     made = model.Mesh("upper_arm")
     made.limb((0, 0, 0), (0, 0, 0.2), 0.045, sleeve)
     model.animate(made.finish(), upper, frames)
@@ -75,7 +70,7 @@ def build_windmill(frames):
         turn = Matrix.Rotation(i * pi / 3, 3, "Y")
         made.box(turn @ Vector((0.09, 0, 0)), (0.15, 0.004, 0.022), stripes, turn)
     made.ball((0, -0.01, 0), 0.016, post)
-    model.animate(made.finish(), lambda t: moved(0.5, 2.1, 0.5, (0, radians(14) * t, 0)), frames)
+    model.animate(made.finish(), lambda t: model.moved(0.5, 2.1, 0.5, (0, radians(14) * t, 0)), frames)
     still = model.Mesh("post")
     still.rod((0.5, 2.12, -0.3), (0.5, 2.12, 0.5), 0.008, post)
     still.finish()
@@ -93,7 +88,7 @@ def build_fur(frames):
         made.rod(way * 0.095, way * 0.125 + Vector((0.012, 0, -0.01)), 0.0012,
                  tips if pick.random() < 0.5 else coat, 0.0003, segments=3)
     model.animate(made.finish(),
-                  lambda t: moved(-0.62 + 0.02 * t, 1.7, 0.18, (0, 0.12 * t, 0)), frames)
+                  lambda t: model.moved(-0.62 + 0.02 * t, 1.7, 0.18, (0, 0.12 * t, 0)), frames)
 
 
 def build_crate(frames):
@@ -102,7 +97,7 @@ def build_crate(frames):
                                             (0.08, 0.05, 0.03)))
     made = model.Mesh("crate")
     made.box((0, 0, 0), (0.24, 0.2, 0.2), wood)
-    model.animate(made.finish(), lambda t: moved(-0.67 + 0.035 * t, 1.3, 0.54, (0, 0.02 * t, 0.1)),
+    model.animate(made.finish(), lambda t: model.moved(-0.67 + 0.035 * t, 1.3, 0.54, (0, 0.02 * t, 0.1)),
                   frames)
 
 
@@ -136,9 +131,9 @@ def main():
     model.sun((0.4, 0.9, -0.7), 3.5)
     green = model.paint("leaf", model.plain((0.18, 0.42, 0.1), 60))
     bark = model.paint("bark", model.plain((0.2, 0.13, 0.08)))
-    build_twig("near_twig", lambda t: moved(0.05 + 0.022 * t - 0.14, 0.9, 0.44,
+    build_twig("near_twig", lambda t: model.moved(0.05 + 0.022 * t - 0.14, 0.9, 0.44,
                                             (0, 0.25 * sin(t / 2), 0)), 3, green, bark, frames)
-    build_twig("far_twig", lambda t: moved(0.35 - 0.014 * t, 1.5, 0.6,
+    build_twig("far_twig", lambda t: model.moved(0.35 - 0.014 * t, 1.5, 0.6,
                                            (0, 0.6 + 0.2 * sin(t / 1.7), 0)), 8, green, bark, frames)
     build_arm(frames)
     build_windmill(frames)

@@ -4,11 +4,20 @@ Light is chosen so that a picture without lens and shutter has no noise but that
 sun without size, no bounces, no light from what glows. What other scenes get from bounces is a
 share of the color that glows by itself, more on faces that look up.
 """
+from math import pi
+
 import bmesh
 import bpy
-from mathutils import Matrix, Quaternion, Vector
+import numpy as np
+from mathutils import Euler, Matrix, Quaternion, Vector
 
 KEYS_PER_FRAME = 16  # linear between them
+SHAPES_PER_FRAME = 8  # the same for deformed meshes
+
+
+def moved(x, y, z, turn=(0, 0, 0)):
+    """Turned about the origin (radians about x, y, z), then moved."""
+    return Matrix.Translation((x, y, z)) @ Euler(turn).to_matrix().to_4x4()
 
 
 class Mesh:
@@ -17,14 +26,27 @@ class Mesh:
     def __init__(self, name):
         self.name = name
         self.bm = bmesh.new()
+        self.parts = []  # finished: each call of bmesh.ops takes as long as self.bm is large
         self.materials = []
 
     def _take(self, made, material, smooth):
+        self.add_faces(made["verts"], material, smooth)
+
+    def add_faces(self, vertices, material, smooth):
+        """Takes in the faces of new vertices of self.bm."""
         if material not in self.materials:
             self.materials.append(material)
-        for face in {face for vertex in made["verts"] for face in vertex.link_faces}:
+        for face in {face for vertex in vertices for face in vertex.link_faces}:
             face.material_index = self.materials.index(material)
             face.smooth = smooth
+        if len(self.bm.verts) > 1000:
+            self._put_aside()
+
+    def _put_aside(self):
+        self.parts.append(bpy.data.meshes.new(self.name))
+        self.bm.to_mesh(self.parts[-1])
+        self.bm.free()
+        self.bm = bmesh.new()
 
     def box(self, center, size, material, rotation=Matrix()):
         """size: whole lengths along x, y, z."""
@@ -55,30 +77,73 @@ class Mesh:
         self.ball(start, radius, material, segments=16)
         self.ball(end, radius, material, segments=16)
 
-    def face(self, corners, material):
+    def face(self, corners, material, places=()):
+        """places: texture coordinates of the corners."""
         made = [self.bm.verts.new(corner) for corner in corners]
-        self.bm.faces.new(made)
+        face = self.bm.faces.new(made)
+        if places:
+            layer = self.bm.loops.layers.uv.verify()
+            for loop, place in zip(face.loops, places):
+                loop[layer].uv = place
         self._take({"verts": made}, material, False)
 
-    def finish(self, auto_smooth=True):
-        data = bpy.data.meshes.new(self.name)
+    def grid(self, rows, columns, material, closed=False):
+        """A smooth sheet of rows x columns vertices at the origin, for deform(); closed: each row
+        is a ring. Vertices follow row by row. Texture coordinates: column and row, 0 to 1."""
+        made = [[self.bm.verts.new((0, 0, 0)) for _ in range(columns)] for _ in range(rows)]
+        layer = self.bm.loops.layers.uv.verify()
+        wide = columns if closed else columns - 1
+        for i in range(rows - 1):
+            for j in range(wide):
+                k = (j + 1) % columns
+                face = self.bm.faces.new((made[i][j], made[i][k], made[i + 1][k], made[i + 1][j]))
+                for loop, place in zip(face.loops, ((j, i), (j + 1, i), (j + 1, i + 1), (j, i + 1))):
+                    loop[layer].uv = place[0] / wide, place[1] / (rows - 1)
+        self._take({"verts": [one for row in made for one in row]}, material, True)
+
+    def finish(self, auto_smooth=True, reflected=False):
+        """reflected: glass and mirrors show it."""
+        self._put_aside()
+        for part in self.parts:
+            self.bm.from_mesh(part)
+        data = self.parts.pop()
         self.bm.to_mesh(data)
         self.bm.free()
+        for part in self.parts:
+            bpy.data.meshes.remove(part)
         data.use_auto_smooth = auto_smooth  # caps of rods stay flat
         for material in self.materials:
             data.materials.append(material)
         made = bpy.data.objects.new(self.name, data)
-        made.visible_diffuse = made.visible_glossy = False  # no bounces, not even one to a lamp
+        made.visible_diffuse = False  # no bounces, not even one to a lamp
+        made.visible_glossy = reflected
         bpy.context.scene.collection.objects.link(made)
         return made
+
+
+def sheets(name, faces, materials, slots):
+    """An object of polygons for deform(). faces: rows of vertex numbers; slots: the material of
+    each face."""
+    faces = np.asarray(faces)
+    data = bpy.data.meshes.new(name)
+    data.from_pydata([(0, 0, 0)] * (int(faces.max()) + 1), [], faces.tolist())
+    for material in materials:
+        data.materials.append(material)
+    data.polygons.foreach_set("material_index", slots)
+    made = bpy.data.objects.new(name, data)
+    made.visible_diffuse = made.visible_glossy = False
+    bpy.context.scene.collection.objects.link(made)
+    return made
 
 
 class Nodes:
     """Short ways to build the node tree of one material."""
 
-    def __init__(self, tree):
+    def __init__(self, tree, clear=True, wrapped=False):
         self.tree = tree
-        tree.nodes.clear()
+        self.wrapped = wrapped
+        if clear:
+            tree.nodes.clear()
 
     def add(self, kind, inputs=None, **properties):
         node = self.tree.nodes.new(kind)
@@ -92,8 +157,18 @@ class Nodes:
         return node
 
     def position(self):
-        """In the object's own space: a pattern moves with its object."""
-        return self.add("ShaderNodeTexCoord").outputs["Object"]
+        """In the object's own space: a pattern moves with its object. wrapped: texture
+        coordinates, so that it moves with a deformed mesh."""
+        return self.add("ShaderNodeTexCoord").outputs["UV" if self.wrapped else "Object"]
+
+    def place(self):
+        """Texture coordinates: x, y."""
+        axes = self.add("ShaderNodeSeparateXYZ", {
+            "Vector": self.add("ShaderNodeTexCoord").outputs["UV"]}).outputs
+        return axes["X"], axes["Y"]
+
+    def math(self, operation, first, second=0.0):
+        return self.add("ShaderNodeMath", {0: first, 1: second}, operation=operation).outputs[0]
 
     def ramp(self, factor, stops):
         """stops: (position, color) from 0 to 1."""
@@ -181,16 +256,17 @@ def plain(color, grain=0.0):
     return pattern
 
 
-def _new_material(name):
+def _new_material(name, wrapped=False):
     made = bpy.data.materials.new(name)
     made.use_nodes = True
     made.cycles.sample_as_light = False  # what glows is seen and lights nothing
-    return made, Nodes(made.node_tree)
+    return made, Nodes(made.node_tree, wrapped=wrapped)
 
 
-def paint(name, pattern, gloss=0.0, ambient=0.25):
-    """Diffuse and, by the share `gloss`, a mirror of roughness 0.25; ambient: share that glows."""
-    made, nodes = _new_material(name)
+def paint(name, pattern, gloss=0.0, ambient=0.25, wrapped=False):
+    """Diffuse and, by the share `gloss`, a mirror of roughness 0.25; ambient: share that glows;
+    wrapped: the pattern is one of texture coordinates."""
+    made, nodes = _new_material(name, wrapped)
     color = pattern(nodes)
     normal = nodes.add("ShaderNodeNewGeometry").outputs["Normal"]
     up = nodes.add("ShaderNodeSeparateXYZ", {"Vector": normal}).outputs["Z"]
@@ -205,6 +281,72 @@ def paint(name, pattern, gloss=0.0, ambient=0.25):
     glow = nodes.add("ShaderNodeEmission", {"Color": color, "Strength": sky}).outputs["Emission"]
     both = nodes.add("ShaderNodeAddShader", {0: surface, 1: glow}).outputs["Shader"]
     nodes.add("ShaderNodeOutputMaterial", {"Surface": both})
+    return made
+
+
+def leaf(name, color, gloss=0.0):
+    """A leaf of toothed leaflets on a stalk, cut out of a sheet by its texture: alpha is 0 or 1.
+    The stalk runs from place (0.5, 0) to (0.5, 1)."""
+    made = paint(name, plain(color, 60), gloss)
+    nodes = Nodes(made.node_tree, clear=False)
+    x, y = nodes.place()
+    aside = nodes.math("ABSOLUTE", nodes.math("SUBTRACT", nodes.math("MULTIPLY", x, 2.0), 1.0))
+    whole = nodes.math("SINE", nodes.math("MULTIPLY", y, pi))
+    slant = nodes.math("SUBTRACT", y, nodes.math("MULTIPLY", aside, 0.25))
+    lobes = nodes.math("ABSOLUTE", nodes.math("SINE", nodes.math("MULTIPLY", slant, 6 * pi)))
+    reach = nodes.math("MULTIPLY", whole, nodes.math("ADD", nodes.math("MULTIPLY", lobes, 0.75), 0.12))
+    inside = nodes.math("LESS_THAN", aside, nodes.math("MAXIMUM", reach, 0.05))
+    ending = nodes.tree.nodes["Material Output"]
+    shown = ending.inputs["Surface"].links[0].from_socket
+    through = nodes.add("ShaderNodeBsdfTransparent").outputs["BSDF"]
+    cut = nodes.add("ShaderNodeMixShader", {0: inside, 1: through, 2: shown}).outputs["Shader"]
+    nodes.tree.links.new(cut, ending.inputs["Surface"])
+    return made
+
+
+def glass(name, color, index=1.45):
+    """Clear, refracting and reflecting. Lets the light of lamps through straight on, tinted."""
+    made, nodes = _new_material(name)
+    body = nodes.add("ShaderNodeBsdfGlass", {"Color": (*color, 1), "Roughness": 0.0,
+                                             "IOR": index}).outputs["BSDF"]
+    clear = nodes.add("ShaderNodeBsdfTransparent", {"Color": (*color, 1)}).outputs["BSDF"]
+    shadow = nodes.add("ShaderNodeLightPath").outputs["Is Shadow Ray"]
+    both = nodes.add("ShaderNodeMixShader", {0: shadow, 1: body, 2: clear}).outputs["Shader"]
+    nodes.add("ShaderNodeOutputMaterial", {"Surface": both})
+    return made
+
+
+def veil(name, color, opacity):
+    """A thin sheet or a drop: its color glows, the rest is seen through."""
+    made, nodes = _new_material(name)
+    clear = nodes.add("ShaderNodeBsdfTransparent").outputs["BSDF"]
+    glow = nodes.add("ShaderNodeEmission", {"Color": (*color, 1)}).outputs["Emission"]
+    both = nodes.add("ShaderNodeMixShader", {0: opacity, 1: clear, 2: glow}).outputs["Shader"]
+    nodes.add("ShaderNodeOutputMaterial", {"Surface": both})
+    return made
+
+
+def mirrored(made, share, least=0.03, roughness=0.0):
+    """Adds a mirror over a material, by `share` of Fresnel's amount and `least` more."""
+    nodes = Nodes(made.node_tree, clear=False)
+    ending = nodes.tree.nodes["Material Output"]
+    shown = ending.inputs["Surface"].links[0].from_socket
+    mirror = nodes.add("ShaderNodeBsdfGlossy", {"Roughness": roughness}).outputs["BSDF"]
+    fresnel = nodes.add("ShaderNodeFresnel", {"IOR": 1.5}).outputs["Fac"]
+    amount = nodes.math("MINIMUM", nodes.math("ADD", nodes.math("MULTIPLY", fresnel, share), least), 1.0)
+    both = nodes.add("ShaderNodeMixShader", {0: amount, 1: shown, 2: mirror}).outputs["Shader"]
+    nodes.tree.links.new(both, ending.inputs["Surface"])
+    return made
+
+
+def haze(name, color, per_meter):
+    """A volume that takes light away and glows by itself: no noise, as nothing is scattered. A
+    mesh of it fogs what is behind; far inside it everything has the color."""
+    made, nodes = _new_material(name)
+    dim = nodes.add("ShaderNodeVolumeAbsorption", {"Color": (0, 0, 0, 1), "Density": per_meter})
+    glow = nodes.add("ShaderNodeEmission", {"Color": (*color, 1), "Strength": per_meter})
+    both = nodes.add("ShaderNodeAddShader", {0: dim.outputs["Volume"], 1: glow.outputs["Emission"]})
+    nodes.add("ShaderNodeOutputMaterial", {"Volume": both.outputs["Shader"]})
     return made
 
 
@@ -243,15 +385,36 @@ def sky(stops):
     nodes.add("ShaderNodeOutputWorld", {"Surface": shown})
 
 
+def spot(place, target, color, watts, spread, radius=0.0):
+    """A lamp that lights a cone of the angle `spread` (radians)."""
+    data = bpy.data.lights.new("spot", "SPOT")
+    data.color, data.energy, data.spot_size, data.spot_blend = color, watts, spread, 0.3
+    data.shadow_soft_size = radius
+    made = bpy.data.objects.new("spot", data)
+    made.location = place
+    made.rotation_mode = "QUATERNION"
+    made.rotation_quaternion = (Vector(target) - Vector(place)).to_track_quat("-Z", "Y")
+    bpy.context.scene.collection.objects.link(made)
+
+
 def _curve(made, path, index, times, values):
-    action = made.animation_data.action
-    curve = action.fcurves.new(path, index=index)
+    curves = made.animation_data.action.fcurves
+    curve = curves.new(path, index=index) if index >= 0 else curves.new(path)
     curve.keyframe_points.add(len(times))
     curve.keyframe_points.foreach_set("co", [number for pair in zip(times, values)
                                              for number in pair])
     for point in curve.keyframe_points:
         point.interpolation = "LINEAR"
     curve.update()
+
+
+def animate_value(data, path, value, frames):
+    """Changes a number of a data block: value(time in frames)."""
+    first, last = frames[0] - 2, frames[-1] + 2
+    times = [first + i / KEYS_PER_FRAME for i in range((last - first) * KEYS_PER_FRAME + 1)]
+    if not data.animation_data:
+        data.animation_data_create().action = bpy.data.actions.new(data.name)
+    _curve(data, path, -1, times, [value(time) for time in times])
 
 
 def animate(made, pose, frames):
@@ -274,3 +437,39 @@ def animate(made, pose, frames):
             _curve(made, path, index, times, [values[part][index] for values in parts])
     made.cycles.use_motion_blur = True
     made.cycles.motion_steps = 3  # 9 times over the shutter
+
+
+def deform(made, shape, frames):
+    """Moves the vertices of a mesh: shape(time in frames) -> array of their places (n x 3)."""
+    first, last = frames[0] - 2, frames[-1] + 2
+    blocks = []
+    for i in range((last - first) * SHAPES_PER_FRAME + 1):
+        block = made.shape_key_add(name=str(i), from_mix=False)
+        block.interpolation = "KEY_LINEAR"
+        block.data.foreach_set("co", np.asarray(shape(first + i / SHAPES_PER_FRAME),
+                                                np.float32).ravel())
+        blocks.append(block)
+    key = made.data.shape_keys
+    key.use_relative = False
+    key.animation_data_create().action = bpy.data.actions.new(made.name)
+    _curve(key, "eval_time", -1, [first, last], [blocks[0].frame, blocks[-1].frame])
+    made.cycles.use_motion_blur = made.cycles.use_deform_motion = True
+    made.cycles.motion_steps = 3
+
+
+def tube(line, radii, sides):
+    """Places of the vertices of grid(len(line), sides, closed=True) about a curve.
+    line: array of points; radii: one for each, or (across, along y) pairs."""
+    line = np.asarray(line, float)
+    along = np.gradient(line, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    side = np.cross(along, (0.0, 1.0, 0.01))
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(side, along)
+    radii = np.asarray(radii, float)
+    if radii.ndim == 1:
+        radii = np.stack([radii, radii], 1)
+    angle = np.arange(sides) * 2 * pi / sides
+    ring = (side[:, None] * (np.cos(angle)[None, :, None] * radii[:, None, :1])
+            + other[:, None] * (np.sin(angle)[None, :, None] * radii[:, None, 1:]))
+    return (line[:, None] + ring).reshape(-1, 3)

@@ -10,15 +10,27 @@ import tempfile
 import unittest
 
 SCRIPTS = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(SCRIPTS))
+import dataset  # noqa: E402
+import request  # noqa: E402
+
+
+def run_script(name, *arguments):
+    done = subprocess.run(
+        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P", SCRIPTS / f"{name}.py",
+         "--", *arguments], capture_output=True, text=True, check=False,
+        env=request.blender_environment())
+    if done.returncode != 0:
+        raise AssertionError(done.stdout + done.stderr)
 
 
 def render(scene, folder, *options):
-    done = subprocess.run(
-        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P",
-         SCRIPTS / f"{scene}.py", "--", folder, "--size", "96x54", "--samples", "4",
-         "--sharp-samples", "4", *options], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise AssertionError(done.stdout + done.stderr)
+    run_script(scene, folder, "--size", "96x54", "--samples", "4", "--sharp-samples", "4", *options)
+
+
+def psnr(reference, image):
+    return json.loads(subprocess.run([POSTCHAIN, "diff", reference, image, "--metric", "psnr", "--json"],
+                                     capture_output=True, text=True, check=True).stdout)["psnr"]
 
 
 def inspect(folder, name, *options):
@@ -45,12 +57,13 @@ class Render(unittest.TestCase):
         return {path.name: path.stat().st_mtime_ns for path in pathlib.Path(self.folder).iterdir()
                 if path.name != "camera.json"}
 
-    def check_motion(self):
-        """The vectors of frame 6 lead to frame 7 with the signs of the profile `cycles`."""
+    def check_motion(self, frame=6, least_px=4):
+        """The vectors of the frame lead to the next with the signs of the profile `cycles`."""
         best = re.search(r"sign self-check.*\n +(.*)", inspect(self.folder, "gbuf.####.exr"))
         self.assertIsNotNone(best)
         self.assertRegex(best[1], r"^motion \(\+x, \+y\).*as converted")
-        self.assertGreater(bounds(self.folder, "gbuf")["max_speed_px"], 4)
+        self.assertGreater(described(self.folder, "gbuf", frame)["bounds"]["max_speed_px"],
+                           least_px)
 
     def test_corridor(self):
         render("corridor", self.folder, "--frames", "6-7", "--kinds", "gbuf")
@@ -90,6 +103,44 @@ class Render(unittest.TestCase):
             alpha = [bounds(self.folder, kind)[bound][3] for bound in ("min_color", "max_color")]
             self.assertEqual(alpha, [0, 1], kind)
 
+    def test_dataset(self):
+        """px of motion at 96x54, inverse depth of the farthest and nearest surface per meter."""
+        sky = 1e-10
+        expected = {"meadow": (10, sky, 1.65), "glass": (8, 1 / 3.5, 1.2), "canopy": (8, sky, 1.7),
+                    "night": (4, sky, 0.21), "acrobat": (7, 1 / 5.3, 1.1), "whip": (10, sky, 0.5),
+                    "facade": (2, 1 / 62, 1 / 12.9), "rain": (10, 1 / 8, 1.7)}
+        self.assertEqual(list(expected), dataset.SCENES)
+        for scene, (least_px, farthest, nearest) in expected.items():
+            with self.subTest(scene), tempfile.TemporaryDirectory() as self.folder:
+                render(scene, self.folder, "--frames", "11-12", "--kinds", "gbuf")
+                self.check_motion(11, least_px)
+                found = described(self.folder, "gbuf", 11)["bounds"]
+                self.assertAlmostEqual(found["min_inverse_depth"] / farthest, 1, delta=0.1)
+                self.assertAlmostEqual(found["max_inverse_depth"] / nearest, 1, delta=0.3)
+
+    def test_halves_differ_by_their_noise(self):
+        for half in "ab":
+            render("whip", self.folder, "--frames", "11", "--kinds", "both", "--half", half)
+        self.assertEqual(set(self.files()), {"both_a.0011.exr", "both_b.0011.exr"})
+        between = psnr(f"{self.folder}/both_a.0011.exr", f"{self.folder}/both_b.0011.exr")
+        self.assertTrue(15 < between < 40, between)
+
+    def test_peers_are_the_best_of_the_nodes_settings(self):
+        render("canopy", self.folder, "--frames", "11", "--kinds", "sharp,both,mb,dof")
+        run_script("peers", self.folder, "11")
+        found = json.loads((pathlib.Path(self.folder) / "peers.json").read_text("utf8"))
+        self.assertEqual(list(found), dataset.PEERS)
+        for name, truth in zip(dataset.PEERS, ("mb", "dof", "both")):
+            filtered, sharp = (psnr(f"{self.folder}/{truth}.0011.exr", f"{self.folder}/{one}.0011.exr")
+                               for one in (name, "sharp"))
+            self.assertAlmostEqual(found[name]["psnr"], filtered, delta=0.01)
+            self.assertGreater(filtered, sharp, name)
+
+    def test_zoom_is_in_the_camera_file(self):
+        render("whip", self.folder, "--frames", "11-12", "--kinds", "gbuf")
+        self.assertEqual([described(self.folder, "gbuf", frame)["frame"]["camera"]["focal_length_mm"]
+                          for frame in (11, 12)], [38, 42.5])
+
 
 POSTCHAIN, BLENDER = sys.argv[1:3]
-unittest.main(argv=sys.argv[:1])
+unittest.main(argv=sys.argv[:1] + sys.argv[3:])

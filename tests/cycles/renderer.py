@@ -18,15 +18,17 @@ import camera  # noqa: E402
 
 class View:
     """The camera. pose: time in frames -> 4x4, camera to world, looking along -z; focus: frame ->
-    meters along the camera's axis; blades: of the aperture, 0: a disc."""
+    meters along the camera's axis; focal_length_mm: a number, or time in frames -> number; blades:
+    of the aperture, 0: a disc; far: clip plane in meters."""
 
-    def __init__(self, pose, focus, focal_length_mm, f_stop, blades=0, rotation_deg=0.0):
+    def __init__(self, pose, focus, focal_length_mm, f_stop, blades=0, rotation_deg=0.0, far=60.0):
         self.pose = pose
         self.focus = focus
         self.focal_length_mm = focal_length_mm
         self.f_stop = f_stop
         self.blades = blades
         self.rotation_deg = rotation_deg
+        self.far = far
 
 
 def script_options(description):
@@ -41,10 +43,13 @@ def empty_scene():
 
 def _add_camera(view, frames):
     data = bpy.data.cameras.new("camera")
-    data.lens = view.focal_length_mm
+    if callable(view.focal_length_mm):
+        model.animate_value(data, "lens", view.focal_length_mm, frames)
+    else:
+        data.lens = view.focal_length_mm
     data.sensor_fit = "HORIZONTAL"
     data.sensor_width = 36.0
-    data.clip_start, data.clip_end = 0.05, 60.0
+    data.clip_start, data.clip_end = 0.05, view.far
     data.dof.aperture_fstop = view.f_stop
     data.dof.aperture_blades = view.blades
     data.dof.aperture_rotation = radians(view.rotation_deg)
@@ -58,7 +63,7 @@ def _add_camera(view, frames):
     return data
 
 
-def _set_up(options):
+def _set_up(options, bounces):
     scene = bpy.context.scene
     render, cycles = scene.render, scene.cycles
     render.engine = "CYCLES"
@@ -73,10 +78,15 @@ def _set_up(options):
     render.motion_blur_shutter = request.SHUTTER_FRAMES
     cycles.motion_blur_position = "CENTER"
     cycles.device = "CPU"
-    cycles.max_bounces = 0  # light of the sun only: no noise of bounces
+    # Light of lamps only, without the noise of bounces; of mirrors and glass as many as are given.
+    cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = bounces
+    cycles.diffuse_bounces = 0
+    cycles.transparent_max_bounces = 32
+    cycles.caustics_reflective = cycles.caustics_refractive = True  # lamps seen in mirrors
+    cycles.sample_clamp_indirect = 0
     cycles.use_denoising = False
     cycles.adaptive_threshold = 0.005
-    cycles.adaptive_min_samples = 64
+    cycles.adaptive_min_samples = options.min_samples
     cycles.sample_clamp_direct = 0
 
 
@@ -90,7 +100,7 @@ def _set_kind(kind, frame, options, lens):
     layer.use_pass_z = layer.use_pass_vector = planes
     cycles.samples = {"gbuf": 1, "sharp": options.sharp_samples}.get(kind, options.samples)
     cycles.use_adaptive_sampling = not planes
-    cycles.seed = request.seed_of(kind, frame)
+    cycles.seed = request.seed_of(kind, frame, options.half)
     cycles.pixel_filter_type = "BOX" if kind == "gbuf" else "BLACKMAN_HARRIS"
     cycles.filter_width = 0.01 if kind == "gbuf" else 1.5  # pixels; Blender's least and default
     image = render.image_settings
@@ -107,13 +117,14 @@ def _frames_in(folder, frames):
     return sorted(found | set(frames))
 
 
-def render_scene(name, view, options):
-    """Renders what is not there yet of options.kinds and options.frames into options.out; with
-    options.blend saves the scene as an artist would have it, with shutter and lens open."""
+def render_scene(name, view, options, bounces=0):
+    """Renders what is not there yet of options.kinds and options.frames into options.out; bounces:
+    of glass and mirrors. With options.blend saves the scene as an artist would have it, with shutter
+    and lens open."""
     os.makedirs(options.out, exist_ok=True)
     frames = _frames_in(options.out, options.frames)
     lens = _add_camera(view, frames)
-    _set_up(options)
+    _set_up(options, bounces)
     scene = bpy.context.scene
     scene.name = name
     if options.blend:
@@ -127,7 +138,7 @@ def render_scene(name, view, options):
     for kind, frame in request.images_to_render(options):
         start = time.monotonic()
         _set_kind(kind, frame, options, lens)
-        path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame))
+        path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame, options.half))
         bpy.context.scene.render.filepath = path + ".tmp"
         bpy.ops.render.render(write_still=True)
         os.replace(path + ".tmp", path)

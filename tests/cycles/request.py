@@ -13,6 +13,7 @@ KINDS = {
     "mb": (True, False, False),
     "dof": (False, True, False),
 }
+HALVES = {"a": 1, "b": 2}
 FPS = 24
 SHUTTER_FRAMES = 0.5
 
@@ -66,6 +67,9 @@ def parse_options(arguments, description):
     parser.add_argument("--kinds", type=checked(parse_kinds), default=list(KINDS),
                         help="any of " + ",".join(KINDS))
     parser.add_argument("--samples", type=int, default=256, help="of ground truth, at most")
+    parser.add_argument("--min-samples", type=int, default=64, help="of ground truth, at least")
+    parser.add_argument("--half", choices=list(HALVES), help="ground truth of other seeds, as "
+                        "KIND_HALF.####.exr; two halves tell its noise")
     parser.add_argument("--sharp-samples", type=int, default=96, help="of sharp, all of them")
     parser.add_argument("--size", type=checked(parse_size), default=(640, 360),
                         help="640x360 by default")
@@ -76,17 +80,23 @@ def parse_options(arguments, description):
     return parser.parse_args(arguments)
 
 
-def file_name(kind, frame):
+def file_name(kind, frame, half=None):
     """Name of a finished picture."""
-    return f"{kind}.{frame:04d}.exr"
+    return f"{kind}{'_' + half if half else ''}.{frame:04d}.exr"
 
 
 def images_to_render(options):
     """(kind, frame) of every picture that is not finished yet, kind by kind."""
     return [(kind, frame) for kind in options.kinds for frame in options.frames
-            if not os.path.exists(os.path.join(options.out, file_name(kind, frame)))]
+            if not os.path.exists(os.path.join(options.out, file_name(kind, frame, options.half)))]
 
 
-def seed_of(kind, frame):
+def blender_environment():
+    """Blender's Python takes its library from beside the first python3 in PATH; NumPy is that of
+    the system."""
+    return {**os.environ, "PATH": "/usr/bin:" + os.environ.get("PATH", "")}
+
+
+def seed_of(kind, frame, half=None):
     """Seed of Cycles: another one for each picture, so that noise of two does not correlate."""
-    return frame * len(KINDS) + list(KINDS).index(kind)
+    return HALVES.get(half, 0) * 1000000 + frame * len(KINDS) + list(KINDS).index(kind)

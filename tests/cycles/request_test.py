@@ -49,8 +49,9 @@ class Request(unittest.TestCase):
                              [("sharp", 2), ("sharp", 3), ("mb", 1), ("mb", 2)])
 
     def test_no_two_pictures_share_a_seed(self):
-        seeds = {request.seed_of(kind, frame) for kind in request.KINDS for frame in range(100)}
-        self.assertEqual(len(seeds), 100 * len(request.KINDS))
+        seeds = {request.seed_of(kind, frame, half) for kind in request.KINDS
+                 for frame in range(100) for half in (None, *request.HALVES)}
+        self.assertEqual(len(seeds), 3 * 100 * len(request.KINDS))
 
 
 unittest.main()

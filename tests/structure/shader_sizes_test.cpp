@@ -15,12 +15,12 @@ TEST(Shaders, TakeSizesFromUniforms) {
     static const std::regex query(R"re(\b(textureSize|imageSize)\(\w+(, 0)?\)(\.z)?)re");
     size_t layers = 0;
     for (const auto& entry : fs::recursive_directory_iterator(POSTCHAIN_SOURCE_DIR "/shaders")) {
-        const std::string path = entry.path().string();
+        const std::string path = fs::relative(entry.path(), POSTCHAIN_SOURCE_DIR).generic_string();
         const std::string kind = entry.path().extension().string();
         if (kind != ".comp" && kind != ".glsl") continue;
         // They make inputs, and run on whole textures.
         if (path.find("/scenes/") != path.npos || path.find("/bench/") != path.npos) continue;
-        std::ifstream in(path);
+        std::ifstream in(entry.path());
         std::string line;
         for (int row = 1; std::getline(in, line); ++row) {
             std::smatch found;

@@ -1,0 +1,126 @@
+"""dataset.py with a program in Blender's place that writes images of one value."""
+import contextlib
+import io
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPTS = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(SCRIPTS))
+import dataset  # noqa: E402
+
+# Half a is 0.25, half b 0.75. Keeps a log of the images. Fails for the kind in $FAILS.
+BLENDER = """#!{python}
+import os, pathlib, shutil, sys
+sys.path.insert(0, {scripts!r})
+import dataset, request
+arguments = sys.argv[sys.argv.index("--") + 1:]
+if "peers.py" in sys.argv[sys.argv.index("-P") + 1]:
+    for name in dataset.PEERS:
+        pathlib.Path(arguments[0], name + "." + arguments[1].zfill(4) + ".exr").touch()
+    sys.exit()
+options = request.parse_options(arguments, "")
+os.makedirs(options.out, exist_ok=True)
+for kind, frame in request.images_to_render(options):
+    if kind == os.environ.get("FAILS"):
+        sys.exit("no " + kind)
+    name = request.file_name(kind, frame, options.half)
+    shutil.copy({images!r} + f"/{{options.half}}.exr", os.path.join(options.out, name))
+    with open({log!r}, "a") as log:
+        log.write(pathlib.Path(options.out).name + "/" + name + "\\n")
+"""
+
+
+class Dataset(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        images = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(images.cleanup)
+        cls.images = images.name
+        for half, value in (("a", 0.25), ("b", 0.75), ("None", 1)):
+            subprocess.run(["oiiotool", "--pattern", f"constant:color={value},{value},{value}", "4x4",
+                            "3", "-d", "half", "-o", f"{cls.images}/{half}.exr"], check=True)
+
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.out = pathlib.Path(temporary.name)
+        self.log = self.out / "log"
+        self.blender = self.out / "blender"
+        self.blender.write_text(BLENDER.format(python=sys.executable, scripts=str(SCRIPTS),
+                                               log=str(self.log), images=self.images))
+        self.blender.chmod(0o755)
+
+    def run_it(self, *arguments, **environment):
+        """Exit code, images rendered, what was printed."""
+        self.log.write_text("")
+        done = subprocess.run([sys.executable, "-B", SCRIPTS / "dataset.py", self.out, *arguments,
+                               "--blender", self.blender], capture_output=True, text=True,
+                              env={**os.environ, **environment}, check=False)
+        return done.returncode, self.log.read_text().split(), done.stdout + done.stderr
+
+    def test_valuable_images_of_all_scenes_come_first_and_whole_ones_stay(self):
+        code, made, _ = self.run_it("glass", "rain")
+        self.assertEqual(code, 0)
+        self.assertEqual(made[:10], [
+            *(f"{scene}/sharp.00{frame}.exr" for scene in ("glass", "rain") for frame in range(10, 14)),
+            "glass/both_a.0011.exr", "rain/both_a.0011.exr"])
+        self.assertEqual(len(made), 2 * (4 + 8))
+        self.assertEqual(self.run_it("glass", "rain")[:2], (0, []))
+        (self.out / "rain" / "mb_b.0011.exr").unlink()
+        self.assertEqual(self.run_it("glass", "rain")[:2], (0, ["rain/mb_b.0011.exr"]))
+
+    def test_ground_truth_is_the_mean_of_its_halves(self):
+        self.run_it("glass")
+        shown = subprocess.run(["oiiotool", "--stats", self.out / "glass" / "both.0012.exr"],
+                               capture_output=True, text=True, check=True).stdout
+        self.assertRegex(shown, r"Stats Avg: 0\.5000\d* 0\.5000\d* 0\.5000\d*")
+
+    def test_a_limit_ends_early_and_a_failure_does_not_stop_the_rest(self):
+        code, made, _ = self.run_it("glass", "--limit", "2")
+        self.assertEqual((code, made[4:]), (3, ["glass/both_a.0011.exr"]))
+        written = json.loads((self.out / "manifest.json").read_text())
+        self.assertEqual({"glass": sorted(pathlib.Path(name).name for name in made)},
+                         {scene: sorted(files) for scene, files in written.items()})
+        code, made, printed = self.run_it("glass", FAILS="mb")
+        self.assertEqual(code, 1)
+        self.assertEqual(len(made), 5)
+        self.assertIn("--kinds mb --frames 11 --half a: FAILED", printed)
+        self.assertIn("no mb", printed)
+
+    def test_check_names_files_that_are_not_those_of_the_manifest(self):
+        self.run_it("glass")
+        written = json.loads((self.out / "manifest.json").read_text())
+        self.assertEqual(len(written["glass"]), 4 + 8 + 4 + 3)  # no JSON from this Blender
+        dataset.MANIFEST = self.out / "manifest.json"
+        self.assertEqual(dataset.check(self.out), 0)
+        (self.out / "glass" / "sharp.0010.exr").write_bytes(b"x")
+        (self.out / "glass" / "dof.0011.exr").unlink()
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            self.assertEqual(dataset.check(self.out), 2)
+        self.assertRegex(printed.getvalue(), r"dof\.0011\.exr: missing; .*\n.*sharp\.0010\.exr: other; ")
+
+    def test_a_digest_is_that_of_the_pixels(self):
+        first, other = self.out / "first.exr", self.out / "other.exr"
+        digests = {}
+        for value, comment in ((0.5, "1 s"), (0.5, "1000 s"), (0.75, "1 s")):
+            subprocess.run(["oiiotool", "--pattern", f"checker:color1={value},1,0", "70x40", "3", "-d",
+                            "half", "--attrib", "RenderTime", comment, "--compression", "zip", "-o", first],
+                           check=True)
+            digests[value, comment] = dataset.digest(first)
+            subprocess.run(["oiiotool", first, "--compression", "none", "-o", other], check=True)
+            # Uncompressed: for each of 40 lines its number, its size, 70 values of 3 half channels.
+            self.assertEqual(len(dataset.pixels_of(other.read_bytes())), 40 * (8 + 70 * 3 * 2))
+        self.assertEqual(digests[0.5, "1 s"], digests[0.5, "1000 s"])
+        self.assertNotEqual(digests[0.5, "1 s"], digests[0.75, "1 s"])
+
+    def test_every_scene_has_a_script(self):
+        for scene in dataset.SCENES:
+            self.assertTrue((SCRIPTS / f"{scene}.py").exists(), scene)
+
+
+unittest.main()

@@ -183,6 +183,7 @@ def test_a_plan_with_layers():
     ("layers", {"motion": numpy.zeros((32, 48, 3), "f4"), "motion.R": "x"}, "is a str, not a NumPy"),
     ("mattes", {"m": numpy.zeros((32, 48, 3), "f4")}, r"mattes\['m'\]: has the shape 32x48x3"),
     ("mattes", {"Z": numpy.zeros((32, 48), "f4")}, "another array has the channel Z; rename"),
+    ("layers", {"motion": numpy.zeros((32, 48, 3), "f4")}, r"layers\['motion'\]: another plane or"),
     ("cryptomattes", {"c": numpy.zeros((32, 48, 6), "f4")}, "32x48x6; give height x width x 4, 8"),
     ("cryptomattes", {"c": numpy.zeros((32, 48, 4), "f2")}, "float16, and ids are the bits of"),
     ("cryptomattes", {"c": (numpy.zeros((32, 48, 4), "f4"), 5)}, "its manifest is a int; give a d"),
@@ -191,6 +192,21 @@ def test_wrong_arrays(argument, value, words):
     with pytest.raises(postchain.UsageError, match=words) as caught:
         postchain.Chain(BLUR).run_layers(**planes_of(0), camera=CAMERA, **{argument: value})
     assert caught.value.place.startswith(argument) and caught.value.remedy
+
+
+def test_names_of_planes():
+    """A matte must not become the alpha, depth or motion that the frame lacks."""
+    color, matte = planes_of(0)["color"][..., :3], numpy.zeros((HEIGHT, WIDTH), "f4")
+    for arrays, words in [
+            ({"mattes": {"A": matte}}, r"mattes\['A'\]: the channel A is one of color; rename"),
+            ({"mattes": {"Z": matte}}, r"mattes\['Z'\]: the channel Z is one of depth"),
+            ({"mattes": {"motion.x": matte, "motion.y": matte}}, "motion.x is one of motion"),
+            ({"layers": {"key": color}, "mattes": {"key.A": matte}},
+             r"mattes\['key.A'\]: the channel key.A is one of layers\['key'\]")]:
+        with pytest.raises(postchain.UsageError, match=words):
+            postchain.Frame(color, **arrays)
+    found = postchain.Chain(FXAA).run_layers(color, layers={"a\0b": color, "a\0c": color})
+    assert list(found.layers) == ["a\0b", "a\0c"]
 
 
 def test_wrong_calls():

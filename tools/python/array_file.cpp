@@ -87,8 +87,8 @@ py::array array_over(const ImageF& image, const py::capsule& owner) {
 
 }  // namespace
 
-ArrayFile::ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& name) {
-    path_ = name;
+ArrayFile::ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& path) {
+    path_ = path;
     io::ExrPart& part = parts_.emplace_back();
     part.type = part.compression = "array";
     part.pixel_aspect = float(pixel_aspect);
@@ -165,7 +165,8 @@ void ArrayFile::add(const std::string& argument, const py::object& object,
                   concat("another array has the channel ", names[c], "; rename this one"));
         const py::ssize_t step = array.ndim() == 3 ? array.strides(2) : 0;
         part.channels.push_back({names[c], type});
-        channels_[names[c]] = {first + py::ssize_t(c) * step, array.strides(0), array.strides(1)};
+        channels_[names[c]] = {first + py::ssize_t(c) * step, array.strides(0), array.strides(1),
+                               argument};
         bytes_ += uint64_t(array.shape(0)) * uint64_t(array.shape(1)) * uint64_t(array.itemsize());
     }
     arrays_.push_back(array);

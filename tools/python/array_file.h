@@ -30,7 +30,12 @@ class ArrayFile final : public io::PixelFile {
     // cryptomatte's as in a file. Raises UsageError naming the array: not float32 or float16 in
     // this machine's byte order, other shapes than (height, width, channels), different sizes, no
     // pixels, too large; a name that another array has.
-    ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& name);
+    ArrayFile(const FrameArrays& arrays, double pixel_aspect, const std::string& path);
+
+    // The array that has the channel: "color", "layers['diffuse']".
+    const std::string& argument_of(const std::string& channel) const {
+        return channels_.at(channel).argument;
+    }
 
     int rows_at_once(int) const override { return parts_[0].data_window.height(); }
 
@@ -38,6 +43,7 @@ class ArrayFile final : public io::PixelFile {
     struct Channel {
         const char* first;
         pybind11::ssize_t row_stride, column_stride;  // bytes
+        std::string argument;
     };
     void add(const std::string& argument, const pybind11::object& array,
              const std::vector<std::string>& names);

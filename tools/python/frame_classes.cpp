@@ -78,7 +78,7 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
                           py::len(settings) > 0;
         if (more)
             raise(Status(StatusCode::usage,
-                         "run: the planes, camera and settings of a Frame are its own; give them "
+                         "color: the planes, camera and settings of a Frame are its own; give them "
                          "to Frame()"));
         frame = given.color.cast<std::shared_ptr<Frame>>();
     } else {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <set>
 
 #include "chain/layers.h"
 #include "chain/plan_print.h"
@@ -80,6 +81,32 @@ Status add_neighbors(const ChainObject& chain, const PlanOptions& options,
     return Status();
 }
 
+// Raises if a layer or matte has a name by which another array is read.
+void check_names(const ArrayFile& file, const sequence::FrameHeader& header,
+                 const py::object& layers) {
+    const auto expect = [&](const std::vector<std::string>& channels, const std::string& argument) {
+        for (const std::string& channel : channels)
+            if (const std::string& given = file.argument_of(channel); given != argument)
+                raise(Status(StatusCode::usage,
+                             concat(given, ": the channel ", channel, " is one of ", argument,
+                                    "; rename this array")));
+    };
+    for (const auto& [role, where] : header.assignment)
+        expect(where.channels, role == Role::inverse_depth ? "depth" : name_of(role));
+    std::set<std::string> found;
+    for (const FileLayer& layer : header.layers.filtered) {
+        expect(layer.channels.channels, concat("layers['", layer.name, "']"));
+        found.insert(layer.name);
+    }
+    if (layers.is_none()) return;
+    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(layers))
+        if (const std::string name = py::str(key); !found.contains(name))
+            raise(
+                Status(StatusCode::usage,
+                       concat("layers['", name,
+                              "']: another plane or cryptomatte has this name; rename the layer")));
+}
+
 std::vector<std::string> planning_warnings(const ChainObject& chain, const PlannedArrays& planned) {
     std::vector<std::string> warnings = planned.source.warnings;
     for (auto& warning : sequence::plan_warnings(chain.chain, planned.plan, planned.source))
@@ -110,9 +137,11 @@ std::shared_ptr<Frame> Frame::of_arrays(const FrameArrays& arrays, int number,
     frame->settings_.layers.layers = "all";
     io::OpenFrame files;
     files.frame_number = number;
-    files.files[Role::color] = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
+    const auto file = std::make_shared<ArrayFile>(arrays, pixel_aspect, name);
+    files.files[Role::color] = file;
     frame->depth_encoding_ = DepthEncoding(encoding - encodings.begin());
     if (const Status status = frame->open(std::move(files)); !status.ok()) raise(status);
+    check_names(*file, frame->header_, arrays.layers);
     return frame;
 }
 
@@ -259,11 +288,11 @@ py::object run_layers(const ChainObject& chain, const FrameWithNeighbors& frames
     for (size_t i = 0; i < filtered.layers.filtered.size(); ++i) {
         const FileLayer& layer = filtered.layers.filtered[i];
         ImageF pixels = plane_of_stack(view.layers, int(i), view.color.height);
-        layers[layer.name.c_str()] = array_of(
+        layers[py::str(layer.name)] = array_of(
             layer.channels.channels.size() == 4 ? std::move(pixels) : without_alpha(pixels));
     }
     for (size_t i = 0; i < view.cryptomattes.size(); ++i)
-        cryptomattes[filtered.layers.cryptomattes[i].name.c_str()] =
+        cryptomattes[py::str(filtered.layers.cryptomattes[i].name)] =
             array_of(ranks_image(view.cryptomattes[i]));
     return py::module_::import("postchain._filtered")
         .attr("Filtered")(array_of(std::move(view.color)), layers, cryptomattes);

@@ -126,7 +126,9 @@ py::dict tune(const TuneRequest& request, const Callbacks& callbacks,
                     report["done"] = now.done;
                     report["total"] = now.total;
                     report["elapsed_s"] = now.elapsed_s;
-                    if (!stopped && callbacks.ended_by(report)) call.ask_to_stop();
+                    if (stopped || !callbacks.ended_by(report)) return;
+                    stopped = true;
+                    call.ask_to_stop();
                 });
             };
             return tune::run_tune(std::move(starts), fixed, settings, executor, progress,

@@ -1,9 +1,8 @@
 // postchain as a pass of OGRE's compositor. In a script:
 //
-//   pass render_custom postchain { input 0 scene 0  input 1 scene 1  input 2 scene 2  input 3 scene
-//   3 }
+//   pass render_custom postchain { input 0 scene 0  input 1 scene 1  input 2 scene 2 ... }
 //
-// The inputs are color, velocity, mask and depth. It filters color in place.
+// The four inputs are color, velocity, mask and depth. It filters color in place.
 #pragma once
 #include <Ogre.h>
 #include <OgreCustomCompositionPass.h>

@@ -422,7 +422,8 @@ Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& res
     const Plan& plan = entry->compiled.plan();
     if (!plan.steps.empty()) {
         import_frame(entry->host, frame, entry->compiled);
-        if (Failure failure = dispatch(*entry, frame, timed); !failure.ok()) return failure;
+        failure = dispatch(*entry, frame, timed);
+        if (!failure.ok()) return failure;
     }
     const TextureId id = entry->host.result;
     if (entry->host.writes_output) {

@@ -362,7 +362,7 @@ typedef struct pc_budget_state {
     float frame_ms;     /* the median of up to 8 frames since the last change; 0 = not known yet */
     uint32_t changes;   /* since the budget was set */
 } pc_budget_state;
-/* Of a chain without a budget: milliseconds 0, part 1. */
+/* Without a budget: milliseconds 0, part 1. */
 PC_API pc_result pc_query_budget(const pc_instance*, const pc_chain*, pc_budget_state*);
 
 typedef struct pc_counters { /* since pc_create(); textures_alive and texture_bytes: now */

@@ -43,7 +43,7 @@ struct BenchSettings : ExperimentSettings {
     int truth_samples = 256;          // per pixel, for the ground truth of a generated scene
 };
 
-// What the tables of an experiment do not have.
+// Settings that are not in the tables of an experiment.
 struct Surroundings {
     sequence::RunSettings run;
     std::string input;                     // as typed

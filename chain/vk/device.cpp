@@ -32,6 +32,7 @@ Status check_limits(const VkPhysicalDeviceLimits& limits) {
         uint32_t found, needed;
     } all[] = {
         {"maxComputeWorkGroupInvocations", limits.maxComputeWorkGroupInvocations, 256},
+        {"maxComputeSharedMemorySize", limits.maxComputeSharedMemorySize, 32768},
         {"maxPerStageDescriptorStorageImages", limits.maxPerStageDescriptorStorageImages, 8}};
     for (const auto& [name, found, needed] : all)
         if (found < needed)

@@ -8,10 +8,10 @@
  * or that a program does not compile; the text names it. */
 
 /* Device: Vulkan 1.2, with the feature shaderStorageImageWriteWithoutFormat enabled by the host,
- * maxComputeWorkGroupInvocations >= 256, maxPerStageDescriptorStorageImages >= 8, and a queue
- * family with VK_QUEUE_COMPUTE_BIT; pc_vk_create() refuses other devices with PC_ERROR_GL. No
- * extension is used. The library calls no function of a queue: it creates its objects, and records.
- */
+ * maxComputeWorkGroupInvocations >= 256, maxComputeSharedMemorySize >= 32768,
+ * maxPerStageDescriptorStorageImages >= 8, and a queue family with VK_QUEUE_COMPUTE_BIT;
+ * pc_vk_create() refuses other devices with PC_ERROR_GL. No extension is used. The library calls no
+ * function of a queue: it creates its objects, and records. */
 
 /* Frames in flight: runs_in_flight is the number of pc_vk_run() calls whose command buffers may be
  * unfinished at once. Before it makes call number n, the host has waited until the command buffer

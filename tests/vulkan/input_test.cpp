@@ -109,6 +109,8 @@ TEST(Input, DevicesBelowTheLimitsOfTheProgramsAreRefused) {
     } cases[] = {
         {"physical_device has maxComputeWorkGroupInvocations 128, and 256 are needed; choose",
          [](auto& limits) { limits.maxComputeWorkGroupInvocations = 128; }},
+        {"maxComputeSharedMemorySize 16384, and 32768 are needed",
+         [](auto& limits) { limits.maxComputeSharedMemorySize = 16384; }},
         {"maxPerStageDescriptorStorageImages 4, and 8 are needed",
          [](auto& limits) { limits.maxPerStageDescriptorStorageImages = 4; }}};
     for (const auto& [text, weaken] : cases) {
@@ -122,6 +124,7 @@ TEST(Input, DevicesBelowTheLimitsOfTheProgramsAreRefused) {
     pc_vk_instance* made = nullptr;
     VkPhysicalDeviceLimits least = properties.limits;
     least.maxComputeWorkGroupInvocations = 256;
+    least.maxComputeSharedMemorySize = 32768;
     least.maxPerStageDescriptorStorageImages = 8;
     weak_limits = &least;
     EXPECT_EQ(pc_vk_create(&info, &made), PC_OK) << pc_error();

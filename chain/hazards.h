@@ -22,7 +22,8 @@ enum Wait : uint32_t {
 // One set for each step. As few steps wait as their order allows, and each waits for everything
 // that the steps up to the next waiting one need. `storage`: the number of the storage of each
 // texture of the plan; textures with disjoint lifetimes may share one. Steps that write one texture
-// together write different pixels of it, and do not wait for each other.
+// together write different pixels of it, and do not wait for each other. A step that writes some
+// pixels again follows one that has read them, and waits for that.
 std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage);
 
 // Enters into `storage` that imported textures of one name are one storage. `names`: of each

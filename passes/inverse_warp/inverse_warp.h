@@ -3,8 +3,7 @@
 //
 //   inverse_depth [, motion [, motion_back]] --surfaces-> surfaces, marks
 //   color, surfaces, marks --bright_edges-> shown
-//   inverse_depth [, motion [, motion_back]], shown --shown_surfaces-> surfaces, where another is
-//   shown;
+//   inverse_depth [, motion [, motion_back]], shown --shown_surfaces-> some of surfaces
 //       likewise of the frames before and after
 //   surfaces --block_surfaces-> block_surfaces
 //   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks

@@ -10,7 +10,7 @@
 
 layout(binding = 0) uniform sampler2D background_depth;
 layout(binding = 1) uniform sampler2D background_color;
-layout(binding = 0) writeonly uniform image2D background;
+layout(binding = 0) coherent writeonly uniform image2D background;
 
 const int kReachBlocks = 2;    // that hold the cells on all lines
 const float kShows = 0.3;      // part of a cell: more than its edge pixels
@@ -22,6 +22,11 @@ ivec2 cell_of(ivec2 square, int i) {
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));
+}
+
+// Which has a texel.
+ivec2 nearest_cell(ivec2 cell) {
+    return clamp(cell, ivec2(0), 8 * uniforms.blocks - 1);
 }
 
 // The least inverse depth in the blocks on both sides, along each line.
@@ -66,7 +71,7 @@ int find_behind(ivec2 cell, ivec2 line, float q) {
     bool more;
     do {
         const ivec2 at = cell + distance_of(i) * line;
-        const vec2 depth_part = texelFetch(background_depth, max(at, ivec2(0)), 0).xy;
+        const vec2 depth_part = texelFetch(background_depth, nearest_cell(at), 0).xy;
         if (behind < 0.0 && depth_part.x * kOneDepth < q) behind = depth_part.x;
         more = inside_cells(at) && depth_part.y > 0.0 &&
                (behind < 0.0 || one_depth(depth_part.x, behind));

@@ -117,7 +117,7 @@ void main() {
         const ivec2 p = pixel_in_list(i);
         const Surface own = surface_at(p);
         const Beside beside = find_lamp(p, own.inverse_depth);
-        const Surface other = surface_at(p + kAround[max(beside.to, 0)]);
+        const Surface other = surface_at(beside.to < 0 ? p : p + kAround[beside.to]);
         const bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
         if (beside.to < 0 || !differs)
             atomicAnd(bits_of_square[index_of(p / kSquarePx)], ~bit_of(p));

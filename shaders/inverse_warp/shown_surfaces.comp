@@ -11,7 +11,7 @@
 #include "inverse_warp/square.glsl"
 
 layout(binding = 3) uniform usampler2D shown;
-layout(binding = 0) writeonly uniform uimage2D surfaces;
+layout(binding = 0) coherent writeonly uniform uimage2D surfaces;
 #if NEIGHBOR
 layout(binding = 4) uniform usampler2D surfaces_here;
 layout(binding = 5) uniform sampler2D light;

@@ -208,6 +208,41 @@ TEST(Neighbors, AgreeWithTheReference) {
     }
 }
 
+// Lamps before textured ground, also at the frame's borders, and pixels around them that mix both
+// lights.
+FramePlanes lamps(int width, int height, float speed, uint32_t seed) {
+    FramePlanes planes = layered_frame(width, height, {speed, 9.25f}, {-14.75f, 3.5f}, seed).planes;
+    const auto is_lamp = [](int x, int y) { return x >= 0 && y >= 0 && (x / 6 + y / 5) % 3 == 0; };
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const bool lamp = is_lamp(x, y);
+            planes[Role::inverse_depth].at(x, y) = lamp ? 0.5f : 0.1f;
+            planes[Role::motion].at(x, y, 0) = lamp ? speed : -14.75f;
+            planes[Role::motion].at(x, y, 1) = lamp ? 9.25f : 3.5f;
+            const bool beside =
+                is_lamp(x - 1, y) || is_lamp(x + 1, y) || is_lamp(x, y - 1) || is_lamp(x, y + 1);
+            if (!lamp && !beside) continue;
+            for (int c = 0; c < 3; ++c) planes[Role::color].at(x, y, c) = lamp ? 40.0f : 8.0f;
+        }
+    }
+    return planes;
+}
+
+// Sizes with rests of squares, blocks and work groups.
+TEST(Neighbors, AgreeWithTheReferenceAtAnySize) {
+    for (const auto& [width, height] : {std::pair{1, 1}, {3, 5}, {17, 9}, {65, 33}, {66, 131}}) {
+        BlurFrame frame(width, height);
+        frame.planes = lamps(width, height, 33.5f, 8);
+        for (const Neighbor neighbor : kNeighbors)
+            for (const auto& [role, plane] : lamps(width, height, 30.5f, 31))
+                frame.planes[role_of(neighbor, role)] = plane;
+        const auto gpu = stages_of(warp(), frame);
+        const auto expected = reference_stages_of(warp(), frame);
+        const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << width << "x" << height << ": " << difference.text;
+    }
+}
+
 // Where the pattern stretches, where a door that other frames lack occludes it, and beside a
 // shadow.
 TEST(Neighbors, AgreeWithTheReferenceInScenes) {

@@ -45,7 +45,8 @@ void Budgets::set_samples(ChainHandle& chain, Governed& governed, double part) {
         const int64_t before = chain.integer(samples.pass, *samples.row);
         if (before != samples.now) samples.full = before;  // the host has set it meanwhile
         samples.now = scaled(governed.samples, samples, part);
-        if (samples.now != before) chain.set(samples.pass, samples.row->key, samples.now);
+        if (samples.now == before) continue;
+        (void)chain.set(samples.pass, samples.row->key, samples.now);  // within the row's range
     }
 }
 

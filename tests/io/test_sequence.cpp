@@ -327,6 +327,16 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
     EXPECT_EQ(frames, expected);
 }
 
+TEST(ScanFolder, AFileThatNoInputCanNameIsLeftOut) {
+    const TempFolder folder;
+    for (const char* name : {"a#b#.exr", "c%4d.exr", "d.exr"})
+        test::write_text(folder.path(name), "x");
+    const auto found = scan_folder(folder.path(""));
+    ASSERT_TRUE(found.ok()) << found.status().message();
+    ASSERT_EQ(found->size(), 1u);
+    EXPECT_EQ(found->front().pattern, folder.path("d.exr"));
+}
+
 TEST(ScanFolder, WhatHasNoFrameIsAnError) {
     const TempFolder folder;
     const auto empty = scan_folder(folder.path(""));

@@ -481,6 +481,8 @@ class Files(Attacked):
         submit = document["paths"]["/v1/jobs"]["post"]
         self.assertIn("Idempotency-Key", [one["name"] for one in submit["parameters"]])
         self.assertTrue({"200", "202", "409", "422", "429", "503"} <= set(submit["responses"]))
+        for path in ["browse", "chains", "image"]:
+            self.assertIn("404", document["paths"]["/v1/" + path]["get"]["responses"], path)
         for query in ["state=finished", "before=x", "before=0", "limit=-1", "limit=", "states=done"]:
             self.assertEqual(self.server.ask("GET", f"/v1/jobs?{query}")[0], 400, query)
         for target in ["image", "image?frame=x&input=a.exr", "image?frame=1&side=0",

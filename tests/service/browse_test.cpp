@@ -1,6 +1,7 @@
 // What a page asks the service for: folders, chains, jobs by search, places in the queue, and the
 // pictures of a report one by one.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -91,6 +92,18 @@ TEST_F(BrowseTest, RefusalsNameNoPathOutside) {
     EXPECT_EQ(std::get<Problem>(none).detail.find(base_), std::string::npos);
     EXPECT_EQ(std::get<Problem>(chains_of("/etc/passwd", roots({"root"}))).kind,
               Problem::Kind::forbidden);
+    // Nor is another file read, or a pipe waited for.
+    ASSERT_EQ(mkfifo((base_ + "/root/shots/pipe.yaml").c_str(), 0600), 0);
+    const auto kind_of = [&](const char* file) {
+        const auto answer = chains_of(file, roots({"root"}));
+        return std::holds_alternative<Problem>(answer) ? std::get<Problem>(answer).kind
+                                                       : Problem::Kind::internal;
+    };
+    EXPECT_EQ(kind_of("shots/pipe.yaml"), Problem::Kind::not_found);
+    EXPECT_EQ(kind_of("shots"), Problem::Kind::not_found);
+    EXPECT_EQ(kind_of("shots/notes.yaml"), Problem::Kind::invalid);
+    EXPECT_EQ(kind_of("shots/a.0001.exr"), Problem::Kind::invalid);
+    EXPECT_EQ(json(browse("shots", roots({"root"})))["chains"], Json({"shots/own.yaml"}));
 }
 
 TEST_F(BrowseTest, ChainsWithTheirValues) {
@@ -107,11 +120,11 @@ TEST_F(BrowseTest, ChainsWithTheirValues) {
 TEST_F(BrowseTest, AReportInParts) {
     const std::string path = base_ + "/page.html";
     write(path,
-          "<html><script type=\"text/plain\" id=\"view.vert\">v</script>\n"
+          "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n"
           "<script type=\"text/plain\" id=\"image-0\">AAAA</script>\n"
           "<script type=\"text/plain\" id=\"image-10\">BBBB</script>\n</html>\n");
     EXPECT_EQ(*page_without_pictures(path),
-              "<html><script type=\"text/plain\" id=\"view.vert\">v</script>\n</html>\n");
+              "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n</html>\n");
     EXPECT_EQ(*picture_in_page(path, "image-10"), "BBBB");
     EXPECT_FALSE(picture_in_page(path, "image-1").ok());
     EXPECT_FALSE(picture_in_page(path, "view.vert").ok());

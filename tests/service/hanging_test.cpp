@@ -93,6 +93,19 @@ TEST_F(Hanging, ReadinessFollowsTheProgress) {
     EXPECT_THAT(service_->health().why, HasSubstr("1 thread hangs"));
 }
 
+TEST_F(Hanging, ARepeatedKeyShowsThePlaceInTheQueueToo) {
+    submit(hanging());
+    ASSERT_TRUE(wait_for([] { return g_hung.load(); }));
+    const std::string next = in_folder(body(), "next");
+    for (const bool first : {true, false}) {
+        bool created = !first;
+        const auto answer = service_->submit(user(), next, "key", &created);
+        ASSERT_TRUE(std::holds_alternative<Job>(answer));
+        EXPECT_EQ(created, first);
+        EXPECT_EQ(std::get<Job>(answer).place, 1) << first;
+    }
+}
+
 TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {
     DeviceGate gate(100ms);
     const auto at = [start = DeviceGate::Clock::now()](int ms) { return start + 1ms * ms; };
@@ -102,12 +115,12 @@ TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {
     EXPECT_TRUE(waits(0) && waits(99));
     EXPECT_FALSE(waits(100) || waits(124));
     EXPECT_TRUE(waits(125));
-    gate.leave(at(130));
+    gate.leave(at(0), at(130));
     EXPECT_FALSE(waits(130));
     gate.enter(at(131));
     EXPECT_TRUE(waits(224));
     EXPECT_FALSE(waits(225)) << "no pause";
-    gate.leave(at(226));
+    gate.leave(at(131), at(226));
     gate.enter(at(251));
     EXPECT_TRUE(waits(251) && waits(350)) << "a pause";
     EXPECT_FALSE(waits(352));
@@ -115,6 +128,8 @@ TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {
     EXPECT_FALSE(waits(251 + 125 * 480)) << "the preview hangs";
     gate.enter(at(251 + 125 * 480));
     EXPECT_TRUE(waits(251 + 125 * 480)) << "another one";
+    gate.leave(at(251 + 125 * 480), at(252 + 125 * 480));
+    EXPECT_FALSE(waits(253 + 125 * 480)) << "the one that hangs is left";
 }
 
 TEST(Gates, AWaitIsNotTheFaultOfAStep) {

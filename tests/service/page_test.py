@@ -466,12 +466,15 @@ class Jobs(OnTheService):
         self.browser.wait(f"postchain.model.subject?.input === 'shots/sharp.####.exr' && {SHOWN}",
                           seconds=60)
         self.assertIn("128", json.dumps(self.chain()))
+        # Also when its frame has been planned.
+        self.browser.run("await postchain.model.sized; await new Promise((done) => setTimeout(done, 50));")
         self.assertEqual(self.browser.run("return document.getElementById('output').value;"),
                          "out/best.####.exr")
         # Its other keys count for previews, as far as they take them, and for the next job.
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
             "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
-            "show": {"set": ["joint_blur.samples=1023"]}})
+            "show": {"set": ["joint_blur.samples=1023"]},
+            "output": "out/best.####.exr"})
         self.browser.run("document.querySelector('#entries [data-path]').click();")
         self.browser.wait("!postchain.model.subject.more")
         self.open(f"job={job}")

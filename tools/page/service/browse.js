@@ -40,7 +40,8 @@ function open_sequence(sequence) {
     return show_shot(sequence, camera);
 }
 
-/** Looks at a sequence through the chains. more: {show, send}: further keys of requests and jobs. */
+/** Looks at a sequence through the chains. more: {show, send, output}: further keys of
+ * requests and jobs, and the output of the job that is edited. */
 export function show_shot(sequence, camera, more) {
     page.leave_job?.();
     return look({ name: sequence.path, input: sequence.path, camera, more,

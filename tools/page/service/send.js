@@ -18,7 +18,9 @@ const parts_of = (path) => {
 
 // "shots/sharp.####.exr" --> "shots/out/sharp_balanced.####.exr"
 function suggestion() {
-    const [folder, name] = parts_of(model.subject.input);
+    const { input, more } = model.subject;
+    if (more?.output) return more.output;
+    const [folder, name] = parts_of(input);
     const dot = name.search(/\.|$/);
     const word = (shippedName("a") ?? "edited").replace(/\W+/g, "_");
     return `${folder}out/${name.slice(0, dot)}_${word}${name.slice(dot)}`;
@@ -90,10 +92,10 @@ page.edit_job = async (job) => {
     await open_folder(folder.replace(/\/$/, "") || ".");
     const found = page.folder()?.sequences.find((one) => one.path === input);
     if (!found) throw new Error(`${input}: no such frames`);
-    by_id("output").value = suggested = output;
+    by_id("output").value = suggested = output ?? "";
     by_id("which").value = frames ?? "";
     state.set({ frame });
-    await show_shot(found, camera, { send: others, show });
+    await show_shot(found, camera, { send: others, show, output });
     page.show_tab("shots");
 };
 

@@ -97,10 +97,11 @@ Result<std::vector<FoundSequence>> scan_folder(const std::string& folder) {
         if (!is_exr(name) || !it->is_regular_file(of_type)) continue;
         const NameParts parts = parts_of(name);
         // More than nine digits are a date, not a frame number.
-        if (parts.digits.empty() || parts.digits.size() > 9)
-            found.push_back({prefix + name, {PathPattern::parse(name)->literal_frame()}, {}});
-        else
-            groups[{parts.before, parts.after}].push_back(parts);
+        const bool numbered = !parts.digits.empty() && parts.digits.size() <= 9;
+        if (numbered) groups[{parts.before, parts.after}].push_back(parts);
+        // --input cannot name a file such as "a#b#.exr".
+        const auto one = PathPattern::parse(name);
+        if (!numbered && one.ok()) found.push_back({prefix + name, {one->literal_frame()}, {}});
     }
     if (error) return Status(StatusCode::input, folder + ": cannot be read: " + error.message());
     for (const auto& [name, members] : groups) add_sequences(prefix, members, found);

@@ -1,7 +1,7 @@
 #include "tools/service/http/report_parts.h"
 
 #include <fstream>
-#include <iterator>
+#include <optional>
 #include <string_view>
 
 #include "chain/text.h"
@@ -9,42 +9,48 @@
 namespace postchain::service {
 namespace {
 
-// As tools/measure/report/page/page.cpp writes them.
+// As tools/measure/report/page/page.cpp writes them: each on a line of its own. A page may have
+// hundreds of MB, so that only one of them is in memory.
 constexpr std::string_view kBegin = "<script type=\"text/plain\" id=\"image-";
-constexpr std::string_view kEnd = "</script>\n";
+constexpr std::string_view kEnd = "</script>";
 
-Result<std::string> text_of(const std::string& path) {
+// Calls `take` for each line, with its line feed, until it returns false.
+template <class Take>
+Status read_lines(const std::string& path, const Take& take) {
     std::ifstream file(path, std::ios::binary);
-    std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-    if (!file) return Status(StatusCode::input, path + ": cannot be read");
-    return text;
+    bool more = bool(file);
+    for (std::string line; more && std::getline(file, line);) {
+        if (!file.eof()) line += '\n';
+        more = take(line);
+    }
+    if (file.bad() || !file.is_open()) return Status(StatusCode::input, path + ": cannot be read");
+    return Status();
 }
 
 }  // namespace
 
 Result<std::string> page_without_pictures(const std::string& path) {
-    auto text = text_of(path);
-    if (!text.ok()) return text;
     std::string page;
-    size_t at = 0;
-    for (size_t begin; (begin = text->find(kBegin, at)) != text->npos;) {
-        const size_t end = text->find(kEnd, begin);
-        if (end == text->npos) break;
-        page.append(*text, at, begin - at);
-        at = end + kEnd.size();
-    }
-    return page.append(*text, at);
+    const Status status = read_lines(path, [&](const std::string& line) {
+        if (!line.starts_with(kBegin)) page += line;
+        return true;
+    });
+    if (!status.ok()) return status;
+    return page;
 }
 
 Result<std::string> picture_in_page(const std::string& path, const std::string& id) {
-    const auto text = text_of(path);
-    if (!text.ok()) return text;
     const std::string begin = concat("<script type=\"text/plain\" id=\"", id, "\">");
-    const size_t at = id.starts_with("image-") ? text->find(begin) : text->npos;
-    const size_t end = at == text->npos ? at : text->find(kEnd, at);
-    if (end == text->npos)
-        return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
-    return text->substr(at + begin.size(), end - at - begin.size());
+    std::optional<std::string> picture;
+    const Status status = read_lines(path, [&](const std::string& line) {
+        const size_t end = line.rfind(kEnd);
+        if (line.starts_with(begin) && line.starts_with(kBegin) && end != line.npos)
+            picture = line.substr(begin.size(), end - begin.size());
+        return !picture;
+    });
+    if (!status.ok()) return status;
+    if (picture) return *std::move(picture);
+    return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
 }
 
 }  // namespace postchain::service

@@ -80,8 +80,10 @@ Reply report(const Service& service, const Call& call) {
         service.report_file(call.user, call.values[0], call.values[1]),
         [&](const ResultFile& file) {
             if (picture.empty() && !apart) return file_reply(file);
-            const auto text =
-                apart ? page_without_pictures(file.path) : picture_in_page(file.path, picture);
+            const auto text = !file.name.ends_with(".html")
+                                  ? Result<std::string>(Status(StatusCode::input, "not a page"))
+                              : apart ? page_without_pictures(file.path)
+                                      : picture_in_page(file.path, picture);
             if (!text.ok())
                 return problem(404, "the report of job " + call.values[0] + " does not have this");
             Reply part;

@@ -34,7 +34,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                              [](const std::string& text) { return json_reply(200, text); });
          }),
          .queries = {{"folder", "a folder of the roots; default: the root, or a list of them"}},
-         .refusals = {403},
+         .refusals = {403, 404},
          .schema = "Folder"});
     routes.push_back({.method = "GET",
                       .path = "/v1/chains",
@@ -46,7 +46,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                               [](const std::string& text) { return json_reply(200, text); });
                       }),
                       .queries = {{"file", "a chain file of the roots"}},
-                      .refusals = {403},
+                      .refusals = {403, 404, 422},
                       .schema = "Chains"});
     routes.push_back({.method = "GET",
                       .path = "/v1/image",
@@ -69,7 +69,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                               queries.push_back({"frame", "a frame number", {}, "-?[0-9]{1,9}"});
                               return queries;
                           }(),
-                      .refusals = {403, 422},
+                      .refusals = {403, 404, 422},
                       .type = "image/png"});
     routes.push_back({.method = "POST",
                       .path = "/v1/plan",

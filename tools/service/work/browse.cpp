@@ -23,7 +23,7 @@ Problem not_found(const std::string& detail) {
     return {Problem::Kind::not_found, detail, {}, 0};
 }
 
-// "10-13, 20"
+// "10-13,20"
 std::string ranges_of(const std::vector<int>& frames) {
     std::string text;
     for (size_t i = 0; i < frames.size();) {
@@ -51,10 +51,7 @@ Json sequences_in(const std::string& folder, const Roots& roots) {
 }
 
 // The list of /v1/browse in which a text file belongs; empty: in none.
-const char* kind_of(const std::string& path) {
-    const auto text = read_text_file(path, StatusCode::input);
-    if (!text.ok()) return "";
-    const TextNode root = read_text_tree(*text, path).root;
+std::string kind_of(const TextNode& root) {
     if (root.find("postchain_study")) return "studies";
     if (root.find("passes")) return root.find("postchain") ? "chains" : "";
     for (const char* key : {"focal_length_mm", "f_stop", "focus_distance", "shutter_frames",
@@ -94,10 +91,8 @@ Json json_of(const TextNode& node) {
     return value.ok() ? io::json_of(*value) : Json(node.text);
 }
 
-Json chain_json(const std::string& name, const ChainText& chain) {
-    return {{"name", name},
-            {"text", chain.text},
-            {"chain", json_of(read_text_tree(chain.text, chain.file_name).root)}};
+Json chain_json(const std::string& name, const std::string& text, const TextNode& root) {
+    return {{"name", name}, {"text", text}, {"chain", json_of(root)}};
 }
 
 }  // namespace
@@ -121,9 +116,10 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
     for (fs::directory_iterator at = opened; !error && at != fs::directory_iterator();
          at.increment(error)) {
         const std::string name = at->path().filename().string();
-        const auto resolved = name.starts_with('.') ? Status(StatusCode::input, "hidden")
-                                                    : roots.resolve(at->path().string()).status();
-        if (resolved.ok() && (at->is_directory(error) || is_text(*at))) found.push_back(*at);
+        // Most entries are frames, whose links need not be followed.
+        if (!name.starts_with('.') && (at->is_directory(error) || is_text(*at)) &&
+            roots.resolve(at->path().string()).ok())
+            found.push_back(*at);
         error.clear();
     }
     std::sort(found.begin(), found.end());
@@ -140,8 +136,9 @@ Answer<std::string> browse(const std::string& folder, const Roots& roots) {
             if (reply["folders"].size() < kMaxNames)
                 reply["folders"].push_back(folder_json(name, roots));
         } else if (++read <= kMaxRead) {
-            if (const std::string kind = kind_of(name); !kind.empty())
-                reply[kind].push_back(roots.shown(name));
+            const auto text = read_text_file(name, StatusCode::input);
+            const auto kind = text.ok() ? kind_of(read_text_tree(*text, name).root) : std::string();
+            if (!kind.empty()) reply[kind].push_back(roots.shown(name));
         }
     }
     reply["sequences"] = sequences_in(*path, roots);
@@ -153,13 +150,21 @@ Answer<std::string> chains_of(const std::string& file, const Roots& roots) {
     if (!file.empty()) {
         const auto path = roots.resolve(file);
         if (!path.ok()) return Problem{Problem::Kind::forbidden, path.status().message(), {}, 0};
-        auto text = read_text_file(*path, StatusCode::input);
+        std::error_code error;
+        if (!fs::is_regular_file(*path, error))
+            return not_found(roots.shown(*path) + ": does not exist, or is not a file");
+        const auto text = read_text_file(*path, StatusCode::input);
         if (!text.ok()) return not_found(roots.shown_in(text.status().message()));
-        list.push_back(chain_json(file, {file, std::move(*text)}));
+        const TextNode root = read_text_tree(*text, file).root;
+        if (kind_of(root) != "chains")
+            return Problem{Problem::Kind::invalid,
+                           roots.shown(*path) + ": is not a chain file; give one"};
+        list.push_back(chain_json(file, *text, root));
     } else {
         for (const std::string& name : shipped_chains())
             if (const auto chain = find_chain(name); chain.ok())
-                list.push_back(chain_json(name, *chain));
+                list.push_back(
+                    chain_json(name, chain->text, read_text_tree(chain->text, name).root));
     }
     return io::json_text({{"chains", list}});
 }

@@ -13,7 +13,7 @@ namespace postchain::service {
 Answer<std::string> browse(const std::string& folder, const Roots& roots);
 
 // JSON, as GET /v1/chains: the shipped chains, or if `file` is not empty that chain file, each with
-// its text and its values. Problems: forbidden, not_found.
+// its text and its values. Problems: forbidden, not_found, invalid (not a chain file).
 Answer<std::string> chains_of(const std::string& file, const Roots& roots);
 
 }  // namespace postchain::service

@@ -4,19 +4,20 @@ namespace postchain::service {
 
 void DeviceGate::enter(Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    if (holds_++ == 0 && now - ended_ >= job_) first_ = now;
-    begun_ = now;
+    if (holds_.empty() && now - ended_ >= job_) first_ = now;
+    holds_.insert(now);
 }
 
-void DeviceGate::leave(Clock::time_point now) {
+void DeviceGate::leave(Clock::time_point begun, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    if (--holds_ == 0) ended_ = now;
+    holds_.erase(holds_.find(begun));
+    if (holds_.empty()) ended_ = now;
 }
 
 Turn DeviceGate::ask(Clock::time_point now) const {
     const std::lock_guard lock(mutex_);
-    const bool waits =
-        holds_ > 0 && now - begun_ < kMaxHold && (now - first_) % (previews_ + job_) < previews_;
+    const bool waits = !holds_.empty() && now - *holds_.rbegin() < kMaxHold &&
+                       (now - first_) % (previews_ + job_) < previews_;
     return waits ? Turn::wait : Turn::go_on;
 }
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include <chrono>
-#include <cstddef>
 #include <mutex>
+#include <set>
 
 #include "chain/gl/turn.h"
 
@@ -24,13 +24,14 @@ class DeviceGate {
 
     class Hold {
       public:
-        explicit Hold(DeviceGate& gate) : gate_(gate) { gate_.enter(Clock::now()); }
-        ~Hold() { gate_.leave(Clock::now()); }
+        explicit Hold(DeviceGate& gate) : gate_(gate), begun_(Clock::now()) { gate_.enter(begun_); }
+        ~Hold() { gate_.leave(begun_, Clock::now()); }
         Hold(const Hold&) = delete;
         Hold& operator=(const Hold&) = delete;
 
       private:
         DeviceGate& gate_;
+        const Clock::time_point begun_;
     };
 
     // The job's question: Turn::go_on or Turn::wait.
@@ -38,15 +39,14 @@ class DeviceGate {
 
     // Hold calls these two.
     void enter(Clock::time_point now);
-    void leave(Clock::time_point now);
+    void leave(Clock::time_point begun, Clock::time_point now);
 
   private:
     const Clock::duration previews_, job_;
     mutable std::mutex mutex_;
-    size_t holds_ = 0;
-    Clock::time_point first_;  // since when previews follow each other
-    Clock::time_point begun_;  // the newest hold
-    Clock::time_point ended_;  // the last hold
+    std::multiset<Clock::time_point> holds_;  // when each began
+    Clock::time_point first_;                 // since when previews follow each other
+    Clock::time_point ended_;                 // the last hold
 };
 
 }  // namespace postchain::service

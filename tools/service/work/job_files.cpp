@@ -54,11 +54,11 @@ Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after
     if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
     const JobRequest& request = std::get<JobRequest>(read);
     const std::string path = after ? frame.output : request.run.input.color().format(frame.frame);
-    std::error_code error;
-    if (!fs::exists(path, error)) return not_found(roots.shown(path) + ": does not exist");
     if (!roots.resolve(path).ok())
         return Problem{Problem::Kind::forbidden,
                        roots.shown(path) + ": links outside the folders of this service"};
+    std::error_code error;
+    if (!fs::is_regular_file(path, error)) return not_found(roots.shown(path) + ": does not exist");
     return ShownFrame{path, frame.frame, request.run.source};
 }
 

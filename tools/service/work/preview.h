@@ -1,4 +1,5 @@
-// Previews (one reduced frame through a chain) and thumbnails: the CPU part. The worker filters.
+// Previews (one reduced frame through a chain) and images of files: the CPU part. previews.h
+// filters.
 #pragma once
 
 #include <string>

@@ -96,7 +96,7 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
     if (over()) return canceled;
     if (!hold) hold.emplace(gate_);
     Executor& executor = (*device)->executor();
-    const StopScope stop(executor, ticket.stop.get());
+    const TurnScope stop(executor, [&] { return over() ? Turn::stop : Turn::go_on; });
     auto planes = executor.filter(prepared->plan, prepared->planes);
     if (planes.ok()) return std::move(planes->at(Role::color));
     return planes.status();
@@ -105,8 +105,8 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
 std::optional<Status> Previews::test() {
     const auto promise = std::make_shared<std::promise<Status>>();
     auto tested = promise->get_future();
+    // Without the gate, which clients without a token could then keep from the job.
     const bool taken = threads_.run([this, promise] {
-        const DeviceGate::Hold hold(gate_);
         auto device = device_of_thread(device_, registry_);
         Status status = device.ok() ? (*device)->test() : device.status();
         // After a loss of the context a new one may work.

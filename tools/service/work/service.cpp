@@ -255,7 +255,8 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                           concat("the Idempotency-Key is longer than ", kMaxKeyBytes, " bytes")};
         // An accepted body is not checked again.
         const auto earlier = stored(state_->store->job_of_key(idempotency_key));
-        if (earlier && earlier->body == body && earlier->owner == user.name) return *earlier;
+        if (earlier && earlier->body == body && earlier->owner == user.name)
+            return state_->shown(*earlier);
         const Submission job = taken(check_submission(body, state_->reader_of(user),
                                                       state_->settings.remote.queue != nullptr));
         check_priority(user, job.priority);
@@ -267,7 +268,6 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                 *created = true;
                 state_->backend->wake();
                 added.job.message = joined(job.warnings, "; ");
-                added.job = state_->shown(std::move(added.job));
                 break;
             case Added::What::same:
                 break;
@@ -284,7 +284,7 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                     {},
                     kRetryAfterS};
         }
-        return added.job;
+        return state_->shown(std::move(added.job));
     });
 }
 

@@ -471,7 +471,7 @@ class Jobs(OnTheService):
                          "out/best.####.exr")
         # Its other keys count for previews, as far as they take them, and for the next job.
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
-            "output": "out/best.####.exr",
+            "frames": None, "output": "out/best.####.exr",
             "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
             "show": {"set": ["joint_blur.samples=1023"]}})
         self.browser.run("document.querySelector('#entries [data-path]').click();")
@@ -494,6 +494,7 @@ class Jobs(OnTheService):
         self.browser.wait("postchain.model.subject?.job === args[0]", jobs[0])
         self.browser.run("postchain.open_job(args[0]); postchain.open_job(args[1]);", *jobs)
         self.browser.wait("postchain.model.subject?.job === args[0]", jobs[1])
+        self.browser.wait("location.hash.startsWith(`#job=${args[0]}`)", jobs[1])
         self.browser.run("location.hash = args[0];", f"job={jobs[0]}")
         self.browser.wait("postchain.model.subject?.job === args[0]", jobs[0])
 
@@ -504,6 +505,7 @@ class Jobs(OnTheService):
         self.browser.run("postchain.show('before');")
         self.browser.wait(f"{SHOWN} && document.getElementById('missing').hidden")
         self.assertTrue(self.browser.run("return document.getElementById('wipe').hidden;"))
+        self.assertEqual(self.browser.run("return postchain.model.width;"), 160)
         self.browser.errors()
 
     def test_report_in_place_streams_its_pictures(self):

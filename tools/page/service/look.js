@@ -113,6 +113,8 @@ async function ask_plan() {
             plan = reply.plan;
             model.width = plan.width;
             model.height = plan.height;
+        } else {
+            await take_size(subject, frames);
         }
         page.planned?.(reply, "");
     } catch (error) {

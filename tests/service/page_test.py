@@ -463,7 +463,8 @@ class Jobs(OnTheService):
         self.browser.run("document.getElementById('new').close();")
         # Its chain and frames with live preview.
         self.press("Edit")
-        self.browser.wait(f"postchain.model.subject?.input === 'shots/sharp.####.exr' && {SHOWN}",
+        self.browser.wait("!postchain.model.subject.job && "
+                          f"postchain.model.subject.input === 'shots/sharp.####.exr' && {SHOWN}",
                           seconds=60)
         self.assertIn("128", json.dumps(self.chain()))
         # Also when its frame has been planned.
@@ -472,15 +473,42 @@ class Jobs(OnTheService):
                          "out/best.####.exr")
         # Its other keys count for previews, as far as they take them, and for the next job.
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
+            "frames": None, "output": "out/best.####.exr",
             "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
             "show": {"set": ["joint_blur.samples=1023"]},
             "output": "out/best.####.exr"})
         self.browser.run("document.querySelector('#entries [data-path]').click();")
         self.browser.wait("!postchain.model.subject.more")
+        self.browser.wait("document.getElementById('output').value.startsWith('shots/out/')")
         self.open(f"job={job}")
         self.press("Remove")
         self.browser.wait("!postchain.state.get('job')")
         self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}")[0], 404)
+        self.browser.errors()
+
+    def test_another_job_in_the_address(self):
+        jobs = [self.submit(chain="fast", output=f"out/typed{i}.####.exr", frames="1") for i in (1, 2)]
+        for job in jobs:
+            self.open(f"job={job}")
+            self.done(job)
+        self.open()
+        self.assertEqual(self.text("#missing"), "Choose frames on the left.")
+        self.browser.run("location.hash = args[0];", f"job={jobs[0]}")
+        self.browser.wait("postchain.model.subject?.job === args[0]", jobs[0])
+        self.browser.run("postchain.open_job(args[0]); postchain.open_job(args[1]);", *jobs)
+        self.browser.wait("postchain.model.subject?.job === args[0]", jobs[1])
+        self.browser.wait("location.hash.startsWith(`#job=${args[0]}`)", jobs[1])
+        self.browser.run("location.hash = args[0];", f"job={jobs[0]}")
+        self.browser.wait("postchain.model.subject?.job === args[0]", jobs[0])
+
+    def test_before_is_shown_where_the_chain_fails(self):
+        self.open("shot=broken/f.%23%23%23%23.exr&frame=1")  # without a camera
+        self.browser.wait("!document.getElementById('missing').hidden "
+                          "&& document.getElementById('missing').textContent.includes('f_stop')")
+        self.browser.run("postchain.show('before');")
+        self.browser.wait(f"{SHOWN} && document.getElementById('missing').hidden")
+        self.assertTrue(self.browser.run("return document.getElementById('wipe').hidden;"))
+        self.assertEqual(self.browser.run("return postchain.model.width;"), 160)
         self.browser.errors()
 
     def test_report_in_place_streams_its_pictures(self):

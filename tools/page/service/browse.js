@@ -7,7 +7,7 @@ import { load_chain } from "./chains.js";
 import { look } from "./look.js";
 import { page, state } from "./page.js";
 
-let here = null, mark = () => {};
+let here = null, asked = 0, mark = () => {};
 const listeners = [];
 
 /** What the folder that is open has, for lists of cameras and chains. */
@@ -40,8 +40,8 @@ function open_sequence(sequence) {
     return show_shot(sequence, camera);
 }
 
-/** Looks at a sequence through the chains. more: {show, send, output}: further keys of
- * requests and jobs, and the output of the job that is edited. */
+/** Looks at a sequence through the chains. more: of a job that is edited: {show, send}: further keys of
+    requests and jobs; output, frames. */
 export function show_shot(sequence, camera, more) {
     page.leave_job?.();
     return look({ name: sequence.path, input: sequence.path, camera, more,
@@ -81,10 +81,14 @@ function draw(focus) {
 }
 
 export async function open_folder(path, focus = false) {
+    const mine = ++asked;
     try {
-        here = await get(address("v1/browse", { folder: path || undefined }));
+        const reply = await get(address("v1/browse", { folder: path || undefined }));
+        if (mine !== asked) return false;
+        here = reply;
     } catch (error) {
         page.fail(error);
+        if (!here && path) await open_folder("");
         return false;
     }
     draw(focus);
@@ -111,6 +115,6 @@ export function start_browse() {
         else return;
         event.preventDefault();
     });
-    const up = () => here?.parent !== null && open_folder(here.parent, true);
+    const up = () => typeof here?.parent === "string" && open_folder(here.parent, true);
     by_id("up").addEventListener("click", up);
 }

@@ -2,7 +2,7 @@
 import { by_id, h, settle } from "../shared/dom.js";
 import { address, jobPath } from "./api.js";
 import { model, page, state } from "./page.js";
-import { is_finished } from "./pictures.js";
+import { is_bad, is_finished } from "./pictures.js";
 
 const kCell = 112;   // CSS pixels
 const kAhead = 2;    // cells outside the sight
@@ -84,7 +84,7 @@ function draw() {
         }
         fill(cell, entry, i);
     }
-    const bad = frames.filter((one) => one.state === "quarantined" || one.state === "missing");
+    const bad = frames.filter(is_bad);
     by_id("next-bad").hidden = !bad.length;
     by_id("next-bad").textContent = `${bad.length} failed`;
     by_id("next-bad").setAttribute("aria-label", `${bad.length} failed frames: show the next one`);
@@ -124,8 +124,7 @@ export function start_film() {
         cells.get(state.get("frame"))?.box.focus({ preventScroll: true });
     });
     by_id("next-bad").addEventListener("click", () => {
-        const bad = model.subject.frames.filter((one) => one.state === "quarantined"
-            || one.state === "missing");
+        const bad = model.subject.frames.filter(is_bad);
         const at = index_of(state.get("frame"));
         state.set({ frame: (bad.find((one) => index_of(one.frame) > at) ?? bad[0]).frame });
     });

@@ -7,9 +7,10 @@ import { update_film } from "./film.js";
 import { basename, nameOf, progressOf } from "./job_words.js";
 import { look, update_frames } from "./look.js";
 import { page, state } from "./page.js";
+import { is_bad } from "./pictures.js";
 import { close_report, open_report } from "./report_frame.js";
 
-let job = null, frames = [], parts = null;
+let job = null, frames = [], parts = null, asked = 0;
 let fails = false;  // just now: the failed frame comes into view
 export const shown_job = () => job?.id;
 
@@ -99,9 +100,11 @@ function draw() {
 
 /** Looks at a job, at a frame of it if one is given. */
 export async function open_job(id, frame) {
+    const mine = ++asked;
     let found;
     try {
         found = await Promise.all([get(jobPath(id)), get(`${jobPath(id)}/frames`)]);
+        if (mine !== asked) return undefined;  // another one was opened since
     } catch (error) {
         return page.fail(error.status === 404 ? new Error(`There is no job ${id}.`) : error);
     }
@@ -120,12 +123,12 @@ export async function open_job(id, frame) {
     show_frame();
     if (job.kind !== "run" && job.state === "done") open_report(jobPath(id));
 }
-const first_bad = () =>
-    frames.find((one) => one.state === "quarantined" || one.state === "missing");
+const first_bad = () => frames.find(is_bad);
 const subject = () => ({ name: `job ${job.id}`, job: job.id, input: job.request.input,
     camera: job.request.camera ?? "", state: job.state, frames });
 
 page.leave_job = () => {
+    ++asked;
     if (!job) return;
     close_report();
     job = null;

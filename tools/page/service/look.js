@@ -9,7 +9,7 @@ import { Viewer } from "../viewer/viewer.js";
 import { post } from "./api.js";
 import { chainOf, chainTitle, isCompared, setLens, whenChainsChange } from "./chains.js";
 import { model, page, state } from "./page.js";
-import { is_finished, Pictures } from "./pictures.js";
+import { is_bad, is_finished, Pictures } from "./pictures.js";
 
 const kRest = 300;  // ms without a change until the picture is refined
 
@@ -43,22 +43,24 @@ const entry_of = (frame) => model.subject?.frames.find((one) => one.frame === fr
 export async function look(subject) {
     model.subject = subject;
     model.page_frames = subject?.frames.map((one) => one.frame) ?? [];
-    by_id("nothing").hidden = Boolean(subject);
     by_id("focus-on").hidden = !subject || Boolean(subject.job);
     refresh_sources();
+    show_fault();
+    took = "";
+    if (!subject || subject.job) set_focusing(false);
+    else read_values();
     if (!subject) {
         page.follow_frames();
-        return page.viewer.draw();
+        page.viewer.load();
+        return page.looked?.();
     }
     state.set({ job: subject.job ?? "", shot: subject.job ? "" : subject.input,
         camera: subject.job ? "" : subject.camera ?? "" });
     if (!model.page_frames.includes(state.get("frame"))) {
-        const bad = subject.frames.find((one) => one.state === "quarantined" || one.state === "missing");
-        const done = subject.frames.find((one) => one.state === "written" || one.state === "skipped");
-        state.set({ frame: (bad ?? done ?? subject.frames[0])?.frame ?? 0 });
+        const { frames } = subject;
+        state.set({ frame: (frames.find(is_bad) ?? frames.find(is_finished) ?? frames[0])?.frame ?? 0 });
     }
     page.follow_frames();
-    show_fault();
     plan = null;
     pictures.known = false;
     model.sized = ask_plan().then(() => {
@@ -85,9 +87,8 @@ export function update_frames(frames, jobState) {
 function refresh_sources() {
     model.sources = sources_of(model.subject);
     const has = (key) => model.source(key);
-    if (!model.sources.length) return;
-    if (!has(state.get("show"))) state.set({ show: "a" });
-    if (!has(state.get("last"))) state.set({ last: "before" });
+    if (model.subject && !has(state.get("show"))) state.set({ show: "a" });
+    if (model.subject && !has(state.get("last"))) state.set({ last: "before" });
     by_id("sources").replaceChildren(...model.sources.map((one) => h("button", {
         type: "button", "data-key": one.key, onclick: () => page.show(one.key),
     }, h("kbd", { "aria-hidden": "true" }, one.digit), ` ${one.name}`)));
@@ -112,6 +113,8 @@ async function ask_plan() {
             plan = reply.plan;
             model.width = plan.width;
             model.height = plan.height;
+        } else {
+            await take_size(subject, frames);
         }
         page.planned?.(reply, "");
     } catch (error) {
@@ -235,7 +238,8 @@ export function start_look() {
         cursor: (pixel) => { marks.cursor(pixel); read_values(pixel); },
         drawn: () => {
             marks.drawn();
-            if (!model.subject) by_id("missing").hidden = true;
+            if (!model.subject) by_id("missing").textContent = state.get("job")
+                ? "This job has no frames to show." : "Choose frames on the left.";
         },
         held: () => undefined, busy: (on) => marks.busy(on), choosing: () => undefined,
         click: (pixel) => focusing && focus_at(pixel),

@@ -51,6 +51,7 @@ class Lane {
 }
 
 export const is_finished = ({ state }) => state === "written" || state === "skipped";
+export const is_bad = ({ state }) => state === "quarantined" || state === "missing";
 
 export class Pictures {
     constructor(page) {

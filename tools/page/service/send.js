@@ -10,6 +10,7 @@ import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
 
 let suggested = "";    // the output, until it is typed over
+let filled = {};       // the shot that the fields are about
 
 const parts_of = (path) => {
     const at = path.lastIndexOf("/");
@@ -18,9 +19,8 @@ const parts_of = (path) => {
 
 // "shots/sharp.####.exr" --> "shots/out/sharp_balanced.####.exr"
 function suggestion() {
-    const { input, more } = model.subject;
-    if (more?.output) return more.output;
-    const [folder, name] = parts_of(input);
+    if (model.subject.more?.output) return model.subject.more.output;
+    const [folder, name] = parts_of(model.subject.input);
     const dot = name.search(/\.|$/);
     const word = (shippedName("a") ?? "edited").replace(/\W+/g, "_");
     return `${folder}out/${name.slice(0, dot)}_${word}${name.slice(dot)}`;
@@ -30,7 +30,12 @@ function fill() {
     const { subject } = model;
     by_id("send").hidden = !subject || Boolean(subject.job);
     if (!subject || subject.job) return;
-    const output = by_id("output"), frames = by_id("which");
+    const output = by_id("output"), frames = by_id("which"), { input, more } = subject;
+    if (input !== filled.input || more !== filled.more) {
+        filled = { input, more };
+        output.value = "";
+        frames.value = more?.frames ?? "";
+    }
     if (!output.value || output.value === suggested) output.value = suggested = suggestion();
     frames.placeholder = ranges(model.page_frames).replaceAll(" ", "");
     const cameras = [...new Set([...(page.folder()?.cameras ?? []), subject.camera].filter(Boolean))];
@@ -85,17 +90,15 @@ page.edit_job = async (job) => {
     const { properties } = (await get("v1/schema/job")).oneOf.find((one) => one.title === "run");
     const show = Object.fromEntries(Object.entries(others).filter(([key]) => key === "set"
         || ["input", "plan"].includes(properties[key]?.["x-group"])));
-    page.leave_job();
-    compare(false);
-    setChain(name, value, "a");
     const [folder] = parts_of(input);
     await open_folder(folder.replace(/\/$/, "") || ".");
     const found = page.folder()?.sequences.find((one) => one.path === input);
     if (!found) throw new Error(`${input}: no such frames`);
-    by_id("output").value = suggested = output ?? "";
-    by_id("which").value = frames ?? "";
+    page.leave_job();
+    compare(false);
+    setChain(name, value, "a");
     state.set({ frame });
-    await show_shot(found, camera, { send: others, show, output });
+    await show_shot(found, camera, { send: others, show, output, frames });
     page.show_tab("shots");
 };
 

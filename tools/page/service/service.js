@@ -6,7 +6,7 @@ import { folder, open_folder, open_shot, start_browse } from "./browse.js";
 import { loadChains } from "./chains.js";
 import { start_editor } from "./editor.js";
 import { start_film } from "./film.js";
-import { open_job, start_job } from "./job.js";
+import { open_job, shown_job, start_job } from "./job.js";
 import { job_event, refresh_jobs, start_jobs } from "./jobs.js";
 import { look, start_look } from "./look.js";
 import { page, state } from "./page.js";
@@ -85,11 +85,9 @@ function first_start() {
     page.show_tab("shots");
     look(null);
     // Another address typed or followed.
-    let at = `${state.get("job")} ${state.get("shot")}`;
     addEventListener("hashchange", () => {
-        const now = `${state.get("job")} ${state.get("shot")}`;
-        if (now !== at && location.hash.slice(1) !== state.hash()) follow_address();
-        at = now;
+        const job = state.get("job"), shot = state.get("shot"), { subject } = page.model;
+        if (job ? job !== shown_job() : shot && shot !== subject?.input) follow_address();
     });
 }
 

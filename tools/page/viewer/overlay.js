@@ -63,7 +63,7 @@ export function overlay(page) {
             const map = viewer.map();
             const note = viewer.shown?.no_map ? `no ${map.name} map of this picture`
                 : map ? `${map.name} map` : page.note(source);
-            const wiped = viewer.wiped();
+            const wiped = viewer.shown?.other && viewer.wiped();
             shown.replaceChildren(wiped ? `${wiped.name} \u2502 ` : "",
                 source?.digit ? `${source.digit}\u2002` : "", source?.name ?? "",
                 h("small", {}, note));
@@ -73,7 +73,8 @@ export function overlay(page) {
                 wipe.setAttribute("aria-valuenow", Math.round(100 * state.get("wipe")));
                 wipe.setAttribute("aria-label", `Wipe: ${wiped.name}, ${source.name}`);
             }
-            const text = `${source?.name}${note ? `, ${note}` : ""}, frame ${state.get("frame")}`;
+            const text = source
+                ? `${source.name}${note ? `, ${note}` : ""}, frame ${state.get("frame")}` : "No picture";
             viewer.canvas.setAttribute("aria-label", text);
             if (text !== said && said) page.say(text);
             said = text;

@@ -1,5 +1,4 @@
 // The state of the page, kept in the part of the address after #, so that a link shows the same.
-//
 import { settle } from "../shared/dom.js";
 
 // key in the address -> member, how it is read and written. An invalid value is ignored.

@@ -110,7 +110,10 @@ export class Viewer {
             this.loaded = Promise.resolve();
         } else {
             this.on.busy(true);
-            this.loaded = Promise.all(parts.map(([, name]) => this.store.load(...name))).then(
+            // The other half of a wipe may fail: then there is no wipe.
+            const forgive = (error) => (error.retry ? Promise.reject(error) : undefined);
+            this.loaded = Promise.all(parts.map(([part, name]) => this.store.load(...name)
+                .catch(part === "other" ? forgive : (error) => Promise.reject(error)))).then(
                 (images) => this.ticket === ticket && show(images),
                 (error) => {
                     if (this.ticket !== ticket) return undefined;

@@ -473,7 +473,7 @@ class Jobs(OnTheService):
                          "out/best.####.exr")
         # Its other keys count for previews, as far as they take them, and for the next job.
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
-            "frames": None, "output": "out/best.####.exr",
+            "frames": None,
             "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
             "show": {"set": ["joint_blur.samples=1023"]},
             "output": "out/best.####.exr"})

@@ -1,6 +1,7 @@
 #include "chain/merge.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 namespace postchain {
@@ -15,22 +16,33 @@ std::vector<int> last_writers(const Plan& plan) {
     return last;
 }
 
-// The steps that write a texture together (each its own blocks of the frame), this step among them,
-// in order.
-std::vector<int> writers_together(const Plan& plan, int step) {
-    std::set<TextureId> written;
+// The steps that write a texture together (each its own blocks of the frame, or one over another),
+// those that read it in between, this step among them, in order.
+std::vector<int> steps_together(const Plan& plan, int step) {
     std::set<int> steps = {step};
     for (size_t before = 0; before < steps.size();) {
         before = steps.size();
+        std::map<TextureId, std::vector<int>> writers;
         for (int i : steps)
             for (const auto& binding : plan.steps[size_t(i)].bindings)
-                if (plan.steps[size_t(i)].writes(binding)) written.insert(binding.texture);
+                if (plan.steps[size_t(i)].writes(binding)) writers[binding.texture];
         for (int i = 0; i < int(plan.steps.size()); ++i)
             for (const auto& binding : plan.steps[size_t(i)].bindings)
-                if (plan.steps[size_t(i)].writes(binding) && written.count(binding.texture))
+                if (plan.steps[size_t(i)].writes(binding) && writers.contains(binding.texture))
+                    writers[binding.texture].push_back(i);
+        for (int i = 0; i < int(plan.steps.size()); ++i)
+            for (const auto& binding : plan.steps[size_t(i)].bindings) {
+                const auto found = writers.find(binding.texture);
+                if (found != writers.end() && i >= found->second.front() &&
+                    i <= found->second.back())
                     steps.insert(i);
+            }
     }
     return {steps.begin(), steps.end()};
+}
+
+bool contains(const std::vector<int>& sorted, int step) {
+    return std::binary_search(sorted.begin(), sorted.end(), step);
 }
 
 class Merger {
@@ -52,7 +64,7 @@ class Merger {
         for (int i = 0; i < int(b_.steps.size()); ++i) {
             if (!decided[size_t(i)]) {
                 // Steps that write one texture together are shared together or not at all.
-                const std::vector<int> group = writers_together(b_, i);
+                const std::vector<int> group = steps_together(b_, i);
                 const bool found = share(group);
                 for (int step : group) {
                     decided[size_t(step)] = 1;
@@ -95,8 +107,9 @@ class Merger {
     }
 
     // True if step `in_a` of A does the same as step `in_b` of B. The inputs of B's step must be
-    // finished by steps that are already shared, in B and in A.
-    bool same(int in_b, int in_a) const {
+    // finished by steps that are already shared, in B and in A, or written in these groups.
+    bool same(int in_b, const std::vector<int>& group, int in_a,
+              const std::vector<int>& mine_together) const {
         const Step& step = b_.steps[size_t(in_b)];
         const Step& mine = a_.steps[size_t(in_a)];
         if (step.program != mine.program || step.uniforms != mine.uniforms ||
@@ -109,9 +122,11 @@ class Merger {
             if (b.unit != a.unit || b.access != a.access || step.writes(b) != mine.writes(a))
                 return false;
             if (!step.writes(b)) {
+                const int last_in_b = last_writers_b_[size_t(b.texture)];
+                const int last_in_a = last_writers_a_[size_t(a.texture)];
                 if (map_[size_t(b.texture)] != a.texture ||
-                    last_writers_b_[size_t(b.texture)] >= in_b ||
-                    last_writers_a_[size_t(a.texture)] >= in_a)
+                    (last_in_b >= in_b && !contains(group, last_in_b)) ||
+                    (last_in_a >= in_a && !contains(mine_together, last_in_a)))
                     return false;
                 continue;
             }
@@ -127,13 +142,14 @@ class Merger {
     // Finds steps of A that do the same as these of B, and maps their results.
     bool share(const std::vector<int>& group) {
         for (int first = 0; first < int(a_.steps.size()); ++first) {
-            if (!same(group.front(), first)) continue;
-            const std::vector<int> mine = writers_together(a_, first);
+            if (a_.steps[size_t(first)].program != b_.steps[size_t(group.front())].program)
+                continue;
+            const std::vector<int> mine = steps_together(a_, first);
             if (mine.size() != group.size() || mine.front() != first) continue;
             const std::vector<TextureId> before = map_;
             bool all = true;
             for (size_t i = 0; i < group.size() && all; ++i) {
-                all = same(group[i], mine[i]);
+                all = same(group[i], group, mine[i], mine);
                 const Step& step = b_.steps[size_t(group[i])];
                 for (size_t k = 0; k < step.bindings.size() && all; ++k)
                     if (step.writes(step.bindings[k]))

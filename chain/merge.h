@@ -5,7 +5,8 @@
 //
 // Two steps are the same if program, uniform block, groups and inputs are the same, and their
 // results have the same format and size. Steps that write one texture together, each its own
-// blocks, are shared together or not at all. Used by: docs/report.md, "ab".
+// blocks or one over another, and those that read it in between, are shared together or not at all.
+// Used by: docs/report.md, "ab".
 #pragma once
 
 #include <array>

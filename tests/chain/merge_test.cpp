@@ -129,14 +129,15 @@ TEST(MergePlans, StepsThatWriteTogetherAreSharedTogether) {
     EXPECT_EQ(programs_of(apart.plan), "xyzxwz");
     EXPECT_EQ(apart.plan.steps[3].bindings[1].texture, apart.plan.steps[4].bindings[1].texture);
     EXPECT_NE(apart.plan.steps[3].bindings[1].texture, 1);
-    // A reader between the writers sees half of it: it is not the same as one behind both.
+    // A reader between the writers sees half of it, so it must stand there in both.
     Plan early = a;
     std::swap(early.steps[1], early.steps[2]);
-    EXPECT_EQ(merge_plans(early, a).shared_steps, 2);
-    EXPECT_EQ(merge_plans(a, early).shared_steps, 2);
+    EXPECT_EQ(merge_plans(early, early).shared_steps, 3);
+    EXPECT_EQ(merge_plans(early, a).shared_steps, 0);
+    EXPECT_EQ(merge_plans(a, early).shared_steps, 0);
 }
 
-TEST(MergePlans, WhatIsWrittenOverIsNotShared) {
+TEST(MergePlans, WhatIsWrittenOverIsSharedWithWhatWritesOverIt) {
     Plan a = chain_plan("xy");
     a.steps[1].bindings[1].texture = 1;  // y reads and writes over what x wrote
     a.outputs[Role::color] = 1;
@@ -145,7 +146,7 @@ TEST(MergePlans, WhatIsWrittenOverIsNotShared) {
     EXPECT_NE(merged.outputs[1].at(Role::color), 1);
     // The other way round.
     EXPECT_EQ(merge_plans(chain_plan("x"), a).shared_steps, 0);
-    EXPECT_EQ(merge_plans(a, a).shared_steps, 0);
+    EXPECT_EQ(merge_plans(a, a).shared_steps, 2);
 }
 
 TEST(MergePlans, PlansWithoutStepsHandTheInputOn) {

@@ -133,7 +133,7 @@ std::string with_behaviors(const std::string& source) {
                    ", kGpuLikeUlp = " + (behaves("ulp") ? "true" : "false") + ";" + kFilters;
     if (behaves("half") && source.find("imageStore(") != std::string::npos) {
         static const std::regex declared(
-            R"(layout\(binding = (\d+)\) writeonly uniform u?image2D(?:Array)? (\w+);)");
+            R"(layout\(binding = (\d+)\) (?:coherent )?writeonly uniform u?image2D(?:Array)? (\w+);)");
         std::set<std::string> known;
         for (std::sregex_iterator at(source.begin(), source.end(), declared), end; at != end; ++at)
             if (known.insert((*at)[2]).second)

@@ -329,7 +329,7 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
 
 TEST(ScanFolder, AFileThatNoInputCanNameIsLeftOut) {
     const TempFolder folder;
-    for (const char* name : {"a#b#.exr", "c%4d.exr", "d.exr"})
+    for (const char* name : {"a#b#.exr", "d.exr"})
         test::write_text(folder.path(name), "x");
     const auto found = scan_folder(folder.path(""));
     ASSERT_TRUE(found.ok()) << found.status().message();

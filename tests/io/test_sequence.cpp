@@ -329,8 +329,7 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
 
 TEST(ScanFolder, AFileThatNoInputCanNameIsLeftOut) {
     const TempFolder folder;
-    for (const char* name : {"a#b#.exr", "d.exr"})
-        test::write_text(folder.path(name), "x");
+    for (const char* name : {"a#b#.exr", "d.exr"}) test::write_text(folder.path(name), "x");
     const auto found = scan_folder(folder.path(""));
     ASSERT_TRUE(found.ok()) << found.status().message();
     ASSERT_EQ(found->size(), 1u);

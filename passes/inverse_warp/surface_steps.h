@@ -41,7 +41,7 @@ class SurfacePlanner {
 
   private:
     Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
-    // Of this frame, or of a neighbor whose light is compared with this frame's.
+    // The planes of this frame, or of a neighbor whose light is compared with this frame's.
     struct Packed {
         std::optional<Neighbor> neighbor = {};
         TextureId here = -1;  // with a neighbor: surfaces of this frame

@@ -80,7 +80,7 @@ Cell merge_pixels(ivec2 at) {
     return merge(cell, pixel(at + ivec2(1, 1)));
 }
 
-// Of the work group's squares; then of 8 px, of 16 px, each at its first square.
+// Cells of the work group's squares; then those of 8 px and 16 px, each at its first square.
 shared Cell cells[kSquares];
 
 // The four cells of half the edge, which is so many squares.

@@ -65,7 +65,7 @@ float part_of(float texel) {
     precise const float part = texel - 2.0 * float(lines_of(texel));
     return part;
 }
-// Of a cell of 2 px; kNoCell if there are none.
+// A cell of 2 px; kNoCell if there are none.
 uvec2 sides_of(float texel, ivec2 cell) {
     const uint lines = lines_of(texel);
     return lines == 0u ? uvec2(kNoCell) : sides_on(lines - 1u, cell);

@@ -65,7 +65,7 @@ uint pack_square(ivec2 square) {
         }
         own = below;
     }
-    // Of a square at the frame's border, only the pixels inside.
+    // A square at the frame's border counts only with its pixels inside.
     const ivec2 extent = min(uniforms.size - first, ivec2(kSquarePx));
     edges &= (0x1111u * ((1u << extent.x) - 1u)) & ((1u << (4 * extent.y)) - 1u);
     return edges | hidden << 16;

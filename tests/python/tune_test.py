@@ -7,7 +7,7 @@ import postchain
 import pytest
 from conftest import BLUR, CAMERA, FXAA, command, python
 
-# What varies from run to run.
+# Fields that vary from run to run.
 TIMES = ("seconds", "spread_s", "doubt", "repeats", "front", "chosen")
 
 

@@ -1,4 +1,4 @@
-// What a page asks the service for: folders, chains, jobs by search, places in the queue, and the
+// Requests of a page to the service: folders, chains, jobs by search, places in the queue, and the
 // pictures of a report one by one.
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -404,7 +404,7 @@ TEST_F(StoreTest, PrioritiesChangeAndEndedJobsAreRemoved) {
     EXPECT_FALSE(*store_->job(a));
     EXPECT_TRUE(events(a).empty());
     EXPECT_FALSE(*store_->forget(a));
-    // Its tasks in another queue would be canceled by nobody.
+    // In another queue its tasks would never be canceled.
     ASSERT_TRUE(store_->set_remote(b, "17").ok());
     ASSERT_TRUE(*store_->cancel(b));
     EXPECT_FALSE(*store_->forget(b));

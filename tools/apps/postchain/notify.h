@@ -6,7 +6,7 @@
 namespace postchain {
 
 // Sends a state such as "READY=1" to the socket named by $NOTIFY_SOCKET. False if it is unset or
-// nobody listens.
+// no one listens.
 bool notify_system(const std::string& state);
 
 }  // namespace postchain

@@ -1,4 +1,4 @@
-// What the parts of the page share: the state of the address, the frames that are shown, and the
+// Shared by the parts of the page: the state of the address, the frames that are shown, and the
 // pictures of the viewer.
 import { flag, number_between, one_of, any_text, State } from "../viewer/state.js";
 import { kTones } from "../viewer/tone.js";

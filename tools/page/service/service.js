@@ -60,7 +60,7 @@ page.show_tab = (name) => {
     }
 };
 
-// What the address names.
+// Opens the shot or job that the address names.
 async function follow_address() {
     const job = state.get("job"), shot = state.get("shot"), frame = state.get("frame");
     if (job) {

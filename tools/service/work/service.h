@@ -153,7 +153,7 @@ class Service {
     // An image of a frame of an input.
     void input_image(const User& user, const std::string& input, int frame,
                      const ImageWanted& wanted, std::function<void(Answer<Picture>)> done);
-    // What a folder of the roots has, and chains with their texts: JSON, as
+    // The contents of a folder of the roots, and chains with their texts: JSON, as
     // tools/service/work/browse.h.
     Answer<std::string> browse(const User& user, const std::string& folder) const;
     Answer<std::string> chains(const User& user, const std::string& file) const;

@@ -2,6 +2,7 @@
 // With --assets each picture is a script beside the page that calls postchain_asset(id, base64): a
 // page opened from disk can read a file in no other way. The page of the service, which shows a
 // report in a frame, sends the pictures that the report asks it for.
+import { PictureCache } from "../viewer/cache.js";
 import { decode_picture, from_base64 } from "../viewer/picture.js";
 
 const kCacheBytes = 768 * 2 ** 20;
@@ -15,7 +16,7 @@ export class ImageStore {
         this.entries = new Map();
         for (const entry of manifest.images)
             this.entries.set(name_of(entry.kind, entry.variant, entry.frame, entry.map), entry);
-        this.cache = new Map();  // name -> {promise, image, bytes}, oldest use first
+        this.cache = new PictureCache(kCacheBytes);
         this.waiting = new Map();  // id -> resolve, of assets under way
         globalThis.postchain_asset = (id, text) => this.waiting.get(id)?.(text);
     }
@@ -30,35 +31,22 @@ export class ImageStore {
 
     // The picture if it is decoded, otherwise undefined.
     ready(kind, variant, frame, map) {
-        const name = name_of(kind, variant, frame, map);
-        const held = this.cache.get(name);
-        if (!held?.image) return undefined;
-        this.cache.delete(name);
-        this.cache.set(name, held);
-        return held.image;
+        return this.cache.ready(name_of(kind, variant, frame, map));
     }
 
     // {width, height, channels, bits, data, name}; undefined if there is none.
     async load(kind, variant, frame, map) {
         const name = name_of(kind, variant, frame, map);
         const entry = this.entries.get(name);
-        if (!entry) return undefined;
-        if (!this.cache.has(name)) {
-            const held = { bytes: (entry.width * entry.height * entry.channels * entry.bits) / 8 };
-            held.promise = this.#decode(entry, name).then((image) => (held.image = image));
-            this.cache.set(name, held);
-            held.promise.catch(() => this.cache.delete(name));
-            this.#evict();
-        }
-        return this.cache.get(name).promise;
+        return entry && this.cache.load(name, () => this.#decode(entry));
     }
 
-    async #decode(entry, name) {
+    async #decode(entry) {
         const text = document.getElementById(entry.id)?.textContent
             ?? await (parent !== window ? this.#sent(entry)
                 : entry.asset ? this.#asset(entry)
                     : Promise.reject(new Error(`the page does not have ${entry.id}`)));
-        return { ...entry, name, data: await decode_picture(from_base64(text), entry) };
+        return { ...entry, data: await decode_picture(from_base64(text), entry) };
     }
 
     // By the page around this one.
@@ -84,16 +72,5 @@ export class ImageStore {
             this.waiting.set(entry.id, resolve);
             document.head.append(script);
         }).finally(() => this.waiting.delete(entry.id));
-    }
-
-    #evict() {
-        let bytes = 0;
-        for (const held of this.cache.values()) bytes += held.bytes;
-        for (const [name, held] of this.cache) {
-            if (bytes <= kCacheBytes) break;
-            if (!held.image) continue;
-            bytes -= held.bytes;
-            this.cache.delete(name);
-        }
     }
 }

@@ -3,6 +3,7 @@
 import { address, getValues, jobPath, preview } from "./api.js";
 import { chainOf } from "./chains.js";
 import { error_map, kErrorMaps } from "./maps.js";
+import { PictureCache } from "../viewer/cache.js";
 import { picture_of_file } from "../viewer/picture.js";
 
 const kCacheBytes = 512 * 2 ** 20;
@@ -56,7 +57,7 @@ export const is_bad = ({ state }) => state === "quarantined" || state === "missi
 export class Pictures {
     constructor(page) {
         this.page = page;
-        this.cache = new Map();  // name -> {promise, image, bytes}, oldest use first
+        this.cache = new PictureCache(kCacheBytes);
         this.lanes = { a: new Lane(), b: new Lane() };
         this.drafts = false;     // a slider moves
         this.known = false;      // the size of the frames
@@ -92,12 +93,7 @@ export class Pictures {
     has(kind) { return ["before", "a", "b", "error", "depth"].includes(kind); }
 
     ready(...what) {
-        const name = this.known && this.#name(...what);
-        const held = this.cache.get(name);
-        if (!held?.image) return undefined;
-        this.cache.delete(name);
-        this.cache.set(name, held);
-        return held.image;
+        return this.known ? this.cache.ready(this.#name(...what)) : undefined;
     }
 
     async load(kind, variant, frame, map) {
@@ -106,19 +102,8 @@ export class Pictures {
         await this.page.model.sized;
         // Another one is looked at by now.
         if (subject !== this.page.model.subject || !this.known) throw new Superseded();
-        const name = this.#name(kind, variant, frame, map);
-        let held = this.cache.get(name);
-        if (!held) {
-            held = { bytes: 0 };
-            held.promise = this.#make(kind, variant, frame, map).then((image) => {
-                held.bytes = image.data.byteLength;
-                this.#evict();
-                return (held.image = { ...image, name });
-            });
-            this.cache.set(name, held);
-            held.promise.catch(() => this.cache.delete(name));
-        }
-        return held.promise;
+        return this.cache.load(this.#name(kind, variant, frame, map),
+            () => this.#make(kind, variant, frame, map));
     }
 
     async #make(kind, variant, frame, map) {
@@ -147,16 +132,5 @@ export class Pictures {
             preview({ ...body, chain_text, scale }, kind, signal));
         this.page.previewed?.(kind, performance.now() - begun, scale);
         return picture_of_file(file);
-    }
-
-    #evict() {
-        let bytes = 0;
-        for (const held of this.cache.values()) bytes += held.bytes;
-        for (const [name, held] of this.cache) {
-            if (bytes <= kCacheBytes) break;
-            if (!held.image) continue;
-            bytes -= held.bytes;
-            this.cache.delete(name);
-        }
     }
 }

@@ -52,7 +52,7 @@ Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
     const Vec at = here.inside(p - v.d);
     if (!v.surface->edge) return at;
     const auto moves_along = [&](Vec x) {
-        const Vec e = here.surface(here.inside(x)).displacement(now, frames.half_open) - v.d;
+        const Vec e = here.surface(here.inside(x)).displacement(now, frames.half_open) - (p - at);
         return dot(e, e) <= frames.together_px * frames.together_px;
     };
     const Vec beside = {v.x.x + (at.x < v.x.x ? -1 : 1), v.x.y + (at.y < v.x.y ? -1 : 1)};

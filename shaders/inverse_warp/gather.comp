@@ -184,6 +184,8 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
             const Search here = search(pixel, now, begin);
             if (is_settled(pixel, now, here)) {
                 Found shown = here.nearest;
+                if (here.nearest_edge)
+                    shown.at = at_edge(here.nearest_at, shown.at, pixel.p, now);
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out
                 accumulate(sums, pixel, now, seen(shown, shown.at));
             } else {

@@ -34,9 +34,11 @@ Search taken_up(int i, Pixel pixel, Sample now) {
     const Surface surface = unpack_surface(texelFetch(surfaces, ivec2(at), 0));
     const uint bits = kept[i].y;
     Search here = begin_search(pixel, now, pixel.surface);
-    if ((bits & kShown) != 0u)
+    if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
-                                pixel.p, now);
+                                pixel.p);
+        if (surface.edge) here.nearest.at = at_edge(at, here.nearest.at, pixel.p, now);
+    }
     here.far = surface;
     here.far_at = at;
     here.shows_behind = (bits & kShowsBehind) != 0u;

@@ -181,11 +181,12 @@ class StudyReader {
             study_.chains.push_back({key.text, std::move(*chain)});
             study_.chain_files.push_back(text->file_name);
         }
-        if (study_.chains.size() == chains->entries.size()) read_questions(root);
-        read_margins(root);
+        // Questions name them.
         if (study_.kind == report::Kind::bench)
             for (const auto& [name, chain] : study_.chains)
                 study_.variants.push_back({name, {}, chain.clone()});
+        if (study_.chains.size() == chains->entries.size()) read_questions(root);
+        read_margins(root);
     }
 
     std::optional<size_t> chain_of(const TextNode& at, const std::string& path) {

@@ -154,6 +154,13 @@ class Blind(unittest.TestCase):
         self.assertIn("no frame in common",
                       self.blind(self.sides[0], f"gone={self.folder}/gone.####.exr", "-o", out, code=4))
         self.assertFalse(out.exists())
+        # A folder of others is not written to, nor one in which an input lies.
+        mine = self.folder / "mine"
+        mine.mkdir()
+        (mine / "notes.txt").write_text("mine", "utf8")
+        self.blind(*self.sides, "-o", mine, "--on-existing", "overwrite", code=5)
+        self.assertEqual([path.name for path in mine.iterdir()], ["notes.txt"])
+        self.blind(*self.sides, "-o", self.folder / "in", code=2)
         self.kit("kept")
         self.assertIn("--on-existing", self.blind(*self.sides, "-o", self.folder / "kept", code=5))
         self.blind(*self.sides, "-o", self.folder / "kept", "--on-existing", "overwrite")

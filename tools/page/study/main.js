@@ -40,8 +40,9 @@ function means(table, values) {
 }
 
 function gain({ gain: mean, interval, families_nearer, families, finding, margin,
-    probability_holm: p }) {
+    probability_holm, probability_beyond_margin_holm }) {
     if (mean === null) return h("td");
+    const p = finding === "equal" ? probability_beyond_margin_holm : probability_holm;
     const text = [figure(mean), interval && ` (${number(interval[0])} to ${number(interval[1])})`,
         ", ", h("span", { class: "count" }, `${families_nearer} of ${families}`)];
     return h("td", {}, kDecided.has(finding) ? h("b", {}, text) : text,

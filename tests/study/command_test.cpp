@@ -236,7 +236,7 @@ TEST_F(StudyCommand, ItsFiguresAreRecomputed) {
     for (const char* key : {"gain", "probability", "probability_holm", "finding"}) {
         Json changed = json;
         Json& value = changed["tables"][0]["pairs"][1][key];
-        value = value.is_string() ? Json("a_nearer") : Json(value.get<double>() + 0.001);
+        value = value.is_string() ? Json("too_few_families") : Json(value.get<double>() + 0.001);
         write_text(at("changed.json"), changed.dump());
         const auto checked = recompute(at("changed.json"));
         EXPECT_EQ(checked.code, 1) << key;

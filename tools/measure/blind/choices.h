@@ -1,4 +1,4 @@
-// What observers of a blind comparison chose, and what follows.
+// Choices of observers of a blind comparison, and their evaluation.
 //
 //   choices.csv + Kit --read_choices()--> choices --results_of()--> a row for each pair of sides
 #pragma once

@@ -90,7 +90,7 @@ Paired paired_interval(const std::vector<double>& differences) {
 
 namespace {
 
-// Of t >= distance / error; equal differences have no error.
+// Probability of t >= distance / error. Equal differences have no error.
 double tail(double distance, const Paired& paired) {
     assert(paired.n >= 2);
     if (paired.error == 0) return distance > 0 ? 0 : distance < 0 ? 1 : 0.5;

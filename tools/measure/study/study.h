@@ -28,7 +28,7 @@ struct Scene {
     experiment::BenchSettings measured;  // with `run`; ab uses the settings it has
 };
 
-// What a question says that its two chains have in common.
+// A property that both chains of a question have in common.
 enum class Equal { unsaid, samples, time };
 const char* name_of(Equal equal);  // "samples"
 

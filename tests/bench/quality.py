@@ -1,8 +1,8 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
 
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
-                           [--row TEXT] [--repeat 3] [--json FILE] [--pictures FOLDER]
+                           [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
 Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
 dof and both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is
@@ -13,10 +13,15 @@ If a scene has its ground truth in two halves too (both_a.####.exr, both_b), PSN
 noise of the ground truth: a quarter of the halves' mean squared difference is taken off. The row "noise"
 has the PSNR of that noise alone, and HDR-FLIP and SSIM between the halves.
 
---json writes every figure, with chains and the commit. --pictures makes strips of full-size crops instead
+A second table has the PSNR near the rims of bokeh only (docs/metrics.md#rims-of-bokeh), and their pixels.
+
+--json writes every figure, with chains and the commit. --write puts what is printed, without times, between
+the lines MARK of a Markdown file, in place of what is there. --pictures makes strips of full-size crops instead
 (needs oiiotool).
 """
 import argparse
+import contextlib
+import io
 import json
 import math
 import pathlib
@@ -24,6 +29,10 @@ import subprocess
 import sys
 import tempfile
 
+import rims
+
+MARK = "<!-- tables of tests/bench/quality.py -->"
+BASELINE = "scatter_gather"  # a stage of a chain: scatter_gather.py
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
     ("`guertin`, 401 samples", "motion_blur: {mode: guertin, samples: 401}"),
@@ -40,6 +49,7 @@ MOTION = [
 LENS = [
     ("`gilham`, `downsample: 4`", "depth_of_field: {method: gilham, downsample: 4}"),
     ("`gilham`, `downsample: 1`", "depth_of_field: {method: gilham, downsample: 1}"),
+    ("scatter as gather at half resolution, after Jimenez 2014", BASELINE),
     ("Blender's Defocus", "peer_defocus"),
     ("16 samples, frame alone", "depth_of_field: {samples: 16, neighbors: none}"),
     ("24 samples, frame alone", "depth_of_field: {samples: 24, neighbors: none}"),
@@ -52,6 +62,12 @@ LENS = [
 BOTH = [
     ("`paper`", "paper"),
     ("`dof_first`", "dof_first"),
+    ("`guertin`, 401 samples, then `gilham`",
+     "motion_blur: {mode: guertin, samples: 401} ; depth_of_field: {method: gilham}"),
+    ("`guertin`, 401 samples, then scatter as gather",
+     f"motion_blur: {{mode: guertin, samples: 401}} ; {BASELINE}"),
+    ("scatter as gather, then `guertin`, 401 samples",
+     f"{BASELINE} ; motion_blur: {{mode: guertin, samples: 401}}"),
     ("Blender's Defocus, then Vector Blur, tuned on the ground truth", "peer_both_best"),
     ("motion blur, then depth of field", "motion_blur: {} ; depth_of_field: {}"),
     ("depth of field, then motion blur", "depth_of_field: {} ; motion_blur: {}"),
@@ -86,13 +102,37 @@ def chain_path(chain, folder):
     return path
 
 
+def stages(chain):
+    """Runs of passes, and the baseline between them."""
+    found = []
+    for one in chain.split(" ; "):
+        if found and BASELINE not in (one, found[-1]):
+            found[-1] += " ; " + one
+        else:
+            found.append(one)
+    return found
+
+
 def run_chain(options, chain, scene, frame, folder):
-    """Filters the frame into folder; ms of all passes."""
-    call(options.postchain, "run", chain_path(chain, folder), "-i", scene / "sharp.####.exr",
-         "--camera", scene / "camera.json", "--frames", frame, "-o",
-         folder / "out.####.exr", "--on-existing", "overwrite", "-q")
-    sidecar = json.loads((folder / f"out.{frame:04d}.exr.json").read_text())
-    return sum(one["ms"] for one in sidecar["times_ms"]["passes"])
+    """Filters the frame into folder; ms of all passes, 0 with the baseline."""
+    source, milliseconds = scene / "sharp.####.exr", 0
+    for stage in stages(chain):
+        out = folder / ("out.####.exr" if source.parent != folder else "out2.####.exr")
+        if stage == BASELINE:
+            number = f"{frame:04d}"
+            call(sys.executable, "-B", pathlib.Path(__file__).with_name("scatter_gather.py"),
+                 str(source).replace("####", number), "--camera", scene / "camera.json", "--frame", frame,
+                 "-o", str(out).replace("####", number))
+        else:
+            call(options.postchain, "run", chain_path(stage, folder), "-i", source,
+                 "--camera", scene / "camera.json", "--frames", frame, "-o", out,
+                 "--on-existing", "overwrite", "-q")
+            sidecar = json.loads((out.parent / f"{out.name.replace('####', f'{frame:04d}')}.json").read_text())
+            milliseconds += sum(one["ms"] for one in sidecar["times_ms"]["passes"])
+        source = out
+    if source.name != "out.####.exr":
+        (folder / f"out2.{frame:04d}.exr").replace(folder / f"out.{frame:04d}.exr")
+    return 0 if BASELINE in chain else milliseconds
 
 
 def strip(pictures, crop, path):
@@ -132,6 +172,41 @@ def without_noise(psnr, noise_psnr):
     return -10 * math.log10(max(10**(-psnr / 10) - 10**(-noise_psnr / 10), 1e-20))
 
 
+class Rims:
+    """Errors near the rims of bokeh of one scene."""
+
+    def __init__(self, scene, truth, frame):
+        self.truth = scene / f"{truth}.{frame:04d}.exr"
+        self.mask = rims.of_files(scene / f"sharp.{frame:04d}.exr", scene / "camera.json", frame,
+                                  self.truth, truth == "both")
+        self.pixels = int(self.mask.sum())
+        halves = [scene / f"{truth}_{half}.{frame:04d}.exr" for half in "ab"]
+        self.noise = 0.0
+        if self.pixels and all(half.exists() for half in halves):
+            self.noise = rims.mean_squared_error(*halves, self.mask) / 4
+
+    def psnr(self, image):
+        """Without the noise of the ground truth; None without rims."""
+        if not self.pixels:
+            return None
+        error = rims.mean_squared_error(self.truth, image, self.mask) - self.noise
+        return -10 * math.log10(max(error, 1e-20))
+
+
+def rim_table(scenes, found, rows):
+    """PSNR near the rims; the mean is over scenes with rims."""
+    if not rows or not any(one.pixels for one in found):
+        return
+    print("| rims of bokeh, PSNR | " + " | ".join(scene.name for scene in scenes) + " | mean |")
+    print("|---" * (len(scenes) + 2) + "|")
+    print("| pixels | " + " | ".join(str(one.pixels or "-") for one in found) + " | |")
+    for label, cells in rows:
+        known = [cell for cell in cells if cell is not None]
+        print(f"| {label} | " + " | ".join("-" if cell is None else f"{cell:.2f}" for cell in cells)
+              + f" | {sum(known) / len(known):.2f} |")
+    print(flush=True)
+
+
 def line(label, cells, time):
     mean = [sum(values) / len(cells) for values in zip(*cells)]
     texts = [f"{p:.2f} / {f:.3f} / {s:.3f}".replace("/ 0.", "/ .") for p, f, s in [*cells, mean]]
@@ -150,15 +225,20 @@ def table(options, data, frame, name, folder):
     print(f"| frame {frame}, `{truth}` | " + " | ".join(scene.name for scene in scenes)
           + " | mean | time |")
     print("|---" * (len(scenes) + 3) + "|")
+    without = [scene.name for scene in sorted(data.iterdir()) if (scene / "camera.json").exists()
+               and scene not in scenes and scene.name not in options.skip]
+    if without:
+        print(f"{data}: no {truth}.{frame:04d}.exr of {', '.join(without)}", file=sys.stderr)
     own = [noise(options, truth, scene, frame) for scene in scenes]
     if all(own):
         line("noise of the ground truth", own, "")
-    first, figures = None, []
+    near_rims = [] if name == "motion" else [Rims(scene, truth, frame) for scene in scenes]
+    first, figures, rim_rows = None, [], []
     for label, chain in rows:
         if options.row and not any(text in label for text in options.row):
             continue
-        cells, total, lacking = [], 0, None
-        for scene, floor in zip(scenes, own):
+        cells, total, lacking, rim_cells = [], 0, None, []
+        for place, (scene, floor) in enumerate(zip(scenes, own)):
             out, least = scene / f"{chain}.{frame:04d}.exr", 0
             if not chain.startswith("peer_"):
                 out, least = filtered(options, chain, scene, frame, folder)
@@ -173,13 +253,19 @@ def table(options, data, frame, name, folder):
             if floor:
                 cells[-1][0] = without_noise(cells[-1][0], floor[0])
                 figure.update(psnr_of_noise=floor[0], psnr_without_noise=cells[-1][0])
+            if near_rims:
+                rim_cells.append(near_rims[place].psnr(out))
+                figure.update(rim_pixels=near_rims[place].pixels, rim_psnr=rim_cells[-1])
             figures.append(figure)
         if lacking:
             print(f"no row \"{label}\": {lacking} is missing", file=sys.stderr)
             continue
         first = first or total
         line(label, cells, f"{total / first:.1f}" if total else "")
+        if near_rims:
+            rim_rows.append((label, rim_cells))
     print()
+    rim_table(scenes, near_rims, rim_rows)
     return figures
 
 
@@ -206,6 +292,41 @@ def scene_set(text):
     return pathlib.Path(folder), int(frame or 10)
 
 
+def write_between_marks(path, text):
+    """Replaces what is between two lines MARK by text."""
+    parts = path.read_text("utf8").split(MARK)
+    if len(parts) != 3:
+        sys.exit(f"{path}: needs two lines {MARK}, has {len(parts) - 1}")
+    path.write_text(f"{parts[0]}{MARK}\n\n{text.strip()}\n\n{MARK}{parts[2]}", "utf8")
+
+
+def without_times(text):
+    """Tables without their last column, if it is that of times."""
+    lines, timed = [], False
+    for one in text.splitlines():
+        if not one.startswith("|"):
+            timed = False
+        elif one.endswith("| time |"):
+            timed = True
+        lines.append(one.rstrip("|").rpartition("|")[0] + "|" if timed else one)
+    return "\n".join(lines)
+
+
+class Copy(io.StringIO):
+    """Keeps what it passes on to standard output."""
+
+    def write(self, text):
+        sys.__stdout__.write(text)
+        sys.__stdout__.flush()
+        return super().write(text)
+
+
+def commit():
+    done = subprocess.run(["git", "-C", pathlib.Path(__file__).parent, "describe", "--always", "--dirty"],
+                          capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "no repository"
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -216,21 +337,25 @@ def main():
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="output of every figure")
+    parser.add_argument("--write", type=pathlib.Path, metavar="FILE", help="Markdown file for the tables")
     parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
     figures = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+        printed = stack.enter_context(contextlib.redirect_stdout(Copy())) if options.write else None
         for data, frame in options.sets:
             if options.pictures:
                 pictures(options, data, frame, pathlib.Path(folder))
                 continue
-            print(f"{data.name}\n")
+            if len(options.sets) > 1:
+                print(f"{data.name}\n")
             for name in options.table or TABLES:
                 figures += table(options, data, frame, name, pathlib.Path(folder))
+    if options.write:
+        write_between_marks(options.write, without_times(printed.getvalue()))
     if options.json:
-        here = pathlib.Path(__file__).parent
-        content = {"commit": call("git", "-C", here, "describe", "--always", "--dirty").strip(),
+        content = {"commit": commit(),
                    "version": call(options.postchain, "--version").strip(), "figures": figures}
         options.json.write_text(json.dumps(content, indent=1) + "\n")
 

@@ -33,7 +33,8 @@ class Quality(unittest.TestCase):
 
     def run_it(self, *arguments):
         """What it prints, and the figures."""
-        sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--table", "motion", "--repeat", "1",
+        sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--repeat", "1",
+                    *([] if "--table" in arguments else ["--table", "motion"]),
                     "--json", str(self.data / "out.json"), *arguments]
         with contextlib.redirect_stdout(io.StringIO()) as out, \
                 contextlib.redirect_stderr(io.StringIO()) as refused:
@@ -67,6 +68,56 @@ class Quality(unittest.TestCase):
         printed, figures = self.run_it("--row", "Blender")
         self.assertEqual(figures[0]["psnr"], 200)
         self.assertIn("| Blender's Vector Blur", printed)
+
+    def test_the_baseline_is_a_stage_among_passes(self):
+        blur = "motion_blur: {mode: guertin}"
+        self.assertEqual(quality.stages(f"{blur} ; fxaa: {{}} ; {quality.BASELINE} ; {blur}"),
+                         [f"{blur} ; fxaa: {{}}", quality.BASELINE, blur])
+        shutil.copy(self.scene / "both.0011.exr", self.scene / "both_a.0011.exr")
+        printed, figures = self.run_it("--table", "both", "--row", "scatter as gather", "--row", "`paper`")
+        errors = {figure["row"]: figure["psnr"] for figure in figures}
+        self.assertEqual(len(set(errors.values())), 3, errors)  # paper and both orders differ
+        self.assertGreater(min(errors.values()), 20)
+        self.assertRegex(printed, r"scatter as gather, then `guertin`, 401 samples \| .* \|  \|")
+
+    def test_tables_are_written_between_marks(self):
+        page = self.data / "page.md"
+        page.write_text(f"before\n{quality.MARK}\nold\n{quality.MARK}\nafter\n")
+        with contextlib.redirect_stdout(io.StringIO()) as shown:
+            sys.__stdout__, kept = sys.stdout, sys.__stdout__
+            try:
+                self.run_it("--row", "25 samples", "--write", str(page))
+            finally:
+                sys.__stdout__ = kept
+        text = page.read_text()
+        self.assertRegex(text, r"(?s)^before\n<!-- [^\n]* -->\n\n.*\n\n<!-- [^\n]* -->\nafter\n$")
+        self.assertNotIn("old", text)
+        self.assertIn("| frame 11, `mb` | wheels | mean |\n|---|---|---|\n| `guertin`, 25 samples | ", text)
+        self.assertIn("| frame 11, `mb` | wheels | mean | time |", shown.getvalue())
+        page.write_text("no marks")
+        with self.assertRaisesRegex(SystemExit, "needs two lines"):
+            quality.write_between_marks(page, "")
+
+    def test_rims_have_a_table_of_their_own(self):
+        lamp = ["--create", "64x36", "9", "--chnames",
+                ",".join(f"ViewLayer.{name}" for name in ("Combined.R", "Combined.G", "Combined.B",
+                                                          "Combined.A", "Depth.Z", "Vector.X", "Vector.Y",
+                                                          "Vector.Z", "Vector.W"))]
+        subprocess.run(["oiiotool", *lamp, "--fill:color=0.1,0.1,0.1,1,3,0,0,0,0", "64x36",
+                        "--fill:color=90,90,90,1,3,0,0,0,0", "2x2+31+17", "-d", "float", "-o",
+                        self.scene / "sharp.0011.exr"], check=True)
+        camera = json.loads((self.scene / "camera.json").read_text())
+        camera["f_stop"] = 0.2  # a radius of five pixels
+        (self.scene / "camera.json").write_text(json.dumps(camera))
+        for value, name in ((9, "dof"), (8, "peer_defocus")):
+            subprocess.run(["oiiotool", "--create", "64x36", "3", "--fill:color=0.1,0.1,0.1", "64x36",
+                            f"--fill:color={value},{value},{value}", "9x9+27+14", "-o",
+                            self.scene / f"{name}.0011.exr"], check=True)
+        printed, figures = self.run_it("--table", "lens", "--row", "Blender")
+        self.assertGreater(figures[0]["rim_pixels"], 30)
+        self.assertLess(figures[0]["rim_psnr"], figures[0]["psnr"])
+        self.assertIn(f"| pixels | {figures[0]['rim_pixels']} | |", printed)
+        self.assertIn(f"| Blender's Defocus | {figures[0]['rim_psnr']:.2f} | ", printed)
 
 
 unittest.main()

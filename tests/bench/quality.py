@@ -4,7 +4,7 @@
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
                            [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
-Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
+Each table is printed for each set of scenes. SET may also be a file of --json, of other scenes or rows. SET holds a folder for each scene with sharp.####.exr, mb,
 dof and both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is
 given. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the
 repeats of the passes' total time, relative to the table's first chain.
@@ -15,8 +15,8 @@ has the PSNR of that noise alone, and HDR-FLIP and SSIM between the halves.
 
 A second table has the PSNR near the rims of bokeh only (docs/metrics.md#rims-of-bokeh), and their pixels.
 
---json writes every figure, with chains and the commit. --write puts what is printed, without times, between
-the lines MARK of a Markdown file, in place of what is there. --pictures makes strips of full-size crops instead
+--json writes every figure, with chains and the commit. --write puts the tables, without times, between
+the two marks of a Markdown file (quality_tables.py). --pictures makes strips of full-size crops instead
 (needs oiiotool).
 """
 import argparse
@@ -29,9 +29,9 @@ import subprocess
 import sys
 import tempfile
 
+import quality_tables
 import rims
 
-MARK = "<!-- tables of tests/bench/quality.py -->"
 BASELINE = "scatter_gather"  # a stage of a chain: scatter_gather.py
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
@@ -81,7 +81,7 @@ BOTH = [
     ("`joint_blur`, 128 samples", "joint_blur: {samples: 128}"),
     ("`best`: the same, 8 starts", "best"),
 ]
-TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
+TABLES = {"motion": MOTION, "lens": LENS, "both": BOTH}
 
 
 def call(*command):
@@ -193,79 +193,43 @@ class Rims:
         return -10 * math.log10(max(error, 1e-20))
 
 
-def rim_table(scenes, found, rows):
-    """PSNR near the rims; the mean is over scenes with rims."""
-    if not rows or not any(one.pixels for one in found):
-        return
-    print("| rims of bokeh, PSNR | " + " | ".join(scene.name for scene in scenes) + " | mean |")
-    print("|---" * (len(scenes) + 2) + "|")
-    print("| pixels | " + " | ".join(str(one.pixels or "-") for one in found) + " | |")
-    for label, cells in rows:
-        known = [cell for cell in cells if cell is not None]
-        print(f"| {label} | " + " | ".join("-" if cell is None else f"{cell:.2f}" for cell in cells)
-              + f" | {sum(known) / len(known):.2f} |")
-    print(flush=True)
-
-
-def line(label, cells, time):
-    mean = [sum(values) / len(cells) for values in zip(*cells)]
-    texts = [f"{p:.2f} / {f:.3f} / {s:.3f}".replace("/ 0.", "/ .") for p, f, s in [*cells, mean]]
-    print(f"| {label} | " + " | ".join(texts) + f" | {time} |", flush=True)
-
-
 def table(options, data, frame, name, folder):
-    """Prints the table and returns its figures."""
-    truth, rows = TABLES[name]
-    scenes = [scene for scene in sorted(data.iterdir())
-              if (scene / f"{truth}.{frame:04d}.exr").exists()
-              and (scene / "camera.json").exists() and scene.name not in options.skip]
-    if not scenes:
-        print(f"{data}: no scene has {truth}.{frame:04d}.exr and camera.json", file=sys.stderr)
-        return []
-    print(f"| frame {frame}, `{truth}` | " + " | ".join(scene.name for scene in scenes)
-          + " | mean | time |")
-    print("|---" * (len(scenes) + 3) + "|")
-    without = [scene.name for scene in sorted(data.iterdir()) if (scene / "camera.json").exists()
-               and scene not in scenes and scene.name not in options.skip]
-    if without:
-        print(f"{data}: no {truth}.{frame:04d}.exr of {', '.join(without)}", file=sys.stderr)
-    own = [noise(options, truth, scene, frame) for scene in scenes]
-    if all(own):
-        line("noise of the ground truth", own, "")
-    near_rims = [] if name == "motion" else [Rims(scene, truth, frame) for scene in scenes]
-    first, figures, rim_rows = None, [], []
-    for label, chain in rows:
-        if options.row and not any(text in label for text in options.row):
-            continue
-        cells, total, lacking, rim_cells = [], 0, None, []
-        for place, (scene, floor) in enumerate(zip(scenes, own)):
+    """Measures a table's rows on the scenes of a set; the figures."""
+    truth, rows = quality_tables.TRUTH[name], TABLES[name]
+    scenes, without = [], []
+    for scene in sorted(data.iterdir()):
+        if (scene / "camera.json").exists() and scene.name not in options.skip \
+                and (not options.scene or scene.name in options.scene):
+            exists = (scene / f"{truth}.{frame:04d}.exr").exists()
+            (scenes if exists else without).append(scene)
+    if without or not scenes:
+        print(f"{data}: no {truth}.{frame:04d}.exr of "
+              f"{', '.join(scene.name for scene in without) or 'any scene'}", file=sys.stderr)
+    figures = []
+    for scene in scenes:
+        floor = noise(options, truth, scene, frame)
+        near_rims = None if name == "motion" else Rims(scene, truth, frame)
+        common = {"set": data.name, "table": name, "scene": scene.name, "frame": frame}
+        if floor:
+            figures.append({**common, "row": quality_tables.NOISE, "chain": None, "psnr": floor[0],
+                            "hdr_flip": floor[1], "ssim": floor[2], "ms": 0})
+        for label, chain in rows:
+            if options.row and not any(text in label for text in options.row):
+                continue
             out, least = scene / f"{chain}.{frame:04d}.exr", 0
             if not chain.startswith("peer_"):
                 out, least = filtered(options, chain, scene, frame, folder)
             elif not out.exists():
-                lacking = out
-                break
-            total += least
-            cells.append(errors(options, scene / f"{truth}.{frame:04d}.exr", out))
-            figure = {"set": data.name, "table": name, "row": label, "chain": chain,
-                      "scene": scene.name, "frame": frame, "psnr": cells[-1][0],
-                      "hdr_flip": cells[-1][1], "ssim": cells[-1][2], "ms": least}
+                print(f"{out} is missing", file=sys.stderr)
+                continue
+            psnr, hdr_flip, ssim = errors(options, scene / f"{truth}.{frame:04d}.exr", out)
+            figure = {**common, "row": label, "chain": chain, "psnr": psnr, "hdr_flip": hdr_flip,
+                      "ssim": ssim, "ms": least}
             if floor:
-                cells[-1][0] = without_noise(cells[-1][0], floor[0])
-                figure.update(psnr_of_noise=floor[0], psnr_without_noise=cells[-1][0])
+                figure.update(psnr_of_noise=floor[0], psnr_without_noise=without_noise(psnr, floor[0]))
             if near_rims:
-                rim_cells.append(near_rims[place].psnr(out))
-                figure.update(rim_pixels=near_rims[place].pixels, rim_psnr=rim_cells[-1])
+                figure.update(rim_pixels=near_rims.pixels, rim_psnr=near_rims.psnr(out))
             figures.append(figure)
-        if lacking:
-            print(f"no row \"{label}\": {lacking} is missing", file=sys.stderr)
-            continue
-        first = first or total
-        line(label, cells, f"{total / first:.1f}" if total else "")
-        if near_rims:
-            rim_rows.append((label, rim_cells))
-    print()
-    rim_table(scenes, near_rims, rim_rows)
     return figures
 
 
@@ -285,40 +249,11 @@ def pictures(options, data, frame, folder):
 
 
 def scene_set(text):
-    """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"."""
+    """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"; or a file."""
     folder, _, frame = text.partition(":")
-    if not pathlib.Path(folder).is_dir():
+    if not pathlib.Path(folder).is_dir() and not folder.endswith(".json"):
         raise argparse.ArgumentTypeError(f"{folder}: no such folder; see docs/dataset.md")
     return pathlib.Path(folder), int(frame or 10)
-
-
-def write_between_marks(path, text):
-    """Replaces what is between two lines MARK by text."""
-    parts = path.read_text("utf8").split(MARK)
-    if len(parts) != 3:
-        sys.exit(f"{path}: needs two lines {MARK}, has {len(parts) - 1}")
-    path.write_text(f"{parts[0]}{MARK}\n\n{text.strip()}\n\n{MARK}{parts[2]}", "utf8")
-
-
-def without_times(text):
-    """Tables without their last column, if it is that of times."""
-    lines, timed = [], False
-    for one in text.splitlines():
-        if not one.startswith("|"):
-            timed = False
-        elif one.endswith("| time |"):
-            timed = True
-        lines.append(one.rstrip("|").rpartition("|")[0] + "|" if timed else one)
-    return "\n".join(lines)
-
-
-class Copy(io.StringIO):
-    """Keeps what it passes on to standard output."""
-
-    def write(self, text):
-        sys.__stdout__.write(text)
-        sys.__stdout__.flush()
-        return super().write(text)
 
 
 def commit():
@@ -334,6 +269,7 @@ def main():
     parser.add_argument("sets", type=scene_set, nargs="+", metavar="SET[:FRAME]")
     parser.add_argument("--table", choices=list(TABLES), action="append")
     parser.add_argument("--row", action="append", metavar="TEXT", help="only rows with TEXT in their label")
+    parser.add_argument("--scene", action="append", help="only these scenes")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="output of every figure")
@@ -342,18 +278,22 @@ def main():
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
     figures = []
-    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
-        printed = stack.enter_context(contextlib.redirect_stdout(Copy())) if options.write else None
+    with tempfile.TemporaryDirectory() as folder:
         for data, frame in options.sets:
-            if options.pictures:
+            if data.suffix == ".json":
+                figures += json.loads(data.read_text("utf8"))["figures"]
+            elif options.pictures:
                 pictures(options, data, frame, pathlib.Path(folder))
-                continue
-            if len(options.sets) > 1:
-                print(f"{data.name}\n")
-            for name in options.table or TABLES:
-                figures += table(options, data, frame, name, pathlib.Path(folder))
+            else:
+                for name in options.table or TABLES:
+                    figures += table(options, data, frame, name, pathlib.Path(folder))
+    labels = [quality_tables.NOISE] + [label for rows in TABLES.values() for label, _ in rows]
+    figures.sort(key=lambda figure: labels.index(figure["row"]))
+    quality_tables.print_tables(figures, times=True)
     if options.write:
-        write_between_marks(options.write, without_times(printed.getvalue()))
+        with contextlib.redirect_stdout(io.StringIO()) as text:
+            quality_tables.print_tables(figures, times=False)
+        quality_tables.write_between_marks(options.write, text.getvalue())
     if options.json:
         content = {"commit": commit(),
                    "version": call(options.postchain, "--version").strip(), "figures": figures}

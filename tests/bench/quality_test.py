@@ -13,6 +13,7 @@ import tempfile
 import unittest
 
 import quality
+import quality_tables
 
 POSTCHAIN = sys.argv.pop(1)
 
@@ -52,6 +53,8 @@ class Quality(unittest.TestCase):
                                  self.scene / "mb_b.0011.exr", "--metric", "psnr", "--json"],
                                 check=True, capture_output=True, text=True).stdout
         printed, again = self.run_it("--row", "25 samples")
+        self.assertIsNone(again[0]["chain"])  # the row of the noise
+        again = again[1:]
         of_noise = 10**(-json.loads(halves)["psnr"] / 10) / 4
         self.assertAlmostEqual(again[0]["psnr_of_noise"], -10 * math.log10(of_noise))
         self.assertEqual(again[0]["psnr"], figures[0]["psnr"])
@@ -63,7 +66,7 @@ class Quality(unittest.TestCase):
     def test_peers_are_rows_only_if_every_scene_has_them(self):
         printed, figures = self.run_it("--row", "Blender")
         self.assertEqual(figures, [])
-        self.assertRegex(printed, "no row .Blender's Vector Blur.*peer_vectorblur_best.0011.exr is missing")
+        self.assertRegex(printed, "peer_vectorblur_best.0011.exr is missing")
         shutil.copy(self.scene / "mb.0011.exr", self.scene / "peer_vectorblur_best.0011.exr")
         printed, figures = self.run_it("--row", "Blender")
         self.assertEqual(figures[0]["psnr"], 200)
@@ -81,22 +84,35 @@ class Quality(unittest.TestCase):
         self.assertRegex(printed, r"scatter as gather, then `guertin`, 401 samples \| .* \|  \|")
 
     def test_tables_are_written_between_marks(self):
+        mark = quality_tables.MARK
         page = self.data / "page.md"
-        page.write_text(f"before\n{quality.MARK}\nold\n{quality.MARK}\nafter\n")
-        with contextlib.redirect_stdout(io.StringIO()) as shown:
-            sys.__stdout__, kept = sys.stdout, sys.__stdout__
-            try:
-                self.run_it("--row", "25 samples", "--write", str(page))
-            finally:
-                sys.__stdout__ = kept
+        page.write_text(f"before\n{mark}\nold\n{mark}\nafter\n")
+        printed, _ = self.run_it("--row", "25 samples", "--write", str(page))
         text = page.read_text()
-        self.assertRegex(text, r"(?s)^before\n<!-- [^\n]* -->\n\n.*\n\n<!-- [^\n]* -->\nafter\n$")
+        self.assertTrue(text.startswith(f"before\n{mark}\n\n") and text.endswith(f"\n\n{mark}\nafter\n"))
         self.assertNotIn("old", text)
         self.assertIn("| frame 11, `mb` | wheels | mean |\n|---|---|---|\n| `guertin`, 25 samples | ", text)
-        self.assertIn("| frame 11, `mb` | wheels | mean | time |", shown.getvalue())
+        self.assertIn("| frame 11, `mb` | wheels | mean | time |\n|---|---|---|---|\n", printed)
         page.write_text("no marks")
         with self.assertRaisesRegex(SystemExit, "needs two lines"):
-            quality.write_between_marks(page, "")
+            quality_tables.write_between_marks(page, "")
+
+    def test_figures_of_runs_are_merged(self):
+        def figure(scene, row, psnr):
+            return {"set": "s", "table": "lens", "frame": 11, "scene": scene, "row": row, "psnr": psnr,
+                    "hdr_flip": 0.1, "ssim": 0.5, "ms": 0, "rim_pixels": 0, "rim_psnr": None}
+        paths = []
+        for scene, psnr in (("b", 30), ("a", 20)):
+            paths.append(self.data / f"{scene}.json")
+            rows = ["`best`: the same, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
+            paths[-1].write_text(json.dumps({"figures": [figure(scene, row, psnr) for row in rows]}))
+        sys.argv = ["quality.py", POSTCHAIN, *map(str, paths)]
+        with contextlib.redirect_stdout(io.StringIO()) as out, \
+                contextlib.redirect_stderr(io.StringIO()) as refused:
+            quality.main()
+        self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
+                         "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n\n")
+        self.assertIn('no row "`best`: the same, 8 starts": not measured for b', refused.getvalue())
 
     def test_rims_have_a_table_of_their_own(self):
         lamp = ["--create", "64x36", "9", "--chnames",
@@ -116,7 +132,7 @@ class Quality(unittest.TestCase):
         printed, figures = self.run_it("--table", "lens", "--row", "Blender")
         self.assertGreater(figures[0]["rim_pixels"], 30)
         self.assertLess(figures[0]["rim_psnr"], figures[0]["psnr"])
-        self.assertIn(f"| pixels | {figures[0]['rim_pixels']} | |", printed)
+        self.assertIn(f"| pixels | {figures[0]['rim_pixels']} |  |", printed)
         self.assertIn(f"| Blender's Defocus | {figures[0]['rim_psnr']:.2f} | ", printed)
 
 

@@ -19,7 +19,7 @@ import dataset
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CODE = ["tests/cycles/*.py", "tests/blender/node_blur.py", "tools/blender/postchain_blender/camera.py",
-        "tests/bench/quality.py", "tests/bench/rims.py", "tests/bench/frame.py",
+        "tests/bench/quality.py", "tests/bench/quality_tables.py", "tests/bench/rims.py", "tests/bench/frame.py",
         "tests/bench/scatter_gather.py", "docs/dataset.md", "docs/metrics.md", "LICENSE"]
 README = """# Motion blur and depth of field of path-traced scenes
 

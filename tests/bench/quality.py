@@ -53,7 +53,7 @@ LENS = [
     ("Blender's Defocus", "peer_defocus"),
     ("16 samples, frame alone", "depth_of_field: {samples: 16, neighbors: none}"),
     ("24 samples, frame alone", "depth_of_field: {samples: 24, neighbors: none}"),
-    ("the same, not denoised",
+    ("24 samples, frame alone, not denoised",
      "depth_of_field: {samples: 24, neighbors: none, denoise: false}"),
     ("128 samples, frame alone", "depth_of_field: {samples: 128, neighbors: none}"),
     ("32 samples, the default", "depth_of_field: {samples: 32}"),
@@ -71,15 +71,15 @@ BOTH = [
     ("Blender's Defocus, then Vector Blur, tuned on the ground truth", "peer_both_best"),
     ("motion blur, then depth of field", "motion_blur: {} ; depth_of_field: {}"),
     ("depth of field, then motion blur", "depth_of_field: {} ; motion_blur: {}"),
-    ("the same, then FXAA",
+    ("depth of field, then motion blur, then FXAA",
      "depth_of_field: {} ; motion_blur: {} ; fxaa: {mode: directional}"),
     ("`fast`: `joint_blur`, 16 samples, frame alone, then FXAA", "fast"),
     ("`joint_blur`, 32 samples, frame alone", "joint_blur: {samples: 32, neighbors: none}"),
     ("`joint_blur`, 128 samples, frame alone", "joint_blur: {samples: 128, neighbors: none}"),
     ("`joint_blur`, 32 samples", "joint_blur: {samples: 32}"),
-    ("`balanced`: the same, then FXAA", "balanced"),
+    ("`balanced`: `joint_blur`, 32 samples, then FXAA", "balanced"),
     ("`joint_blur`, 128 samples", "joint_blur: {samples: 128}"),
-    ("`best`: the same, 8 starts", "best"),
+    ("`best`: `joint_blur`, 128 samples, 8 starts", "best"),
 ]
 TABLES = {"motion": MOTION, "lens": LENS, "both": BOTH}
 

@@ -104,7 +104,7 @@ class Quality(unittest.TestCase):
         paths = []
         for scene, psnr in (("b", 30), ("a", 20)):
             paths.append(self.data / f"{scene}.json")
-            rows = ["`best`: the same, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
+            rows = ["`best`: `joint_blur`, 128 samples, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
             paths[-1].write_text(json.dumps({"figures": [figure(scene, row, psnr) for row in rows]}))
         sys.argv = ["quality.py", POSTCHAIN, *map(str, paths)]
         with contextlib.redirect_stdout(io.StringIO()) as out, \
@@ -112,7 +112,7 @@ class Quality(unittest.TestCase):
             quality.main()
         self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
                          "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n\n")
-        self.assertIn('no row "`best`: the same, 8 starts": not measured for b', refused.getvalue())
+        self.assertIn('no row "`best`: `joint_blur`, 128 samples, 8 starts": not measured for b', refused.getvalue())
 
     def test_rims_have_a_table_of_their_own(self):
         lamp = ["--create", "64x36", "9", "--chnames",

@@ -105,13 +105,16 @@ class Quality(unittest.TestCase):
         for scene, psnr in (("b", 30), ("a", 20)):
             paths.append(self.data / f"{scene}.json")
             rows = ["`best`: `joint_blur`, 128 samples, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
-            paths[-1].write_text(json.dumps({"figures": [figure(scene, row, psnr) for row in rows]}))
-        sys.argv = ["quality.py", POSTCHAIN, *map(str, paths)]
+            paths[-1].write_text(json.dumps({"commit": f"of-{scene}", "figures": [
+                figure(scene, row, psnr) for row in rows]}))
+        merged = self.data / "merged.json"
+        sys.argv = ["quality.py", POSTCHAIN, *map(str, paths), "--json", str(merged)]
         with contextlib.redirect_stdout(io.StringIO()) as out, \
                 contextlib.redirect_stderr(io.StringIO()) as refused:
             quality.main()
         self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
                          "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n\n")
+        self.assertEqual(json.loads(merged.read_text())["commit"], "of-a, of-b")
         self.assertIn('no row "`best`: `joint_blur`, 128 samples, 8 starts": not measured for b', refused.getvalue())
 
     def test_rims_have_a_table_of_their_own(self):

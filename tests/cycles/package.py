@@ -4,13 +4,11 @@
     tests/cycles/package.py OUT FOLDER --results results.json
 
 OUT is the folder of dataset.py, FOLDER must not exist, results.json is that of tests/bench/quality.py --json.
-Files are linked if FOLDER is on the same file system, otherwise copied. Scenes may be incomplete; README.md
-lists what lacks.
+Scenes may be incomplete; README.md lists what lacks.
 """
 import argparse
 import hashlib
 import json
-import os
 import pathlib
 import shutil
 import sys
@@ -40,9 +38,9 @@ code/docs/metrics.md. License of everything here: Apache 2.0, code/LICENSE; noth
     code/tests/cycles/dataset.py AGAIN               # renders all again with Blender 3.4.1
     code/tests/bench/quality.py POSTCHAIN scenes:11 --json results.json
 
-`quality.py` needs `postchain` {version}, python3-numpy and python3-openimageio. To compare another filter, write its images as
-scenes/SCENE/peer_NAME.0011.exr and add a row with `peer_NAME` to its table. No constant may be chosen on
-these scenes.
+`quality.py` needs {version}, python3-numpy and python3-openimageio. To compare another filter, write its
+images as scenes/SCENE/peer_NAME.0011.exr and add a row with `peer_NAME` to a table of `quality.py`. Choose no
+constant on these scenes.
 """
 CITATION = """cff-version: 1.2.0
 message: If you use this dataset, please cite it.
@@ -55,12 +53,9 @@ authors:
 """
 
 
-def link(source, target):
+def copy(source, target):
     target.parent.mkdir(parents=True, exist_ok=True)
-    try:
-        os.link(source, target)
-    except OSError:
-        shutil.copy2(source, target)
+    shutil.copy2(source, target)
 
 
 def lacking_text(out):
@@ -76,7 +71,7 @@ def package(out, folder, results):
     content = json.loads(results.read_text("utf8"))
     if not {"commit", "version", "figures"} <= content.keys():
         sys.exit(f"{results}: no results of quality.py; make them with tests/bench/quality.py ... --json")
-    if content["commit"].endswith("-dirty"):
+    if "-dirty" in content["commit"]:
         sys.exit(f"{results}: measured at {content['commit']}, with changes that no commit has; commit them "
                  "and measure again")
     found = dataset.manifest(out)
@@ -86,15 +81,13 @@ def package(out, folder, results):
         sys.exit(f"{folder} exists; choose another folder or remove it")
     for scene, files in found.items():
         for name in files:
-            link(out / scene / name, folder / "scenes" / scene / name)
+            copy(out / scene / name, folder / "scenes" / scene / name)
     for pattern in CODE:
         for path in sorted(ROOT.glob(pattern)):
-            target = folder / "code" / path.relative_to(ROOT)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(path, target)
+            if not path.name.endswith("_test.py"):
+                copy(path, folder / "code" / path.relative_to(ROOT))
     (folder / "code/tests/cycles/manifest.json").write_text(dataset.manifest_text(found), "utf8")
-    (folder / "results").mkdir()
-    shutil.copy2(results, folder / "results/results.json")
+    copy(results, folder / "results/results.json")
     values = {"version": content["version"], "commit": content["commit"],
               "scenes": ", ".join(f"`{scene}`" for scene in found), "lacking": lacking_text(out)}
     (folder / "README.md").write_text(README.format(**values), "utf8")

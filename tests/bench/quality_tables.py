@@ -32,30 +32,39 @@ def _print_head(*cells):
 
 def _print_errors(title, scenes, rows, times):
     _print_head(title, *scenes, "mean", *["time"] * times)
-    first = next((total for row in rows.values() if (total := sum(one["ms"] for one in row))), None)
+    first = next((total for row in rows.values() if (total := _time(row))), None)
     for label, row in rows.items():
-        cells, total = [_cell(figure) for figure in row], sum(figure["ms"] for figure in row)
-        mean = [_mean(values) for values in zip(*cells)]
-        _print_row(label, *map(_text, [*cells, mean]), *[f"{total / first:.1f}" if total else ""] * times)
+        cells = [figure and _cell(figure) for figure in row]
+        mean = None if None in cells else [_mean(values) for values in zip(*cells)]
+        time = f"{_time(row) / first:.1f}" if _time(row) else ""
+        _print_row(label, *("-" if cell is None else _text(cell) for cell in [*cells, mean]), *[time] * times)
     print()
+
+
+def _time(row):
+    """ms on all scenes; 0 if unknown on one."""
+    return sum(figure["ms"] for figure in row) if all(row) else 0
 
 
 def _print_rims(scenes, rows):
     """PSNR near the rims; the mean is over scenes with rims."""
-    rows = {label: row for label, row in rows.items() if "rim_psnr" in row[0]}
-    if not any(figure["rim_pixels"] for row in rows.values() for figure in row):
+    rows = {label: row for label, row in rows.items() if any("rim_psnr" in one for one in row if one)}
+    pixels = [max((row[i]["rim_pixels"] for row in rows.values() if row[i]), default=0)
+              for i in range(len(scenes))]
+    if not any(pixels):
         return
     _print_head("rims of bokeh, PSNR", *scenes, "mean")
-    _print_row("pixels", *(str(figure["rim_pixels"] or "-") for figure in next(iter(rows.values()))), "")
+    _print_row("pixels", *(str(number or "-") for number in pixels), "")
     for label, row in rows.items():
-        cells = [figure["rim_psnr"] for figure in row]
+        cells = [figure and figure["rim_psnr"] for figure in row]
+        whole = all(row) and any(cells)
         _print_row(label, *("-" if cell is None else f"{cell:.2f}" for cell in cells),
-                   f"{_mean(cell for cell in cells if cell is not None):.2f}")
+                   f"{_mean(cell for cell in cells if cell is not None):.2f}" if whole else "-")
     print()
 
 
 def print_tables(figures, times):
-    """For each set, frame and table. A row that lacks scenes is left out, with a message."""
+    """For each set, frame and table. A row that lacks scenes has no mean."""
     def group(figure):
         return figure["set"], figure["frame"], list(TRUTH).index(figure["table"])
 
@@ -70,14 +79,9 @@ def print_tables(figures, times):
         rows = {}
         for label in dict.fromkeys(figure["row"] for figure in own):
             row = {figure["scene"]: figure for figure in own if figure["row"] == label}
-            lacking = [scene for scene in scenes if scene not in row]
-            if lacking:
-                print(f"no row \"{label}\": not measured for {', '.join(lacking)}", file=sys.stderr)
-                continue
-            rows[label] = [row[scene] for scene in scenes]
-        if rows:
-            _print_errors(f"frame {key[1]}, `{TRUTH[own[0]['table']]}`", scenes, rows, times)
-            _print_rims(scenes, rows)
+            rows[label] = [row.get(scene) for scene in scenes]
+        _print_errors(f"frame {key[1]}, `{TRUTH[own[0]['table']]}`", scenes, rows, times)
+        _print_rims(scenes, rows)
 
 
 def write_between_marks(path, text):

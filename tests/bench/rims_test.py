@@ -47,9 +47,9 @@ class Rims(unittest.TestCase):
         for radius in (6, 15):
             found = rims.rim_mask(lamp(), camera(radius), disc(distance() <= radius), False)
             away = np.abs(distance() - radius)
-            self.assertTrue(found[away < rims.NEAR_PX - 1].all())
-            self.assertFalse(found[away > rims.NEAR_PX + 1].any())
-            self.assertAlmostEqual(found.sum() / (2 * rims.NEAR_PX * 2 * math.pi * radius), 1, delta=0.1)
+            self.assertTrue(found[away < 1].all())
+            self.assertFalse(found[away > 3].any())
+            self.assertAlmostEqual(found.sum() / (4 * 2 * math.pi * radius), 1, delta=0.1)
 
     def test_small_dim_or_hidden_discs_have_no_rim(self):
         truth = disc(distance() <= 10)

@@ -75,6 +75,24 @@ class ScatterGather(unittest.TestCase):
         self.assertAlmostEqual(float(out[WIDTH // 2 + 8]), 1 - behind, delta=0.08)
         self.assertAlmostEqual(float(out[WIDTH // 2 + 24]), 1, delta=0.01)
 
+    def test_light_reaches_as_far_as_its_own_circle(self):
+        y, x = np.mgrid[0:HEIGHT, 0:WIDTH] + 0.5
+        distance = np.hypot(y - HEIGHT / 2, x - WIDTH / 2)
+        color = np.where((distance <= 3)[..., None], 50.0, 0.0) * np.ones(3)
+        depth = np.where(distance <= 3, 2.4, 4.0)  # its circle is a third of that around it: 8 px
+        out = blurred(color, depth, 24)
+        level = color.sum((0, 1)) / (np.pi * 8**2)
+        self.assertGreater(out[distance < 3].min(), 0.3 * level[0])
+        self.assertLess(out[distance > 8 + 3 + 4].max(), 0.01 * level[0])
+
+    def test_karis_weights_dim_single_bright_pixels(self):
+        color = np.full((HEIGHT, WIDTH, 3), 0.1)
+        color[HEIGHT // 2, WIDTH // 2] = 100
+        depth = np.full((HEIGHT, WIDTH), 4.0)
+        excess = [float((blurred(color, depth, 10, scatter_gather.Constants(karis=karis)) - 0.1).sum())
+                  for karis in (0, 1)]
+        self.assertLess(excess[1], 0.1 * excess[0])
+
     def test_files_keep_their_other_channels(self):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)

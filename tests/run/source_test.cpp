@@ -1,6 +1,7 @@
 // One frame from its files to the canonical frame.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "chain/depth_at.h"
@@ -239,11 +240,15 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
 TEST(Source, AZoomIsAddedIfAskedForAndOtherwiseNamedInFilesOfCycles) {
     TempFolder folder;
     const Planes planes = make_planes(24, 16);
+    Planes still_planes = planes;  // only the lens moves
+    for (ImageF* plane : {&still_planes.motion, &still_planes.back})
+        std::fill(plane->data.begin(), plane->data.end(), 0.0f);
+    bool all_still = false;
     const auto read = [&](CameraMotion wanted, bool of_cycles, const char* frames) {
         FrameFile file;
         file.convention = "cycles";
         if (of_cycles) file.attributes["cycles.ViewLayer.samples"] = std::string("96");
-        test::write_frame(folder.path("f.exr"), planes, file);
+        test::write_frame(folder.path("f.exr"), all_still ? still_planes : planes, file);
         SourceSettings settings;
         settings.camera_motion = wanted;
         settings.camera = parse_camera(
@@ -283,6 +288,10 @@ TEST(Source, AZoomIsAddedIfAskedForAndOtherwiseNamedInFilesOfCycles) {
                 ASSERT_NEAR(motion.at(x, y, c),
                             1.25 * double(planes.motion.at(x, y, c)) + 0.25 * at[c], 1e-5);
         }
+    all_still = true;
+    EXPECT_NE(said(read(CameraMotion::missing, true, zooms)).find("every motion vector is zero"),
+              std::string::npos);
+    EXPECT_EQ(said(read(CameraMotion::zoom, true, zooms)), "");
 }
 
 // Straight alpha is multiplied on input and divided on output; pixels with alpha 0 are unchanged.

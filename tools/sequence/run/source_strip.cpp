@@ -172,9 +172,11 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     findings.edges = count_mixed_edges(planes, rows);
     findings.clear_edges = fill_clear_edges(planes, rows);
     if (with_context) planes = rows_of(planes, first - top, end - top);
-    if (header.zoom)
+    if (header.zoom) {
         findings.zoom_motion_added =
             add_zoom_motion(*header.zoom, header.sky.has_value(), planes, strip.description);
+        findings.health.motion_all_zero = false;
+    }
     if (header.makes_motion) {
         findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
         findings.health.motion_all_zero = false;

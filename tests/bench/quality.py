@@ -4,10 +4,11 @@
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
                            [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
-Each table is printed for each set of scenes. SET may also be a file of --json, of other scenes or rows. SET holds a folder for each scene with sharp.####.exr, mb,
-dof and both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is
-given. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the
-repeats of the passes' total time, relative to the table's first chain.
+Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb, dof and
+both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is given. SET may also
+be a file of --json, whose scenes and rows are merged with the others. A cell is PSNR (dB, after x/(1+x) and
+gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the repeats of the passes' total time, relative to the
+table's first chain.
 
 If a scene has its ground truth in two halves too (both_a.####.exr, both_b), PSNR is that without the
 noise of the ground truth: a quarter of the halves' mean squared difference is taken off. The row "noise"
@@ -117,7 +118,7 @@ def run_chain(options, chain, scene, frame, folder):
     """Filters the frame into folder; ms of all passes, 0 with the baseline."""
     source, milliseconds = scene / "sharp.####.exr", 0
     for stage in stages(chain):
-        out = folder / ("out.####.exr" if source.parent != folder else "out2.####.exr")
+        out = folder / ("out2.####.exr" if source == folder / "out.####.exr" else "out.####.exr")
         if stage == BASELINE:
             number = f"{frame:04d}"
             call(sys.executable, "-B", pathlib.Path(__file__).with_name("scatter_gather.py"),

@@ -1,6 +1,7 @@
 """The table of errors on a small generated scene whose two halves of ground truth are known.
 
 usage: quality_test.py POSTCHAIN"""
+import argparse
 import contextlib
 import io
 import json
@@ -76,7 +77,14 @@ class Quality(unittest.TestCase):
         blur = "motion_blur: {mode: guertin}"
         self.assertEqual(quality.stages(f"{blur} ; fxaa: {{}} ; {quality.BASELINE} ; {blur}"),
                          [f"{blur} ; fxaa: {{}}", quality.BASELINE, blur])
-        shutil.copy(self.scene / "both.0011.exr", self.scene / "both_a.0011.exr")
+        options = argparse.Namespace(postchain=POSTCHAIN)
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "out.0011.exr"
+            found = []
+            for chain in (blur, f"{blur} ; {quality.BASELINE}", f"{blur} ; {quality.BASELINE} ; {blur}"):
+                quality.run_chain(options, chain, self.scene, 11, pathlib.Path(folder))
+                found.append(quality.errors(options, self.scene / "both.0011.exr", out)[0])
+        self.assertEqual(len(set(found)), 3, found)
         printed, figures = self.run_it("--table", "both", "--row", "scatter as gather", "--row", "`paper`")
         errors = {figure["row"]: figure["psnr"] for figure in figures}
         self.assertEqual(len(set(errors.values())), 3, errors)  # paper and both orders differ

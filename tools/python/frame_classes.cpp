@@ -20,7 +20,8 @@ namespace {
 
 // The arguments of run(), run_layers() and plan() that describe frames.
 struct FrameArguments {
-    py::object color;  // an array, or a Frame
+    std::string method;  // for messages
+    py::object color;    // an array, or a Frame
     FrameArrays arrays;
     py::object camera, before, after, number;
     std::optional<std::string> depth_encoding;
@@ -65,8 +66,9 @@ FramePtr neighbor_of(const char* place, const py::object& value, int number,
                          concat(place, ": unknown plane '", key, "'; known are ", joined(known))));
         *plane->second = py::reinterpret_borrow<py::object>(array);
     }
-    return Frame::of_arrays(arrays, number, given.camera, given.depth_encoding.value_or("linear"),
-                            given.pixel_aspect.value_or(1), settings);
+    return Frame::of_arrays(given.method, arrays, number, given.camera,
+                            given.depth_encoding.value_or("linear"), given.pixel_aspect.value_or(1),
+                            settings);
 }
 
 FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& settings) {
@@ -84,7 +86,8 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
     } else {
         FrameArrays arrays = given.arrays;
         arrays.color = given.color;
-        frame = Frame::of_arrays(arrays, given.number.is_none() ? 0 : frame_number_of(given.number),
+        frame = Frame::of_arrays(given.method, arrays,
+                                 given.number.is_none() ? 0 : frame_number_of(given.number),
                                  given.camera, given.depth_encoding.value_or("linear"),
                                  given.pixel_aspect.value_or(1), settings);
     }
@@ -152,19 +155,19 @@ void add_action(ChainClass& chain, const char* name, const std::string& text, co
                 const More&... more) {
     chain.def(
         name,
-        [act](const ChainObject& self, const py::object& color, const py::object& depth,
-              const py::object& motion, const py::object& camera, const py::object& before,
-              const py::object& after, const py::object& motion_back, const py::object& mattes,
-              const py::object& cryptomattes, const py::object& frame,
-              const std::optional<std::string>& depth_encoding,
-              const std::optional<double>& pixel_aspect, const Object<More>&... others,
-              py::kwargs values) {
+        [act, name](const ChainObject& self, const py::object& color, const py::object& depth,
+                    const py::object& motion, const py::object& camera, const py::object& before,
+                    const py::object& after, const py::object& motion_back,
+                    const py::object& mattes, const py::object& cryptomattes,
+                    const py::object& frame, const std::optional<std::string>& depth_encoding,
+                    const std::optional<double>& pixel_aspect, const Object<More>&... others,
+                    py::kwargs values) {
             const PlanOptions options = plan_options_of(taken(values, plan_keys()));
             FrameArrays arrays{py::none(), depth,  motion,      motion_back,
                                py::none(), mattes, cryptomattes};
             return act(self,
-                       FrameArguments{color, arrays, camera, before, after, frame, depth_encoding,
-                                      pixel_aspect},
+                       FrameArguments{name, color, arrays, camera, before, after, frame,
+                                      depth_encoding, pixel_aspect},
                        values, options, others...);
         },
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
@@ -285,8 +288,8 @@ void add_frame(py::module_& module) {
                     const py::object& cryptomattes, int number, const std::string& depth_encoding,
                     double pixel_aspect, const py::kwargs& settings) {
             return Frame::of_arrays(
-                {color, depth, motion, motion_back, layers, mattes, cryptomattes}, number, camera,
-                depth_encoding, pixel_aspect, settings);
+                "Frame", {color, depth, motion, motion_back, layers, mattes, cryptomattes}, number,
+                camera, depth_encoding, pixel_aspect, settings);
         }),
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),

@@ -45,12 +45,27 @@ Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
     return v;
 }
 
-void keep_nearest(Search& s, const Visit& v, Vec p, const Frame& here, const Sample& now) {
+// Where the color of the surface visited is read. An edge pixel mixes two surfaces: it is
+// interpolated only along the axes on which the adjacent pixel is displaced alike.
+Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
+    const Frame& here = frames.here;
+    const Vec at = here.inside(p - v.d);
+    if (!v.surface->edge) return at;
+    const auto moves_along = [&](Vec x) {
+        const Vec e = here.surface(here.inside(x)).displacement(now, frames.half_open) - v.d;
+        return dot(e, e) <= frames.together_px * frames.together_px;
+    };
+    const Vec beside = {v.x.x + (at.x < v.x.x ? -1 : 1), v.x.y + (at.y < v.x.y ? -1 : 1)};
+    return {moves_along({beside.x, v.x.y}) ? at.x : v.x.x,
+            moves_along({v.x.x, beside.y}) ? at.y : v.x.y};
+}
+
+void keep_nearest(Search& s, const Visit& v, Vec p, const Frames& frames, const Sample& now) {
     const double q = v.surface->inverse_depth, nearest = s.nearest.inverse_depth;
     if (!v.accepted ||
         !(nearer(q, nearest, now) || (!nearer(nearest, q, now) && v.error < s.residual)))
         return;
-    s.nearest = {&here, v.surface->edge ? v.x : here.inside(p - v.d), q, v.surface->a, v.beyond};
+    s.nearest = {&frames.here, read_at(frames, v, p, now), q, v.surface->a, v.beyond};
     s.residual = v.error;
 }
 
@@ -71,7 +86,7 @@ const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample&
     Vec d = begin.displacement(now, frames.half_open);
     for (int step = 0; step < steps; ++step) {
         const Visit v = visit(frames, p, d, now);
-        keep_nearest(s, v, p, frames.here, now);
+        keep_nearest(s, v, p, frames, now);
         keep_farthest(s, v, now);
         if (s.first_depth < 0) s.first_depth = v.surface->inverse_depth;
         if (v.accepted) return v.surface;

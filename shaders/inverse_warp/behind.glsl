@@ -20,7 +20,7 @@ uvec2 sides_of(vec2 x, float q) {
 Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
     Behind behind = Behind(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
     uint starts_left = here.hidden_starts;
-    while (starts_left != 0u) {
+    if (starts_left != 0u) do {
         const int i = findLSB(starts_left);
         starts_left &= starts_left - 1u;
         Surface start = pixel.starts[0];
@@ -37,7 +37,7 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
         const vec2 at = inside_of(to);
         behind = Behind(start.inverse_depth, sides, start.a, at);
         break;
-    }
+    } while (starts_left != 0u);
     return behind;
 }
 

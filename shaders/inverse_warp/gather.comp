@@ -174,15 +174,19 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
+// These loops, and those that they call, test at their end: where lanes run in step and skip nothing, as
+// on llvmpipe, a loop that tests at its beginning runs its body once more.
 void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
     const int count = int(ceil(set.n));
-    for (int first = 0; first < count; first += kMaxPutOff) {
+    int first = 0;
+    do {
         uint left = 0u;
-        for (int k = first; k < min(first + kMaxPutOff, count); ++k) {
+        int k = first;
+        do {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
             const Search here = search(pixel, now, begin);
-            if (is_settled(pixel, now, here)) {
+            if (is_settled(now, here)) {
                 Found shown = here.nearest;
                 if (here.nearest_edge)
                     shown.at = at_edge(here.nearest_at, shown.at, pixel.p, now);
@@ -192,14 +196,15 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
                 put_off(k - first, here);
                 left |= 1u << (k - first);
             }
-        }
-        while (left != 0u) {
+        } while (++k < min(first + kMaxPutOff, count));
+        if (left != 0u) do {
             const int i = findLSB(left);
             left &= left - 1u;
             const Sample now = sample_at(first + i, set, pixel);
             accumulate(sums, pixel, now, resolve(pixel, now, taken_up(i, pixel, now)));
-        }
-    }
+        } while (left != 0u);
+        first += kMaxPutOff;
+    } while (first < count);
 }
 
 void main() {

@@ -90,7 +90,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here) {
     float farthest = 0.0;
     Sample then = now;
     vec2 x = pixel.p;
-    while (searches != 0u || steps > 0) {
+    if (searches != 0u) do {
         if (steps == 0) {
             const int search = findLSB(searches);
             searches &= searches - 1u;
@@ -116,6 +116,6 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here) {
             nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
         steps = ends || next == x || steps == kNeighborSteps - 1 ? 0 : steps + 1;
         x = next;
-    }
+    } while (searches != 0u || steps > 0);
     return nearest;
 }

@@ -11,14 +11,10 @@ const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 
 // Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
 // frame may hide a nearer start surface that a neighbor shows or that continues behind.
-bool is_settled(Pixel pixel, Sample now, Search here) {
-    const uint starts = kNeighbors ? here.occluded_starts : here.hidden_starts;
+bool is_settled(Sample now, Search here) {
     precise const float nearest =
         here.nearest.inverse_depth * (kNeighbors ? now.depth_ratio : kOneDepth);
-    bool settled = nearest >= 0.0;
-    for (int i = 0; i < STARTS; ++i)
-        settled = settled && ((starts >> i & 1u) == 0u || pixel.starts[i].inverse_depth <= nearest);
-    return settled;
+    return nearest >= 0.0 && here.put_off_for <= nearest;
 }
 
 void put_off(int i, Search here) {

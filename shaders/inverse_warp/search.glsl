@@ -44,6 +44,7 @@ struct Search {
     bool shows_behind;     // the farthest surface is behind the first
     uint occluded_starts;  // a bit for each start surface that this frame may hide
     uint hidden_starts;    // and for each that is behind what this frame shows at its place
+    float put_off_for;     // inverse depth of the nearest of these that a sample is put off for; -1: none
 };
 
 vec2 inside_of(vec2 at) {
@@ -67,6 +68,7 @@ Search begin_search(Pixel pixel, Sample now, Surface begin) {
     s.shows_behind = false;
     s.occluded_starts = 0u;
     s.hidden_starts = 0u;
+    s.put_off_for = -1.0;
     return s;
 }
 
@@ -141,7 +143,10 @@ void note_occluded(inout Search s, Visit v, float ratio) {
     if (!v.beyond && !nearer && !unsettled) return;
     const uint start = 1u << (s.start - 1);
     s.occluded_starts |= start;
-    if (s.steps == 0 && !v.beyond) s.hidden_starts |= start;
+    const bool hidden = s.steps == 0 && !v.beyond;
+    if (hidden) s.hidden_starts |= start;
+    // Start surfaces are searched nearest first.
+    if ((kNeighbors || hidden) && s.put_off_for < 0.0) s.put_off_for = s.start_depth;
 }
 
 // Does the search from a start surface end at this visit? What is not nearer than the surface found

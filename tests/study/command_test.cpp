@@ -233,6 +233,11 @@ TEST_F(StudyCommand, ItsFiguresAreRecomputed) {
         EXPECT_EQ(checked.code, 0) << checked.text();
         EXPECT_TRUE(contains(checked.out, " 0 differ")) << checked.text();
     }
+    const auto table =
+        run_program({"python3", "-B", STUDY_RECOMPUTE, at("study/report.json"), "--table"});
+    EXPECT_TRUE(contains(table.out, "| `along` against `low` |  | ")) << table.text();
+    EXPECT_TRUE(contains(table.out, "`high` against `low` | ")) << table.text();
+    EXPECT_TRUE(contains(table.out, "3 scenes in 3 families")) << table.text();
     for (const char* key : {"gain", "probability", "probability_holm", "finding"}) {
         Json changed = json;
         Json& value = changed["tables"][0]["pairs"][1][key];
@@ -240,7 +245,7 @@ TEST_F(StudyCommand, ItsFiguresAreRecomputed) {
         write_text(at("changed.json"), changed.dump());
         const auto checked = recompute(at("changed.json"));
         EXPECT_EQ(checked.code, 1) << key;
-        EXPECT_TRUE(contains(checked.out, concat(": ", key, " is "))) << checked.text();
+        EXPECT_TRUE(contains(checked.err, concat(": ", key, " is "))) << checked.text();
     }
 }
 

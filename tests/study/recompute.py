@@ -3,10 +3,11 @@
 
     tests/study/recompute.py STUDY            the study's folder: from tasks/*.json
     tests/study/recompute.py report.json      from the gains of its scenes
+    tests/study/recompute.py STUDY --table    a Markdown table of the questions, for docs/results/
 
 It shares no code with postchain: Student's t comes from the finite sums of Abramowitz and Stegun 26.7.3
-and 26.7.4, quantiles from bisection. Prints each question by HDR-FLIP, and every figure that differs from
-the report's: then the exit code is 1.
+and 26.7.4, quantiles from bisection. Prints each question by HDR-FLIP, and on stderr every figure that
+differs from the report's: then the exit code is 1.
 """
 import argparse
 import json
@@ -139,31 +140,86 @@ def same(a, b):
     return a == b
 
 
+TABLE = [("hdr_flip", "HDR-FLIP", 4), ("psnr", "PSNR, dB", 2), ("ssim", "SSIM", 4)]
+WORDS = {"too_few_families": "too few families", "not_decided": "not decided", "a_nearer": "**farther**",
+         "b_nearer": "**closer**"}
+
+
+def short(value, digits):
+    """+.0123, \u2212.0040"""
+    sign = "\u2212" if value < 0 else "+"
+    return sign + f"{abs(value):.{digits}f}".removeprefix("0")
+
+
+def probability(p):
+    return "below .001" if p < 0.001 else f"{p:.2g}".removeprefix("0")
+
+
+def cell(found, margin, digits):
+    text = short(found["gain"], digits)
+    if found["interval"]:
+        text += " ({} to {})".format(*(short(end, digits) for end in found["interval"]))
+    text += f", {found['families_nearer']}/{found['families']}: "
+    if found["finding"] == "equal":
+        return f"{text}no difference beyond {margin} ({probability(found['probability_beyond_margin_holm'])})"
+    p = found["probability_holm"]
+    return text + WORDS[found["finding"]] + (f" ({probability(p)})" if p is not None else "")
+
+
+def condition(pair):
+    if pair["equal"] == "time":
+        return f"{pair['time_ratio']:.2f} of the time" if pair["time_ratio"] else "equal time, not measured"
+    return f"equal {pair['equal']}" if pair["equal"] else ""
+
+
+def print_table(report, found):
+    """found: {metric: results}."""
+    scenes = [scene for scene in report["scenes"] if not scene["failure"]]
+    families = {scene["family"] for scene in scenes}
+    print(f"postchain {report['version']}, commit {', '.join(report['revisions'])}; {len(scenes)} scenes in "
+          f"{len(families)} families. Gain of the first named, mean over families (95 %), families in which "
+          "it is closer to ground truth: finding (probability, corrected by Holm).\n")
+    columns = [(metric, name, digits) for metric, name, digits in TABLE if metric in found]
+    print("| question | condition | " + " | ".join(name for _, name, _ in columns) + " |")
+    print("|---" * (2 + len(columns)) + "|")
+    margins = {table["metric"]: [pair["margin"] for pair in table["pairs"]] for table in report["tables"]}
+    for p, pair in enumerate(report["pairs"]):
+        cells = [cell(found[metric][p], margins[metric][p], digits)
+                 if found[metric][p]["gain"] is not None else "" for metric, _, digits in columns]
+        print(f"| `{pair['b']}` against `{pair['a']}` | {condition(pair)} | " + " | ".join(cells) + " |")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("study", type=pathlib.Path)
-    path = parser.parse_args().study
+    parser.add_argument("--table", action="store_true")
+    options = parser.parse_args()
+    path = options.study
     report = json.loads((path / "report.json" if path.is_dir() else path).read_text(encoding="utf8"))
     of_tasks = gains_of_tasks(path, report) if path.is_dir() else None
     differences = checked = 0
+    found = {}
     for table in report["tables"]:
         gains = of_tasks[table["metric"]] if of_tasks else \
             {scene["name"]: scene["gains"] for scene in table["scenes"]}
-        for stated, found in zip(table["pairs"], results(table, gains)):
-            question = f"{stated['b']} against {stated['a']}"
-            for key, value in found.items():
+        found[table["metric"]] = results(table, gains)
+        for stated, one in zip(table["pairs"], found[table["metric"]]):
+            for key, value in one.items():
                 checked += 1
                 if not same(stated[key], value):
                     differences += 1
-                    print(f"{table['metric']}, {question}: {key} is {stated[key]} in the report, {value} "
-                          "recomputed")
-            if table["metric"] == "hdr_flip":
-                p = found["probability_holm"]
-                print(f"{question}: {found['gain']:+.4f}"
-                      + (f" ({found['interval'][0]:+.4f} to {found['interval'][1]:+.4f}), p {p:.2g}"
-                         if p is not None else "") + f", {found['finding']}")
-    print(f"{checked} figures recomputed, {differences} differ")
+                    print(f"{table['metric']}, {stated['b']} against {stated['a']}: {key} is "
+                          f"{stated[key]} in the report, {value} recomputed", file=sys.stderr)
+    if options.table:
+        print_table(report, found)
+    else:
+        margin = next((table["pairs"][0]["margin"] for table in report["tables"]
+                       if table["metric"] == "hdr_flip"), None)
+        for pair, one in zip(report["pairs"], found.get("hdr_flip", [])):
+            if one["gain"] is not None:
+                print(f"{pair['b']} against {pair['a']}: {cell(one, margin, 4)}")
+        print(f"{checked} figures recomputed, {differences} differ")
     return 1 if differences or not checked else 0
 
 

@@ -36,7 +36,7 @@ double difference_probability(const Paired& paired);
 // values.
 double equivalence_probability(const Paired& paired, double margin);
 // Probabilities corrected for their number, in the same order (Holm, Scandinavian Journal of
-// Statistics 6(2), 1979): no claim is false with probability 1 - p, whichever are compared with p.
+// Statistics 6(2), 1979): if each below p is claimed, the probability of a false claim is below p.
 std::vector<double> holm(const std::vector<double>& probabilities);
 
 // Two-sided probability of at most min(positive, negative) of one sign in fair coin throws.

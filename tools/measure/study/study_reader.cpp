@@ -82,10 +82,11 @@ class StudyReader {
         const std::string kind = text(root, "kind").value_or("ab");
         if (kind != "ab" && kind != "bench") error(*root.find("kind"), "kind", "is ab or bench");
         study_.kind = kind == "bench" ? report::Kind::bench : report::Kind::ab;
-        std::vector<std::string> known = {"postchain_study", "title", "kind", "settings", "scenes"};
+        std::vector<std::string> known = {"postchain_study", "title",    "kind",
+                                          "margins",         "settings", "scenes"};
         const bool swept = study_.kind == report::Kind::bench && !root.find("chains");
         const auto own = swept ? std::vector<std::string>{"chain", "sweep", "max_variants"}
-                               : std::vector<std::string>{"chains", "questions", "margins"};
+                               : std::vector<std::string>{"chains", "questions"};
         known.insert(known.end(), own.begin(), own.end());
         for (const auto& [key, value] : root.entries)
             if (std::find(known.begin(), known.end(), key.text) == known.end())
@@ -94,6 +95,7 @@ class StudyReader {
             read_sweep(root);
         else
             read_chains(root);
+        read_margins(root);
         read_scenes(root);
         if (study_.scenes.size() * std::max<size_t>(study_.pairs.size(), 1) > kMaxTasks)
             error(root, "", concat("has more than ", kMaxTasks, " tasks"));
@@ -186,7 +188,6 @@ class StudyReader {
             for (const auto& [name, chain] : study_.chains)
                 study_.variants.push_back({name, {}, chain.clone()});
         if (study_.chains.size() == chains->entries.size()) read_questions(root);
-        read_margins(root);
     }
 
     std::optional<size_t> chain_of(const TextNode& at, const std::string& path) {

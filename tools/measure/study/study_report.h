@@ -35,7 +35,7 @@ struct StudyReport {
     std::vector<std::string> notes;
 
     std::string pair_name(size_t pair) const;  // "joint against lens"
-    // "equal samples", "1.04 of the time" or ""
+    // "equal samples", "equal time: 1.04" (B / A) or ""
     std::string condition(size_t pair) const;
     const MetricTable* table(const std::string& metric) const;
     // A sentence for each pair, by HDR-FLIP.

@@ -167,15 +167,16 @@ std::optional<TaskResult> task_result_from(const std::string& text) {
         result.made_from = json.at("made_from").get<std::vector<std::string>>();
         result.failure = json.at("failure").get<std::string>();
         result.renderer = json.at("renderer").get<std::string>();
-        result.revision = json.at("revision").get<std::string>();
+        // Results of earlier versions lack the commit and times.
+        result.revision = json.value("revision", "unknown");
         result.truth = json.at("truth").get<std::string>();
         result.frames = json.at("frames").get<std::vector<int>>();
         result.width = json.at("width").get<int>();
         result.height = json.at("height").get<int>();
         for (const Json& one : json.at("variants")) {
             TaskResult::Figures figures{one.at("name").get<std::string>(), {}, std::nullopt};
-            if (const Json& time = one.at("time_ms"); !time.is_null())
-                figures.time_ms = time.get<double>();
+            if (const auto time = one.find("time_ms"); time != one.end() && !time->is_null())
+                figures.time_ms = time->get<double>();
             for (const auto& [name, list] : one.at("metrics").items())
                 for (const Json& value : list)
                     figures.metrics[name].push_back(

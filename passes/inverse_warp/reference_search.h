@@ -25,8 +25,9 @@ struct Frame {
 struct Frames {
     Frame here;
     std::vector<Frame> neighbors;
-    double half_open = 1;  // half the open time, frames
-    int own_steps = 2;     // of the search from the pixel itself
+    double half_open = 1;    // half the open time, frames
+    int own_steps = 2;       // of the search from the pixel itself
+    double together_px = 2;  // between the displacements of surfaces that move together
 };
 
 // Shared by all samples of a pixel.

@@ -8,7 +8,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kAcceptPx = 0.75;
-constexpr int kSteps = 2, kNeighborSteps = 3;
+constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
     return q > r * now.depth_ratio;
@@ -121,6 +121,48 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
     }
 }
 
+// Searches the layer behind for a surface nearer than `nearest`. Its pixels that are nearer than
+// what the frame shows there do not count, nor, if anything is found, edge pixels.
+void search_second_layer(const Frames& frames, const Surface& begin, Vec p, const Sample& now,
+                         Found& nearest) {
+    const Frame& layer = *frames.second_layer;
+    if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
+    Vec d = begin.displacement(now, frames.half_open);
+    for (int step = 0; step < kSecondSteps; ++step) {
+        const Vec x = layer.inside(rounded(p - d));
+        const Surface& s = layer.surface(x);
+        if (s.inverse_depth < 0) return;  // nothing is known there
+        d = s.displacement(now, frames.half_open);
+        if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
+            !nearer(s.inverse_depth, nearest.inverse_depth, now) ||
+            nearer(s.inverse_depth, frames.here.surface(x).inverse_depth, now))
+            continue;
+        nearest = {&layer, s.edge ? x : layer.inside(p - d), s.inverse_depth, s.a};
+    }
+}
+
+// From what the pixel itself hides, from the farthest surface visited if this frame shows nothing,
+// and from the start surfaces that this frame may hide.
+Found resolve_second_layer(const Frames& frames, const Pixel& pixel, const Sample& now,
+                           const Search& here) {
+    Found nearest = here.nearest;
+    if (!frames.second_layer) return nearest;
+    const Surface& own = frames.second_layer->surface(pixel.p);
+    if (own.inverse_depth >= 0) search_second_layer(frames, own, pixel.p, now, nearest);
+    if (nearest.inverse_depth < 0) search_second_layer(frames, here.far, pixel.p, now, nearest);
+    const std::vector<Surface>& starts = pixel.block->starts;
+    for (size_t i = 0; i < starts.size(); ++i)
+        if (here.occluded_starts[i]) search_second_layer(frames, starts[i], pixel.p, now, nearest);
+    return nearest;
+}
+
+// Does the layer show something behind what the frame shows at x, of inverse depth q?
+bool is_known_behind(const Frames& frames, Vec x, double q) {
+    if (!frames.second_layer) return false;
+    const double behind = frames.second_layer->surface(x).inverse_depth;
+    return behind >= 0 && behind * kOneDepth < q;
+}
+
 // Is this surface, which the sample sees, beyond the border of a neighbor?
 bool is_beyond(const Frames& frames, const Frame& neighbor, Surface s, Vec p, const Sample& now) {
     Sample then = now;
@@ -158,9 +200,10 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
     return s;
 }
 
-// In each neighbor, the nearer in time first: from the farthest surface visited, if this frame
-// shows nothing, and from the start surfaces that this frame may hide. If the farthest surface
-// visited is behind the first, no farther one counts, nor in a neighbor whose border it is beyond.
+// In the layer behind, then in each neighbor, the nearer in time first: from the farthest surface
+// visited, if this frame shows nothing, and from the start surfaces that this frame may hide. If
+// the farthest surface visited is behind the first, no farther one counts, nor in a neighbor whose
+// border it is beyond.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here) {
     const std::vector<Surface>& starts = pixel.block->starts;
@@ -169,7 +212,7 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     if (neighbors.size() == 2 && now.u >= 0) std::swap(neighbors[0], neighbors[1]);
     const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
     const double farthest = shows_behind ? here.far.inverse_depth : 0;
-    Found nearest = here.nearest;
+    Found nearest = resolve_second_layer(frames, pixel, now, here);
     const auto search_neighbors = [&](const Surface& begin) {
         for (const Frame* neighbor : neighbors) {
             const bool beyond = here.nearest.inverse_depth < 0 &&
@@ -178,7 +221,7 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
                             beyond ? here.far.inverse_depth : farthest, nearest);
         }
     };
-    if (here.nearest.inverse_depth < 0) search_neighbors(here.far);
+    if (nearest.inverse_depth < 0) search_neighbors(here.far);
     for (size_t i = 0; i < starts.size(); ++i)
         if (here.occluded_starts[i]) search_neighbors(starts[i]);
     return nearest;
@@ -194,6 +237,7 @@ Behind find_behind(const Frames& frames, const Background& background, const Pix
         const Visit first = visit(frames, pixel.p, d, now);
         const double shown = first.surface->inverse_depth;
         if (first.beyond || first.accepted || !nearer(shown, q, now)) continue;
+        if (is_known_behind(frames, first.x, shown)) continue;
         const auto sides = background.sides_of(first.x, shown);
         if (sides && one_depth(background.inverse_depth(sides->first), q))
             return {q, *sides, starts[i].a, frames.here.inside(pixel.p - d)};

@@ -88,13 +88,12 @@ bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
     return at != inside_of(at);
 }
 
-// The nearest surface that the sample sees in any frame: from the farthest surface visited, if this
+// The nearest surface that the sample sees in any frame, `nearest` so far: from the farthest surface visited, if this
 // frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..).
 // The neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
 // farther one counts: it would be behind both. Nor does one from a neighbor for whose border the
 // farthest is too far out.
-Found resolve_occluded(Pixel pixel, Sample now, Search here) {
-    Found nearest = here.nearest;
+Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     const float farthest = here.shows_behind ? here.far.inverse_depth : 0.0;
     uint begins = (here.occluded_starts << 1) | (nearest.inverse_depth < 0.0 ? 1u : 0u);
     bool second = false;  // of two neighbors

@@ -10,12 +10,14 @@ uvec2 kept[kMaxPutOff + 1];
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 
 // Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
-// frame may hide a nearer start surface that a neighbor shows or that continues behind.
+// frame may hide a nearer start surface that a neighbor or the layer behind shows, or that
+// continues behind.
 bool is_settled(Pixel pixel, Sample now, Search here) {
-    const uint starts = kNeighbors ? here.occluded_starts : here.hidden_starts;
+    const bool searched = kNeighbors || kHasSecondLayer;
+    const uint starts = searched ? here.occluded_starts : here.hidden_starts;
     precise const float nearest =
-        here.nearest.inverse_depth * (kNeighbors ? now.depth_ratio : kOneDepth);
-    bool settled = nearest >= 0.0;
+        here.nearest.inverse_depth * (searched ? now.depth_ratio : kOneDepth);
+    bool settled = nearest >= 0.0 && !may_hide(pixel, nearest);
     for (int i = 0; i < STARTS; ++i)
         settled = settled && ((starts >> i & 1u) == 0u || pixel.starts[i].inverse_depth <= nearest);
     return settled;

@@ -121,10 +121,11 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
     }
 }
 
-// Searches the layer behind for a surface nearer than `nearest`. Its pixels that are nearer than
-// what the frame shows there do not count, nor, if anything is found, edge pixels.
+// Searches the layer behind for a surface nearer than `nearest`, and no farther than `farthest`.
+// Its pixels that are nearer than what the frame shows there do not count, nor, if anything is
+// found, edge pixels.
 void search_second_layer(const Frames& frames, const Surface& begin, Vec p, const Sample& now,
-                         Found& nearest) {
+                         double farthest, Found& nearest) {
     const Frame& layer = *frames.second_layer;
     if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
     Vec d = begin.displacement(now, frames.half_open);
@@ -135,6 +136,7 @@ void search_second_layer(const Frames& frames, const Surface& begin, Vec p, cons
         d = s.displacement(now, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
             !nearer(s.inverse_depth, nearest.inverse_depth, now) ||
+            s.inverse_depth * now.depth_ratio < farthest ||
             nearer(s.inverse_depth, frames.here.surface(x).inverse_depth, now))
             continue;
         nearest = {&layer, s.edge ? x : layer.inside(p - d), s.inverse_depth, s.a};
@@ -142,17 +144,27 @@ void search_second_layer(const Frames& frames, const Surface& begin, Vec p, cons
 }
 
 // From what the pixel itself hides, from the farthest surface visited if this frame shows nothing,
-// and from the start surfaces that this frame may hide.
+// and from the start surfaces that this frame may hide. If the farthest surface comes from beyond
+// the border, nothing behind it counts.
 Found resolve_second_layer(const Frames& frames, const Pixel& pixel, const Sample& now,
                            const Search& here) {
     Found nearest = here.nearest;
     if (!frames.second_layer) return nearest;
+    double farthest = 0;
+    if (nearest.inverse_depth < 0) {
+        const Vec at = rounded(pixel.p - here.far.displacement(now, frames.half_open));
+        const Vec inside = frames.here.inside(at);
+        if (at.x != inside.x || at.y != inside.y) farthest = here.far.inverse_depth;
+    }
+    const auto search_layer = [&](const Surface& begin) {
+        search_second_layer(frames, begin, pixel.p, now, farthest, nearest);
+    };
     const Surface& own = frames.second_layer->surface(pixel.p);
-    if (own.inverse_depth >= 0) search_second_layer(frames, own, pixel.p, now, nearest);
-    if (nearest.inverse_depth < 0) search_second_layer(frames, here.far, pixel.p, now, nearest);
+    if (own.inverse_depth >= 0) search_layer(own);
+    if (nearest.inverse_depth < 0) search_layer(here.far);
     const std::vector<Surface>& starts = pixel.block->starts;
     for (size_t i = 0; i < starts.size(); ++i)
-        if (here.occluded_starts[i]) search_second_layer(frames, starts[i], pixel.p, now, nearest);
+        if (here.occluded_starts[i]) search_layer(starts[i]);
     return nearest;
 }
 

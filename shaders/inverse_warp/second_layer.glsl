@@ -17,10 +17,11 @@ Surface second_surface(ivec2 x) {
     return unpack_surface(texelFetch(surfaces, x + ivec2(0, uniforms.size.y), 0));
 }
 
-// Searches from surface `begin`, for a surface nearer than `nearest`. A pixel of the layer that is
+// Searches from surface `begin`, for a surface nearer than `nearest` and no farther than the inverse
+// depth `farthest`. A pixel of the layer that is
 // nearer than what the frame shows there does not count. Edge pixels, which mix two surfaces, count
 // only if nothing else is found.
-void search_second_layer(Surface begin, vec2 p, Sample now, inout Found nearest) {
+void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inout Found nearest) {
     const float ratio = now.depth_ratio;
     if (begin.inverse_depth <= nearest.inverse_depth * ratio) return;
     vec2 d = displacement(begin, now);
@@ -33,7 +34,8 @@ void search_second_layer(Surface begin, vec2 p, Sample now, inout Found nearest)
         precise const vec2 off = abs(x - p + d), at = p - d;
         const float shown = unpack_surface(texelFetch(surfaces, ivec2(x), 0)).inverse_depth;
         if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0.0) ||
-            s.inverse_depth <= nearest.inverse_depth * ratio || shown * ratio < s.inverse_depth)
+            s.inverse_depth <= nearest.inverse_depth * ratio ||
+            s.inverse_depth * ratio < farthest || shown * ratio < s.inverse_depth)
             continue;
         nearest = Found(kSecondLayer, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
     }
@@ -41,15 +43,22 @@ void search_second_layer(Surface begin, vec2 p, Sample now, inout Found nearest)
 
 // The nearest surface that the sample sees in this frame or in the layer: from what the pixel itself
 // hides, from the farthest surface visited if this frame shows nothing, and from each start surface
-// that this frame may hide.
+// that this frame may hide. If
+// the farthest surface comes from beyond the border, nothing behind it counts.
 Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
     Found nearest = here.nearest;
+    float farthest = 0.0;
+    if (nearest.inverse_depth < 0.0) {
+        precise const vec2 at = floor(pixel.p - displacement(here.far, now) + 0.5);
+        if (at != inside_of(at)) farthest = here.far.inverse_depth;
+    }
     const Surface own = second_surface(pixel.at);
-    if (own.inverse_depth >= 0.0) search_second_layer(own, pixel.p, now, nearest);
-    if (nearest.inverse_depth < 0.0) search_second_layer(here.far, pixel.p, now, nearest);
+    if (own.inverse_depth >= 0.0) search_second_layer(own, pixel.p, now, farthest, nearest);
+    if (nearest.inverse_depth < 0.0)
+        search_second_layer(here.far, pixel.p, now, farthest, nearest);
     for (int i = 0; i < STARTS; ++i)
         if ((here.occluded_starts >> i & 1u) != 0u)
-            search_second_layer(pixel.starts[i], pixel.p, now, nearest);
+            search_second_layer(pixel.starts[i], pixel.p, now, farthest, nearest);
     return nearest;
 }
 

@@ -162,6 +162,19 @@ TEST(SecondLayer, AgreesWithTheReference) {
         }
 }
 
+// A ground that moves in from beyond the border, with a sky behind all of it.
+TEST(SecondLayer, FillsNothingFromBehindWhatComesFromBeyondTheBorder) {
+    FramePlanes planes = planes_of([](double x) { return Surface{pattern(x), 0.2, 40}; });
+    for (const auto& [role, plane] : planes_of([](double x) {
+             return Surface{pattern(x + 40), 0.2, 40};
+         }))
+        planes[role_of(Neighbor::after, role)] = plane;
+    const ImageF without = filter(motion_blur(), description_of(planes), planes).at(Role::color);
+    planes[Role::behind] = stack_behind(planes_of([](double) { return Surface{9, 0, 0}; }));
+    const ImageF with = filter(motion_blur(), description_of(planes), planes).at(Role::color);
+    EXPECT_TRUE(equal_bits(with, without));
+}
+
 // Shares of the fill mask's channels over the image: this frame, another one, an estimate.
 std::array<double, 3> shares_of(const Chain& chain, FramePlanes planes) {
     const ImageF mask = constant_image(kWidth, kHeight, {1, 0, 0, 0});

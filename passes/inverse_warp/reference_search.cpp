@@ -122,8 +122,7 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
 }
 
 // Searches the layer behind for a surface nearer than `nearest`, and no farther than `farthest`.
-// Its pixels that are nearer than what the frame shows there do not count, nor, if anything is
-// found, edge pixels.
+// Its pixels that are nearer than what the frame shows there do not count.
 void search_second_layer(const Frames& frames, const Surface& begin, Vec p, const Sample& now,
                          double farthest, Found& nearest) {
     const Frame& layer = *frames.second_layer;
@@ -134,7 +133,7 @@ void search_second_layer(const Frames& frames, const Surface& begin, Vec p, cons
         const Surface& s = layer.surface(x);
         if (s.inverse_depth < 0) return;  // nothing is known there
         d = s.displacement(now, frames.half_open);
-        if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
+        if (longer_axis(x - p + d) > kAcceptPx ||
             !nearer(s.inverse_depth, nearest.inverse_depth, now) ||
             s.inverse_depth * now.depth_ratio < farthest ||
             nearer(s.inverse_depth, frames.here.surface(x).inverse_depth, now))
@@ -144,13 +143,14 @@ void search_second_layer(const Frames& frames, const Surface& begin, Vec p, cons
 }
 
 // From what the pixel itself hides, from the farthest surface visited if this frame shows nothing,
-// and from the start surfaces that this frame may hide. If the farthest surface comes from beyond
-// the border, nothing behind it counts.
+// and from the start surfaces that this frame may hide. If the farthest surface is behind the
+// first, or comes from beyond the border, nothing behind it counts.
 Found resolve_second_layer(const Frames& frames, const Pixel& pixel, const Sample& now,
                            const Search& here) {
     Found nearest = here.nearest;
     if (!frames.second_layer) return nearest;
-    double farthest = 0;
+    const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
+    double farthest = shows_behind ? here.far.inverse_depth : 0;
     if (nearest.inverse_depth < 0) {
         const Vec at = rounded(pixel.p - here.far.displacement(now, frames.half_open));
         const Vec inside = frames.here.inside(at);
@@ -166,13 +166,6 @@ Found resolve_second_layer(const Frames& frames, const Pixel& pixel, const Sampl
     for (size_t i = 0; i < starts.size(); ++i)
         if (here.occluded_starts[i]) search_layer(starts[i]);
     return nearest;
-}
-
-// Does the layer show something behind what the frame shows at x, of inverse depth q?
-bool is_known_behind(const Frames& frames, Vec x, double q) {
-    if (!frames.second_layer) return false;
-    const double behind = frames.second_layer->surface(x).inverse_depth;
-    return behind >= 0 && behind * kOneDepth < q;
 }
 
 // Is this surface, which the sample sees, beyond the border of a neighbor?
@@ -233,7 +226,7 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
                             beyond ? here.far.inverse_depth : farthest, nearest);
         }
     };
-    if (nearest.inverse_depth < 0) search_neighbors(here.far);
+    if (here.nearest.inverse_depth < 0) search_neighbors(here.far);
     for (size_t i = 0; i < starts.size(); ++i)
         if (here.occluded_starts[i]) search_neighbors(starts[i]);
     return nearest;
@@ -249,7 +242,6 @@ Behind find_behind(const Frames& frames, const Background& background, const Pix
         const Visit first = visit(frames, pixel.p, d, now);
         const double shown = first.surface->inverse_depth;
         if (first.beyond || first.accepted || !nearer(shown, q, now)) continue;
-        if (is_known_behind(frames, first.x, shown)) continue;
         const auto sides = background.sides_of(first.x, shown);
         if (sides && one_depth(background.inverse_depth(sides->first), q))
             return {q, *sides, starts[i].a, frames.here.inside(pixel.p - d)};

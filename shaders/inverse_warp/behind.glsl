@@ -30,7 +30,6 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
         const vec2 d = displacement(start, now);
         precise const vec2 x = pixel.p + floor(0.5 - d), to = pixel.p - d;
         const float occluder = unpack_surface(texelFetch(surfaces, ivec2(x), 0)).inverse_depth;
-        if (is_known_behind(x, occluder)) continue;
         const uvec2 sides = sides_of(x, occluder);
         if (sides.x == kNoCell) continue;
         const float shown = texelFetch(background, unpack_cell(sides.x), 0).x;

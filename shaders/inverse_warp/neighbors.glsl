@@ -95,7 +95,7 @@ bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
 // farthest is too far out.
 Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     const float farthest = here.shows_behind ? here.far.inverse_depth : 0.0;
-    uint begins = (here.occluded_starts << 1) | (nearest.inverse_depth < 0.0 ? 1u : 0u);
+    uint begins = (here.occluded_starts << 1) | (here.nearest.inverse_depth < 0.0 ? 1u : 0u);
     bool second = false;  // of two neighbors
     while (begins != 0u) {
         const int start = findLSB(begins) - 1;

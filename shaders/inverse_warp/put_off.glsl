@@ -17,7 +17,7 @@ bool is_settled(Pixel pixel, Sample now, Search here) {
     const uint starts = searched ? here.occluded_starts : here.hidden_starts;
     precise const float nearest =
         here.nearest.inverse_depth * (searched ? now.depth_ratio : kOneDepth);
-    bool settled = nearest >= 0.0 && !may_hide(pixel, nearest);
+    bool settled = nearest >= 0.0;
     for (int i = 0; i < STARTS; ++i)
         settled = settled && ((starts >> i & 1u) == 0u || pixel.starts[i].inverse_depth <= nearest);
     return settled;

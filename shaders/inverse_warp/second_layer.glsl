@@ -19,8 +19,7 @@ Surface second_surface(ivec2 x) {
 
 // Searches from surface `begin`, for a surface nearer than `nearest` and no farther than the inverse
 // depth `farthest`. A pixel of the layer that is
-// nearer than what the frame shows there does not count. Edge pixels, which mix two surfaces, count
-// only if nothing else is found.
+// nearer than what the frame shows there does not count.
 void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inout Found nearest) {
     const float ratio = now.depth_ratio;
     if (begin.inverse_depth <= nearest.inverse_depth * ratio) return;
@@ -33,7 +32,7 @@ void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inou
         d = displacement(s, now);
         precise const vec2 off = abs(x - p + d), at = p - d;
         const float shown = unpack_surface(texelFetch(surfaces, ivec2(x), 0)).inverse_depth;
-        if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0.0) ||
+        if (max(off.x, off.y) > kAcceptPx ||
             s.inverse_depth <= nearest.inverse_depth * ratio ||
             s.inverse_depth * ratio < farthest || shown * ratio < s.inverse_depth)
             continue;
@@ -43,11 +42,11 @@ void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inou
 
 // The nearest surface that the sample sees in this frame or in the layer: from what the pixel itself
 // hides, from the farthest surface visited if this frame shows nothing, and from each start surface
-// that this frame may hide. If
-// the farthest surface comes from beyond the border, nothing behind it counts.
+// that this frame may hide. If the farthest surface visited is behind the first, or comes from beyond
+// the border, nothing behind it counts.
 Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
     Found nearest = here.nearest;
-    float farthest = 0.0;
+    float farthest = here.shows_behind ? here.far.inverse_depth : 0.0;
     if (nearest.inverse_depth < 0.0) {
         precise const vec2 at = floor(pixel.p - displacement(here.far, now) + 0.5);
         if (at != inside_of(at)) farthest = here.far.inverse_depth;
@@ -60,17 +59,6 @@ Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
         if ((here.occluded_starts >> i & 1u) != 0u)
             search_second_layer(pixel.starts[i], pixel.p, now, farthest, nearest);
     return nearest;
-}
-
-// Does the layer show something behind what the frame shows at x, of inverse depth q?
-bool is_known_behind(vec2 x, float q) {
-    const float behind = second_surface(ivec2(x)).inverse_depth;
-    return behind >= 0.0 && behind * kOneDepth < q;
-}
-
-// May the pixel itself hide something nearer than the inverse depth `nearest`?
-bool may_hide(Pixel pixel, float nearest) {
-    return second_surface(pixel.at).inverse_depth > nearest;
 }
 
 vec4 second_texel(Plane plane, ivec2 at) {
@@ -90,14 +78,6 @@ const bool kHasSecondLayer = false;
 
 Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
     return here.nearest;
-}
-
-bool is_known_behind(vec2 x, float q) {
-    return false;
-}
-
-bool may_hide(Pixel pixel, float nearest) {
-    return false;
 }
 
 vec4 second_color(vec2 at, Plane plane) {

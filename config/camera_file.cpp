@@ -319,6 +319,12 @@ double horizontal_sensor_width_mm(double sensor_mm, SensorFit fit, const Display
     return spans_height ? sensor_mm * width / height : sensor_mm;
 }
 
+bool CameraFile::zooms() const {
+    return std::any_of(frames.begin(), frames.end(), [](const auto& one) {
+        return one.second.camera.focal_length_mm.has_value();
+    });
+}
+
 Camera CameraFile::camera_for(int frame, const Display& display) const {
     Camera result = camera;
     SensorFit fit = sensor_fit.value_or(SensorFit::horizontal);

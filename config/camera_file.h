@@ -52,6 +52,7 @@ struct CameraFile {
     Diagnostics diagnostics;
 
     Status status() const { return status_of(diagnostics); }
+    bool zooms() const;  // states focal lengths frame by frame
     // One frame's values, with sensor_width_mm converted to horizontal. Frames without overrides
     // have the top-level values.
     Camera camera_for(int frame, const Display& display) const;

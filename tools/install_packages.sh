@@ -18,7 +18,7 @@ if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
         libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
         glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers
         dpkg-dev file libogre-1.12-dev xvfb xdotool slurmctld slurmd slurm-client munge prometheus
-        python3 python3-dev python3-numpy python3-pytest python3-matplotlib pybind11-dev
+        python3 python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
         chromium chromium-driver sqlite3 nginx-light caddy
     )
 fi

@@ -27,7 +27,7 @@ namespace {
 using namespace reference;
 
 constexpr double kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
-constexpr double kSharpening = 2;
+constexpr double kSharpening = 1.5;
 constexpr int kMinTimes = 5;
 
 // Channels of the fill mask.
@@ -85,6 +85,7 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     Frames frames;
     frames.half_open = half_open_of(settings);
     frames.own_steps = settings.shutter ? 2 : 1;
+    frames.together_px = settings.lens ? 1 : 2;
     const ImageD& color = frame.planes.at(Role::color);
     frames.here = {
         0, wide_color(frame),

@@ -45,12 +45,27 @@ Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
     return v;
 }
 
-void keep_nearest(Search& s, const Visit& v, Vec p, const Frame& here, const Sample& now) {
+// Where the color of the surface visited is read. An edge pixel mixes two surfaces: it is
+// interpolated only along the axes on which the adjacent pixel is displaced alike.
+Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
+    const Frame& here = frames.here;
+    const Vec at = here.inside(p - v.d);
+    if (!v.surface->edge) return at;
+    const auto moves_along = [&](Vec x) {
+        const Vec e = here.surface(here.inside(x)).displacement(now, frames.half_open) - v.d;
+        return dot(e, e) <= frames.together_px * frames.together_px;
+    };
+    const Vec beside = {v.x.x + (at.x < v.x.x ? -1 : 1), v.x.y + (at.y < v.x.y ? -1 : 1)};
+    return {moves_along({beside.x, v.x.y}) ? at.x : v.x.x,
+            moves_along({v.x.x, beside.y}) ? at.y : v.x.y};
+}
+
+void keep_nearest(Search& s, const Visit& v, Vec p, const Frames& frames, const Sample& now) {
     const double q = v.surface->inverse_depth, nearest = s.nearest.inverse_depth;
     if (!v.accepted ||
         !(nearer(q, nearest, now) || (!nearer(nearest, q, now) && v.error < s.residual)))
         return;
-    s.nearest = {&here, v.surface->edge ? v.x : here.inside(p - v.d), q, v.surface->a, v.beyond};
+    s.nearest = {&frames.here, read_at(frames, v, p, now), q, v.surface->a, v.beyond};
     s.residual = v.error;
 }
 
@@ -71,7 +86,7 @@ const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample&
     Vec d = begin.displacement(now, frames.half_open);
     for (int step = 0; step < steps; ++step) {
         const Visit v = visit(frames, p, d, now);
-        keep_nearest(s, v, p, frames.here, now);
+        keep_nearest(s, v, p, frames, now);
         keep_farthest(s, v, now);
         if (s.first_depth < 0) s.first_depth = v.surface->inverse_depth;
         if (v.accepted) return v.surface;
@@ -99,7 +114,7 @@ bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface&
 }
 
 // Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge
-// pixels, which mix two surfaces, count only if nothing else is found.
+// pixels, which mix two surfaces, count only if nothing else is found. Ends at what is not nearer.
 void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin, Vec p,
                      const Sample& now, double farthest, Found& nearest) {
     if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
@@ -110,10 +125,10 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
     for (int step = 0; step < kNeighborSteps; ++step) {
         const Vec x = neighbor.inside(rounded(p - d));
         const Surface& s = neighbor.surface(x);
-        if (s.inverse_depth < 0) return;  // no search may find it
+        // No search may find it, or it leads to nothing nearer.
+        if (s.inverse_depth < 0 || !nearer(s.inverse_depth, nearest.inverse_depth, now)) return;
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
-            !nearer(s.inverse_depth, nearest.inverse_depth, now) ||
             s.inverse_depth * now.depth_ratio < farthest ||
             !may_be_occluded(frames, neighbor, s, x, now))
             continue;
@@ -205,10 +220,10 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
     return s;
 }
 
-// In the layer behind, then in each neighbor, the nearer in time first: from the farthest surface
-// visited, if this frame shows nothing, and from the start surfaces that this frame may hide. If
-// the farthest surface visited is behind the first, no farther one counts, nor in a neighbor whose
-// border it is beyond.
+// After the layer behind: if this frame shows nothing, from the farthest surface visited, in each
+// neighbor, the nearer in time first; then in that one from the start surfaces that this frame may
+// hide. If the farthest surface visited is behind the first, no farther one counts, nor in a
+// neighbor whose border it is beyond.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here) {
     const std::vector<Surface>& starts = pixel.block->starts;
@@ -218,17 +233,16 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
     const double farthest = shows_behind ? here.far.inverse_depth : 0;
     Found nearest = resolve_second_layer(frames, pixel, now, here);
-    const auto search_neighbors = [&](const Surface& begin) {
-        for (const Frame* neighbor : neighbors) {
-            const bool beyond = here.nearest.inverse_depth < 0 &&
-                                is_beyond(frames, *neighbor, here.far, pixel.p, now);
-            search_neighbor(frames, *neighbor, begin, pixel.p, now,
-                            beyond ? here.far.inverse_depth : farthest, nearest);
-        }
+    const auto search_in = [&](const Frame& neighbor, const Surface& begin) {
+        const bool beyond =
+            here.nearest.inverse_depth < 0 && is_beyond(frames, neighbor, here.far, pixel.p, now);
+        search_neighbor(frames, neighbor, begin, pixel.p, now,
+                        beyond ? here.far.inverse_depth : farthest, nearest);
     };
-    if (here.nearest.inverse_depth < 0) search_neighbors(here.far);
-    for (size_t i = 0; i < starts.size(); ++i)
-        if (here.occluded_starts[i]) search_neighbors(starts[i]);
+    if (here.nearest.inverse_depth < 0)
+        for (const Frame* neighbor : neighbors) search_in(*neighbor, here.far);
+    for (size_t i = 0; i < starts.size() && !neighbors.empty(); ++i)
+        if (here.occluded_starts[i]) search_in(*neighbors[0], starts[i]);
     return nearest;
 }
 

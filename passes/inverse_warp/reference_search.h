@@ -29,6 +29,7 @@ struct Frames {
     std::optional<Frame> second_layer;  // chain/behind.h, as a frame at this one's time
     double half_open = 1;               // half the open time, frames
     int own_steps = 2;                  // of the search from the pixel itself
+    double together_px = 2;             // between the displacements of surfaces that move together
 };
 
 // Shared by all samples of a pixel.

@@ -27,7 +27,7 @@ Surface surface_in(int frame, ivec2 x) {
 #if AFTER
     if (frame > 0) return unpack_surface(texelFetch(surfaces_after, x, 0));
 #endif
-    return unpack_surface(texelFetch(surfaces, x, 0));
+    return not_there();
 }
 
 vec4 color_in(int frame, vec2 at, Plane plane) {
@@ -53,31 +53,7 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
     const vec2 at = place_here(s, x, frame);
     const ivec2 pixel = ivec2(inside_of(at));
-    return at != vec2(pixel) || surface_in(0, pixel).inverse_depth * ratio >= s.inverse_depth;
-}
-
-// Searches one neighbor, from surface `begin`, for one nearer than `nearest` and no farther than
-// the inverse depth `farthest`. Edge pixels, which mix two surfaces, count only if nothing else is
-// found. A pixel that no search may find ends it.
-void search_neighbor(int frame, Surface begin, vec2 p, Sample now, float farthest,
-                     inout Found nearest) {
-    const Sample then = seen_from(frame, now);
-    const float ratio = now.depth_ratio;
-    begin.b = vec2(0.0);  // a parabola about this frame is not one about the neighbor
-    vec2 d = displacement_from_neighbor(begin, then);
-    for (int i = 0; i < kNeighborSteps; ++i) {
-        precise const vec2 to = p + floor(0.5 - d);
-        const vec2 x = inside_of(to);
-        const Surface s = surface_in(frame, ivec2(x));
-        if (s.inverse_depth < 0.0) break;
-        d = displacement_from_neighbor(s, then);
-        precise const vec2 off = abs(x - p + d), at = p - d;
-        if (max(off.x, off.y) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0.0) ||
-            s.inverse_depth <= nearest.inverse_depth * ratio ||
-            s.inverse_depth * ratio < farthest || !may_be_occluded(s, x, frame, ratio))
-            continue;
-        nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
-    }
+    return at != vec2(pixel) || unpack_surface(texelFetch(surfaces, pixel, 0)).inverse_depth * ratio >= s.inverse_depth;
 }
 
 // Is this surface, which the sample sees, beyond the border of a neighbor? What that shows may be
@@ -88,28 +64,57 @@ bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
     return at != inside_of(at);
 }
 
-// The nearest surface that the sample sees in any frame, `nearest` so far: from the farthest surface visited, if this
-// frame shows nothing (bit 0), and from each start surface that this frame may hide (bits 1 ..).
-// The neighbor nearer in time goes first. If the farthest surface visited is behind the first, no
-// farther one counts: it would be behind both. Nor does one from a neighbor for whose border the
-// farthest is too far out.
+// The pixel from which a surface displaced by d comes to p.
+vec2 pixel_before(vec2 p, vec2 d) {
+    precise const vec2 x = p + floor(0.5 - d);
+    return inside_of(x);
+}
+
+// The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order, a bit each: from
+// the farthest surface visited in the neighbor nearer in time and in the other one (bits 0 and 1), if
+// this frame shows nothing; from each start surface that this frame may hide in the neighbor nearer in
+// time (bits 2 ..). If the farthest surface visited is behind the first, no farther one counts: it
+// would be behind both. Nor does one from a neighbor for whose border the farthest is too far out. Edge
+// pixels, which mix two surfaces, count only if nothing else is found. A search ends at a pixel that
+// no search may find or that is not nearer than what was found.
+//
+// All searches are one loop, a visit each time: lanes do not wait for each other's searches.
 Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
-    const float farthest = here.shows_behind ? here.far.inverse_depth : 0.0;
-    uint begins = (here.occluded_starts << 1) | (here.nearest.inverse_depth < 0.0 ? 1u : 0u);
-    bool second = false;  // of two neighbors
-    while (begins != 0u) {
-        const int start = findLSB(begins) - 1;
-        const int frame = kBefore && (!kAfter || (now.u >= 0.0) == second) ? -1 : 1;
-        second = kBefore && kAfter && !second;
-        if (!second) begins &= begins - 1u;
-        Surface begin = here.far;
-        for (int i = 0; i < STARTS; ++i)
-            if (i == start) begin = pixel.starts[i];
-        if (begin.inverse_depth <= nearest.inverse_depth * now.depth_ratio) continue;
-        const bool beyond = here.nearest.inverse_depth < 0.0 &&
-                            is_beyond(frame, here.far, pixel.p, now);
-        search_neighbor(frame, begin, pixel.p, now, beyond ? here.far.inverse_depth : farthest,
-                        nearest);
+    const float ratio = now.depth_ratio;
+    const int nearer = kBefore && (!kAfter || now.u < 0.0) ? -1 : 1;
+    const bool shown = here.nearest.inverse_depth >= 0.0;
+    const uint from_far = shown ? 0u : (kBefore && kAfter ? 3u : 1u);
+    uint searches = here.occluded_starts << 2 | from_far;
+    int frame = nearer, steps = 0;
+    float farthest = 0.0;
+    Sample then = now;
+    vec2 x = pixel.p;
+    while (searches != 0u || steps > 0) {
+        if (steps == 0) {
+            const int search = findLSB(searches);
+            searches &= searches - 1u;
+            frame = search == 1 ? -nearer : nearer;
+            then = seen_from(frame, now);
+            Surface begin = here.far;
+            for (int i = 0; i < STARTS; ++i)
+                if (i + 2 == search) begin = pixel.starts[i];
+            if (begin.inverse_depth <= nearest.inverse_depth * ratio) continue;
+            begin.b = vec2(0.0);  // a parabola about this frame is not one about the neighbor
+            x = pixel_before(pixel.p, displacement_from_neighbor(begin, then));
+            const bool limited =
+                here.shows_behind || (!shown && is_beyond(frame, here.far, pixel.p, now));
+            farthest = limited ? here.far.inverse_depth : 0.0;
+        }
+        const Surface s = surface_in(frame, ivec2(x));
+        const vec2 d = displacement_from_neighbor(s, then);
+        const vec2 next = pixel_before(pixel.p, d);
+        precise const vec2 off = abs(x - pixel.p + d), at = pixel.p - d;
+        const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= nearest.inverse_depth * ratio;
+        if (!ends && max(off.x, off.y) <= kAcceptPx && !(s.edge && nearest.inverse_depth >= 0.0) &&
+            s.inverse_depth * ratio >= farthest && may_be_occluded(s, x, frame, ratio))
+            nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
+        steps = ends || next == x || steps == kNeighborSteps - 1 ? 0 : steps + 1;
+        x = next;
     }
     return nearest;
 }

@@ -38,7 +38,7 @@ Search taken_up(int i, Pixel pixel, Sample now) {
     Search here = begin_search(pixel, now, pixel.surface);
     if ((bits & kShown) != 0u)
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
-                                pixel.p);
+                                pixel.p, now);
     here.far = surface;
     here.far_at = at;
     here.shows_behind = (bits & kShowsBehind) != 0u;

@@ -4,6 +4,8 @@ const bool kBefore = BEFORE == 1, kAfter = AFTER == 1, kNeighbors = kBefore || k
 const float kAcceptPx = 0.75;                      // |X + D(X) - p| along each axis
 const int kSteps = 2;                              // from each start surface
 const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
+// Surfaces move together if their displacements differ by at most this.
+const float kTogetherPx = kLens ? 1.0 : 2.0;
 
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
 struct Found {
@@ -82,20 +84,37 @@ Visit visit(vec2 p, vec2 d, Sample now) {
     return v;
 }
 
-// The surface s that this frame shows at pixel x, displaced by d to p. An edge pixel mixes two
-// surfaces: it is not interpolated.
-Found found_at(vec2 x, Surface s, vec2 d, bool beyond, vec2 p) {
-    precise const vec2 at = p - d;
-    return Found(0, s.edge ? x : inside_of(at), s.inverse_depth, s.a, beyond);
+bool moves_along(vec2 x, vec2 d, Sample now) {
+    const Surface s = unpack_surface(texelFetch(surfaces, ivec2(inside_of(x)), 0));
+    const vec2 e = displacement(s, now) - d;
+    return precise_dot(e, e) <= kTogetherPx * kTogetherPx;
+}
+
+// The position at which the color of edge pixel x, whose surface is displaced by d, is read instead
+// of `at`. An edge pixel mixes two surfaces: it is interpolated only toward adjacent pixels that
+// are displaced alike, which makes the same mixture.
+vec2 at_edge(vec2 x, vec2 d, vec2 at, Sample now) {
+    const vec2 to = sign(at - x);
+    return vec2(moves_along(x + vec2(to.x, 0.0), d, now) ? at.x : x.x,
+                moves_along(x + vec2(0.0, to.y), d, now) ? at.y : x.y);
+}
+
+// The surface s that this frame shows at pixel x, displaced by d to p.
+Found found_at(vec2 x, Surface s, vec2 d, bool beyond, vec2 p, Sample now) {
+    precise const vec2 exact = p - d;
+    vec2 at = inside_of(exact);
+    if (s.edge) at = at_edge(x, d, at, now);
+    return Found(0, at, s.inverse_depth, s.a, beyond);
 }
 
 // The nearest accepted surface counts; at one depth the one with the smaller error.
-void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
+void keep_nearest(inout Search s, Visit v, vec2 p, Sample now) {
+    const float ratio = now.depth_ratio;
     const float q = v.surface.inverse_depth, nearest = s.nearest.inverse_depth;
     if (!v.accepted ||
         !(q > nearest * ratio || (q * ratio >= nearest && v.error < s.residual)))
         return;
-    s.nearest = found_at(v.x, v.surface, v.d, v.beyond, p);
+    s.nearest = found_at(v.x, v.surface, v.d, v.beyond, p, now);
     s.nearest_at = v.x;
     s.residual = v.error;
 }
@@ -157,7 +176,7 @@ Search search(Pixel pixel, Sample now, inout Surface begin) {
     bool more;
     do {
         const Visit v = visit(pixel.p, s.d, now);
-        keep_nearest(s, v, pixel.p, now.depth_ratio);
+        keep_nearest(s, v, pixel.p, now);
         keep_farthest(s, v, now.depth_ratio);
         note_occluded(s, v, now.depth_ratio);
         if (!kLens && v.accepted && s.start == 0) begin = v.surface;

@@ -36,7 +36,7 @@ vec4 bilinear(vec4 texels[4], vec2 f) {
     return mean;
 }
 
-const float kSharpening = 2.0;  // of bilinear weights about their center: half the added blur
+const float kSharpening = 1.5;  // of bilinear weights about their center: less added blur
 
 // The pixels around a position, and the weights of those beside the first.
 struct Corners {

@@ -1,5 +1,6 @@
 // Prints a Markdown table of bytes per pixel of chains, by pass and step, as chain/plan_bytes.h
-// counts them, for an engine's frame without known facts, in which everything may move.
+// counts them, for an engine's frame without known facts, in which everything may move, and the
+// memory of its textures.
 //
 //   bytes_table [--halves] [--size=WIDTHxHEIGHT] CHAIN...
 //
@@ -61,6 +62,12 @@ void print(const std::string& name, const Plan& plan, bool halves) {
                             double(bytes[s].moved()) / pixels);
     }
     std::printf("| **sum** | | | **%.2f** |\n\n", bytes_per_pixel(plan));
+    Plan own = plan;
+    std::erase_if(own.textures, [](const PlanTexture& texture) { return texture.imported; });
+    std::printf(
+        "%s, %s, %dx%d: textures of at most %.0f MB at a time, %.0f MB without the frame's\n\n",
+        name.c_str(), halves ? "halves" : "fp32", plan.width, plan.height,
+        double(plan.peak_bytes()) / 1e6, double(own.peak_bytes()) / 1e6);
 }
 
 }  // namespace

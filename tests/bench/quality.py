@@ -1,22 +1,28 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
 
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
-                           [--row TEXT] [--repeat 3] [--json FILE] [--pictures FOLDER]
+                           [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
-Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
-dof and both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is
-given. A cell is PSNR (dB, after x/(1+x) and gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the
-repeats of the passes' total time, relative to the table's first chain.
+Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb, dof and
+both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is given. SET may also
+be a file of --json, whose scenes and rows are merged with the others. A cell is PSNR (dB, after x/(1+x) and
+gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the repeats of the passes' total time, relative to the
+table's first chain.
 
 If a scene has its ground truth in two halves too (both_a.####.exr, both_b), PSNR is that without the
 noise of the ground truth: a quarter of the halves' mean squared difference is taken off. The row "noise"
 has the PSNR of that noise alone, and HDR-FLIP and SSIM between the halves.
 
---json writes every figure, with chains and the commit. --pictures makes strips of full-size crops instead
+A second table has the PSNR near the rims of bokeh only (docs/metrics.md#rims-of-bokeh), and their pixels.
+
+--json writes every figure, with chains and the commit. --write puts the tables, without times, between
+the two marks of a Markdown file (quality_tables.py). --pictures makes strips of full-size crops instead
 (needs oiiotool).
 """
 import argparse
+import contextlib
+import io
 import json
 import math
 import pathlib
@@ -24,6 +30,10 @@ import subprocess
 import sys
 import tempfile
 
+import quality_tables
+import rims
+
+BASELINE = "scatter_gather"  # a stage of a chain: scatter_gather.py
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
     ("`guertin`, 401 samples", "motion_blur: {mode: guertin, samples: 401}"),
@@ -40,10 +50,11 @@ MOTION = [
 LENS = [
     ("`gilham`, `downsample: 4`", "depth_of_field: {method: gilham, downsample: 4}"),
     ("`gilham`, `downsample: 1`", "depth_of_field: {method: gilham, downsample: 1}"),
+    ("scatter as gather at half resolution, after Jimenez 2014", BASELINE),
     ("Blender's Defocus", "peer_defocus"),
     ("16 samples, frame alone", "depth_of_field: {samples: 16, neighbors: none}"),
     ("24 samples, frame alone", "depth_of_field: {samples: 24, neighbors: none}"),
-    ("the same, not denoised",
+    ("24 samples, frame alone, not denoised",
      "depth_of_field: {samples: 24, neighbors: none, denoise: false}"),
     ("128 samples, frame alone", "depth_of_field: {samples: 128, neighbors: none}"),
     ("32 samples, the default", "depth_of_field: {samples: 32}"),
@@ -52,20 +63,26 @@ LENS = [
 BOTH = [
     ("`paper`", "paper"),
     ("`dof_first`", "dof_first"),
+    ("`guertin`, 401 samples, then `gilham`",
+     "motion_blur: {mode: guertin, samples: 401} ; depth_of_field: {method: gilham}"),
+    ("`guertin`, 401 samples, then scatter as gather",
+     f"motion_blur: {{mode: guertin, samples: 401}} ; {BASELINE}"),
+    ("scatter as gather, then `guertin`, 401 samples",
+     f"{BASELINE} ; motion_blur: {{mode: guertin, samples: 401}}"),
     ("Blender's Defocus, then Vector Blur, tuned on the ground truth", "peer_both_best"),
     ("motion blur, then depth of field", "motion_blur: {} ; depth_of_field: {}"),
     ("depth of field, then motion blur", "depth_of_field: {} ; motion_blur: {}"),
-    ("the same, then FXAA",
+    ("depth of field, then motion blur, then FXAA",
      "depth_of_field: {} ; motion_blur: {} ; fxaa: {mode: directional}"),
     ("`fast`: `joint_blur`, 16 samples, frame alone, then FXAA", "fast"),
     ("`joint_blur`, 32 samples, frame alone", "joint_blur: {samples: 32, neighbors: none}"),
     ("`joint_blur`, 128 samples, frame alone", "joint_blur: {samples: 128, neighbors: none}"),
     ("`joint_blur`, 32 samples", "joint_blur: {samples: 32}"),
-    ("`balanced`: the same, then FXAA", "balanced"),
+    ("`balanced`: `joint_blur`, 32 samples, then FXAA", "balanced"),
     ("`joint_blur`, 128 samples", "joint_blur: {samples: 128}"),
-    ("`best`: the same, 8 starts", "best"),
+    ("`best`: `joint_blur`, 128 samples, 8 starts", "best"),
 ]
-TABLES = {"motion": ("mb", MOTION), "lens": ("dof", LENS), "both": ("both", BOTH)}
+TABLES = {"motion": MOTION, "lens": LENS, "both": BOTH}
 
 
 def call(*command):
@@ -86,13 +103,37 @@ def chain_path(chain, folder):
     return path
 
 
+def stages(chain):
+    """Runs of passes, and the baseline between them."""
+    found = []
+    for one in chain.split(" ; "):
+        if found and BASELINE not in (one, found[-1]):
+            found[-1] += " ; " + one
+        else:
+            found.append(one)
+    return found
+
+
 def run_chain(options, chain, scene, frame, folder):
-    """Filters the frame into folder; ms of all passes."""
-    call(options.postchain, "run", chain_path(chain, folder), "-i", scene / "sharp.####.exr",
-         "--camera", scene / "camera.json", "--frames", frame, "-o",
-         folder / "out.####.exr", "--on-existing", "overwrite", "-q")
-    sidecar = json.loads((folder / f"out.{frame:04d}.exr.json").read_text())
-    return sum(one["ms"] for one in sidecar["times_ms"]["passes"])
+    """Filters the frame into folder; ms of all passes, 0 with the baseline."""
+    source, milliseconds = scene / "sharp.####.exr", 0
+    for stage in stages(chain):
+        out = folder / ("out2.####.exr" if source == folder / "out.####.exr" else "out.####.exr")
+        if stage == BASELINE:
+            number = f"{frame:04d}"
+            call(sys.executable, "-B", pathlib.Path(__file__).with_name("scatter_gather.py"),
+                 str(source).replace("####", number), "--camera", scene / "camera.json", "--frame", frame,
+                 "-o", str(out).replace("####", number))
+        else:
+            call(options.postchain, "run", chain_path(stage, folder), "-i", source,
+                 "--camera", scene / "camera.json", "--frames", frame, "-o", out,
+                 "--on-existing", "overwrite", "-q")
+            sidecar = json.loads((out.parent / f"{out.name.replace('####', f'{frame:04d}')}.json").read_text())
+            milliseconds += sum(one["ms"] for one in sidecar["times_ms"]["passes"])
+        source = out
+    if source.name != "out.####.exr":
+        (folder / f"out2.{frame:04d}.exr").replace(folder / f"out.{frame:04d}.exr")
+    return 0 if BASELINE in chain else milliseconds
 
 
 def strip(pictures, crop, path):
@@ -132,54 +173,64 @@ def without_noise(psnr, noise_psnr):
     return -10 * math.log10(max(10**(-psnr / 10) - 10**(-noise_psnr / 10), 1e-20))
 
 
-def line(label, cells, time):
-    mean = [sum(values) / len(cells) for values in zip(*cells)]
-    texts = [f"{p:.2f} / {f:.3f} / {s:.3f}".replace("/ 0.", "/ .") for p, f, s in [*cells, mean]]
-    print(f"| {label} | " + " | ".join(texts) + f" | {time} |", flush=True)
+class Rims:
+    """Errors near the rims of bokeh of one scene."""
+
+    def __init__(self, scene, truth, frame):
+        self.truth = scene / f"{truth}.{frame:04d}.exr"
+        self.mask = rims.of_files(scene / f"sharp.{frame:04d}.exr", scene / "camera.json", frame,
+                                  self.truth, truth == "both")
+        self.pixels = int(self.mask.sum())
+        halves = [scene / f"{truth}_{half}.{frame:04d}.exr" for half in "ab"]
+        self.noise = 0.0
+        if self.pixels and all(half.exists() for half in halves):
+            self.noise = rims.mean_squared_error(*halves, self.mask) / 4
+
+    def psnr(self, image):
+        """Without the noise of the ground truth; None without rims."""
+        if not self.pixels:
+            return None
+        error = rims.mean_squared_error(self.truth, image, self.mask) - self.noise
+        return -10 * math.log10(max(error, 1e-20))
 
 
 def table(options, data, frame, name, folder):
-    """Prints the table and returns its figures."""
-    truth, rows = TABLES[name]
-    scenes = [scene for scene in sorted(data.iterdir())
-              if (scene / f"{truth}.{frame:04d}.exr").exists()
-              and (scene / "camera.json").exists() and scene.name not in options.skip]
-    if not scenes:
-        print(f"{data}: no scene has {truth}.{frame:04d}.exr and camera.json", file=sys.stderr)
-        return []
-    print(f"| frame {frame}, `{truth}` | " + " | ".join(scene.name for scene in scenes)
-          + " | mean | time |")
-    print("|---" * (len(scenes) + 3) + "|")
-    own = [noise(options, truth, scene, frame) for scene in scenes]
-    if all(own):
-        line("noise of the ground truth", own, "")
-    first, figures = None, []
-    for label, chain in rows:
-        if options.row and not any(text in label for text in options.row):
-            continue
-        cells, total, lacking = [], 0, None
-        for scene, floor in zip(scenes, own):
+    """Measures a table's rows on the scenes of a set; the figures."""
+    truth, rows = quality_tables.TRUTH[name], TABLES[name]
+    scenes, without = [], []
+    for scene in sorted(data.iterdir()):
+        if (scene / "camera.json").exists() and scene.name not in options.skip \
+                and (not options.scene or scene.name in options.scene):
+            exists = (scene / f"{truth}.{frame:04d}.exr").exists()
+            (scenes if exists else without).append(scene)
+    if without or not scenes:
+        print(f"{data}: no {truth}.{frame:04d}.exr of "
+              f"{', '.join(scene.name for scene in without) or 'any scene'}", file=sys.stderr)
+    figures = []
+    for scene in scenes:
+        floor = noise(options, truth, scene, frame)
+        near_rims = None if name == "motion" else Rims(scene, truth, frame)
+        common = {"set": data.name, "table": name, "scene": scene.name, "frame": frame}
+        if floor:
+            figures.append({**common, "row": quality_tables.NOISE, "chain": None, "psnr": floor[0],
+                            "hdr_flip": floor[1], "ssim": floor[2], "ms": 0})
+        for label, chain in rows:
+            if options.row and not any(text in label for text in options.row):
+                continue
             out, least = scene / f"{chain}.{frame:04d}.exr", 0
             if not chain.startswith("peer_"):
                 out, least = filtered(options, chain, scene, frame, folder)
             elif not out.exists():
-                lacking = out
-                break
-            total += least
-            cells.append(errors(options, scene / f"{truth}.{frame:04d}.exr", out))
-            figure = {"set": data.name, "table": name, "row": label, "chain": chain,
-                      "scene": scene.name, "frame": frame, "psnr": cells[-1][0],
-                      "hdr_flip": cells[-1][1], "ssim": cells[-1][2], "ms": least}
+                print(f"{out} is missing", file=sys.stderr)
+                continue
+            psnr, hdr_flip, ssim = errors(options, scene / f"{truth}.{frame:04d}.exr", out)
+            figure = {**common, "row": label, "chain": chain, "psnr": psnr, "hdr_flip": hdr_flip,
+                      "ssim": ssim, "ms": least}
             if floor:
-                cells[-1][0] = without_noise(cells[-1][0], floor[0])
-                figure.update(psnr_of_noise=floor[0], psnr_without_noise=cells[-1][0])
+                figure.update(psnr_of_noise=floor[0], psnr_without_noise=without_noise(psnr, floor[0]))
+            if near_rims:
+                figure.update(rim_pixels=near_rims.pixels, rim_psnr=near_rims.psnr(out))
             figures.append(figure)
-        if lacking:
-            print(f"no row \"{label}\": {lacking} is missing", file=sys.stderr)
-            continue
-        first = first or total
-        line(label, cells, f"{total / first:.1f}" if total else "")
-    print()
     return figures
 
 
@@ -199,11 +250,17 @@ def pictures(options, data, frame, folder):
 
 
 def scene_set(text):
-    """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"."""
+    """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"; or a file."""
     folder, _, frame = text.partition(":")
-    if not pathlib.Path(folder).is_dir():
+    if not pathlib.Path(folder).is_dir() and not folder.endswith(".json"):
         raise argparse.ArgumentTypeError(f"{folder}: no such folder; see docs/dataset.md")
     return pathlib.Path(folder), int(frame or 10)
+
+
+def commit():
+    done = subprocess.run(["git", "-C", pathlib.Path(__file__).parent, "describe", "--always", "--dirty"],
+                          capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "no repository"
 
 
 def main():
@@ -213,24 +270,36 @@ def main():
     parser.add_argument("sets", type=scene_set, nargs="+", metavar="SET[:FRAME]")
     parser.add_argument("--table", choices=list(TABLES), action="append")
     parser.add_argument("--row", action="append", metavar="TEXT", help="only rows with TEXT in their label")
+    parser.add_argument("--scene", action="append", help="only these scenes")
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="output of every figure")
+    parser.add_argument("--write", type=pathlib.Path, metavar="FILE", help="Markdown file for the tables")
     parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
-    figures = []
+    figures, commits = [], set()
     with tempfile.TemporaryDirectory() as folder:
         for data, frame in options.sets:
-            if options.pictures:
+            if data.suffix == ".json":
+                content = json.loads(data.read_text("utf8"))
+                figures += content["figures"]
+                commits.add(content["commit"])
+            elif options.pictures:
                 pictures(options, data, frame, pathlib.Path(folder))
-                continue
-            print(f"{data.name}\n")
-            for name in options.table or TABLES:
-                figures += table(options, data, frame, name, pathlib.Path(folder))
+            else:
+                commits.add(commit())
+                for name in options.table or TABLES:
+                    figures += table(options, data, frame, name, pathlib.Path(folder))
+    labels = [quality_tables.NOISE] + [label for rows in TABLES.values() for label, _ in rows]
+    figures.sort(key=lambda figure: labels.index(figure["row"]))
+    quality_tables.print_tables(figures, times=True)
+    if options.write:
+        with contextlib.redirect_stdout(io.StringIO()) as text:
+            quality_tables.print_tables(figures, times=False)
+        quality_tables.write_between_marks(options.write, text.getvalue())
     if options.json:
-        here = pathlib.Path(__file__).parent
-        content = {"commit": call("git", "-C", here, "describe", "--always", "--dirty").strip(),
+        content = {"commit": ", ".join(sorted(commits)),
                    "version": call(options.postchain, "--version").strip(), "figures": figures}
         options.json.write_text(json.dumps(content, indent=1) + "\n")
 

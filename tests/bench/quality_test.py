@@ -1,6 +1,7 @@
 """The table of errors on a small generated scene whose two halves of ground truth are known.
 
 usage: quality_test.py POSTCHAIN"""
+import argparse
 import contextlib
 import io
 import json
@@ -13,6 +14,7 @@ import tempfile
 import unittest
 
 import quality
+import quality_tables
 
 POSTCHAIN = sys.argv.pop(1)
 
@@ -33,7 +35,8 @@ class Quality(unittest.TestCase):
 
     def run_it(self, *arguments):
         """What it prints, and the figures."""
-        sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--table", "motion", "--repeat", "1",
+        sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--repeat", "1",
+                    *([] if "--table" in arguments else ["--table", "motion"]),
                     "--json", str(self.data / "out.json"), *arguments]
         with contextlib.redirect_stdout(io.StringIO()) as out, \
                 contextlib.redirect_stderr(io.StringIO()) as refused:
@@ -51,6 +54,8 @@ class Quality(unittest.TestCase):
                                  self.scene / "mb_b.0011.exr", "--metric", "psnr", "--json"],
                                 check=True, capture_output=True, text=True).stdout
         printed, again = self.run_it("--row", "25 samples")
+        self.assertIsNone(again[0]["chain"])  # the row of the noise
+        again = again[1:]
         of_noise = 10**(-json.loads(halves)["psnr"] / 10) / 4
         self.assertAlmostEqual(again[0]["psnr_of_noise"], -10 * math.log10(of_noise))
         self.assertEqual(again[0]["psnr"], figures[0]["psnr"])
@@ -59,14 +64,87 @@ class Quality(unittest.TestCase):
         self.assertIn(f"| noise of the ground truth | {again[0]['psnr_of_noise']:.2f} / ", printed)
         self.assertIn(f"| `guertin`, 25 samples | {again[0]['psnr_without_noise']:.2f} / ", printed)
 
-    def test_peers_are_rows_only_if_every_scene_has_them(self):
+    def test_peers_are_rows_of_the_scenes_that_have_them(self):
         printed, figures = self.run_it("--row", "Blender")
         self.assertEqual(figures, [])
-        self.assertRegex(printed, "no row .Blender's Vector Blur.*peer_vectorblur_best.0011.exr is missing")
+        self.assertRegex(printed, "peer_vectorblur_best.0011.exr is missing")
         shutil.copy(self.scene / "mb.0011.exr", self.scene / "peer_vectorblur_best.0011.exr")
         printed, figures = self.run_it("--row", "Blender")
         self.assertEqual(figures[0]["psnr"], 200)
         self.assertIn("| Blender's Vector Blur", printed)
+
+    def test_the_baseline_is_a_stage_among_passes(self):
+        blur = "motion_blur: {mode: guertin}"
+        self.assertEqual(quality.stages(f"{blur} ; fxaa: {{}} ; {quality.BASELINE} ; {blur}"),
+                         [f"{blur} ; fxaa: {{}}", quality.BASELINE, blur])
+        options = argparse.Namespace(postchain=POSTCHAIN)
+        with tempfile.TemporaryDirectory() as folder:
+            out = pathlib.Path(folder) / "out.0011.exr"
+            found = []
+            for chain in (blur, f"{blur} ; {quality.BASELINE}", f"{blur} ; {quality.BASELINE} ; {blur}"):
+                quality.run_chain(options, chain, self.scene, 11, pathlib.Path(folder))
+                found.append(quality.errors(options, self.scene / "both.0011.exr", out)[0])
+        self.assertEqual(len(set(found)), 3, found)
+        printed, figures = self.run_it("--table", "both", "--row", "scatter as gather", "--row", "`paper`")
+        errors = {figure["row"]: figure["psnr"] for figure in figures}
+        self.assertEqual(len(set(errors.values())), 3, errors)  # paper and both orders differ
+        self.assertGreater(min(errors.values()), 20)
+        self.assertRegex(printed, r"scatter as gather, then `guertin`, 401 samples \| .* \|  \|")
+
+    def test_tables_are_written_between_marks(self):
+        mark = quality_tables.MARK
+        page = self.data / "page.md"
+        page.write_text(f"before\n{mark}\nold\n{mark}\nafter\n")
+        printed, _ = self.run_it("--row", "25 samples", "--write", str(page))
+        text = page.read_text()
+        self.assertTrue(text.startswith(f"before\n{mark}\n\n") and text.endswith(f"\n\n{mark}\nafter\n"))
+        self.assertNotIn("old", text)
+        self.assertIn("| frame 11, `mb` | wheels | mean |\n|---|---|---|\n| `guertin`, 25 samples | ", text)
+        self.assertIn("| frame 11, `mb` | wheels | mean | time |\n|---|---|---|---|\n", printed)
+        page.write_text("no marks")
+        with self.assertRaisesRegex(SystemExit, "needs two lines"):
+            quality_tables.write_between_marks(page, "")
+
+    def test_figures_of_runs_are_merged(self):
+        def figure(scene, row, psnr):
+            return {"set": "s", "table": "lens", "frame": 11, "scene": scene, "row": row, "psnr": psnr,
+                    "hdr_flip": 0.1, "ssim": 0.5, "ms": 0, "rim_pixels": 0, "rim_psnr": None}
+        paths = []
+        for scene, psnr in (("b", 30), ("a", 20)):
+            paths.append(self.data / f"{scene}.json")
+            rows = ["`best`: `joint_blur`, 128 samples, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
+            paths[-1].write_text(json.dumps({"commit": f"of-{scene}", "figures": [
+                figure(scene, row, psnr) for row in rows]}))
+        merged = self.data / "merged.json"
+        sys.argv = ["quality.py", POSTCHAIN, *map(str, paths), "--json", str(merged)]
+        with contextlib.redirect_stdout(io.StringIO()) as out, \
+                contextlib.redirect_stderr(io.StringIO()):
+            quality.main()
+        self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
+                         "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n"
+                         "| `best`: `joint_blur`, 128 samples, 8 starts | 20.00 / .100 / .500 | - | - |  |\n\n")
+        self.assertEqual(json.loads(merged.read_text())["commit"], "of-a, of-b")
+
+    def test_rims_have_a_table_of_their_own(self):
+        lamp = ["--create", "64x36", "9", "--chnames",
+                ",".join(f"ViewLayer.{name}" for name in ("Combined.R", "Combined.G", "Combined.B",
+                                                          "Combined.A", "Depth.Z", "Vector.X", "Vector.Y",
+                                                          "Vector.Z", "Vector.W"))]
+        subprocess.run(["oiiotool", *lamp, "--fill:color=0.1,0.1,0.1,1,3,0,0,0,0", "64x36",
+                        "--fill:color=90,90,90,1,3,0,0,0,0", "2x2+31+17", "-d", "float", "-o",
+                        self.scene / "sharp.0011.exr"], check=True)
+        camera = json.loads((self.scene / "camera.json").read_text())
+        camera["f_stop"] = 0.2  # a radius of five pixels
+        (self.scene / "camera.json").write_text(json.dumps(camera))
+        for value, name in ((9, "dof"), (8, "peer_defocus")):
+            subprocess.run(["oiiotool", "--create", "64x36", "3", "--fill:color=0.1,0.1,0.1", "64x36",
+                            f"--fill:color={value},{value},{value}", "9x9+27+14", "-o",
+                            self.scene / f"{name}.0011.exr"], check=True)
+        printed, figures = self.run_it("--table", "lens", "--row", "Blender")
+        self.assertGreater(figures[0]["rim_pixels"], 30)
+        self.assertLess(figures[0]["rim_psnr"], figures[0]["psnr"])
+        self.assertIn(f"| pixels | {figures[0]['rim_pixels']} |  |", printed)
+        self.assertIn(f"| Blender's Defocus | {figures[0]['rim_psnr']:.2f} | ", printed)
 
 
 unittest.main()

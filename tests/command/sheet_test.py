@@ -9,55 +9,13 @@ import subprocess
 import sys
 import tempfile
 import unittest
-import zlib
 
 import exr
+from png import read_png
 
 POSTCHAIN = None
+HALVED = pathlib.Path(__file__).resolve().parents[1] / "data/halved.ocio"
 WIDTH, HEIGHT = 64, 36
-HALVED = """ocio_profile_version: 1
-search_path: ''
-roles: {scene_linear: lin, default: lin}
-displays:
-  screen:
-    - !<View> {name: Halved, colorspace: halved}
-active_displays: [screen]
-active_views: [Halved]
-colorspaces:
-  - !<ColorSpace>
-    name: lin
-  - !<ColorSpace>
-    name: halved
-    from_reference: !<MatrixTransform> {matrix: [0.5,0,0,0, 0,0.5,0,0, 0,0,0.5,0, 0,0,0,1]}
-"""
-
-
-def decode(path):
-    """Width, height and rows of an 8-bit RGB PNG."""
-    data = path.read_bytes()
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    at, packed = 8, b""
-    while at < len(data):
-        size, kind = struct.unpack_from(">I4s", data, at)
-        if kind == b"IHDR":
-            width, height, bits, color = struct.unpack_from(">IIBB", data, at + 8)
-            assert (bits, color) == (8, 2)
-        if kind == b"IDAT":
-            packed += data[at + 8:at + 8 + size]
-        at += 12 + size
-    raw, rows, stride = zlib.decompress(packed), [], 3 * width
-    before = bytes(stride)
-    for y in range(height):
-        kind = raw[y * (stride + 1)]
-        row = bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
-        for i in range(stride):
-            a = row[i - 3] if i >= 3 else 0
-            b, c = before[i], before[i - 3] if i >= 3 else 0
-            nearest = min((abs(b - c), 0, a), (abs(a - c), 1, b), (abs(a + b - 2 * c), 2, c))[2]
-            row[i] = row[i] + (0, a, b, (a + b) // 2, nearest)[kind] & 255
-        rows.append(bytes(row))
-        before = rows[-1]
-    return width, height, rows
 
 
 def shown(value):
@@ -95,7 +53,7 @@ class Sheet(unittest.TestCase):
                               cwd=self.folder, capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         self.said = done.stdout + done.stderr
-        return decode(self.folder / output) if code in (0, 1) else None
+        return read_png(self.folder / output) if code in (0, 1) else None
 
     def place_of(self, color, sheet):
         """Upper left corner and size of the rectangle with this color."""
@@ -161,10 +119,9 @@ class Sheet(unittest.TestCase):
 
     def test_the_view_of_a_configuration(self):
         self.sequence([2])
-        (self.folder / "c.ocio").write_text(HALVED, encoding="utf-8")
-        sheet = self.sheet("--ocio", "c.ocio", "--width", "64")
+        sheet = self.sheet("--ocio", HALVED, "--width", "64")
         self.assertIsNotNone(self.place_of((64, 0, 64), sheet))
-        self.sheet("--ocio", "c.ocio", "--ocio-view", "Film", "--on-existing", "overwrite", code=2)
+        self.sheet("--ocio", HALVED, "--ocio-view", "Film", "--on-existing", "overwrite", code=2)
         self.assertIn("Halved", self.said)
 
     def test_another_size_is_fitted(self):

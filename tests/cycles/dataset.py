@@ -117,6 +117,10 @@ def manifest(out):
     return {scene: files for scene, files in found.items() if files}
 
 
+def manifest_text(found):
+    return json.dumps(found, indent=1, sort_keys=True) + "\n"
+
+
 def check(out):
     """Prints each file that is not as in the manifest; their number."""
     wanted = json.loads(MANIFEST.read_text(encoding="utf8"))
@@ -162,8 +166,7 @@ def main():
     if options.check:
         sys.exit(1 if check(options.out) else 0)
     failures, more = render_missing(options)
-    (options.out / "manifest.json").write_text(
-        json.dumps(manifest(options.out), indent=1, sort_keys=True) + "\n", "utf8")
+    (options.out / "manifest.json").write_text(manifest_text(manifest(options.out)), "utf8")
     sys.exit(1 if failures else 3 if more else 0)
 
 

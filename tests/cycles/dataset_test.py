@@ -104,6 +104,42 @@ class Dataset(unittest.TestCase):
             self.assertEqual(dataset.check(self.out), 2)
         self.assertRegex(printed.getvalue(), r"dof\.0011\.exr: missing; .*\n.*sharp\.0010\.exr: other; ")
 
+    def package(self, commit="v1-2-gabc", **changes):
+        """The made folder, and what package.py said."""
+        results = self.out / "results.json"
+        results.write_text(json.dumps({"commit": commit, "version": "postchain 1", "figures": [], **changes}))
+        folder = self.out / "published"
+        done = subprocess.run([sys.executable, "-B", SCRIPTS / "package.py", self.out, folder, "--results",
+                               results], capture_output=True, text=True, check=False)
+        return folder, done.returncode, done.stderr
+
+    def test_a_package_checks_and_renders_itself(self):
+        self.assertIn("no scene; render with", self.package()[2])
+        self.run_it("glass")
+        folder, code, said = self.package()
+        self.assertEqual(code, 0, said)
+        readme = (folder / "README.md").read_text()
+        self.assertIn("measured with postchain 1 (v1-2-gabc)", readme)
+        self.assertIn("- `glass`: camera.json, peers.json\n", readme)
+        self.assertIn("- `rain`: camera.json, ", readme)
+        self.assertIn('version: "postchain 1"', (folder / "CITATION.cff").read_text())
+        sums = subprocess.run(["sha256sum", "--quiet", "-c", "SHA256SUMS"], cwd=folder, check=False)
+        self.assertEqual(sums.returncode, 0)
+        own = [sys.executable, "-B", folder / "code/tests/cycles/dataset.py"]
+        self.assertEqual(subprocess.run([*own, folder / "scenes", "--check"], check=False).returncode, 0)
+        again = subprocess.run([*own, folder / "again", "rain", "--limit", "1", "--blender", self.blender],
+                               capture_output=True, text=True, check=False)
+        self.assertEqual(again.returncode, 3, again.stderr)
+        self.assertTrue((folder / "again/rain/sharp.0010.exr").exists())
+        for script in ("quality.py", "scatter_gather.py"):
+            self.assertTrue((folder / "code/tests/bench" / script).exists())
+        self.assertIn("exists; choose another", self.package()[2])
+
+    def test_a_package_needs_results_of_a_commit(self):
+        self.run_it("glass")
+        self.assertIn("commit them and measure again", self.package("v1-2-gabc-dirty")[2])
+        self.assertFalse((self.out / "published").exists())
+
     def test_a_digest_is_that_of_the_pixels(self):
         first, other = self.out / "first.exr", self.out / "other.exr"
         digests = {}

@@ -141,6 +141,22 @@ class Render(unittest.TestCase):
         self.assertEqual([described(self.folder, "gbuf", frame)["frame"]["camera"]["focal_length_mm"]
                           for frame in (11, 12)], [38, 42.5])
 
+    def test_zoom_is_not_in_the_motion_vectors_and_can_be_added(self):
+        run_script("zoom", self.folder, "--size", "192x108", "--frames", "10-12", "--kinds", "sharp,mb",
+                   "--samples", "64", "--min-samples", "64", "--sharp-samples", "32")
+        self.assertEqual(described(self.folder, "sharp", 11)["bounds"]["max_speed_px"], 0)
+        chain = pathlib.Path(self.folder, "chain.yaml")
+        chain.write_text("postchain: 1\npasses: [motion_blur]\n")
+        found = {}
+        for wanted in ("missing", "zoom"):
+            done = subprocess.run(
+                [POSTCHAIN, "run", chain, "-i", f"{self.folder}/sharp.####.exr", "--camera",
+                 f"{self.folder}/camera.json", "--frames", "11", "--camera-motion", wanted, "-o",
+                 f"{self.folder}/{wanted}.####.exr"], capture_output=True, text=True, check=True)
+            self.assertEqual("the lens zooms, which Cycles leaves out" in done.stderr, wanted == "missing")
+            found[wanted] = psnr(f"{self.folder}/mb.0011.exr", f"{self.folder}/{wanted}.0011.exr")
+        self.assertGreater(found["zoom"], found["missing"] + 6, found)
+
 
 POSTCHAIN, BLENDER = sys.argv[1:3]
 unittest.main(argv=sys.argv[:1] + sys.argv[3:])

@@ -100,6 +100,25 @@ TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
     }
 }
 
+// Noise in stripes of two depths that move together by parts of pixels: their edges are
+// interpolated like everything else.
+TEST(InverseWarp, AnEdgeBetweenWhatMovesTogetherDoesNotShow) {
+    const auto filtered = [](float depth, double half_velocity) {
+        BlurFrame frame(96, 40);
+        frame.color() = noise_image(96, 40, 4, 3);
+        frame.set_all_half_velocities(half_velocity, 0.6);
+        for (int y = 0; y < 40; ++y)
+            for (int x = 0; x < 96; ++x)
+                if (x / 8 % 2 == 1) frame.depth().at(x, y) = depth;
+        return blurred(converged_warp(), frame);
+    };
+    for (const double half_velocity : {0.3, 1.4, 6.3}) {
+        const ImageF one = filtered(1, half_velocity), two = filtered(2, half_velocity);
+        for (int x = 16; x < 80; ++x)
+            EXPECT_NEAR(two.at(x, 20), one.at(x, 20), 1e-4) << half_velocity << ", " << x;
+    }
+}
+
 // Forward +40 px, backward -40: the bar was on the right before and is there again after. A
 // straight path to each; a parabola would hardly leave the position.
 TEST(InverseWarp, WhatBouncesStaysOnItsSide) {

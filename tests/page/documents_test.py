@@ -16,9 +16,10 @@ PNG = ("iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGA
        "rkJggg==")
 
 STUDY = {
-    "kind": "ab", "title": f"Which {HOSTILE}", "version": "1.2", "verdict": [f"one {HOSTILE}"],
+    "kind": "ab", "title": f"Which {HOSTILE}", "version": "1.2",
+    "revisions": ["1234abcd"], "verdict": [f"one {HOSTILE}"],
     "variants": [{"name": "a", "chain": "passes: []"}, {"name": "b", "chain": HOSTILE}],
-    "pairs": [{"a": "a", "b": "b"}],
+    "pairs": [{"a": "a", "b": "b", "equal": "time", "time_ratio": 1.04}],
     "scenes": [
         {"name": "one", "family": "f", "truth": HOSTILE, "frames": [1, 2, 3, 7], "width": 32,
          "height": 18, "reports": ["scenes/one/a_vs_b/index.html"], "failure": None},
@@ -33,11 +34,13 @@ STUDY = {
         "families": [{"name": "f", "scenes": 2, "means": [0.375, 0.25], "gains": [0.125]}],
         "means": [0.375, 0.25], "best": "b",
         "pairs": [{"a": "a", "b": "b", "gain": 0.125, "interval": [0.0625, 0.1875], "families": 1,
-                   "families_nearer": 1, "finding": "b_nearer"}]}, {
+                   "families_nearer": 1, "finding": "b_nearer", "margin": 0.005,
+                   "probability_holm": 0.031}]}, {
         "metric": "psnr", "help": "help", "better": "higher", "scenes": [], "families": [],
         "means": [20, 30], "best": "b",
         "pairs": [{"a": "a", "b": "b", "gain": None, "interval": None, "families": 0,
-                   "families_nearer": 0, "finding": "too_few_families"}]}],
+                   "families_nearer": 0, "finding": "too_few_families", "margin": None,
+                   "probability_holm": None}]}],
     "notes": [HOSTILE]}
 
 
@@ -103,11 +106,13 @@ class Documents(unittest.TestCase):
         self.assertEqual(self.texts("h1"), [STUDY["title"]])
         self.assertEqual(self.texts("h2"), ["Mean over families", "Gains of HDR-FLIP by family",
                                             "Scenes", "Chains", "Notes"])
-        self.assertIn("2 scenes measured, 1 failed, postchain 1.2. report.json, report.csv, "
+        self.assertIn("2 scenes measured, 1 failed, postchain 1.2, commit 1234abcd. report.json, report.csv, "
                       "report.md", text)
         self.assertIn(f"Failed: gone: no {HOSTILE}", text)
         self.assertIn("1-3, 7", text)
         self.assertEqual(self.texts("b:has(.count)"), ["0.1250 (0.0625 to 0.188), 1 of 1"])
+        self.assertEqual(self.texts("small.finding"), ["closer, p 0.031"])
+        self.assertIn("time 1.0 : 1", text)
         # The nearest of each row, by each metric's own direction; of equal ones none.
         self.assertEqual(self.texts("td.best"), ["0.2500", "30.00", "0.2500", "0.2500", "0.2500",
                                                  "30.00"])

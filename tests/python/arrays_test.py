@@ -191,7 +191,8 @@ def test_a_camera_key_that_is_not_used_warns(planes):
 
 def test_wrong_arguments(planes):
     chain, color = postchain.Chain(FXAA), planes["color"]
-    for words, settings in [("unknown argument 'threads'; known are", {"threads": 2}),
+    for words, settings in [("^run: unknown argument 'threads'; known are those of its signature, and "
+                             "camera_motion", {"threads": 2}),
                             ("precision", {"precision": "fp8"}),
                             ("no rule 'speed'", {"no_elide": "speed"}),
                             ("device: is a str; give a Device", {"device": "gpu"}),

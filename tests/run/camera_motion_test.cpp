@@ -156,6 +156,66 @@ TEST(CameraMotion, TheSideThatIsKnownCounts) {
     }
 }
 
+// A renderer that keeps the focal length of the frame gives the vectors of a camera without zoom.
+TEST(CameraMotion, AddedZoomGivesTheVectorsOfACameraThatZooms) {
+    const double a = 0.05;
+    const Rotation turned = {
+        {{std::cos(a), 0, std::sin(a)}, {0, 1, 0}, {-std::sin(a), 0, std::cos(a)}}};
+    const Zoom zoom = {0.75, 1.25};
+    const auto views = [&](double before, double after) {
+        return SkyViews{view({0, 0, 0}), view({-0.1, 0, 0.3}, turned, before * kFocal),
+                        view({0.1, 0.2, -0.2}, turned, after * kFocal), 2};
+    };
+    Scene fixed, zooming;
+    set_camera_motion(views(1, 1), fixed.planes, fixed.frame);
+    set_camera_motion(views(zoom.before, zoom.after), zooming.planes, zooming.frame);
+    EXPECT_GT(std::abs(zooming.at(Role::motion, 30, 2, 0) - fixed.at(Role::motion, 30, 2, 0)), 1);
+    EXPECT_EQ(add_zoom_motion(zoom, false, fixed.planes, fixed.frame), uint64_t(kWidth * kHeight));
+    for (Role role : {Role::motion, Role::motion_back})
+        for (size_t i = 0; i < fixed.planes.at(role).data.size(); ++i)
+            ASSERT_NEAR(fixed.planes.at(role).data[i], zooming.planes.at(role).data[i], 1e-4)
+                << name_of(role) << " " << i;
+    EXPECT_NEAR(fixed.frame.bounds.max_speed_px, zooming.frame.bounds.max_speed_px, 1e-4);
+    EXPECT_NEAR(fixed.frame.bounds.max_speed_back_px, zooming.frame.bounds.max_speed_back_px, 1e-4);
+}
+
+TEST(CameraMotion, AddedZoomLeavesSkyToItsMatrices) {
+    Scene scene;
+    scene.planes.at(Role::inverse_depth).at(3, 3) = 0;
+    for (Role role : {Role::motion, Role::motion_back})
+        for (int c = 0; c < 2; ++c) scene.planes.at(role).at(3, 3, c) = 0;
+    EXPECT_EQ(add_zoom_motion({1, 2}, true, scene.planes, scene.frame),
+              uint64_t(kWidth * kHeight - 1));
+    EXPECT_EQ(scene.at(Role::motion, 3, 3, 0), 0);
+    EXPECT_EQ(add_zoom_motion({1, 2}, false, scene.planes, scene.frame),
+              uint64_t(kWidth * kHeight));
+    EXPECT_NEAR(scene.at(Role::motion, 3, 3, 0), from_middle_x(3), 1e-5);
+}
+
+TEST(CameraMotion, ZoomNeedsAFocalLengthOfTheFrameAndOfOneBesideIt) {
+    const CameraFile file = parse_camera(
+        R"({"sensor_width_mm": 36, "focal_length_mm": 30, "frames": {"5": {"focal_length_mm": 40},
+            "6": {"focal_length_mm": 50}, "7": {"focal_length_mm": 50}}})",
+        "camera.json");
+    ASSERT_TRUE(file.status().ok());
+    const Display display = {600, 800, 1};
+    const auto zoom = [&](int frame, std::set<int> cuts = {}) {
+        return zoom_of(file, {}, frame, display, cuts);
+    };
+    EXPECT_FALSE(zoom(4));
+    ASSERT_TRUE(zoom(5) && zoom(6));
+    EXPECT_DOUBLE_EQ(zoom(5)->after, 1.25);
+    EXPECT_DOUBLE_EQ(zoom(5)->before, 0.8);  // extrapolated
+    EXPECT_DOUBLE_EQ(zoom(6)->before, 0.8);
+    EXPECT_DOUBLE_EQ(zoom(6)->after, 1);
+    EXPECT_NEAR(zoom(5)->largest_px(display), 0.25 * 500, 1e-9);
+    EXPECT_FALSE(zoom(7));  // still on the side that is known
+    EXPECT_FALSE(zoom(5, {5}));
+    EXPECT_FALSE(zoom(6, {5}));
+    EXPECT_FALSE(zoom_of(parse_camera(R"({"focal_length_mm": 30, "sensor_width_mm": 36})", "c"), {},
+                         5, display, {}));
+}
+
 double value_of(const std::vector<UsedValue>& values, const std::string& key) {
     for (const auto& one : values)
         if (one.key == key)

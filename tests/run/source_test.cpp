@@ -1,6 +1,7 @@
 // One frame from its files to the canonical frame.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "chain/depth_at.h"
@@ -233,6 +234,64 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
         EXPECT_FALSE(has(said(matrix, false, CameraMotion::none), "worldToCamera"));
     }
     EXPECT_FALSE(has(said("", false, CameraMotion::all), "matrix"));
+}
+
+// Cycles leaves a zoom out of its motion vectors.
+TEST(Source, AZoomIsAddedIfAskedForAndOtherwiseNamedInFilesOfCycles) {
+    TempFolder folder;
+    const Planes planes = make_planes(24, 16);
+    Planes still_planes = planes;  // only the lens moves
+    for (ImageF* plane : {&still_planes.motion, &still_planes.back})
+        std::fill(plane->data.begin(), plane->data.end(), 0.0f);
+    bool all_still = false;
+    const auto read = [&](CameraMotion wanted, bool of_cycles, const char* frames) {
+        FrameFile file;
+        file.convention = "cycles";
+        if (of_cycles) file.attributes["cycles.ViewLayer.samples"] = std::string("96");
+        test::write_frame(folder.path("f.exr"), all_still ? still_planes : planes, file);
+        SourceSettings settings;
+        settings.camera_motion = wanted;
+        settings.camera = parse_camera(
+            concat(R"({"sensor_width_mm": 36, "focal_length_mm": 40, "frames": )", frames, "}"),
+            "camera.json");
+        auto frame = source_of(folder.path("f.exr"), settings);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        return std::move(*frame);
+    };
+    const auto said = [](const SourceFrame& frame) {
+        std::string text;
+        for (const std::string& warning : frame.warnings) text += warning + "\n";
+        return text;
+    };
+    const char* zooms = R"({"1": {"focal_length_mm": 40}, "2": {"focal_length_mm": 50}})";
+    const char* still = R"({"1": {"focal_length_mm": 40}, "2": {"focal_length_mm": 40}})";
+    const std::string text = said(read(CameraMotion::missing, true, zooms));
+    EXPECT_NE(
+        text.find("f.exr: the lens zooms, which Cycles leaves out of its motion vectors (up to "
+                  "3.6 px per frame); --camera-motion zoom adds it"),
+        std::string::npos)
+        << text;
+    EXPECT_EQ(said(read(CameraMotion::missing, false, zooms)), "");
+    EXPECT_EQ(said(read(CameraMotion::missing, true, still)), "");
+    EXPECT_EQ(said(read(CameraMotion::none, true, zooms)), "");
+    EXPECT_EQ(said(read(CameraMotion::zoom, true, still)), "");
+    EXPECT_NE(said(read(CameraMotion::zoom, true, "{}")).find("adds no zoom"), std::string::npos);
+
+    const SourceFrame frame = read(CameraMotion::zoom, false, zooms);
+    EXPECT_EQ(said(frame), "");
+    EXPECT_EQ(frame.surface_health.zoom_motion_added, uint64_t(24 * 16));
+    const ImageF& motion = *frame.planes.at(Role::motion);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 24; ++x) {
+            const double at[] = {x + 0.5 - 12, y + 0.5 - 8};
+            for (int c = 0; c < 2; ++c)
+                ASSERT_NEAR(motion.at(x, y, c),
+                            1.25 * double(planes.motion.at(x, y, c)) + 0.25 * at[c], 1e-5);
+        }
+    all_still = true;
+    EXPECT_NE(said(read(CameraMotion::missing, true, zooms)).find("every motion vector is zero"),
+              std::string::npos);
+    EXPECT_EQ(said(read(CameraMotion::zoom, true, zooms)), "");
 }
 
 // Straight alpha is multiplied on input and divided on output; pixels with alpha 0 are unchanged.

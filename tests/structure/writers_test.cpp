@@ -127,6 +127,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/apps/postchain/diff.cpp", 2},        // maps
         {"tools/apps/postchain/selftest.cpp", 1},    // in its own folder
         {"tools/apps/postchain/sheet.cpp", 1},
+        {"tools/apps/postchain/blind.cpp", 1},  // index.html, key.json
         {"tools/apps/view/save.cpp", 1},  // chain, camera, image, sheet, movie, state of the viewer
         {"tools/apps/postchain/stress.cpp", 1},
         {"tools/apps/postchain/tune.cpp", 1},
@@ -156,8 +157,9 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 TEST(Writers, RemoveWhatKillsLeft) {
     const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
-    // run, ab and bench, study, scene, diff, selftest, sheet, stress, tune, view and its export
-    EXPECT_EQ(checks.size(), 11u);
+    // run, ab and bench, study, scene, diff, selftest, sheet, blind, stress, tune, view and its
+    // export
+    EXPECT_EQ(checks.size(), 12u);
     for (const auto& [file, times] : checks) EXPECT_TRUE(removals.count(file)) << file;
 }
 

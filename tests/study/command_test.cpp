@@ -1,5 +1,6 @@
 // postchain study as processes: split, killed, taken up again, refused.
 #include <chrono>
+#include <regex>
 #include <thread>
 
 #include "tests/command/fixture.h"
@@ -200,6 +201,47 @@ TEST_F(StudyCommand, AFolderOfOthersIsNotTouched) {
     EXPECT_FALSE(exists(at("mine/tasks")));
     // Nor one in which an input lies.
     EXPECT_EQ(run(study("a")).code, 2);
+}
+
+// The commit and the chains are frozen in the report, and a script that shares no code with the
+// program finds the same figures, and none that are false.
+TEST_F(StudyCommand, ItsFiguresAreRecomputed) {
+    write_text(at("study.yaml"),
+               "postchain_study: 1\nkind: bench\nsettings: {repeats: 1, split_frames: 0, "
+               "stability_frames: 0}\n"
+               "chains: {low: [fxaa: {preset: 12}], high: [fxaa: {preset: 39}], along: "
+               "directional.yaml}\n"
+               "questions: [{pair: [low, high], equal: time}, [low, along], [high, along]]\n"
+               "scenes:\n" +
+                   scene("a") + scene("b") + scene("c"));
+    const auto outcome = run(study("study"));
+    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    Json json = Json::parse(read_text(at("study/report.json")));
+    ASSERT_EQ(json["revisions"].size(), 1u);
+    EXPECT_TRUE(std::regex_match(json["revisions"][0].get<std::string>(),
+                                 std::regex("[0-9a-f]{40}(-dirty)?|unknown")))
+        << json["revisions"];
+    EXPECT_TRUE(contains(json["variants"][1]["chain"].get<std::string>(), "preset: 39"));
+    EXPECT_GT(json["pairs"][0]["time_ratio"].get<double>(), 0);
+    EXPECT_TRUE(json["pairs"][1]["time_ratio"].is_null());
+    EXPECT_TRUE(contains(outcome.out, "equal time: "));
+    const auto recompute = [&](const std::string& what) {
+        return run_program({"python3", "-B", STUDY_RECOMPUTE, what});
+    };
+    for (const char* what : {"study", "study/report.json"}) {
+        const auto checked = recompute(at(what));
+        EXPECT_EQ(checked.code, 0) << checked.text();
+        EXPECT_TRUE(contains(checked.out, " 0 differ")) << checked.text();
+    }
+    for (const char* key : {"gain", "probability", "probability_holm", "finding"}) {
+        Json changed = json;
+        Json& value = changed["tables"][0]["pairs"][1][key];
+        value = value.is_string() ? Json("too_few_families") : Json(value.get<double>() + 0.001);
+        write_text(at("changed.json"), changed.dump());
+        const auto checked = recompute(at("changed.json"));
+        EXPECT_EQ(checked.code, 1) << key;
+        EXPECT_TRUE(contains(checked.out, concat(": ", key, " is "))) << checked.text();
+    }
 }
 
 TEST_F(StudyCommand, ASweepOverScenes) {

@@ -60,6 +60,42 @@ TEST(StudyFile, QuestionsNameThePairs) {
                 HasSubstr("is asked twice"));
 }
 
+const std::string kSampled =
+    "postchain_study: 1\nkind: bench\nchains:\n"
+    "  joint: [joint_blur: {samples: 32}, fxaa]\n"
+    "  lens: [depth_of_field: {samples: 17}, motion_blur: {samples: 15}]\n"
+    "  more: [depth_of_field: {samples: 18}, motion_blur: {samples: 15}]\n";
+
+TEST(StudyFile, QuestionsSayWhatIsEqual) {
+    const StudyFile file = read(kSampled +
+                                "questions:\n  - {pair: [lens, joint], equal: samples}\n"
+                                "  - {pair: [more, joint], equal: time}\n  - [lens, more]\n"
+                                "margins: {hdr_flip: 0.003, psnr: 1}\nscenes:\n" +
+                                kScene);
+    ASSERT_TRUE(file.status().ok()) << text_of(file.diagnostics);
+    EXPECT_EQ(file.study.equal, (std::vector<Equal>{Equal::samples, Equal::time, Equal::unsaid}));
+    EXPECT_EQ(file.study.margins,
+              (std::map<std::string, double>{{"hdr_flip", 0.003}, {"psnr", 1}}));
+    // Each chain is measured once.
+    EXPECT_EQ(tasks_of(file.study).size(), 1u);
+    EXPECT_EQ(file.study.variants.size(), 3u);
+    const std::string end = "\nscenes:\n" + kScene;
+    EXPECT_THAT(
+        refused(kSampled + "questions: [{pair: [more, joint], equal: samples}]" + end),
+        HasSubstr("study.yaml:7:13: error: questions[0]: says equal samples, but the passes "
+                  "of more take 33 and those of joint 32; change samples of a pass"));
+    EXPECT_THAT(refused(kSampled + "questions: [{pair: [more, joint], equal: price}]" + end),
+                HasSubstr("questions[0].equal: is samples or time"));
+    EXPECT_THAT(refused(kSampled + "questions: [{pair: [more, joint], equa: time}]" + end),
+                HasSubstr("unknown key 'equa' (did you mean 'equal'?)"));
+    EXPECT_THAT(refused(kSampled + "margins: {hdr_flp: 1}" + end),
+                HasSubstr("unknown metric 'hdr_flp' (did you mean 'hdr_flip'?)"));
+    EXPECT_THAT(refused(kSampled + "margins: {psnr: 0}" + end),
+                HasSubstr("margins.psnr: is a number above 0"));
+    EXPECT_THAT(refused(kSampled + "sweep: ['fxaa.preset=12,39']" + end),
+                HasSubstr("unknown key 'sweep'"));
+}
+
 TEST(StudyFile, AChainMayBeAListOfPasses) {
     const StudyFile file = read(
         "postchain_study: 1\nchains:\n"

@@ -2,6 +2,9 @@
 // finite sums of Abramowitz and Stegun, 26.7.3 and 26.7.4.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include "tools/measure/experiment/statistics.h"
 #include "tools/measure/study/table.h"
 
 namespace postchain::study {
@@ -117,7 +120,107 @@ TEST(Table, EqualPicturesHaveNoWinner) {
     EXPECT_EQ(result.words, "no difference");
 }
 
+// Gains of five families; probabilities by integrating Student's density with 30 digits
+// (mpmath 1.3).
+const std::vector<double> kGains = {0.012, 0.003, -0.001, 0.006, 0.009};
+
+std::vector<SceneFigures> scenes_with(const std::vector<double>& gains,
+                                      const std::string& metric = "mse") {
+    std::vector<SceneFigures> scenes;
+    for (size_t i = 0; i < gains.size(); ++i) {
+        const std::string name(1, char('a' + i));
+        scenes.push_back(scene(name, name, {0.5}, {0.5 - gains[i]}, metric));
+    }
+    return scenes;
+}
+
+TEST(Table, ProbabilitiesAreThoseOfStudent) {
+    const auto tables = tables_of({{"mse", "help", Better::lower}}, kNames, kPairs,
+                                  scenes_with(kGains), {{"mse", 0.012}});
+    const PairResult& result = tables[0].pairs[0];
+    EXPECT_NEAR(result.difference->alone, 0.0627529275441074, 1e-9);
+    EXPECT_NEAR(result.difference->corrected, 0.0627529275441074, 1e-9);
+    EXPECT_NEAR(result.equivalence->alone, 0.0260947112961088, 1e-9);
+    EXPECT_EQ(result.decision, Decision::equal);
+    EXPECT_EQ(
+        result.words,
+        "no difference beyond 0.012: b is closer than a by 0.0058 (-0.0004946 to 0.01209), in "
+        "4 of 5 families");
+}
+
+// The same gains: what is asked decides between "not shown" and "shown to be small".
+TEST(Table, NotDecidedAndEqualAreTold) {
+    const auto decision = [](const std::map<std::string, double>& margins) {
+        return tables_of({{"mse", "help", Better::lower}}, kNames, kPairs, scenes_with(kGains),
+                         margins)[0]
+            .pairs[0]
+            .decision;
+    };
+    EXPECT_EQ(decision({{"mse", 0.005}}), Decision::not_decided);
+    EXPECT_EQ(decision({{"mse", 0.02}}), Decision::equal);
+    EXPECT_EQ(decision({}), Decision::not_decided);
+    // A default margin: 0.005 of hdr_flip.
+    const auto small = tables_of({{"hdr_flip", "help", Better::lower}}, kNames, kPairs,
+                                 scenes_with({0.001, -0.001, 0.0005, -0.0004}, "hdr_flip"));
+    EXPECT_EQ(small[0].pairs[0].decision, Decision::equal);
+    EXPECT_DOUBLE_EQ(*small[0].pairs[0].margin, 0.005);
+}
+
+// Alone, 0.0063 decides (TwoFamiliesHaveTheWidestInterval); among eight questions it does not.
+TEST(Table, HolmCorrectsForTheQuestions) {
+    std::vector<std::string> names = {"a"};
+    std::vector<std::pair<size_t, size_t>> pairs;
+    std::vector<SceneFigures> scenes = {{"one", "x", {}, {}}, {"two", "y", {}, {}}};
+    for (size_t q = 0; q < 8; ++q) {
+        names.push_back(std::string("b") + char('0' + q));
+        pairs.emplace_back(0, q + 1);
+        // The first gain is 0.101, the others are of no clear sign.
+        const double last = q == 0 ? 0.398 : 0.6;
+        for (size_t s = 0; s < 2; ++s) {
+            scenes[s].variants[0]["mse"] = {0.5};
+            scenes[s].variants[q + 1]["mse"] = {s == 0 ? 0.4 : last};
+            scenes[s].pairs[q].a["mse"] = {0.5};
+            scenes[s].pairs[q].b["mse"] = {s == 0 ? 0.4 : last};
+        }
+    }
+    const auto found = tables_of({{"mse", "help", Better::lower}}, names, pairs, scenes)[0].pairs;
+    EXPECT_NEAR(found[0].difference->corrected, 8 * found[0].difference->alone, 1e-12);
+    EXPECT_EQ(found[0].decision, Decision::not_decided);
+    EXPECT_EQ(found[1].difference->corrected, 1);
+}
+
+// By hand: 4 x 0.01, 3 x 0.02, 2 x 0.03 falls to 0.06 of the one before, 1 x 0.5.
+TEST(Statistics, HolmNeverFallsAndStaysBelowOne) {
+    const auto corrected = experiment::holm({0.02, 0.5, 0.01, 0.03});
+    ASSERT_EQ(corrected.size(), 4u);
+    EXPECT_DOUBLE_EQ(corrected[2], 0.04);
+    EXPECT_DOUBLE_EQ(corrected[0], 0.06);
+    EXPECT_DOUBLE_EQ(corrected[3], 0.06);
+    EXPECT_DOUBLE_EQ(corrected[1], 0.5);
+    EXPECT_DOUBLE_EQ(experiment::holm({0.7, 0.8})[1], 1);
+}
+
+// Ends of the interval: binomial sums of 2.5 % there.
+TEST(Statistics, SharesHaveTheExactInterval) {
+    const auto tail = [](int from, int to, int n, double share) {
+        double sum = 0;
+        for (int k = from; k <= to; ++k)
+            sum += std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) +
+                            k * std::log(share) + (n - k) * std::log1p(-share));
+        return sum;
+    };
+    for (const auto& [k, n] : {std::pair(14, 17), {1, 9}, {50, 100}}) {
+        const auto interval = experiment::share_interval(k, n);
+        EXPECT_NEAR(tail(k, n, n, interval.low), 0.025, 1e-9);
+        EXPECT_NEAR(tail(0, k, n, interval.high), 0.025, 1e-9);
+    }
+    EXPECT_EQ(experiment::share_interval(0, 5).low, 0);
+    EXPECT_NEAR(experiment::share_interval(0, 5).high, 1 - std::pow(0.025, 0.2), 1e-9);
+    EXPECT_EQ(experiment::share_interval(5, 5).high, 1);
+}
+
 TEST(Table, SignsAreThrowsOfACoin) {
+    using experiment::sign_probability;
     EXPECT_NEAR(sign_probability(9, 0), 0.00390625, 1e-12);  // 2 / 2^9
     EXPECT_NEAR(sign_probability(8, 1), 0.0390625, 1e-12);   // 2 (1 + 9) / 2^9
     EXPECT_DOUBLE_EQ(sign_probability(2, 2), 1);

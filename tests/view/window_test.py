@@ -14,8 +14,12 @@ import struct
 import subprocess
 import sys
 import time
-import zlib
 
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(TESTS / "command"))
+from png import read_png  # noqa: E402
+
+HALVED = TESTS / "data/halved.ocio"
 COMMAND = os.path.abspath(sys.argv[1])
 WORK = pathlib.Path(sys.argv[2])
 PATIENCE_S = 240
@@ -26,21 +30,6 @@ passes:
   - joint_blur: {samples: 8}
   # Edges last.
   - fxaa
-"""
-HALVED = """ocio_profile_version: 1
-search_path: ''
-roles: {scene_linear: lin, default: lin}
-displays:
-  screen:
-    - !<View> {name: Halved, colorspace: halved}
-active_displays: [screen]
-active_views: [Halved]
-colorspaces:
-  - !<ColorSpace>
-    name: lin
-  - !<ColorSpace>
-    name: halved
-    from_reference: !<MatrixTransform> {matrix: [0.5,0,0,0, 0,0.5,0,0, 0,0,0.5,0, 0,0,0,1]}
 """
 
 
@@ -53,42 +42,6 @@ def run(*words, code=0, env=None):
     done = subprocess.run([COMMAND, *words], capture_output=True, text=True, env=env, timeout=PATIENCE_S)
     check(done.returncode == code, f"{words}: exit code {done.returncode}\n{done.stderr}")
     return done.stderr
-
-
-def read_png(path):
-    """Width, height and rows of RGB bytes of an 8-bit RGB file."""
-    data = path.read_bytes()
-    at, packed = 8, b""
-    while at < len(data):
-        size, kind = struct.unpack(">I4s", data[at:at + 8])
-        body = data[at + 8:at + 8 + size]
-        if kind == b"IHDR":
-            width, height, bits, color = struct.unpack(">IIBB", body[:10])
-            check((bits, color) == (8, 2), "an RGB image of 8 bits")
-        if kind == b"IDAT":
-            packed += body
-        at += 12 + size
-    raw, stride, rows, before = zlib.decompress(packed), 3 * width, [], bytes(3 * width)
-    for y in range(height):
-        filter_type, line = raw[y * (stride + 1)], bytearray(raw[y * (stride + 1) + 1:(y + 1) * (stride + 1)])
-        for x in range(stride):
-            a = line[x - 3] if x >= 3 else 0
-            b, c = before[x], before[x - 3] if x >= 3 else 0
-            if filter_type == 1:
-                guess = a
-            elif filter_type == 2:
-                guess = b
-            elif filter_type == 3:
-                guess = (a + b) // 2
-            elif filter_type == 4:
-                p = a + b - c
-                guess = min((abs(p - a), 0, a), (abs(p - b), 1, b), (abs(p - c), 2, c))[2]
-            else:
-                guess = 0
-            line[x] = (line[x] + guess) & 255
-        before = bytes(line)
-        rows.append(before)
-    return width, height, rows
 
 
 class Display:
@@ -311,16 +264,15 @@ def session(display):
 
 def watching(display):
     """A view of OpenColorIO, playing, a movie, a focus pull, and the question before closing."""
-    config, folder, chain = WORK / "config.ocio", WORK / "saved", WORK / "chain.yaml"
-    config.write_text(HALVED)
+    folder, chain = WORK / "saved", WORK / "chain.yaml"
     folder.mkdir()
     viewer = Viewer(display, chain, "-i", WORK / "scene/gbuf.####.exr", "--camera",
-                    WORK / "scene/camera.json", "--frame", "2", "--ocio", config, folder=folder)
+                    WORK / "scene/camera.json", "--frame", "2", "--ocio", HALVED, folder=folder)
     viewer.move(1270, 790)
     viewer.key("1")
     viewer.refined("1:1", lambda s: s["zoom"] == 1)
     shown = viewer.picture()
-    check(shown == of_run(chain, "halved", "--ocio", str(config)), "the screen shows OpenColorIO's view")
+    check(shown == of_run(chain, "halved", "--ocio", str(HALVED)), "the screen shows OpenColorIO's view")
 
     viewer.click("tab Inspect")
     x, y, width, height = viewer.refined("inspect", lambda s: "exposure" in s["places"])["places"]["exposure"]

@@ -20,7 +20,8 @@ namespace {
 
 // The arguments of run(), run_layers() and plan() that describe frames.
 struct FrameArguments {
-    py::object color;  // an array, or a Frame
+    std::string method;  // for messages
+    py::object color;    // an array, or a Frame
     FrameArrays arrays;
     py::object camera, before, after, number;
     std::optional<std::string> depth_encoding;
@@ -65,8 +66,9 @@ FramePtr neighbor_of(const char* place, const py::object& value, int number,
                          concat(place, ": unknown plane '", key, "'; known are ", joined(known))));
         *plane->second = py::reinterpret_borrow<py::object>(array);
     }
-    return Frame::of_arrays(arrays, number, given.camera, given.depth_encoding.value_or("linear"),
-                            given.pixel_aspect.value_or(1), settings);
+    return Frame::of_arrays(given.method, arrays, number, given.camera,
+                            given.depth_encoding.value_or("linear"), given.pixel_aspect.value_or(1),
+                            settings);
 }
 
 FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& settings) {
@@ -84,7 +86,8 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
     } else {
         FrameArrays arrays = given.arrays;
         arrays.color = given.color;
-        frame = Frame::of_arrays(arrays, given.number.is_none() ? 0 : frame_number_of(given.number),
+        frame = Frame::of_arrays(given.method, arrays,
+                                 given.number.is_none() ? 0 : frame_number_of(given.number),
                                  given.camera, given.depth_encoding.value_or("linear"),
                                  given.pixel_aspect.value_or(1), settings);
     }
@@ -142,87 +145,78 @@ constexpr const char* kFrameArgument = "\nframe: the frame's number, for seeds a
 constexpr const char* kLayersArgument =
     "\nlayers: a dict by name of height x width x 3 or 4, filtered with color's weights";
 
-void add_runs(ChainClass& chain) {
-    const std::string settings =
-        "\n\nFurther arguments:" + rows_text(&array_keys()) + rows_text(&plan_keys());
-    const std::string run_text = concat(
-        "Filters one frame; returns its color as a float32 array of height x width x 3 or 4.\n\n",
-        kArrayArguments, kFrameArgument, settings);
+template <class>
+using Object = py::object;
+
+// A method that takes the arrays of a frame, then `more` by name, and calls act(chain, arguments,
+// values, options, more...).
+template <class Act, class... More>
+void add_action(ChainClass& chain, const char* name, const std::string& text, const Act& act,
+                const More&... more) {
     chain.def(
-        "run",
-        [](const ChainObject& self, const py::object& color, const py::object& depth,
-           const py::object& motion, const py::object& camera, const py::object& before,
-           const py::object& after, const py::object& motion_back, const py::object& mattes,
-           const py::object& cryptomattes, const py::object& frame,
-           const std::optional<std::string>& depth_encoding,
-           const std::optional<double>& pixel_aspect, const py::object& device, py::kwargs values) {
+        name,
+        [act, name](const ChainObject& self, const py::object& color, const py::object& depth,
+                    const py::object& motion, const py::object& camera, const py::object& before,
+                    const py::object& after, const py::object& motion_back,
+                    const py::object& mattes, const py::object& cryptomattes,
+                    const py::object& frame, const std::optional<std::string>& depth_encoding,
+                    const std::optional<double>& pixel_aspect, const Object<More>&... others,
+                    py::kwargs values) {
             const PlanOptions options = plan_options_of(taken(values, plan_keys()));
-            if (values.contains("layers"))
-                raise(Status(StatusCode::usage,
-                             "layers: run() returns the color; call run_layers()"));
             FrameArrays arrays{py::none(), depth,  motion,      motion_back,
                                py::none(), mattes, cryptomattes};
-            const auto frames = frames_of(
-                {color, arrays, camera, before, after, frame, depth_encoding, pixel_aspect},
-                values);
-            return run_chain(self, frames, options, device_of(device));
+            return act(self,
+                       FrameArguments{name, color, arrays, camera, before, after, frame,
+                                      depth_encoding, pixel_aspect},
+                       values, options, others...);
         },
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("camera") = py::none(), py::arg("before") = py::none(),
         py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
         py::arg("mattes") = py::none(), py::arg("cryptomattes") = py::none(),
         py::arg("frame") = py::none(), py::arg("depth_encoding") = py::none(),
-        py::arg("pixel_aspect") = py::none(), py::arg("device") = py::none(), run_text.c_str());
-    const std::string layers_text = concat(
-        "Filters one frame with its layers and cryptomattes, as `postchain run --layers`; returns "
-        "a\nFiltered. Color has the bits of run().\n\n",
-        kArrayArguments, kLayersArgument, kFrameArgument, settings, rows_text(&layer_keys()));
-    chain.def(
-        "run_layers",
-        [](const ChainObject& self, const py::object& color, const py::object& depth,
-           const py::object& motion, const py::object& camera, const py::object& before,
-           const py::object& after, const py::object& motion_back, const py::object& layers,
-           const py::object& mattes, const py::object& cryptomattes, const py::object& frame,
-           const std::optional<std::string>& depth_encoding,
-           const std::optional<double>& pixel_aspect, const py::object& device, py::kwargs values) {
-            const PlanOptions options = plan_options_of(taken(values, plan_keys()));
-            FrameArrays arrays{py::none(), depth,  motion,      motion_back,
-                               layers,     mattes, cryptomattes};
-            const auto frames = frames_of(
-                {color, arrays, camera, before, after, frame, depth_encoding, pixel_aspect},
-                values);
-            return run_layers(self, frames, options, device_of(device));
+        py::arg("pixel_aspect") = py::none(), more..., text.c_str());
+}
+
+void add_actions(ChainClass& chain) {
+    const py::arg_v layers = py::arg("layers") = py::none(),
+                    device = py::arg("device") = py::none();
+    const std::string settings =
+        "\n\nFurther arguments:" + rows_text(&array_keys()) + rows_text(&plan_keys());
+    add_action(
+        chain, "run",
+        concat("Filters one frame; returns its color as a float32 array of height x width x 3 or 4."
+               "\n\n",
+               kArrayArguments, kFrameArgument, settings),
+        [](const ChainObject& self, const FrameArguments& given, const py::kwargs& values,
+           const PlanOptions& options, const py::object& on) {
+            if (values.contains("layers"))
+                raise(Status(StatusCode::usage,
+                             "layers: run() returns the color; call run_layers()"));
+            return run_chain(self, frames_of(given, values), options, device_of(on));
         },
-        py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
-        py::arg("camera") = py::none(), py::arg("before") = py::none(),
-        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
-        py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
-        py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
-        py::arg("depth_encoding") = py::none(), py::arg("pixel_aspect") = py::none(),
-        py::arg("device") = py::none(), layers_text.c_str());
-    chain.def(
-        "plan",
-        [](const ChainObject& self, const py::object& color, const py::object& depth,
-           const py::object& motion, const py::object& camera, const py::object& before,
-           const py::object& after, const py::object& motion_back, const py::object& layers,
-           const py::object& mattes, const py::object& cryptomattes, const py::object& frame,
-           const std::optional<std::string>& depth_encoding,
-           const std::optional<double>& pixel_aspect, py::kwargs values) {
-            const PlanOptions options = plan_options_of(taken(values, plan_keys()));
-            FrameArrays arrays{py::none(), depth,  motion,      motion_back,
-                               layers,     mattes, cryptomattes};
-            const auto frames = frames_of(
-                {color, arrays, camera, before, after, frame, depth_encoding, pixel_aspect},
-                values);
-            return plan_chain(self, frames, options);
+        device);
+    add_action(
+        chain, "run_layers",
+        concat("Filters one frame with its layers and cryptomattes, as `postchain run --layers`; "
+               "returns a\nFiltered. Color has the bits of run().\n\n",
+               kArrayArguments, kLayersArgument, kFrameArgument, settings,
+               rows_text(&layer_keys())),
+        [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
+           const PlanOptions& options, const py::object& planes, const py::object& on) {
+            given.arrays.layers = planes;
+            return run_layers(self, frames_of(given, values), options, device_of(on));
         },
-        py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
-        py::arg("camera") = py::none(), py::arg("before") = py::none(),
-        py::arg("after") = py::none(), py::kw_only(), py::arg("motion_back") = py::none(),
-        py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
-        py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
-        py::arg("depth_encoding") = py::none(), py::arg("pixel_aspect") = py::none(),
-        "What run() or run_layers() would do with these arguments, as a dict; computes nothing.");
+        layers, device);
+    add_action(
+        chain, "plan",
+        "What run() or run_layers() would do with these arguments, as a dict; computes nothing.",
+        [](const ChainObject& self, FrameArguments given, const py::kwargs& values,
+           const PlanOptions& options, const py::object& planes) {
+            given.arrays.layers = planes;
+            return plan_chain(self, frames_of(given, values), options);
+        },
+        layers);
 }
 
 }  // namespace
@@ -248,7 +242,7 @@ void add_chain(py::module_& module) {
         py::arg("text"), py::arg("name") = "text", py::arg("set") = py::none(),
         "A chain from the text of a chain file (YAML or JSON). `name` stands for the file in "
         "messages.");
-    add_runs(chain);
+    add_actions(chain);
     chain.def(
         "dict", [](const ChainObject& self) { return dict_of(self); },
         "The chain as a dict with every value, from which Chain() makes the same chain.");
@@ -294,8 +288,8 @@ void add_frame(py::module_& module) {
                     const py::object& cryptomattes, int number, const std::string& depth_encoding,
                     double pixel_aspect, const py::kwargs& settings) {
             return Frame::of_arrays(
-                {color, depth, motion, motion_back, layers, mattes, cryptomattes}, number, camera,
-                depth_encoding, pixel_aspect, settings);
+                "Frame", {color, depth, motion, motion_back, layers, mattes, cryptomattes}, number,
+                camera, depth_encoding, pixel_aspect, settings);
         }),
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),

@@ -116,9 +116,10 @@ std::vector<std::string> planning_warnings(const ChainObject& chain, const Plann
 
 }  // namespace
 
-std::shared_ptr<Frame> Frame::of_arrays(const FrameArrays& arrays, int number,
-                                        const py::object& camera, const std::string& depth_encoding,
-                                        double pixel_aspect, const py::kwargs& settings) {
+std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameArrays& arrays,
+                                        int number, const py::object& camera,
+                                        const std::string& depth_encoding, double pixel_aspect,
+                                        const py::kwargs& settings) {
     const auto& encodings = depth_encoding_names();
     const auto encoding = std::find(encodings.begin(), encodings.end(), depth_encoding);
     if (encoding == encodings.end())
@@ -129,7 +130,7 @@ std::shared_ptr<Frame> Frame::of_arrays(const FrameArrays& arrays, int number,
     auto frame = std::make_shared<Frame>();
     const std::string name = concat("frame ", number);
     frame->settings_ =
-        job_settings("Frame", "frame.exr", "", camera, settings, &frame_keys()).source;
+        job_settings(method, "frame.exr", "", camera, settings, &frame_keys()).source;
     frame->settings_.color_frames.reset();
     frame->settings_.profile = value_of(find_profile("generic"));
     // Layers are what the caller calls so, whatever their names are.

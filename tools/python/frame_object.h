@@ -17,9 +17,10 @@ namespace postchain::python {
 // A frame whose planes are converted when a chain first needs them, and kept.
 class Frame : public std::enable_shared_from_this<Frame> {
   public:
-    // `camera`: a dict, a path, or None. `settings`: keys of array_keys() and layer_keys(). Raise.
-    static std::shared_ptr<Frame> of_arrays(const FrameArrays& arrays, int number,
-                                            const pybind11::object& camera,
+    // `method`: the caller's, for messages. `camera`: a dict, a path, or None. `settings`: keys of
+    // array_keys() and layer_keys(). Raise.
+    static std::shared_ptr<Frame> of_arrays(const std::string& method, const FrameArrays& arrays,
+                                            int number, const pybind11::object& camera,
                                             const std::string& depth_encoding, double pixel_aspect,
                                             const pybind11::kwargs& settings);
     // `input`: a file, or a pattern of which `number` is a frame. `settings`: keys of read_keys().

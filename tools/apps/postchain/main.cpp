@@ -12,6 +12,7 @@
 
 #include "chain/printable.h"
 #include "config/reporter.h"
+#include "tools/apps/postchain/blind.h"
 #include "tools/apps/postchain/check.h"
 #include "tools/apps/postchain/completion.h"
 #include "tools/apps/postchain/describe.h"
@@ -65,6 +66,7 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
 int command(int argc, char** argv) {
     Options options;
     SceneOptions scene;
+    BlindOptions blind;
     CheckOptions check;
     DiffOptions diff;
     SheetOptions sheet;
@@ -156,6 +158,9 @@ int command(int argc, char** argv) {
     CLI::App* study_app =
         app.add_subcommand("study", "ab or bench over several scenes, in one table");
     add_study(*study_app, options, study);
+    CLI::App* blind_app = app.add_subcommand(
+        "blind", "a page for observers who compare outputs without knowing which is which");
+    add_blind(*blind_app, options, blind);
     CLI::App* tune_app = app.add_subcommand(
         "tune",
         "find the chain with the least error in a given time, or the fastest within an error");
@@ -211,6 +216,7 @@ int command(int argc, char** argv) {
     if (*ab) return ab_subcommand(options, experiment, argc, argv);
     if (*bench) return bench_subcommand(options, experiment, argc, argv);
     if (*study_app) return study_subcommand(options, study, argc, argv);
+    if (*blind_app) return blind_subcommand(options, blind);
     if (*tune_app) return tune_subcommand(options, tune, argc, argv);
     if (*stress_app) return stress_subcommand(options, stress);
     if (*selftest) return selftest_subcommand(options, selftest_only);

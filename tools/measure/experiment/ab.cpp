@@ -73,7 +73,7 @@ class AbRun {
         auto files = prepare_folder(settings_);
         if (!files.ok()) return files.status();
         report_.files = std::move(*files);
-        stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
+        stability_frames_ = spread_frames(report_.frames, settings_.stability_frames);
         for (const NamedChain* chain : chains_) {
             report::Variant variant;
             variant.name = chain->name;

@@ -53,7 +53,7 @@ class BenchRun {
                 "no model error: " + report_.no_truth +
                 "; the metrics measure each variant's distance from its own converged filter");
         split_frames_ = spread_frames(report_.scored_frames, settings_.split_frames);
-        stability_frames_ = spread_frames(report_.frames, kStabilityFrames);
+        stability_frames_ = spread_frames(report_.frames, settings_.stability_frames);
         report_.constants.emplace_back("converged_seeds", kConvergedSeeds);
         for (const BenchVariant& one : variants_) {
             report::Variant variant;

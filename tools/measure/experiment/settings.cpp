@@ -20,7 +20,11 @@ ParameterTableBuilder<P> report_rows() {
                .help = "folder for the page's images, otherwise embedded in the page",
                .unset_means = "in the page"})
         .integer("page_frames", &P::page_frames,
-                 {.min = 1, .max = 1000, .help = "frames whose images are kept, evenly spaced"});
+                 {.min = 1, .max = 1000, .help = "frames whose images are kept, evenly spaced"})
+        .integer("stability_frames", &P::stability_frames,
+                 {.min = 0,
+                  .max = kStabilityFrames,
+                  .help = "frames on which flicker and grid are measured, evenly spaced"});
     return builder;
 }
 

@@ -7,6 +7,7 @@
 
 #include "chain/parameter.h"
 #include "tools/measure/experiment/sweep.h"
+#include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/flip.h"
 #include "tools/sequence/run/run_settings.h"
 
@@ -26,8 +27,9 @@ struct ExperimentSettings {
     int threads = 0;  // of this process, stated in the report; 0 = one per core
     std::string renderer;
     bool software = false;
-    int repeats = 5;      // of each timing
-    int page_frames = 8;  // maximum number of frames whose images are kept
+    int repeats = 5;                          // of each timing
+    int page_frames = 8;                      // maximum number of frames whose images are kept
+    int stability_frames = kStabilityFrames;  // maximum number measured for flicker and grid
     metrics::FlipSettings flip;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 
 namespace postchain::experiment {
 namespace {
@@ -81,10 +82,69 @@ Paired paired_interval(const std::vector<double>& differences) {
     if (paired.n < 2) return paired;
     double squares = 0;
     for (double d : differences) squares += (d - paired.mean) * (d - paired.mean);
-    const double error = std::sqrt(squares / (paired.n - 1) / paired.n);
-    const double half = t_quantile(0.5 + kConfidence / 2, paired.n - 1) * error;
+    paired.error = std::sqrt(squares / (paired.n - 1) / paired.n);
+    const double half = t_quantile(0.5 + kConfidence / 2, paired.n - 1) * paired.error;
     paired.interval = report::Interval{paired.mean - half, paired.mean + half};
     return paired;
+}
+
+namespace {
+
+// Probability of t >= distance / error. Equal differences have no error.
+double tail(double distance, const Paired& paired) {
+    assert(paired.n >= 2);
+    if (paired.error == 0) return distance > 0 ? 0 : distance < 0 ? 1 : 0.5;
+    return t_cumulative(-distance / paired.error, paired.n - 1);
+}
+
+}  // namespace
+
+double difference_probability(const Paired& paired) {
+    return std::min(1.0, 2 * tail(std::abs(paired.mean), paired));
+}
+
+double equivalence_probability(const Paired& paired, double margin) {
+    return tail(margin - std::abs(paired.mean), paired);
+}
+
+std::vector<double> holm(const std::vector<double>& probabilities) {
+    const size_t count = probabilities.size();
+    std::vector<size_t> order(count);
+    std::iota(order.begin(), order.end(), size_t(0));
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return probabilities[a] < probabilities[b]; });
+    std::vector<double> corrected(count);
+    double largest = 0;
+    for (size_t i = 0; i < count; ++i) {
+        largest = std::max(largest, double(count - i) * probabilities[order[i]]);
+        corrected[order[i]] = std::min(1.0, largest);
+    }
+    return corrected;
+}
+
+double sign_probability(int positive, int negative) {
+    const int n = positive + negative;
+    double tail = 0;
+    for (int k = 0; k <= std::min(positive, negative); ++k)
+        tail += std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) -
+                         n * std::log(2.0));
+    return std::min(1.0, 2 * tail);
+}
+
+report::Interval share_interval(int successes, int n) {
+    assert(n > 0 && successes >= 0 && successes <= n);
+    // The share at which a beta distribution has `part` below it.
+    const auto quantile_of = [](double a, double b, double part) {
+        double low = 0, high = 1;
+        for (int i = 0; i < 60; ++i) {
+            const double middle = 0.5 * (low + high);
+            (incomplete_beta(a, b, middle) < part ? low : high) = middle;
+        }
+        return 0.5 * (low + high);
+    };
+    const double tail = (1 - kConfidence) / 2, k = successes;
+    return {successes == 0 ? 0 : quantile_of(k, n - k + 1, tail),
+            successes == n ? 1 : quantile_of(k + 1, n - k, 1 - tail)};
 }
 
 TileSums tile_sums(const ImageF& a, const ImageF& b, int tile_px) {

@@ -24,9 +24,26 @@ double t_quantile(double p, int degrees);
 struct Paired {
     int n = 0;
     double mean = 0;
-    std::optional<report::Interval> interval;  // mean -+ t s / sqrt(n); empty below two values
+    double error = 0;                          // standard error of the mean, s / sqrt(n)
+    std::optional<report::Interval> interval;  // mean -+ t error; empty below two values
 };
 Paired paired_interval(const std::vector<double>& differences);
+
+// Needs two values. Two-sided probability of a mean at least as far from 0 if the true mean is 0.
+double difference_probability(const Paired& paired);
+// Two one-sided tests (Schuirmann, J. Pharmacokinetics and Biopharmaceutics 15(6), 1987): the
+// larger probability of such a mean if the true one is -margin or margin, or beyond. Needs two
+// values.
+double equivalence_probability(const Paired& paired, double margin);
+// Probabilities corrected for their number, in the same order (Holm, Scandinavian Journal of
+// Statistics 6(2), 1979): no claim is false with probability 1 - p, whichever are compared with p.
+std::vector<double> holm(const std::vector<double>& probabilities);
+
+// Two-sided probability of at most min(positive, negative) of one sign in fair coin throws.
+double sign_probability(int positive, int negative);
+// 95 % interval of the share of `successes` in n > 0 throws (Clopper, Pearson, Biometrika 26(4),
+// 1934).
+report::Interval share_interval(int successes, int n);
 
 // Difference of two error maps, summed over square tiles.
 struct TileSums {

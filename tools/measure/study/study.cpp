@@ -2,6 +2,33 @@
 
 namespace postchain::study {
 
+const char* name_of(Equal equal) {
+    switch (equal) {
+        case Equal::samples:
+            return "samples";
+        case Equal::time:
+            return "time";
+        case Equal::unsaid:
+            break;
+    }
+    return "";
+}
+
+int samples_of(const Chain& chain) {
+    int samples = 0;
+    for (const auto& link : chain.links)
+        if (const Parameter* row = link.type->parameters->find("samples"))
+            if (const auto value = row->get(link.pass->parameters());
+                const auto* count = std::get_if<int64_t>(&value))
+                samples += int(*count);
+    return samples;
+}
+
+void Study::ask(size_t a, size_t b, Equal same) {
+    pairs.emplace_back(a, b);
+    equal.push_back(same);
+}
+
 std::vector<std::string> Study::names() const {
     std::vector<std::string> names;
     if (kind == report::Kind::ab)

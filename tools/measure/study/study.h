@@ -5,6 +5,7 @@
 // Settings of scenes are the rows of run/job_settings.h and experiment/settings.h.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,16 +28,27 @@ struct Scene {
     experiment::BenchSettings measured;  // with `run`; ab uses the settings it has
 };
 
+// A property that both chains of a question have in common.
+enum class Equal { unsaid, samples, time };
+const char* name_of(Equal equal);  // "samples"
+
+// Samples that the passes of a chain take for a pixel: the sum of their rows "samples".
+int samples_of(const Chain& chain);
+
 struct Study {
     std::string file;
     std::string title;
     report::Kind kind = report::Kind::ab;
-    std::vector<experiment::NamedChain> chains;      // ab: all; bench: the swept one
+    std::vector<experiment::NamedChain> chains;      // all, or the swept one
     std::vector<std::string> chain_files;            // in the same order
     std::vector<experiment::BenchVariant> variants;  // of bench
     std::vector<std::pair<size_t, size_t>> pairs;    // indices of A and B
+    std::vector<Equal> equal;                        // of each pair
+    std::map<std::string, double> margins;           // by metric, instead of the defaults
     std::vector<Scene> scenes;
 
+    // Adds a question.
+    void ask(size_t a, size_t b, Equal same = Equal::unsaid);
     std::vector<std::string> names() const;  // chains or variants
     const Chain& chain(size_t index) const;  // of names()[index]
 };

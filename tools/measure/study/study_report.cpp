@@ -1,6 +1,8 @@
 #include "tools/measure/study/study_report.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 #include <set>
 
 #include "tools/measure/report/json_parts.h"
@@ -14,6 +16,7 @@ namespace {
 using io::Json;
 
 constexpr const char* kVerdictMetric = "hdr_flip";
+constexpr double kEqualTime = 1.25;  // times with a ratio up to this count as equal
 
 std::string number(const std::optional<double>& value) {
     return value ? report::figure(*value) : "";
@@ -40,12 +43,21 @@ const char* word_of(Decision decision) {
             return "too_few_families";
         case Decision::not_decided:
             return "not_decided";
+        case Decision::equal:
+            return "equal";
         case Decision::a:
             return "a_nearer";
         case Decision::b:
             break;
     }
     return "b_nearer";
+}
+
+Json alone(const std::optional<Probability>& one) {
+    return one ? Json(one->alone) : Json();
+}
+Json corrected(const std::optional<Probability>& one) {
+    return one ? Json(one->corrected) : Json();
 }
 
 // RFC 4180; a spreadsheet does not read it as a formula.
@@ -82,6 +94,17 @@ std::string header_of(const std::vector<std::string>& cells) {
     return text + "|\n";
 }
 
+// Time of B over that of A, of a question that says equal time.
+std::optional<double> time_ratio(const Study& study, const Task& task, const TaskResult& result,
+                                 size_t pair) {
+    if (study.equal[pair] != Equal::time || (task.pair && *task.pair != pair)) return std::nullopt;
+    const auto& [a, b] = study.pairs[pair];
+    const auto& of_a = result.variants[task.pair ? 0 : a].time_ms;
+    const auto& of_b = result.variants[task.pair ? 1 : b].time_ms;
+    if (!of_a || !of_b || *of_a <= 0 || *of_b <= 0) return std::nullopt;
+    return *of_b / *of_a;
+}
+
 void add_figures(const Study& study, const Task& task, const TaskResult& result,
                  SceneFigures& figures) {
     if (!task.pair) {
@@ -104,6 +127,15 @@ std::string StudyReport::pair_name(size_t pair) const {
     return variants[pairs[pair].second] + " against " + variants[pairs[pair].first];
 }
 
+std::string StudyReport::condition(size_t pair) const {
+    if (equal[pair] == Equal::samples) return "equal samples";
+    if (equal[pair] != Equal::time) return "";
+    if (!time_ratios[pair]) return "equal time, not measured";
+    const double ratio = *time_ratios[pair];
+    return concat(std::max(ratio, 1 / ratio) > kEqualTime ? "not equal time: " : "equal time: ",
+                  report::figure(ratio));
+}
+
 const MetricTable* StudyReport::table(const std::string& metric) const {
     for (const auto& table : tables)
         if (table.metric.name == metric) return &table;
@@ -115,7 +147,8 @@ std::vector<std::string> StudyReport::verdict() const {
     if (!found) return {"no scene could be measured"};
     std::vector<std::string> lines;
     for (size_t p = 0; p < pairs.size(); ++p)
-        lines.push_back(concat(pair_name(p), ", HDR-FLIP: ", found->pairs[p].words));
+        lines.push_back(concat(pair_name(p), condition(p).empty() ? "" : " (" + condition(p) + ")",
+                               ", HDR-FLIP: ", found->pairs[p].words));
     return lines;
 }
 
@@ -130,6 +163,7 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
     report.kind = study.kind;
     report.variants = study.names();
     report.pairs = study.pairs;
+    report.equal = study.equal;
     for (size_t v = 0; v < report.variants.size(); ++v)
         report.chain_texts.push_back(write_chain(study.chain(v)));
     std::vector<SceneFigures> figures(study.scenes.size());
@@ -145,7 +179,8 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
         report.scenes.push_back(std::move(entry));
     }
     const auto tasks = tasks_of(study);
-    std::set<std::string> renderers;
+    std::set<std::string> renderers, revisions;
+    std::vector<std::vector<double>> time_logs(study.pairs.size());  // of B / A, of each scene
     for (size_t u = 0; u < tasks.size(); ++u) {
         const TaskResult& result = results[u];
         SceneEntry& entry = report.scenes[tasks[u].scene];
@@ -155,6 +190,10 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
             continue;
         }
         renderers.insert(result.renderer);
+        revisions.insert(result.revision);
+        for (size_t p = 0; p < study.pairs.size(); ++p)
+            if (const auto ratio = time_ratio(study, tasks[u], result, p))
+                time_logs[p].push_back(std::log(*ratio));
         entry.truth = result.truth;
         entry.frames = result.frames;
         entry.width = result.width;
@@ -166,7 +205,13 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
     for (size_t s = 0; s < figures.size(); ++s)
         if (report.scenes[s].failure.empty()) whole.push_back(std::move(figures[s]));
     report.tables = tables_of(experiment::metric_columns(study.kind, true), report.variants,
-                              report.pairs, whole);
+                              report.pairs, whole, study.margins);
+    report.revisions.assign(revisions.begin(), revisions.end());
+    for (const auto& logs : time_logs)
+        report.time_ratios.push_back(
+            logs.empty() ? std::nullopt
+                         : std::optional(std::exp(std::accumulate(logs.begin(), logs.end(), 0.0) /
+                                                  double(logs.size()))));
     for (const auto& renderer : renderers) report.notes.push_back("Measured on " + renderer + ".");
     if (renderers.size() > 1)
         report.notes.push_back(
@@ -175,10 +220,12 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
         "A gain is how much closer the second is to ground truth than the first, frame by frame of "
         "one scene; then means over the frames of a scene, the scenes of a family, and families. "
         "Intervals are 95 %, over families.");
-    if (report.tables.size() > 1)
-        report.notes.push_back(
-            "Each metric and question is tested alone: one in twenty intervals misses 0 by "
-            "chance.");
+    report.notes.push_back(
+        "A result is decided, or equal within its margin, if the probability of a t test over "
+        "families, corrected by Holm for the questions of this study, is below 5 %. Intervals are "
+        "not corrected. Each metric is tested alone; the verdict is by HDR-FLIP.");
+    if (revisions.size() > 1)
+        report.notes.push_back("Scenes were measured by different commits of the program.");
     return report;
 }
 
@@ -200,8 +247,11 @@ std::string report_as_json(const StudyReport& report) {
     for (size_t v = 0; v < report.variants.size(); ++v)
         variants.push_back({{"name", report.variants[v]}, {"chain", report.chain_texts[v]}});
     Json pairs = Json::array();
-    for (const auto& [a, b] : report.pairs)
-        pairs.push_back({{"a", report.variants[a]}, {"b", report.variants[b]}});
+    for (size_t p = 0; p < report.pairs.size(); ++p)
+        pairs.push_back({{"a", report.variants[report.pairs[p].first]},
+                         {"b", report.variants[report.pairs[p].second]},
+                         {"equal", name_of(report.equal[p])},
+                         {"time_ratio", report::json_of(report.time_ratios[p])}});
     Json scenes = Json::array();
     for (const auto& scene : report.scenes)
         scenes.push_back({{"name", scene.name},
@@ -224,6 +274,11 @@ std::string report_as_json(const StudyReport& report) {
                  {"gain", report::json_of(one.mean)},
                  {"interval",
                   one.interval ? Json::array({one.interval->low, one.interval->high}) : Json()},
+                 {"probability", alone(one.difference)},
+                 {"probability_holm", corrected(one.difference)},
+                 {"margin", report::json_of(one.margin)},
+                 {"probability_beyond_margin", alone(one.equivalence)},
+                 {"probability_beyond_margin_holm", corrected(one.equivalence)},
                  {"families", one.families},
                  {"families_nearer", one.nearer},
                  {"families_farther", one.farther},
@@ -246,6 +301,7 @@ std::string report_as_json(const StudyReport& report) {
                           {"kind", report::name_of(report.kind)},
                           {"title", report.title},
                           {"version", report.version},
+                          {"revisions", report.revisions},
                           {"verdict", report.verdict()},
                           {"variants", variants},
                           {"pairs", pairs},
@@ -293,6 +349,14 @@ std::string report_as_csv(const StudyReport& report) {
 std::string report_as_markdown(const StudyReport& report) {
     std::string text = "# " + cell(report.title) + "\n\n";
     for (const auto& line : report.verdict()) text += "- " + cell(line) + "\n";
+    text += concat(
+        "- postchain ", report.version, ", commit", report.revisions.size() > 1 ? "s" : "",
+        [&] {
+            std::string all;
+            for (const auto& one : report.revisions) all += " " + one;
+            return all;
+        }(),
+        "\n");
     for (const auto& scene : report.scenes)
         if (!scene.failure.empty())
             text += "- " + cell("failed: " + scene.name + ": " + scene.failure) + "\n";
@@ -301,16 +365,19 @@ std::string report_as_markdown(const StudyReport& report) {
         text +=
             row_of({scene.name, scene.family, scene.input, scene.truth,
                     sequence::frames_text(scene.frames), concat(scene.width, "x", scene.height)});
-    text += "\n## Gains, mean over families\n\n" +
-            header_of({"question", "metric", "gain", "95 %", "families", "result"});
+    text +=
+        "\n## Gains, mean over families\n\n" + header_of({"question", "condition", "metric", "gain",
+                                                          "95 %", "p, Holm", "families", "result"});
     for (size_t p = 0; p < report.pairs.size(); ++p)
         for (const auto& table : report.tables) {
             const PairResult& one = table.pairs[p];
             if (!one.mean) continue;
-            text += row_of({report.pair_name(p), table.metric.name, number(one.mean),
+            text += row_of({report.pair_name(p), report.condition(p), table.metric.name,
+                            number(one.mean),
                             one.interval ? concat(report::figure(one.interval->low), " to ",
                                                   report::figure(one.interval->high))
                                          : "",
+                            one.difference ? report::figure(one.difference->corrected) : "",
                             concat(one.nearer, " of ", one.families), one.words});
         }
     for (const auto& table : report.tables) {
@@ -334,6 +401,10 @@ std::string report_as_markdown(const StudyReport& report) {
         for (const PairResult& one : table.pairs) mean.gains.push_back(one.mean);
         add("mean over families", "", mean);
     }
+    text += "\n## Chains\n";
+    for (size_t v = 0; v < report.variants.size(); ++v)
+        text +=
+            concat("\n`", report.variants[v], "`:\n\n```yaml\n", report.chain_texts[v], "```\n");
     text += "\n## Notes\n\n";
     for (const auto& note : report.notes) text += "- " + cell(note) + "\n";
     return text;

@@ -2,8 +2,8 @@
 //
 //   results --make_report()--> StudyReport --> report.json, report.csv, report.md, index.html
 //
-// It has no times; they are in the reports of the scenes. So its bytes depend on the results only,
-// not on how the work was split.
+// It has no times but the ratios of questions that say equal time; times are in the reports of the
+// scenes. So its bytes depend on the results only, not on how the work was split.
 #pragma once
 
 #include <string>
@@ -26,12 +26,17 @@ struct StudyReport {
     std::string title, version;
     report::Kind kind = report::Kind::ab;
     std::vector<std::string> variants, chain_texts;
+    std::vector<std::string> revisions;  // commits by which scenes were measured
     std::vector<std::pair<size_t, size_t>> pairs;
+    std::vector<Equal> equal;                        // of each pair
+    std::vector<std::optional<double>> time_ratios;  // B / A, of pairs that say equal time
     std::vector<SceneEntry> scenes;
     std::vector<MetricTable> tables;
     std::vector<std::string> notes;
 
     std::string pair_name(size_t pair) const;  // "joint against lens"
+    // "equal samples", "1.04 of the time" or ""
+    std::string condition(size_t pair) const;
     const MetricTable* table(const std::string& metric) const;
     // A sentence for each pair, by HDR-FLIP.
     std::vector<std::string> verdict() const;

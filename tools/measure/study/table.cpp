@@ -34,11 +34,15 @@ std::optional<double> column_mean(const std::vector<const Row*>& rows, Values Ro
     return mean_of(values);
 }
 
+bool within_margin(const PairResult& result) {
+    return result.equivalence && result.equivalence->decides();
+}
+
 class Maker {
   public:
     Maker(const report::MetricInfo& metric, const std::vector<std::string>& variants,
-          const std::vector<std::pair<size_t, size_t>>& pairs)
-        : variants_(variants), pairs_(pairs) {
+          const std::vector<std::pair<size_t, size_t>>& pairs, std::optional<double> margin)
+        : variants_(variants), pairs_(pairs), margin_(margin) {
         table_.metric = metric;
     }
 
@@ -47,6 +51,9 @@ class Maker {
         add_families();
         find_means();
         for (size_t p = 0; p < pairs_.size(); ++p) table_.pairs.push_back(result_of(p));
+        correct(&PairResult::difference);
+        correct(&PairResult::equivalence);
+        for (size_t p = 0; p < pairs_.size(); ++p) decide(p);
         return std::move(table_);
     }
 
@@ -134,13 +141,34 @@ class Maker {
             result.nearer += gain > 0;
             result.farther += gain < 0;
         }
-        result.sign_probability = sign_probability(result.nearer, result.farther);
-        if (result.interval)
-            result.decision = result.interval->low > 0    ? Decision::b
-                              : result.interval->high < 0 ? Decision::a
-                                                          : Decision::not_decided;
-        result.words = words_of(result, pair);
+        result.sign_probability = experiment::sign_probability(result.nearer, result.farther);
+        result.margin = margin_;
+        if (!result.interval) return result;
+        result.difference = {experiment::difference_probability(paired), 1};
+        if (margin_)
+            result.equivalence = {experiment::equivalence_probability(paired, *margin_), 1};
         return result;
+    }
+
+    // For the number of questions with a probability.
+    void correct(std::optional<Probability> PairResult::*of) {
+        std::vector<double> alone;
+        for (const PairResult& one : table_.pairs)
+            if (one.*of) alone.push_back((one.*of)->alone);
+        const auto corrected = experiment::holm(alone);
+        size_t next = 0;
+        for (PairResult& one : table_.pairs)
+            if (one.*of) (one.*of)->corrected = corrected[next++];
+    }
+
+    void decide(size_t pair) {
+        PairResult& result = table_.pairs[pair];
+        if (result.difference)
+            result.decision = result.difference->decides()
+                                  ? (*result.mean > 0 ? Decision::b : Decision::a)
+                              : within_margin(result) ? Decision::equal
+                                                      : Decision::not_decided;
+        result.words = words_of(result, pair);
     }
 
     std::string words_of(const PairResult& result, size_t pair) const {
@@ -159,11 +187,17 @@ class Maker {
         const std::string text =
             concat(by, " (", amount(low), " to ", amount(high), "), in ",
                    b_nearer ? result.nearer : result.farther, " of ", result.families, " families");
-        return result.decision == Decision::not_decided ? "not decided: " + text : text;
+        if (result.decision == Decision::equal)
+            return concat("no difference beyond ", report::figure(*result.margin), ": ", text);
+        if (result.decision == Decision::not_decided) return "not decided: " + text;
+        return within_margin(result)
+                   ? concat(text, ", which is less than ", report::figure(*result.margin))
+                   : text;
     }
 
     const std::vector<std::string>& variants_;
     const std::vector<std::pair<size_t, size_t>>& pairs_;
+    const std::optional<double> margin_;
     MetricTable table_;
 };
 
@@ -187,22 +221,24 @@ double gain_of(report::Better better, double a, double b) {
     return a - b;
 }
 
-double sign_probability(int positive, int negative) {
-    const int n = positive + negative;
-    double tail = 0;
-    for (int k = 0; k <= std::min(positive, negative); ++k)
-        tail += std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) -
-                         n * std::log(2.0));
-    return std::min(1.0, 2 * tail);
+std::optional<double> default_margin(const std::string& metric) {
+    static const std::map<std::string, double> margins = {
+        {"hdr_flip", 0.005}, {"flip", 0.005}, {"psnr", 0.4}, {"ssim", 0.002}, {"tde", 0.002}};
+    const auto found = margins.find(metric);
+    return found == margins.end() ? std::nullopt : std::optional(found->second);
 }
 
 std::vector<MetricTable> tables_of(const std::vector<report::MetricInfo>& metrics,
                                    const std::vector<std::string>& variants,
                                    const std::vector<std::pair<size_t, size_t>>& pairs,
-                                   const std::vector<SceneFigures>& scenes) {
+                                   const std::vector<SceneFigures>& scenes,
+                                   const std::map<std::string, double>& margins) {
     std::vector<MetricTable> tables;
     for (const auto& metric : metrics) {
-        MetricTable table = Maker(metric, variants, pairs).make(scenes);
+        const auto stated = margins.find(metric.name);
+        const auto margin = stated == margins.end() ? default_margin(metric.name)
+                                                    : std::optional<double>(stated->second);
+        MetricTable table = Maker(metric, variants, pairs, margin).make(scenes);
         if (has_value(table)) tables.push_back(std::move(table));
     }
     return tables;

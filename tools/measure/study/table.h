@@ -2,6 +2,7 @@
 // for each pair of chains.
 //
 //   frames of a scene --mean--> scene --mean--> family --mean, 95 % t interval, signs--> study
+//                                                     \--tests, Holm over the questions--> finding
 //
 // A gain is how much closer B is to ground truth than A, frame by frame of one scene: A - B of an
 // error, B - A of psnr and ssim, |A - 1| - |B - 1| of a ratio. Above 0 always favors B. The family
@@ -37,10 +38,19 @@ struct Row {
     Values gains;              // of each pair
 };
 
-enum class Decision { too_few, not_decided, a, b };
+// Below 5 % after Holm's correction over the questions: a, b: the gain is not 0; equal: it is not
+// decided, and within the margin.
+enum class Decision { too_few, not_decided, equal, a, b };
+struct Probability {
+    double alone = 1, corrected = 1;
+    bool decides() const { return corrected < 0.05; }
+};
 struct PairResult {
     std::optional<double> mean;  // gain, over families
     std::optional<report::Interval> interval;
+    std::optional<Probability> difference;   // of such a gain if there is no difference
+    std::optional<double> margin;            // a gain below it counts as no difference
+    std::optional<Probability> equivalence;  // of such a gain if it is beyond the margin
     int families = 0;
     int nearer = 0;   // families whose gain is above 0
     int farther = 0;  // below
@@ -59,16 +69,19 @@ struct MetricTable {
     std::vector<PairResult> pairs;
 };
 
-// Two-sided probability of at most min(positive, negative) of one sign in fair coin throws.
-double sign_probability(int positive, int negative);
+// Gains that count as no difference (docs/studies.md); none for metrics in units of the scene's
+// light.
+std::optional<double> default_margin(const std::string& metric);
+
 // How much closer to ground truth b is than a.
 double gain_of(report::Better better, double a, double b);
 
 // A table for each metric that has a value. Rows are in the order of `scenes`; families in the
-// order in which they appear.
+// order in which they appear. `margins`: by metric, instead of the defaults.
 std::vector<MetricTable> tables_of(const std::vector<report::MetricInfo>& metrics,
                                    const std::vector<std::string>& variants,
                                    const std::vector<std::pair<size_t, size_t>>& pairs,
-                                   const std::vector<SceneFigures>& scenes);
+                                   const std::vector<SceneFigures>& scenes,
+                                   const std::map<std::string, double>& margins = {});
 
 }  // namespace postchain::study

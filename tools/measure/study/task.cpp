@@ -7,6 +7,7 @@
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/report/json_parts.h"
+#include "tools/measure/study/revision.h"
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/files/json.h"
 
@@ -55,7 +56,8 @@ void take(const report::Report& report, TaskResult& result) {
             result.variants.clear();
             return;
         }
-        TaskResult::Figures figures{variant.name, {}};
+        TaskResult::Figures figures{variant.name, {}, std::nullopt};
+        if (variant.timing) figures.time_ms = variant.timing->total.median_ms;
         for (const auto& [metric, series] : variant.metrics) {
             // Ground truth may exist for some of the frames only.
             figures.metrics[metric] = series.frames;
@@ -139,12 +141,15 @@ std::string text_of(const TaskResult& result) {
     for (const auto& variant : result.variants) {
         Json metrics = Json::object();
         for (const auto& [name, values] : variant.metrics) metrics[name] = report::json_of(values);
-        variants.push_back({{"name", variant.name}, {"metrics", metrics}});
+        variants.push_back({{"name", variant.name},
+                            {"metrics", metrics},
+                            {"time_ms", report::json_of(variant.time_ms)}});
     }
     return io::json_text({{"postchain_task", 1},
                           {"made_from", result.made_from},
                           {"failure", result.failure},
                           {"renderer", result.renderer},
+                          {"revision", result.revision},
                           {"truth", result.truth},
                           {"frames", result.frames},
                           {"width", result.width},
@@ -162,12 +167,15 @@ std::optional<TaskResult> task_result_from(const std::string& text) {
         result.made_from = json.at("made_from").get<std::vector<std::string>>();
         result.failure = json.at("failure").get<std::string>();
         result.renderer = json.at("renderer").get<std::string>();
+        result.revision = json.at("revision").get<std::string>();
         result.truth = json.at("truth").get<std::string>();
         result.frames = json.at("frames").get<std::vector<int>>();
         result.width = json.at("width").get<int>();
         result.height = json.at("height").get<int>();
         for (const Json& one : json.at("variants")) {
-            TaskResult::Figures figures{one.at("name").get<std::string>(), {}};
+            TaskResult::Figures figures{one.at("name").get<std::string>(), {}, std::nullopt};
+            if (const Json& time = one.at("time_ms"); !time.is_null())
+                figures.time_ms = time.get<double>();
             for (const auto& [name, list] : one.at("metrics").items())
                 for (const Json& value : list)
                     figures.metrics[name].push_back(
@@ -188,11 +196,12 @@ Result<TaskResult> measure_task(const Study& study, const Task& task, const std:
     TaskResult result;
     result.made_from = made_from(study, task);
     result.renderer = machine.renderer;
+    result.revision = kSourceRevision;
     experiment::BenchSettings settings = scene.measured;
     settings.folder = folder + "/" + report_folder_of(study, task);
     settings.renderer = machine.renderer;
     settings.software = machine.software;
-    settings.chain_name = study.chains.front().name;
+    settings.chain_name = study.chains.size() > 1 ? study.title : study.chains.front().name;
     std::vector<Camera> cameras;
     if (task.pair) {
         const auto& [a, b] = study.pairs[*task.pair];

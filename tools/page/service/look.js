@@ -54,6 +54,7 @@ export async function look(subject) {
         page.viewer.load();
         return page.looked?.();
     }
+    page.clear_failure();
     state.set({ job: subject.job ?? "", shot: subject.job ? "" : subject.input,
         camera: subject.job ? "" : subject.camera ?? "" });
     if (!model.page_frames.includes(state.get("frame"))) {

@@ -1,10 +1,10 @@
-// From the picture to a job: the frames that are looked at, through chain A, into a folder beside
-// them; and from a job back to the picture.
+// From the picture to a job: the frames that are looked at, through the chosen chain, into a folder
+// beside them; and from a job back to the picture.
 import { by_id, h } from "../shared/dom.js";
 import { ranges } from "../shared/words.js";
 import { address, get, post } from "./api.js";
 import { show_shot, open_folder } from "./browse.js";
-import { chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
+import { activeKey, chainOf, compare, isCompared, setChain, shippedName, whenChainsChange } from "./chains.js";
 import { left_out } from "./job.js";
 import { planned_focus } from "./sliders.js";
 import { model, page, state } from "./page.js";
@@ -22,13 +22,14 @@ function suggestion() {
     if (model.subject.more?.output) return model.subject.more.output;
     const [folder, name] = parts_of(model.subject.input);
     const dot = name.search(/\.|$/);
-    const word = (shippedName("a") ?? "edited").replace(/\W+/g, "_");
+    const word = (shippedName(activeKey()) ?? "edited").replace(/\W+/g, "_");
     return `${folder}out/${name.slice(0, dot)}_${word}${name.slice(dot)}`;
 }
 
 function fill() {
     const { subject } = model;
     by_id("send").hidden = !subject || Boolean(subject.job);
+    by_id("submit").textContent = `Submit job${isCompared() ? ` with ${activeKey().toUpperCase()}` : ""}`;
     if (!subject || subject.job) return;
     const output = by_id("output"), frames = by_id("which"), { input, more } = subject;
     if (input !== filled.input || more !== filled.more) {
@@ -47,9 +48,9 @@ function fill() {
 const chain_key = (which, key) => (shippedName(which) ? { [key]: shippedName(which) }
     : { [`${key}_text`]: chainOf(which).text });
 
-function request() {
+function request(which) {
     const { subject } = model;
-    return { ...subject.more?.send, ...chain_key("a", "chain"), input: subject.input,
+    return { ...subject.more?.send, ...chain_key(which, "chain"), input: subject.input,
         output: by_id("output").value.trim(), mkdir: true,
         ...(subject.camera && { camera: subject.camera }),
         ...(by_id("which").value.trim() && { frames: by_id("which").value.trim() }) };
@@ -61,7 +62,7 @@ async function submit(event) {
     button.disabled = true;
     error.textContent = "";
     try {
-        const job = await post("v1/jobs", request());
+        const job = await post("v1/jobs", request(activeKey()));
         page.jobs.add_job(job);
         await page.open_job(job.id);
     } catch (refusal) {
@@ -104,7 +105,7 @@ page.edit_job = async (job) => {
 
 export function start_send() {
     by_id("send").addEventListener("submit", submit);
-    by_id("settings").addEventListener("click", () => page.new_job({ ...request(),
+    by_id("settings").addEventListener("click", () => page.new_job({ ...request("a"),
         ...(isCompared() && { kind: "ab", ...chain_key("b", "chain_b"),
             output: by_id("output").value.replace(/[^/]*$/, "report"), mkdir: undefined }) }));
     by_id("camera").addEventListener("change", () => {

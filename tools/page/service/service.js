@@ -21,10 +21,12 @@ function say(text, bad = false) {
     by_id("status").textContent = text;
     by_id("status").classList.toggle("bad", bad);
 }
+/** Shows an error until it is closed, something else is opened or the service answers again. */
 page.fail = (error) => {
     by_id("failure").textContent = error.lines?.().join("\n") ?? error.message;
     by_id("failure-box").hidden = false;
 };
+page.clear_failure = () => { by_id("failure-box").hidden = true; };
 
 async function readiness() {
     try {
@@ -41,7 +43,10 @@ function connect() {
     let lost = false;
     source = listen(job_event, (now) => {
         if (now === "live") {
-            if (lost) refresh_jobs();
+            if (lost) {
+                page.clear_failure();
+                refresh_jobs();
+            }
             lost = false;
             readiness();
         } else {
@@ -150,7 +155,7 @@ by_id("logout").addEventListener("click", async () => {
     start();
 });
 by_id("new-job").addEventListener("click", () => page.new_job({}));
-by_id("failure-close").addEventListener("click", () => { by_id("failure-box").hidden = true; });
+by_id("failure-close").addEventListener("click", page.clear_failure);
 for (const name of ["shots", "jobs"])
     by_id(`show-${name}`).addEventListener("click", () => page.show_tab(name));
 rove(by_id("tabs"), () => [...by_id("tabs").children], { horizontal: true });

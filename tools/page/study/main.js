@@ -6,8 +6,12 @@ import { counted, is_better, number, ranges, way_of } from "../shared/words.js";
 
 const report = json_of("data");
 const kDecided = new Set(["a_nearer", "b_nearer"]);
+const kFindings = { too_few_families: "too few families", not_decided: "not decided",
+    equal: "no difference beyond", a_nearer: "farther", b_nearer: "closer" };
 const variants = report.variants.map(({ name }) => name);
 const questions = report.pairs.map(({ a, b }) => `${b} against ${a}`);
+const conditions = report.pairs.map(({ equal, time_ratio: ratio }) =>
+    (equal === "time" && ratio !== null ? `time ${number(ratio, 2)} : 1` : equal && `equal ${equal}`));
 const figure = (v) => (v === null || v === undefined ? "" : number(v, 4));
 const cell = (v, kind = "num") => h("td", { class: kind }, figure(v));
 
@@ -18,8 +22,8 @@ function verdict() {
     return [
         h("p", { class: "quiet" },
             counted(report.scenes.length - failed.length, "scene"), " measured",
-            failed.length > 0 && `, ${failed.length} failed`, `, postchain ${report.version}. `,
-            files),
+            failed.length > 0 && `, ${failed.length} failed`, `, postchain ${report.version}, commit `,
+            h("code", {}, report.revisions.join(", ")), ". ", files),
         h("ul", {}, report.verdict.map((line) => h("li", {}, line))),
         failed.map(({ name, failure }) => h("p", { class: "bad" }, `Failed: ${name}: ${failure}`)),
     ];
@@ -35,11 +39,15 @@ function means(table, values) {
     return values.map((v, i) => cell(v, i === at ? "num best" : "num"));
 }
 
-function gain({ gain: mean, interval, families_nearer, families, finding }) {
+function gain({ gain: mean, interval, families_nearer, families, finding, margin,
+    probability_holm, probability_beyond_margin_holm }) {
     if (mean === null) return h("td");
+    const p = finding === "equal" ? probability_beyond_margin_holm : probability_holm;
     const text = [figure(mean), interval && ` (${number(interval[0])} to ${number(interval[1])})`,
         ", ", h("span", { class: "count" }, `${families_nearer} of ${families}`)];
-    return h("td", {}, kDecided.has(finding) ? h("b", {}, text) : text);
+    return h("td", {}, kDecided.has(finding) ? h("b", {}, text) : text,
+        h("small", { class: "finding" }, kFindings[finding],
+            finding === "equal" && ` ${number(margin)}`, p !== null && `, p ${number(p, 2)}`));
 }
 
 function overview() {
@@ -47,7 +55,7 @@ function overview() {
         h("h2", {}, "Mean over families"),
         scroll("Mean over families", h("table", {},
             head(["metric"], ...variants.map((name) => [name, "num"]),
-                ...questions.map((q) => [q])),
+                ...questions.map((q, i) => [q, undefined, undefined, conditions[i]])),
             h("tbody", {}, report.tables.map((table) => h("tr", {},
                 h("th", { scope: "row", title: table.help }, table.metric,
                     h("small", {}, way_of(table))),
@@ -56,7 +64,9 @@ function overview() {
             "(how much closer to ground truth the first named is, whichever way the metric runs), " +
             "its 95 % interval, and the families in which the first named is closer. The interval " +
             "says how far the mean of these families may be from the mean over many families of " +
-            "this kind; one that contains 0 leaves the question open."),
+            "this kind. Bold: decided, by a t test over families whose probability p, corrected by " +
+            "Holm for the number of questions, is below 5 %. No difference beyond: the gain is " +
+            "smaller than this margin, by the same criterion; not decided: neither is shown."),
     ];
 }
 

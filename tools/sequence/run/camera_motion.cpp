@@ -1,10 +1,14 @@
 #include "tools/sequence/run/camera_motion.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <filesystem>
 #include <string_view>
 
 namespace postchain::sequence {
 namespace {
+
+constexpr double kZoomsPx = 0.5;  // per frame, in the corners
 
 // Camera of frame `number` of the same sequence, read from its color file.
 std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settings, int part,
@@ -18,6 +22,11 @@ std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settin
     return io::camera_metadata((*file)->parts()[size_t(part)]);
 }
 
+// The sky's vectors are made from the frames' metadata too.
+bool fills_sky(CameraMotion wanted) {
+    return wanted == CameraMotion::sky || wanted == CameraMotion::zoom;
+}
+
 void find_views(const SourceSettings& settings, const io::CameraMetadata& metadata, int frame,
                 const Display& display, FrameHeader& header) {
     const CameraMotion wanted = settings.camera_motion;
@@ -27,7 +36,7 @@ void find_views(const SourceSettings& settings, const io::CameraMetadata& metada
     const bool has_depth = header.assignment.contains(Role::inverse_depth);
     const bool in_file = file && file->rotations.contains(frame);
     const bool makes_all = has_depth && (wanted == CameraMotion::all || !has_motion);
-    if (!in_file && (!metadata.pose || (!makes_all && wanted != CameraMotion::sky))) return;
+    if (!in_file && (!metadata.pose || (!makes_all && !fills_sky(wanted)))) return;
     const int part = header.assignment.at(Role::color).part;
     header.looked_for_cameras = !in_file;
     header.sky = sky_views(
@@ -41,6 +50,41 @@ void find_views(const SourceSettings& settings, const io::CameraMetadata& metada
     header.sky_is_still = header.sky && !header.sky->turns();
     if (header.sky && !header.makes_motion && (!has_motion || header.sky_is_still))
         header.sky.reset();
+}
+
+// The file says that Cycles rendered it.
+bool is_from_cycles(const io::ExrPart& part) {
+    const auto found = part.attributes.lower_bound("cycles.");
+    return found != part.attributes.end() && found->first.starts_with("cycles.");
+}
+
+// Cycles computes both positions of a motion vector with the focal length of the frame
+// (Camera::device_update: "Support perspective (zoom, fov) motion" is open).
+void find_zoom(const SourceSettings& settings, const io::CameraMetadata& metadata, int frame,
+               const Display& display, FrameHeader& header) {
+    const CameraMotion wanted = settings.camera_motion;
+    if (header.makes_motion || wanted == CameraMotion::none ||
+        !header.assignment.contains(Role::motion))
+        return;
+    std::optional<Zoom> zoom;
+    if (settings.camera)
+        zoom = zoom_of(*settings.camera, metadata.camera, frame, display, settings.cuts);
+    if (wanted == CameraMotion::zoom) {
+        header.zoom = zoom;
+        if (!settings.camera || !settings.camera->zooms())
+            header.warnings.push_back(
+                concat(header.files.color_file().path(),
+                       ": --camera-motion zoom adds no zoom: no camera file states focal_length_mm "
+                       "frame by frame; add it under `frames`, or use --camera-motion sky"));
+    } else if (zoom && zoom->largest_px(display) > kZoomsPx && is_from_cycles(color_part(header))) {
+        char text[160];
+        std::snprintf(
+            text, sizeof text,
+            "the lens zooms, which Cycles leaves out of its motion vectors (up to %.1f px "
+            "per frame); --camera-motion zoom adds it",
+            zoom->largest_px(display));
+        header.zoom_left_out = text;
+    }
 }
 
 // Why a camera matrix is available but yields no motion vectors: "worldToCamera (singular)". Empty
@@ -76,6 +120,7 @@ std::string why_no_camera_motion(const SourceSettings& settings, const io::Camer
 void find_camera_motion(const SourceSettings& settings, const io::CameraMetadata& metadata,
                         int frame, const Display& display, FrameHeader& header) {
     find_views(settings, metadata, frame, display, header);
+    find_zoom(settings, metadata, frame, display, header);
     if (const std::string why = why_no_camera_motion(settings, metadata, frame, header);
         !why.empty()) {
         if (const auto looked_for = header.match.missing.find(Role::motion);

@@ -36,6 +36,9 @@ std::string text_of_frame(const OpenedFrame& frame) {
     const FrameHeader& header = frame.header;
     std::string text = header.camera.text() + "\n";
     if (header.sky) text += header.sky->text() + "\n";
+    if (header.zoom)
+        text += concat("zoom ", text_of(ParameterValue(header.zoom->before)), " ",
+                       text_of(ParameterValue(header.zoom->after)), "\n");
     if (header.makes_motion) {
         text += "motion from the camera";
         for (const SkyView* view : {&header.sky->now, &header.sky->before, &header.sky->after})

@@ -63,6 +63,8 @@ struct FrameHeader {
     bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
     bool has_behind = false;          // a file of the layer behind is given
     bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
+    std::optional<Zoom> zoom;         // to add to the file's motion vectors
+    std::string zoom_left_out;        // warning: the file's vectors lack a zoom
     std::vector<io::FoundAttribute> camera_attributes;  // of color's part
     FrameLayers layers;                                 // of color's file
     std::vector<std::string> warnings;                  // one line each
@@ -81,6 +83,7 @@ struct SurfaceHealth {
     uint64_t sky_without_motion = 0;      // pixels, sky_motion.h
     uint64_t sky_motion_from_camera = 0;  // pixels
     uint64_t motion_from_camera = 0;      // pixels
+    uint64_t zoom_motion_added = 0;       // pixels
 };
 
 // The filtered cryptomattes of a frame, in the order of FrameLayers::cryptomattes.

@@ -234,10 +234,11 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                          "it and lose the light that leaves it",
                  .group = kInputGroup})
         .choice(
-            "camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "all"},
+            "camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "zoom", "all"},
             {.help = "make motion vectors from depth and camera matrices; missing: if the frames "
-                     "have none; sky: also for sky pixels whose vectors are zero; all: "
-                     "instead of the frames' own",
+                     "have none; sky: also for sky pixels whose vectors are zero; zoom: "
+                     "like sky, and add the zoom, which Cycles leaves out; all: instead of the "
+                     "frames' own",
              .group = kInputGroup})
         .text("max_memory", &JobSettings::max_memory,
               {.unit = "SIZE",

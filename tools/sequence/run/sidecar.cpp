@@ -67,6 +67,7 @@ void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& heal
     json["health"]["input_sky_without_motion"] = surfaces.sky_without_motion;
     json["health"]["sky_motion_from_camera"] = surfaces.sky_motion_from_camera;
     json["health"]["motion_from_camera"] = surfaces.motion_from_camera;
+    json["health"]["zoom_motion_added"] = surfaces.zoom_motion_added;
     if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;
 }
 

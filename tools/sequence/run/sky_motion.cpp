@@ -29,19 +29,22 @@ Rotation transposed(const Rotation& r) {
     return t;
 }
 
+std::optional<double> focal_px_in(const CameraFile& file, const Camera& metadata, int frame,
+                                  const Display& display) {
+    // For a zoom, each frame states its focal length.
+    if (file.zooms() && !file.frames.contains(frame)) return std::nullopt;
+    const Camera camera = frame_camera(metadata, &file, frame, display);
+    if (!camera.focal_length_mm || !camera.sensor_width_mm) return std::nullopt;
+    return *camera.focal_length_mm * display.width / *camera.sensor_width_mm;
+}
+
 std::optional<SkyView> view_in(const CameraFile& file, const Camera& metadata, int frame,
                                const Display& display) {
     const auto found = file.rotations.find(frame);
     if (found == file.rotations.end()) return std::nullopt;
-    // For a zoom, each frame states its focal length.
-    const bool zooms = std::any_of(file.frames.begin(), file.frames.end(), [](const auto& one) {
-        return one.second.camera.focal_length_mm.has_value();
-    });
-    if (zooms && !file.frames.contains(frame)) return std::nullopt;
-    const Camera camera = frame_camera(metadata, &file, frame, display);
-    if (!camera.focal_length_mm || !camera.sensor_width_mm) return std::nullopt;
-    SkyView view{
-        found->second, *camera.focal_length_mm * display.width / *camera.sensor_width_mm, {}};
+    const auto focal_px = focal_px_in(file, metadata, frame, display);
+    if (!focal_px) return std::nullopt;
+    SkyView view{found->second, *focal_px, {}};
     if (const auto at = file.places.find(frame); at != file.places.end()) view.place = at->second;
     return view;
 }
@@ -161,7 +164,37 @@ std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& meta
     return views;
 }
 
+double Zoom::largest_px(const Display& display) const {
+    return std::max(std::abs(before - 1), std::abs(after - 1)) *
+           std::hypot(0.5 * display.width, 0.5 * display.height);
+}
+
+std::optional<Zoom> zoom_of(const CameraFile& file, const Camera& metadata, int frame,
+                            const Display& display, const std::set<int>& cuts) {
+    const auto now = focal_px_in(file, metadata, frame, display);
+    std::optional<double> before, after;
+    if (!cuts.count(frame - 1)) before = focal_px_in(file, metadata, frame - 1, display);
+    if (!cuts.count(frame)) after = focal_px_in(file, metadata, frame + 1, display);
+    if (!now || (!before && !after)) return std::nullopt;
+    const Zoom zoom{before ? *before / *now : *now / *after,
+                    after ? *after / *now : *now / *before};
+    if (zoom.before == 1 && zoom.after == 1) return std::nullopt;
+    return zoom;
+}
+
 namespace {
+
+// Center of a pixel, from the center of the image, in pixels.
+std::array<double, 2> from_center(const FrameDescription& frame, size_t pixel) {
+    return {
+        frame.origin_x + double(pixel % size_t(frame.width)) + 0.5 - 0.5 * frame.display_width,
+        frame.origin_y + double(pixel / size_t(frame.width)) + 0.5 - 0.5 * frame.display_height};
+}
+
+// A vector of sky that the renderer did not write.
+bool lacks_sky_motion(const FramePlanes& planes, size_t pixel, const float* v, const float* k) {
+    return v[0] == 0 && v[1] == 0 && (!k || (k[0] == 0 && k[1] == 0)) && is_sky(planes, pixel);
+}
 
 // Sets the motion vectors of the pixels for which `wanted` is true; returns their number.
 template <class Wanted>
@@ -182,10 +215,7 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
         float* v = planes.at(Role::motion).data.data() + 2 * pixel;
         float* k = back == planes.end() ? nullptr : back->second.data.data() + 2 * pixel;
         if (!wanted(pixel, v, k)) continue;
-        const double x =
-            frame.origin_x + double(pixel % size_t(frame.width)) + 0.5 - 0.5 * frame.display_width;
-        const double y =
-            frame.origin_y + double(pixel / size_t(frame.width)) + 0.5 - 0.5 * frame.display_height;
+        const auto [x, y] = from_center(frame, pixel);
         const double w = is_infinitely_far(depth.data[pixel]) ? 0 : double(depth.data[pixel]);
         std::optional<std::array<double, 2>> forward, backward;
         if (const auto at = to_after(x, y, w)) forward = {(*at)[0] - x, (*at)[1] - y};
@@ -209,8 +239,35 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
 uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {
     if (!has_planes(planes)) return 0;
     return set_vectors(views, planes, frame, [&](size_t pixel, const float* v, const float* k) {
-        return v[0] == 0 && v[1] == 0 && (!k || (k[0] == 0 && k[1] == 0)) && is_sky(planes, pixel);
+        return lacks_sky_motion(planes, pixel, v, k);
     });
+}
+
+uint64_t add_zoom_motion(const Zoom& zoom, bool keep_sky, FramePlanes& planes,
+                         FrameDescription& frame) {
+    if (!planes.contains(Role::motion)) return 0;
+    keep_sky = keep_sky && has_planes(planes);
+    const auto back = planes.find(Role::motion_back);
+    FrameBounds& bounds = frame.bounds;
+    bounds.max_speed_px = 0;
+    if (back != planes.end()) bounds.max_speed_back_px = 0;
+    uint64_t count = 0;
+    for (size_t pixel = 0; pixel < planes.at(Role::motion).pixels(); ++pixel) {
+        float* v = planes.at(Role::motion).data.data() + 2 * pixel;
+        float* k = back == planes.end() ? nullptr : back->second.data.data() + 2 * pixel;
+        if (keep_sky && lacks_sky_motion(planes, pixel, v, k)) continue;
+        const auto at = from_center(frame, pixel);
+        for (size_t i = 0; i < 2; ++i) {
+            v[i] = float((at[i] + double(v[i])) * zoom.after - at[i]);
+            if (k) k[i] = float(at[i] - (at[i] - double(k[i])) * zoom.before);
+        }
+        ++count;
+        bounds.max_speed_px = std::max(bounds.max_speed_px, std::hypot(double(v[0]), double(v[1])));
+        if (k)
+            bounds.max_speed_back_px =
+                std::max(bounds.max_speed_back_px, std::hypot(double(k[0]), double(k[1])));
+    }
+    return count;
 }
 
 uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {

@@ -19,6 +19,7 @@ enum class CameraMotion {
     none,
     missing,  // all if the file has none; with a camera file, those of the sky too
     sky,      // also those of the sky, from the matrices in the frames' metadata
+    zoom,     // like sky; also adds the zoom to the file's vectors, for renderers that leave it out
     all,      // every one, replacing the file's
 };
 
@@ -40,6 +41,14 @@ struct SkyViews {
     std::string text() const;  // all values
 };
 
+// Focal lengths of the frames before and after, divided by that of this frame.
+struct Zoom {
+    double before = 1, after = 1;
+
+    // Largest distance that a still point in the frame moves, pixels per frame.
+    double largest_px(const Display& display) const;
+};
+
 // Camera of a frame's file; empty if it states none.
 using MetadataOf = std::function<std::optional<io::CameraMetadata>(int frame)>;
 
@@ -48,6 +57,11 @@ using MetadataOf = std::function<std::optional<io::CameraMetadata>(int frame)>;
 // both sides lack a view or a focal length is unknown.
 std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& metadata_of, int frame,
                                   const Display& display, const std::set<int>& cuts);
+
+// Zoom of a camera file that states focal lengths frame by frame; empty if it has none at this
+// frame. If one side is unknown or beyond a cut, the zoom is extrapolated from the other side.
+std::optional<Zoom> zoom_of(const CameraFile& file, const Camera& metadata, int frame,
+                            const Display& display, const std::set<int>& cuts);
 
 // Sets all motion vectors of a canonical frame for which `views` have the positions, clear pixels'
 // too, and the bounds of the speeds. A vector to a frame whose camera has the surface behind it is
@@ -58,6 +72,12 @@ uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDesc
 // Replaces zero motion vectors of infinitely far (is_infinitely_far()), non-clear pixels of a
 // canonical frame, and raises the bounds of the speeds. Returns the number of pixels replaced.
 uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame);
+
+// Adds a zoom to motion vectors in which the focal length stays that of the frame, and sets the
+// bounds of the speeds. With `keep_sky`, pixels that fill_sky_motion() would replace keep their
+// zero vectors. Returns the number of pixels changed.
+uint64_t add_zoom_motion(const Zoom& zoom, bool keep_sky, FramePlanes& planes,
+                         FrameDescription& frame);
 
 // Number of sky pixels without motion, of surface pixels, and of moving surface pixels.
 struct SkyCounts {

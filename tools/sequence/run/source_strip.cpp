@@ -50,6 +50,7 @@ RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
     // Generated vectors need depth.
     if (header.makes_motion && (present.has(Role::motion) || present.has(Role::motion_back)))
         present = present | RoleSet{Role::inverse_depth, Role::motion};
+    if (header.zoom && present.has(Role::motion_back)) present.add(Role::motion);
     return present;
 }
 
@@ -79,6 +80,7 @@ void SourceFindings::add(const SourceFindings& next) {
     clear_edges += next.clear_edges;
     sky_motion_from_camera += next.sky_motion_from_camera;
     motion_from_camera += next.motion_from_camera;
+    zoom_motion_added += next.zoom_motion_added;
     sky.add(next.sky);
 }
 
@@ -170,6 +172,11 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     findings.edges = count_mixed_edges(planes, rows);
     findings.clear_edges = fill_clear_edges(planes, rows);
     if (with_context) planes = rows_of(planes, first - top, end - top);
+    if (header.zoom) {
+        findings.zoom_motion_added =
+            add_zoom_motion(*header.zoom, header.sky.has_value(), planes, strip.description);
+        findings.health.motion_all_zero = false;
+    }
     if (header.makes_motion) {
         findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
         findings.health.motion_all_zero = false;
@@ -228,6 +235,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     surfaces.clear_edges = findings.clear_edges;
     surfaces.sky_motion_from_camera = findings.sky_motion_from_camera;
     surfaces.motion_from_camera = findings.motion_from_camera;
+    surfaces.zoom_motion_added = findings.zoom_motion_added;
     surfaces.sky_without_motion = header.sky_is_still ? 0 : findings.sky.without_motion();
 
     const InputHealth& health = frame.health;
@@ -260,6 +268,8 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
                  ? "every motion vector is zero or the sentinel: there will be no motion blur"
                  : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
                    "vectors when its own motion blur is on; switch it off)");
+    if (frame.description.planes.has(Role::motion) && !header.zoom_left_out.empty())
+        warn(header.zoom_left_out);
     if (findings.half_depth)
         warn(
             "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "

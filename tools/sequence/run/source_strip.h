@@ -16,6 +16,7 @@ struct SourceFindings {
     uint64_t clear_edges = 0;
     uint64_t sky_motion_from_camera = 0;
     uint64_t motion_from_camera = 0;
+    uint64_t zoom_motion_added = 0;
     SkyCounts sky;
     bool half_depth = false;
 

@@ -1,0 +1,270 @@
+"""Jobs on the page in headless Chromium, on the real service, with their reports and the form.
+
+usage: page_jobs_test.py POSTCHAIN"""
+import json
+
+from service_page import ALT, HOSTILE, OnTheService, SHOWN, run
+
+
+class Jobs(OnTheService):
+    def test_a_failed_frame_is_in_view(self):
+        job = self.submit(input="broken/f.####.exr", output="out/bad.####.exr")
+        self.open(f"job={job}")
+        self.done(job, "failed")
+        self.browser.wait("document.querySelector('#fault.bad')?.checkVisibility()", seconds=30)
+        self.assertIn("Frame 2 failed: broken/f.0002.exr: truncated", self.text("#fault"))
+        states = self.browser.run("return [...document.querySelectorAll('.cell .state')]"
+                                  ".map((one) => one.innerText);")
+        self.assertEqual(sorted(states), ["failed", "written", "written"])
+        cell = self.browser.run("""
+            const [cell, film] = [document.querySelector(".cell[aria-current]"),
+                document.getElementById("film")].map((one) => one.getBoundingClientRect());
+            return cell.left >= film.left && cell.right <= film.right;""")
+        self.assertTrue(cell)
+        # To another frame and back by the button.
+        self.browser.keys(".")
+        self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 3")
+        self.assertTrue(self.browser.run("return document.getElementById('fault').hidden;"))
+        self.click("#next-bad")
+        self.assertEqual(self.state("frame"), 2)
+        self.browser.errors()  # the damaged frame
+
+    def test_search_is_the_services(self):
+        for i in range(45):
+            self.submit(output=f"out/many{i}.####.exr", frames="1", priority=-5)
+        first = self.submit(input="broken/f.####.exr", output="out/needle.####.exr", frames="1",
+                            priority=-50)
+        for i in range(45, 90):
+            self.submit(output=f"out/many{i}.####.exr", frames="1", priority=-5)
+        try:
+            self.open()
+            self.browser.keys(("down", ALT), "2", ("up", ALT))
+            self.browser.wait("document.querySelectorAll('#job-list .entry').length === 40")
+            self.assertIsNone(self.browser.run(
+                "return document.querySelector(`[data-job='${args[0]}']`);", first))
+            # One of them has a place in the queue.
+            self.assertRegex(self.text("#job-list .state.queued"), r"^queued, \d+(st|nd|rd|th)$")
+            self.browser.run("document.getElementById('search').focus();")
+            self.browser.keys(*"needle")
+            self.browser.wait("document.querySelectorAll('#job-list .entry').length === 1")
+            self.assertEqual(self.browser.run("return document.querySelector('#job-list .entry')"
+                                              ".dataset.job;"), first)
+            self.assertEqual(self.text("#job-list .name"), "broken/f")
+            self.browser.keys(*" nowhere")
+            self.browser.wait("document.getElementById('no-jobs').checkVisibility()")
+            self.assertEqual(self.text("#no-jobs"), "No job matches.")
+        finally:
+            for job in json.loads(self.server.ask("GET", "/v1/jobs?limit=500&state=queued")[2])["jobs"]:
+                self.server.ask("DELETE", f"/v1/jobs/{job['id']}")
+
+    def test_requests_are_bounded(self):
+        """One page that watches a job of 60 frames; the page before this one made 397 in 10 s."""
+        for frame in range(1, 61):
+            link = self.path / f"long/f.{frame:04}.exr"
+            link.parent.mkdir(exist_ok=True)
+            link.write_bytes((self.path / f"shots/sharp.000{1 + frame % 3}.exr").read_bytes())
+        job = self.submit(input="long/f.####.exr", output="out/long.####.exr")
+        self.open(f"job={job}")
+        self.browser.run("performance.setResourceTimingBufferSize(2000);"
+                         "performance.clearResourceTimings(); globalThis.begun = performance.now();")
+        self.done(job)
+        self.browser.run("await new Promise((done) => setTimeout(done, 3000));")
+        names, seconds = self.browser.run(
+            "return [performance.getEntriesByType('resource').map((one) => one.name), "
+            "(performance.now() - begun) / 1000];")
+        pictures = [name for name in names if ".png" in name]
+        others = [name for name in names if ".png" not in name]
+        # Cells in sight, each before and after; the viewer; the thumbnail of the list.
+        self.assertLess(len(pictures), 50, pictures)
+        # The list at most every 1.5 s, a frame's sidecar, the readiness.
+        self.assertLess(len(others), 15 + 1.5 * seconds, (seconds, others))
+        # A slider that moves for two seconds: a preview every 150 ms at most, and the last is shown.
+        self.open_shot()
+        self.browser.run("""
+            performance.clearResourceTimings();
+            globalThis.begun = performance.now();
+            const input = document.querySelector(".slider input");
+            for (let i = 0; i < 200; ++i) {
+                input.value = i;
+                input.dispatchEvent(new Event("input", {bubbles: true}));
+                await new Promise((done) => setTimeout(done, 10));
+            }""")
+        self.browser.wait(f"{SHOWN} && !postchain.pictures.drafts", seconds=60)
+        names, seconds = self.browser.run(
+            "return [performance.getEntriesByType('resource').map((one) => one.name), "
+            "(performance.now() - begun) / 1000];")
+        previews = [name for name in names if name.endswith("v1/preview")]
+        self.assertLess(len(previews), 3 + seconds / 0.15)
+        self.assertGreater(len(previews), 1)
+        self.browser.errors()  # previews that newer ones ended
+
+    def test_cancel_retry_edit_duplicate_remove(self):
+        job = self.submit(chain="best", output="out/best.####.exr", set=["joint_blur.samples=1023"])
+        self.open(f"job={job}")
+        self.press("Cancel")
+        self.done(job, "canceled")
+        self.press("Retry")
+        self.browser.wait("['queued', 'running', 'done'].includes("
+                          "document.querySelector('#job .title .state').innerText)")
+        self.server.ask("DELETE", f"/v1/jobs/{job}")
+        self.browser.wait("document.querySelector('#job .state.canceled, #job .state.done')", seconds=60)
+        # The form, filled in.
+        self.press("Duplicate\u2026")
+        self.browser.wait("document.getElementById('new').open")
+        values = self.browser.run("return [...document.querySelectorAll('#new input')]"
+                                  ".map((one) => one.value);")
+        self.assertIn("out/best.####.exr", values)
+        self.browser.run("document.getElementById('new').close();")
+        # Its chain and frames with live preview.
+        self.press("Edit")
+        self.browser.wait("!postchain.model.subject.job && "
+                          f"postchain.model.subject.input === 'shots/sharp.####.exr' && {SHOWN}",
+                          seconds=60)
+        self.assertIn("128", json.dumps(self.chain()))
+        # Also when its frame has been planned.
+        self.browser.run("await postchain.model.sized; await new Promise((done) => setTimeout(done, 50));")
+        self.assertEqual(self.browser.run("return document.getElementById('output').value;"),
+                         "out/best.####.exr")
+        # Its other keys count for previews, as far as they take them, and for the next job.
+        self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
+            "frames": None,
+            "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
+            "show": {"set": ["joint_blur.samples=1023"]},
+            "output": "out/best.####.exr"})
+        self.browser.run("document.querySelector('#entries [data-path]').click();")
+        self.browser.wait("!postchain.model.subject.more")
+        self.browser.wait("document.getElementById('output').value.startsWith('shots/out/')")
+        self.open(f"job={job}")
+        self.press("Remove")
+        self.browser.wait("!postchain.state.get('job')")
+        self.assertEqual(self.server.ask("GET", f"/v1/jobs/{job}")[0], 404)
+        self.browser.errors()
+
+    def test_another_job_in_the_address(self):
+        jobs = [self.submit(chain="fast", output=f"out/typed{i}.####.exr", frames="1") for i in (1, 2)]
+        for job in jobs:
+            self.open(f"job={job}")
+            self.done(job)
+        self.open()
+        self.assertEqual(self.text("#missing"), "Choose frames on the left.")
+        self.browser.run("location.hash = args[0];", f"job={jobs[0]}")
+        self.browser.wait("postchain.model.subject?.job === args[0]", jobs[0])
+        self.browser.run("postchain.open_job(args[0]); postchain.open_job(args[1]);", *jobs)
+        self.browser.wait("postchain.model.subject?.job === args[0]", jobs[1])
+        self.browser.wait("location.hash.startsWith(`#job=${args[0]}`)", jobs[1])
+        # An unknown one is said, until something else is opened.
+        failure = "document.getElementById('failure-box').checkVisibility()"
+        self.browser.run("location.hash = 'job=none';")
+        self.browser.wait(failure)
+        self.assertEqual(self.text("#failure"), "There is no job none.")
+        self.browser.run("location.hash = args[0];", f"job={jobs[0]}")
+        self.browser.wait(f"postchain.model.subject?.job === args[0] && !{failure}", jobs[0])
+        self.browser.errors()  # the refusal
+
+    def test_before_is_shown_where_the_chain_fails(self):
+        self.open("shot=broken/f.%23%23%23%23.exr&frame=1")  # without a camera
+        self.browser.wait("!document.getElementById('missing').hidden "
+                          "&& document.getElementById('missing').textContent.includes('f_stop')")
+        self.browser.run("postchain.show('before');")
+        self.browser.wait(f"{SHOWN} && document.getElementById('missing').hidden")
+        self.assertTrue(self.browser.run("return document.getElementById('wipe').hidden;"))
+        self.assertEqual(self.browser.run("return postchain.model.width;"), 160)
+        self.browser.errors()
+
+    def test_report_in_place_streams_its_pictures(self):
+        job = self.submit(kind="ab", chain_b="paper", frames="1", output="report")
+        self.open(f"job={job}")
+        self.done(job)
+        self.browser.wait("document.querySelector('#report iframe')")
+        self.assertEqual(self.browser.run("return document.querySelector('iframe').sandbox.value;"),
+                         "allow-scripts allow-downloads")
+        frame = self.browser.call("POST", "/element", {"using": "css selector", "value": "iframe"})
+        self.browser.call("POST", "/frame", {"id": frame})
+        try:
+            self.browser.wait("document.querySelector('h1')?.innerText.includes('against')")
+            self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
+            self.assertEqual(self.browser.run(
+                "return document.querySelectorAll('script[id^=image-]').length;"), 0)
+            # It cannot reach the service.
+            self.assertEqual(self.browser.run(
+                "return await fetch('/v1/jobs').then(() => 'read', () => 'refused');"), "refused")
+            self.assertEqual(self.browser.run("return window.origin;"), "null")
+            # It is sent pictures of its own folder, and nothing else.
+            self.assertEqual(self.browser.run("""
+                return await new Promise((done) => {
+                    addEventListener("message", ({data}) =>
+                        data.postchain_picture === "image-0" && data.why && done(data.why));
+                    for (const asset of ["../../../../jobs", "/v1/jobs", "https://example.org/x.js"])
+                        parent.postMessage({postchain_wants: "image-0", asset}, "*");
+                });"""), "its pictures are not in its folder")
+        finally:
+            self.browser.call("POST", "/frame", {"id": None})
+        whole = (self.path / "report/index.html").stat().st_size
+        page = len(self.server.ask("GET", f"/v1/jobs/{job}/report/index.html?pictures=apart")[2])
+        self.assertLess(page, whole)
+        # One that has them beside the page.
+        job = self.submit(kind="ab", chain_b="paper", frames="1", output="light",
+                          assets="light/pictures")
+        self.open(f"job={job}")
+        self.done(job)
+        self.browser.wait("document.querySelector('#report iframe')")
+        frame = self.browser.call("POST", "/element", {"using": "css selector", "value": "iframe"})
+        self.browser.call("POST", "/frame", {"id": frame})
+        try:
+            self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
+        finally:
+            self.browser.call("POST", "/frame", {"id": None})
+        self.browser.errors()  # of the fetch above
+
+    def test_the_form_of_all_settings(self):
+        self.open()
+        self.press("New job \u2026")
+        self.browser.wait("document.querySelector('#new input[name=kind]')")
+
+        def write(label, value):
+            self.browser.run("""
+                const label = [...document.querySelectorAll("#new label")].find(
+                    (one) => one.textContent.replace(" *", "") === args[0]);
+                const input = document.getElementById(label.htmlFor);
+                input.value = args[1];
+                input.dispatchEvent(new Event("change", {bubbles: true}));""", label, value)
+        write("Frames to read", "shots/sharp.####.exr")
+        write("Frames to write", "/etc/a.exr")
+        self.press("Submit")
+        self.browser.wait("document.querySelector('#new .error')")
+        self.assertIn("outside", self.text("#new [role=alert]"))
+        self.assertEqual(self.browser.run("return [...document.querySelectorAll('.field.bad')]"
+                                          ".map((f) => f.dataset.key);"), ["output"])
+        write("Camera file", "shots/camera.json")
+        # A plan would refuse the keys of outputs and of the queue.
+        write("Frames to write", "out/planned.####.exr")
+        write("Priority", "3")
+        self.press("Plan only")
+        self.browser.wait("document.querySelector('#new .card')")
+        self.assertIn("joint_blur, then fxaa", self.text("#new .card"))
+        self.press("Submit")
+        self.browser.wait("document.querySelector('#job h2')")
+        self.done("the job")
+        self.browser.errors()  # the refusal itself
+
+    def test_text_of_others_is_never_html(self):
+        (self.path / f"{HOSTILE}.0001.exr").write_bytes(
+            (self.path / "shots/sharp.0001.exr").read_bytes())
+        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+            "chain_text": f"postchain: 1\n# {HOSTILE}\npasses: [fxaa]\n",
+            "input": f"{HOSTILE}.####.exr", "output": "out/x.####.exr"})
+        self.assertEqual(status, 202, answer)
+        job = json.loads(answer)["id"]
+        self.open(f"job={job}")
+        self.browser.wait("document.querySelector('#job h2')?.innerText.includes('<img')")
+        self.browser.wait("[...document.querySelectorAll('#job-list .name')].some((n) => "
+                          "n.textContent.includes('<img'))")
+        self.browser.run("document.getElementById('show-shots').click();")
+        self.browser.wait("[...document.querySelectorAll('#entries .name')].some((n) => "
+                          "n.textContent.includes('<img'))")
+        self.assertFalse(self.browser.run("return !!document.querySelector('[hostile]');"))
+        self.browser.errors()
+
+
+if __name__ == "__main__":
+    run()

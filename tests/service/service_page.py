@@ -1,0 +1,145 @@
+"""What the tests of the page share: a service with frames, a browser, and what a hand does there."""
+import array
+import json
+import os
+import pathlib
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "page"))
+from browser import Browser, SOFTWARE_GL  # noqa: E402
+from server import Server  # noqa: E402
+
+PROGRAM = os.path.abspath(sys.argv[1])
+TOKEN = "0123456789abcdef"
+HOSTILE = "<img hostile src onerror>"
+TAB, ENTER, LEFT, DOWN, ALT = "\ue004", "\ue007", "\ue012", "\ue015", "\ue00a"
+SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
+SHOWN = ("postchain.viewer?.shown?.image && "
+         "document.getElementById('canvas').getAttribute('aria-busy') !== 'true'")
+
+
+def half(bits):
+    return struct.unpack("<e", struct.pack("<H", bits))[0]
+
+
+def values_of(data):
+    """Width, height, channels and rows of a picture as the service sends it to a page."""
+    assert data[:4] == b"PPIC"
+    width, height, channels = struct.unpack("<III", data[4:16])
+    planes = zlib.decompress(data[16:])
+    count = width * height * channels
+    steps = [planes[i] << 8 | planes[count + i] for i in range(count)]
+    image = array.array("H", bytes(2 * count))
+    for c in range(channels):
+        above = 0
+        for y in range(height):
+            left = above
+            for x in range(width):
+                left = (left + steps[(c * height + y) * width + x]) & 0xffff
+                image[(y * width + x) * channels + c] = left
+                if x == 0:
+                    above = left
+    return width, height, channels, image
+
+
+class OnTheService(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.path = pathlib.Path(cls.folder.name)
+        subprocess.run([PROGRAM, "scene", "wheels", "-o", str(cls.path / "shots"), "--frames", "1-3",
+                        "--size", "160x90", "--device", "software", "-q"], check=True)
+        (cls.path / "broken").mkdir()
+        for frame in (1, 2, 3):
+            data = (cls.path / f"shots/sharp.000{frame}.exr").read_bytes()
+            (cls.path / f"broken/f.000{frame}.exr").write_bytes(
+                data[:len(data) // 2] if frame == 2 else data)
+        (cls.path / "out").mkdir()
+        (cls.path / "token").write_text(TOKEN + "\n")
+        cls.server = Server([PROGRAM, "serve", "--root", str(cls.path), "--store",
+                             str(cls.path / "jobs.sqlite"), "--port", "0", "--device", "software"])
+        cls.base = f"http://127.0.0.1:{cls.server.port}/"
+        cls.browser = Browser(SOFTWARE_GL)
+        cls.browser.size(1280, 900)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.browser.close()
+        assert cls.server.stop() == 143
+        cls.folder.cleanup()
+
+    def setUp(self):
+        self.browser.size(1280, 900)
+        self.browser.scheme("light")
+
+    def open(self, state=""):
+        self.browser.open(self.base + "#" + state)
+        self.browser.wait("globalThis.postchain?.viewer && document.querySelector('.entry')",
+                          seconds=60)
+
+    def open_shot(self, more=""):
+        self.open(SHOT + more)
+        self.browser.run("localStorage.clear();")
+        self.open(SHOT + more)
+        self.browser.wait(f"{SHOWN} && postchain.model.subject", seconds=60)
+
+    def click(self, selector):
+        self.browser.wait("document.querySelector(args[0])?.checkVisibility()", selector)
+        self.browser.run("document.querySelector(args[0]).click();", selector)
+
+    def press(self, text):
+        self.browser.wait("[...document.querySelectorAll('button')].some((b) => "
+                          "b.textContent === args[0] && b.checkVisibility() && !b.disabled)", text)
+        self.browser.run("[...document.querySelectorAll('button')].find((b) => "
+                         "b.textContent === args[0] && b.checkVisibility()).click();", text)
+
+    def text(self, selector):
+        return self.browser.run("return document.querySelector(args[0])?.innerText ?? null;", selector)
+
+    def state(self, key):
+        return self.browser.run("return postchain.state.get(args[0]);", key)
+
+    def focused(self):
+        return self.browser.run("const e = document.activeElement; return e.id || e.dataset.frame || "
+                                "e.dataset.path || e.dataset.folder || e.className;")
+
+    def slide(self, label, place):
+        self.browser.run("""
+            const input = [...document.querySelectorAll(".slider")].find((one) =>
+                one.querySelector("label").textContent === args[0]).querySelector("input");
+            input.value = args[1];
+            input.dispatchEvent(new Event("input", {bubbles: true}));""", label, place)
+
+    def chain(self, which="a"):
+        kept = json.loads(self.browser.run("return localStorage.getItem('postchain-chains');"))
+        return json.loads(kept[which]["text"])
+
+    def value(self, key, x, y):
+        return self.browser.run("const v = postchain.viewer.values(postchain.model.source(args[0]), "
+                                "{x: args[1], y: args[2]}); return v && v.rgb;", key, x, y)
+
+    def place(self, x, y):
+        """A pixel of the frame, in the window."""
+        return self.browser.run("""
+            const box = document.getElementById("canvas").getBoundingClientRect();
+            const [x, y] = postchain.viewer.from_picture(args[0] + 0.5, args[1] + 0.5);
+            return [box.left + x, box.top + y];""", x, y)
+
+    def submit(self, **body):
+        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+            "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "chain": "fast",
+            "on_existing": "overwrite", **body})
+        self.assertEqual(status, 202, answer)
+        return json.loads(answer)["id"]
+
+    def done(self, job, state="done"):
+        self.browser.wait("document.querySelector(`#job .state.${args[0]}`)", state, seconds=120)
+
+
+def run():
+    unittest.main(argv=[sys.argv[0], *sys.argv[2:]])

@@ -1,0 +1,246 @@
+#include "tools/apps/postchain/blind.h"
+
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+
+#include "chain/printable.h"
+#include "config/text_tree.h"
+#include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/blind/choices.h"
+#include "tools/sequence/image/preview.h"
+#include "tools/sequence/run/color_file.h"
+#include "tools/sequence/run/run_files.h"
+
+namespace postchain {
+namespace {
+
+constexpr const char* kMark = ".postchain-blind";
+constexpr size_t kMaxBytes = size_t(256) << 20;  // of all images on a page
+constexpr TextLimits kKeyLimits = {size_t(16) << 20, 8};
+
+struct Side {
+    std::string name;
+    io::PathPattern files;
+};
+
+struct BlindWork {
+    sequence::RunSettings settings;
+    std::vector<Side> sides;
+    std::optional<io::PathPattern> truth;
+    std::vector<int> frames;
+    io::OutputFiles files;
+};
+
+Result<Side> side_of(const std::string& text) {
+    const size_t at = text.find('=');
+    const std::string name = text.substr(0, at);
+    if (at == std::string::npos || at == 0 ||
+        name.find_first_not_of(
+            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
+            std::string::npos)
+        return Status(StatusCode::usage,
+                      text +
+                          ": is not NAME=OUT, as in joint=out/joint.####.exr; a name has "
+                          "letters, digits, _ and - only");
+    auto files = io::PathPattern::parse(text.substr(at + 1));
+    if (!files.ok()) return files.status().at(name);
+    return Side{name, std::move(*files)};
+}
+
+// Frames that every side has, or the requested ones.
+Result<std::vector<int>> frames_of(const BlindWork& work) {
+    std::vector<int> frames;
+    if (work.settings.frames) {
+        frames = work.settings.frames->frames;
+    } else {
+        for (const auto& [frame, path] : work.sides.front().files.discover())
+            frames.push_back(frame);
+        for (const Side& side : work.sides) {
+            const auto found = side.files.discover();
+            std::erase_if(frames, [&](int frame) { return !found.contains(frame); });
+        }
+    }
+    if (frames.empty())
+        return Status(StatusCode::input,
+                      "the sides have no frame in common; render the same "
+                      "frames of each");
+    const size_t trials = frames.size() * work.sides.size() * (work.sides.size() - 1) / 2;
+    if (trials > blind::kMaxTrials)
+        return Status(StatusCode::usage, concat(trials, " pairs are more than the limit of ",
+                                                blind::kMaxTrials, "; choose fewer with --frames"));
+    return frames;
+}
+
+Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
+    BlindWork work;
+    std::set<std::string> names;
+    for (const std::string& text : blind.sides) {
+        auto side = side_of(text);
+        if (!side.ok()) return side.status();
+        if (!names.insert(side->name).second)
+            return Status(StatusCode::usage, "two sides are named " + side->name);
+        work.sides.push_back(std::move(*side));
+    }
+    if (work.sides.size() < 2)
+        return Status(
+            StatusCode::usage,
+            "a comparison needs two sides, as in lens=lens.####.exr joint=joint.####.exr; "
+            "with --choices it evaluates a folder that exists");
+    Options with_view = options;
+    with_view.job.input = work.sides.front().files.text();
+    with_view.job.png = true;  // uses the view of previews
+    auto settings = run_settings_of(with_view);
+    if (!settings.ok()) return settings.status();
+    work.settings = std::move(*settings);
+    if (!blind.truth.empty()) {
+        auto truth = io::PathPattern::parse(blind.truth);
+        if (!truth.ok()) return truth.status().at("--truth");
+        work.truth = std::move(*truth);
+    }
+    auto frames = frames_of(work);
+    if (!frames.ok()) return frames.status();
+    work.frames = std::move(*frames);
+    work.files = io::OutputFiles(blind.on_existing);
+    for (const Side& side : work.sides) work.files.read(side.files, "side " + side.name);
+    if (work.truth) work.files.read(*work.truth, "the ground truth");
+    work.files.write(io::OutputFolder{blind.folder, "a blind comparison", kMark,
+                                      "This folder is a blind comparison of postchain.\n",
+                                      "name another folder with --output"});
+    for (const char* name : {"index.html", "key.json"})
+        work.files.write(io::OutputFile{blind.folder + "/" + name, "the comparison",
+                                        "name another folder with --output"});
+    if (Status status = work.files.check(); !status.ok()) return status;
+    work.files.remove_left_temporaries();
+    return work;
+}
+
+// For display: the whole display window, black outside the data window.
+Result<std::string> png_of(const BlindWork& work, const std::string& path, int frame) {
+    auto color = sequence::read_color(work.settings.source, path, frame);
+    if (!color.ok()) return color.status();
+    const io::Window &data = color->input.window, &display = color->input.display_window;
+    io::PreviewOptions options;
+    options.view = work.settings.view;
+    return io::encode_png_preview(
+        data == display ? color->rgba() : io::placed(color->rgba(), data, display), options);
+}
+
+Result<std::vector<blind::Picture>> pictures_of(const BlindWork& work, const StopOnSignal& stop) {
+    std::vector<blind::Picture> pictures;
+    size_t bytes = 0;
+    for (const int frame : work.frames)
+        for (size_t s = 0; s < work.sides.size() + (work.truth ? 1 : 0); ++s) {
+            if (stop.asked()) return Status(StatusCode::canceled, "stopped");
+            log::progress(concat("frame ", frame));
+            const auto& files = s < work.sides.size() ? work.sides[s].files : *work.truth;
+            auto png = png_of(work, files.format(frame), frame);
+            if (!png.ok()) return png.status();
+            bytes += png->size();
+            if (bytes > kMaxBytes)
+                return Status(StatusCode::usage,
+                              concat("the images are larger than ", kMaxBytes >> 20,
+                                     " MiB together; choose fewer with --frames"));
+            pictures.push_back({frame, s, std::move(*png)});
+        }
+    return pictures;
+}
+
+Status write(const BlindWork& work, const std::string& path, std::string_view text) {
+    const auto permit = work.files.permit(path);
+    if (!permit.ok()) return permit.status();
+    return io::atomic_write_text(path, text, *permit).status();
+}
+
+int make_folder(const Options& options, const BlindOptions& blind) {
+    auto work = work_of(options, blind);
+    if (!work.ok()) return fail(work.status());
+    io::set_exr_threads(threads_of(options));
+    const StopOnSignal stop;
+    const auto pictures = pictures_of(*work, stop);
+    log::progress("");
+    if (stop.asked()) return stop.interrupted("no page is written; run the same command again");
+    if (!pictures.ok()) return fail(pictures.status());
+    std::vector<std::string> names;
+    for (const Side& side : work->sides) names.push_back(side.name);
+    const blind::Kit kit = blind::make_kit(names, work->frames, blind.seed);
+    const std::string page = blind.folder + "/index.html";
+    Status status = work->files.make_folders();
+    if (status.ok()) status = write(*work, page, blind::page_of(kit, *pictures));
+    if (status.ok()) status = write(*work, blind.folder + "/key.json", blind::key_text(kit));
+    if (!status.ok()) return fail(status);
+    std::printf("%s\n", printable(page).c_str());
+    log::info(concat(kit.trials.size(), " pairs of ", names.size(), " sides; give observers ", page,
+                     " without key.json"));
+    return kExitOk;
+}
+
+int evaluate(const Options& options, const BlindOptions& blind) {
+    const std::string key = blind.folder + "/key.json";
+    const auto text = read_text_file(key, StatusCode::input, kKeyLimits);
+    if (!text.ok()) return fail(text.status());
+    const auto kit = blind::kit_from(*text, key);
+    if (!kit.ok()) return fail(kit.status());
+    std::vector<blind::Choice> choices;
+    for (const std::string& file : blind.choices) {
+        const auto csv = read_text_file(file, StatusCode::input, kKeyLimits);
+        if (!csv.ok()) return fail(csv.status());
+        if (Status status = blind::read_choices(*csv, file, *kit, choices); !status.ok())
+            return fail(status);
+    }
+    std::set<std::string> observers;
+    for (const auto& choice : choices) observers.insert(choice.observer);
+    const auto results = blind::results_of(*kit, choices);
+    if (options.json) {
+        std::fputs(blind::results_as_json(*kit, results, observers.size()).c_str(), stdout);
+        return kExitOk;
+    }
+    std::printf("%zu choices of %zu observers, %zu pairs of images\n", choices.size(),
+                observers.size(), kit->trials.size());
+    for (const auto& counts : results)
+        std::printf("%s\n", printable(blind::words_of(*kit, counts)).c_str());
+    return kExitOk;
+}
+
+}  // namespace
+
+void add_blind(CLI::App& subcommand, Options& o, BlindOptions& blind) {
+    subcommand
+        .add_option("SIDE", blind.sides,
+                    "two or more outputs of the same frames: lens=a.####.exr joint=b.####.exr")
+        ->type_name("NAME=OUT");
+    subcommand
+        .add_option(
+            "-o,--output", blind.folder,
+            "folder of the comparison: index.html for observers, key.json for the evaluation")
+        ->required()
+        ->type_name("DIR");
+    subcommand
+        .add_option("-r,--truth", blind.truth,
+                    "shown between both sides as a reference: both.####.exr")
+        ->type_name("TRUTH");
+    subcommand
+        .add_option("--choices", blind.choices,
+                    "evaluate these choices of observers instead of making the folder")
+        ->type_name("FILE")
+        ->excludes("SIDE");
+    subcommand.add_option("--seed", blind.seed, "another order of pairs and sides")
+        ->capture_default_str();
+    add_on_existing(subcommand, "if the folder has a comparison", blind.on_existing);
+    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
+                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
+        add_setting(subcommand, *job_parameters().find(key), &o.job);
+    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+    subcommand.add_flag("--json", o.json, "with --choices: one JSON object on stdout");
+}
+
+int blind_subcommand(const Options& options, const BlindOptions& blind) {
+    return blind.choices.empty() ? make_folder(options, blind) : evaluate(options, blind);
+}
+
+}  // namespace postchain

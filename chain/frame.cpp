@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "chain/behind.h"
+
 namespace postchain {
 
 const char* name_of(Precision precision) {
@@ -12,6 +14,7 @@ int stacked_planes(Role role, const FrameDescription& frame) {
     if (!is_stacked(role)) return 0;
     if (role == Role::layers || role == Role::layers_before || role == Role::layers_after)
         return frame.layers;
+    if (role == Role::behind) return kBehindPlanes + frame.layers;
     int most = -1;
     for (const int index : frame.mattes) most = std::max(most, index);
     return most + 1;

@@ -231,7 +231,8 @@ PlanContext MattedPass::seen(const PlanContext& context) const {
 }
 
 RoleSet MattedPass::planes(const PlanContext& context) const {
-    RoleSet planes = context.available;
+    // What is behind may show the object too.
+    RoleSet planes = context.available - RoleSet{Role::behind};
     for (const Neighbor neighbor : kNeighbors) {
         const bool layers =
             !context.frame.planes.has(Role::layers) || planes.has(role_of(neighbor, Role::layers));

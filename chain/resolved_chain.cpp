@@ -75,6 +75,7 @@ std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
 RoleSet without_neighbors(RoleSet planes) {
     for (const Neighbor neighbor : kNeighbors)
         for (const Role role : kNeighborRoles) planes.remove(role_of(neighbor, role));
+    planes.remove(Role::behind);
     return planes;
 }
 

@@ -42,6 +42,8 @@ const char* name_of(Role role) {
             return "mattes_before";
         case Role::mattes_after:
             return "mattes_after";
+        case Role::behind:
+            return "behind";
     }
     return "unknown";
 }
@@ -58,6 +60,7 @@ int channels_of(Role role) {
         case Role::layers:
         case Role::layers_before:
         case Role::layers_after:
+        case Role::behind:
             return 4;
         case Role::inverse_depth:
         case Role::inverse_depth_before:

@@ -27,9 +27,10 @@ enum class Role : uint8_t {
     mattes,  // one channel each, 0..1: objects that passes leave as they are (chain/layers.h)
     mattes_before,
     mattes_after,
+    behind,  // the first surface behind each pixel's, four channels a plane (chain/behind.h)
 };
 
-inline constexpr std::array<Role, 19> kAllRoles = {Role::color,
+inline constexpr std::array<Role, 20> kAllRoles = {Role::color,
                                                    Role::inverse_depth,
                                                    Role::motion,
                                                    Role::motion_back,
@@ -47,7 +48,8 @@ inline constexpr std::array<Role, 19> kAllRoles = {Role::color,
                                                    Role::layers_after,
                                                    Role::mattes,
                                                    Role::mattes_before,
-                                                   Role::mattes_after};
+                                                   Role::mattes_after,
+                                                   Role::behind};
 
 // Planes that the files of one frame can have, one plane each.
 inline constexpr std::array<Role, 4> kFileRoles = {Role::color, Role::inverse_depth, Role::motion,
@@ -76,11 +78,13 @@ constexpr Role role_of(Neighbor neighbor, Role role) {
 }
 
 const char* name_of(Role role);
-int channels_of(Role role);  // 4, 1, 2, 2, 2, likewise of a neighbor; a layer 4, a matte 1
+int channels_of(Role role);  // 4, 1, 2, 2, 2, likewise of a neighbor; a layer 4, a matte 1,
+                             // a plane of `behind` 4
 // Planes of this role are stacked one below another: FrameDescription has their number.
 constexpr bool is_stacked(Role role) {
     return role == Role::layers || role == Role::layers_before || role == Role::layers_after ||
-           role == Role::mattes || role == Role::mattes_before || role == Role::mattes_after;
+           role == Role::mattes || role == Role::mattes_before || role == Role::mattes_after ||
+           role == Role::behind;
 }
 
 class RoleSet {

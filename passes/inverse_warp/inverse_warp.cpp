@@ -46,7 +46,7 @@ RoleSet required_planes(bool shutter) {
 }
 
 RoleSet optional_planes(bool shutter, Neighbors neighbors) {
-    RoleSet planes;
+    RoleSet planes = {Role::behind};
     if (shutter) planes.add(Role::motion_back);
     if (neighbors == Neighbors::none) return planes;
     planes = planes | RoleSet{Role::motion, Role::motion_back};

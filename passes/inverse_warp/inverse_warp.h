@@ -9,11 +9,12 @@
 //   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
 //   background_depth, background_color --behind-> background
+//   behind --second_surfaces-> some of surfaces, below the frame's
 //   layers of this frame and its neighbors --occupied-> occupied
 //   color, surfaces, starts, background_color, background [, noise] [, lens_samples]
 //                                                     --gather-> color [, hint]     moving_blocks
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
-//   colors and surfaces of the frames before and after --gather-> surfaces occluded in this frame
+//   colors and surfaces of the frames before and after, behind --gather-> surfaces occluded here
 //
 // With denoising, gather writes `gathered`, `soft` and `spread`, and denoise combines them into
 // color.

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "chain/behind.h"
 #include "chain/work_list.h"
 #include "passes/common/lens_samples.h"
 #include "passes/common/wide_color.h"
@@ -18,6 +19,7 @@
 #include "passes/inverse_warp/reference_denoise.h"
 #include "passes/inverse_warp/reference_light.h"
 #include "passes/inverse_warp/reference_search.h"
+#include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
@@ -46,6 +48,31 @@ Color color_at(const ImageD& color, Vec at) {
         c[size_t(i)] = std::lerp(upper, lower, fy);
     }
     return c;
+}
+
+// The layer behind, from its stack (chain/behind.h).
+Frame second_layer_of(const ImageD& stack, int height, bool motion, const Settings& settings) {
+    const auto rows = [&](int first, int end) {
+        ImageD planes(stack.width, (end - first) * height, 4);
+        std::copy_n(stack.pixel(0, first * height), planes.data.size(), planes.data.data());
+        return planes;
+    };
+    const auto channels = [&](int plane, int first, int count) {
+        ImageD some(stack.width, height, count);
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < stack.width; ++x)
+                for (int c = 0; c < count; ++c)
+                    some.at(x, y, c) = stack.at(x, y + plane * height, first + c);
+        return some;
+    };
+    ReferenceFrame planes;
+    planes.planes[Role::color] = rows(0, 1);
+    if (stack.height > kBehindPlanes * height)
+        planes.planes[Role::layers] = rows(kBehindPlanes, stack.height / height);
+    const ImageD depth = channels(1, 0, 1), forward = channels(2, 0, 2), back = channels(2, 2, 2);
+    return {0, wide_color(planes),
+            surfaces_of_planes(
+                {&depth, motion ? &forward : nullptr, motion ? &back : nullptr, true}, settings)};
 }
 
 Frames frames_of(const PlanContext& context, const Settings& settings,
@@ -81,6 +108,9 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
              wide_color(frame, role_of(neighbor, Role::color), role_of(neighbor, Role::layers)),
              std::move(shown)});
     }
+    if (uses_second_layer(settings, context))
+        frames.second_layer =
+            second_layer_of(frame.planes.at(Role::behind), color.height, motion, settings);
     return frames;
 }
 

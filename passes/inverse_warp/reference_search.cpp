@@ -8,7 +8,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kAcceptPx = 0.75;
-constexpr int kSteps = 2, kNeighborSteps = 3;
+constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
     return q > r * now.depth_ratio;
@@ -136,6 +136,53 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
     }
 }
 
+// Searches the layer behind for a surface nearer than `nearest`, and no farther than `farthest`.
+// Its pixels that are nearer than what the frame shows there do not count.
+void search_second_layer(const Frames& frames, const Surface& begin, Vec p, const Sample& now,
+                         double farthest, Found& nearest) {
+    const Frame& layer = *frames.second_layer;
+    if (!nearer(begin.inverse_depth, nearest.inverse_depth, now)) return;
+    Vec d = begin.displacement(now, frames.half_open);
+    for (int step = 0; step < kSecondSteps; ++step) {
+        const Vec x = layer.inside(rounded(p - d));
+        const Surface& s = layer.surface(x);
+        if (s.inverse_depth < 0) return;  // nothing is known there
+        d = s.displacement(now, frames.half_open);
+        if (longer_axis(x - p + d) > kAcceptPx ||
+            !nearer(s.inverse_depth, nearest.inverse_depth, now) ||
+            s.inverse_depth * now.depth_ratio < farthest ||
+            nearer(s.inverse_depth, frames.here.surface(x).inverse_depth, now))
+            continue;
+        nearest = {&layer, s.edge ? x : layer.inside(p - d), s.inverse_depth, s.a};
+    }
+}
+
+// From what the pixel itself hides, from the farthest surface visited if this frame shows nothing,
+// and from the start surfaces that this frame may hide. If the farthest surface is behind the
+// first, or comes from beyond the border, nothing behind it counts.
+Found resolve_second_layer(const Frames& frames, const Pixel& pixel, const Sample& now,
+                           const Search& here) {
+    Found nearest = here.nearest;
+    if (!frames.second_layer) return nearest;
+    const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
+    double farthest = shows_behind ? here.far.inverse_depth : 0;
+    if (nearest.inverse_depth < 0) {
+        const Vec at = rounded(pixel.p - here.far.displacement(now, frames.half_open));
+        const Vec inside = frames.here.inside(at);
+        if (at.x != inside.x || at.y != inside.y) farthest = here.far.inverse_depth;
+    }
+    const auto search_layer = [&](const Surface& begin) {
+        search_second_layer(frames, begin, pixel.p, now, farthest, nearest);
+    };
+    const Surface& own = frames.second_layer->surface(pixel.p);
+    if (own.inverse_depth >= 0) search_layer(own);
+    if (nearest.inverse_depth < 0) search_layer(here.far);
+    const std::vector<Surface>& starts = pixel.block->starts;
+    for (size_t i = 0; i < starts.size(); ++i)
+        if (here.occluded_starts[i]) search_layer(starts[i]);
+    return nearest;
+}
+
 // Is this surface, which the sample sees, beyond the border of a neighbor?
 bool is_beyond(const Frames& frames, const Frame& neighbor, Surface s, Vec p, const Sample& now) {
     Sample then = now;
@@ -173,10 +220,10 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
     return s;
 }
 
-// If this frame shows nothing, from the farthest surface visited, in each neighbor, the nearer in
-// time first; then in that one from the start surfaces that this frame may hide. If the farthest
-// surface visited is behind the first, no farther one counts, nor in a neighbor whose border it is
-// beyond.
+// After the layer behind: if this frame shows nothing, from the farthest surface visited, in each
+// neighbor, the nearer in time first; then in that one from the start surfaces that this frame may
+// hide. If the farthest surface visited is behind the first, no farther one counts, nor in a
+// neighbor whose border it is beyond.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here) {
     const std::vector<Surface>& starts = pixel.block->starts;
@@ -185,7 +232,7 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     if (neighbors.size() == 2 && now.u >= 0) std::swap(neighbors[0], neighbors[1]);
     const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
     const double farthest = shows_behind ? here.far.inverse_depth : 0;
-    Found nearest = here.nearest;
+    Found nearest = resolve_second_layer(frames, pixel, now, here);
     const auto search_in = [&](const Frame& neighbor, const Surface& begin) {
         const bool beyond =
             here.nearest.inverse_depth < 0 && is_beyond(frames, neighbor, here.far, pixel.p, now);

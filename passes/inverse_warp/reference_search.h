@@ -2,6 +2,7 @@
 // surface that a sample sees at a pixel. Written from docs/inverse_warp.md.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "chain/image.h"
@@ -25,9 +26,10 @@ struct Frame {
 struct Frames {
     Frame here;
     std::vector<Frame> neighbors;
-    double half_open = 1;    // half the open time, frames
-    int own_steps = 2;       // of the search from the pixel itself
-    double together_px = 2;  // between the displacements of surfaces that move together
+    std::optional<Frame> second_layer;  // chain/behind.h, as a frame at this one's time
+    double half_open = 1;               // half the open time, frames
+    int own_steps = 2;                  // of the search from the pixel itself
+    double together_px = 2;             // between the displacements of surfaces that move together
 };
 
 // Shared by all samples of a pixel.
@@ -74,7 +76,7 @@ struct Search {
 Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surface& begin,
               bool advance);
 
-// The nearest surface that the sample sees in any frame.
+// The nearest surface that the sample sees in any frame or in the layer behind.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here);
 

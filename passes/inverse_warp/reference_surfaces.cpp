@@ -79,7 +79,7 @@ class PlaneSurfaces {
 
     double depth_at(int x, int y) const {
         const double q = planes_.inverse_depth->at(x, y);
-        if (planes_.of_neighbor && q < 0) return kNotThere;
+        if (planes_.may_lack && q < 0) return kNotThere;
         return q > 0 ? std::min(q, 3e38) : 0;
     }
 

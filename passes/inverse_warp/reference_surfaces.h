@@ -56,15 +56,15 @@ struct Surface {
 inline constexpr double kOneDepth = 1.05;
 bool one_depth(double q, double r);
 
-// Planes of this frame or of a neighbor; null: not available.
+// Planes of an image; null: not available.
 struct Planes {
     const ImageD* inverse_depth = nullptr;
     const ImageD* motion = nullptr;
     const ImageD* motion_back = nullptr;
-    bool of_neighbor = false;
+    bool may_lack = false;  // of a neighbor or the layer behind: pixels below 0 are not there
 };
 
-// Inverse depth of a neighbor's pixels whose plane is below 0: they are never found.
+// Inverse depth of pixels that are not there: they are never found.
 inline constexpr double kNotThere = -2;
 
 // Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth

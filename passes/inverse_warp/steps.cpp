@@ -84,8 +84,8 @@ class Planner : private SurfacePlanner {
     }
 
     // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
-    // of them in each neighbor, three for what continues behind; then one where a sample that was
-    // put off is taken up, and eight for the color.
+    // of them in each neighbor and in the layer behind, three for what continues behind; then one
+    // where a sample that was put off is taken up, and eight for the color.
     uint64_t most_taps_px(size_t neighbors) const {
         const uint64_t begins = uint64_t(settings_.search.starts) + 1;
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
@@ -275,9 +275,14 @@ class Planner : private SurfacePlanner {
             step.bindings.push_back({3, soft.spread, Access::write});
         }
         if (hint.given >= 0) step.bindings.push_back({6, hint.given});
+        if (second_layer_) {
+            defines["SECOND_LAYER"] = "1";
+            step.bindings.push_back({6, planner_.input(Role::behind)});
+        }
         if (hint.made >= 0) step.bindings.push_back({1, hint.made, Access::write});
         step.taps = pixels_ * uint64_t(taps_px());
-        step.group_taps = uint64_t(kBlockPx * kBlockPx) * most_taps_px(from.neighbors.size());
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) *
+                          most_taps_px(from.neighbors.size() + size_t(second_layer_));
         launch_by(step, from.starts.moving_blocks);
         if (layered_) {
             add_layers(step, gathered_layers(from, result, soft));

@@ -32,6 +32,7 @@ SurfacePlanner::SurfacePlanner(PassPlanner& planner, const Settings& settings)
       settings_(settings),
       frame_(planner.context().frame),
       motion_(holds_motion(settings, planner.context())),
+      second_layer_(uses_second_layer(settings, planner.context())),
       blocks_(groups_for(frame_.width, frame_.height)),
       pixels_(frame_.pixels()) {}
 
@@ -63,7 +64,17 @@ TextureId SurfacePlanner::add_surfaces() {
     Packed packed;
     add_packed(packed);
     add_shown(packed);
+    if (second_layer_) add_second_surfaces(packed.surfaces);
     return packed.surfaces;
+}
+
+void SurfacePlanner::add_second_surfaces(TextureId surfaces) {
+    Step step = make_surface_step("second_surfaces");
+    step.program.defines["SECOND_LAYER"] = "1";
+    step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
+    step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
+    step.taps = 9 * pixels_;
+    planner_.step(std::move(step));
 }
 
 TextureId SurfacePlanner::add_surfaces_of(Neighbor neighbor, TextureId surfaces_here) {
@@ -98,7 +109,9 @@ Step SurfacePlanner::make_plane_step(const Packed& packed, const std::string& na
 
 void SurfacePlanner::add_packed(Packed& packed) {
     const std::string suffix = suffix_of(packed.neighbor);
-    packed.surfaces = planner_.texture("surfaces" + suffix, surface_format());
+    const bool two = second_layer_ && !packed.neighbor;
+    packed.surfaces =
+        planner_.texture("surfaces" + suffix, surface_format(), two ? Area().times(1, 2) : Area());
     packed.marks = planner_.texture("marks" + suffix, Format::r32ui, kSquares);
     Step step = make_plane_step(packed, "surfaces");
     step.bindings.push_back({1, packed.marks, Access::write});

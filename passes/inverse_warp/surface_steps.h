@@ -20,6 +20,7 @@ class SurfacePlanner {
   protected:
     SurfacePlanner(PassPlanner& planner, const Settings& settings);
 
+    // With a layer behind also its surfaces, below those of the frame.
     TextureId add_surfaces();
     // Surfaces of a neighbor. Those that this frame hides are left out if the light has changed
     // around them.
@@ -35,7 +36,8 @@ class SurfacePlanner {
     PassPlanner& planner_;
     const Settings& settings_;
     const FrameDescription& frame_;
-    const bool motion_;  // surfaces hold it
+    const bool motion_;        // surfaces hold it
+    const bool second_layer_;  // the pass uses the layer behind (chain/behind.h)
     const std::array<int, 3> blocks_;
     const uint64_t pixels_;
 
@@ -53,6 +55,7 @@ class SurfacePlanner {
     Step make_surface_step_of(std::optional<Neighbor> neighbor, const std::string& name) const;
     // A step that reads planes, with a thread for each square.
     Step make_plane_step(const Packed& packed, const std::string& name) const;
+    void add_second_surfaces(TextureId surfaces);
     // From the planes.
     void add_packed(Packed& packed);
     void add_light(Packed& packed);

@@ -30,6 +30,12 @@ bool holds_motion(const Settings& settings, const PlanContext& context) {
     return settings.shutter || !searched_neighbors(settings, context.available).empty();
 }
 
+bool uses_second_layer(const Settings& settings, const PlanContext& context) {
+    const bool given_hint =
+        !settings.shutter && context.available.has(Role::hint) && context.wanted.has(Role::hint);
+    return context.available.has(Role::behind) && !given_hint;
+}
+
 bool holds_motion_back(const Settings& settings, const PlanContext& context) {
     return holds_motion(settings, context) && context.available.has(Role::motion_back);
 }

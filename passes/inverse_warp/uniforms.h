@@ -8,6 +8,9 @@ namespace postchain::inverse_warp {
 
 // True if surfaces hold their motion, and also the motion from the frame before.
 bool holds_motion(const Settings& settings, const PlanContext& context);
+// Does the pass use the layer behind? Not beside a hint that it is given: a step has too few
+// textures for both, and that hint comes from a pass that has blurred the frame's color.
+bool uses_second_layer(const Settings& settings, const PlanContext& context);
 bool holds_motion_back(const Settings& settings, const PlanContext& context);
 
 // The longest displacement, pixels: that the settings allow, and that the frame's bounds allow,

@@ -9,12 +9,13 @@
 //
 //   color, surfaces, starts, background_color, background [, lens_samples] [, noise] [, hint]
 //       -> color [, soft, spread] [, hint]
-//   color, surfaces of the frames before and after
+//   color, surfaces of the frames before and after; the layer behind
 //
 //   samples.glsl     SampleSet   time samples and lens samples
 //   search.glsl      Search      the search for one sample's surface in this frame
 //   put_off.glsl                 the samples that it does not settle
-//   neighbors.glsl   Found       the search for an occluded surface in the frames before and after
+//   second_layer.glsl            the search for an occluded surface in the layer behind
+//   neighbors.glsl   Found       and in the frames before and after
 //   behind.glsl      Behind      the occluded surfaces that continue behind their occluder
 //   background.glsl              the fill of surfaces that no frame shows
 //   source.glsl      Source      where a sample's color comes from
@@ -72,6 +73,8 @@ struct Pixel {
 
 #include "inverse_warp/samples.glsl"
 #include "inverse_warp/search.glsl"
+#include "inverse_warp/second_layer.glsl"
+
 #include "inverse_warp/put_off.glsl"
 #include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
@@ -111,8 +114,8 @@ Seen resolve(Pixel pixel, Sample now, Search here) {
     precise const vec2 far_at = pixel.p - displacement(here.far, now);
     const vec2 far = inside_of(far_at);
     const vec2 at = shown ? here.nearest.at : far;
-    Found found = here.nearest;
-    if (kNeighbors) found = resolve_occluded(pixel, now, here);
+    Found found = resolve_second_layer(pixel, now, here);
+    if (kNeighbors) found = resolve_occluded(pixel, now, here, found);
     const Behind behind = find_behind(pixel, now, here, found.inverse_depth);
     if (behind.inverse_depth >= 0.0)
         return Seen(Source(kBehind, behind.at, behind.sides, false), behind.inverse_depth,

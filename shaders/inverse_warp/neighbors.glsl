@@ -70,7 +70,7 @@ vec2 pixel_before(vec2 p, vec2 d) {
     return inside_of(x);
 }
 
-// The nearest surface that the sample sees in any frame. Searches in their order, a bit each: from
+// The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order, a bit each: from
 // the farthest surface visited in the neighbor nearer in time and in the other one (bits 0 and 1), if
 // this frame shows nothing; from each start surface that this frame may hide in the neighbor nearer in
 // time (bits 2 ..). If the farthest surface visited is behind the first, no farther one counts: it
@@ -79,13 +79,12 @@ vec2 pixel_before(vec2 p, vec2 d) {
 // no search may find or that is not nearer than what was found.
 //
 // All searches are one loop, a visit each time: lanes do not wait for each other's searches.
-Found resolve_occluded(Pixel pixel, Sample now, Search here) {
+Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     const float ratio = now.depth_ratio;
     const int nearer = kBefore && (!kAfter || now.u < 0.0) ? -1 : 1;
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const uint from_far = shown ? 0u : (kBefore && kAfter ? 3u : 1u);
     uint searches = here.occluded_starts << 2 | from_far;
-    Found nearest = here.nearest;
     int frame = nearer, steps = 0;
     float farthest = 0.0;
     Sample then = now;

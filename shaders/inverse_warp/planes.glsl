@@ -3,11 +3,15 @@
 // MOTION: a motion plane is available
 // NEIGHBOR: of the frame before or after; pixels whose inverse depth is below 0 are never found
 // BACK: a motion_back plane too; otherwise it is taken to equal motion: straight paths at one speed
+// SECOND_LAYER: defined if the planes are those of the layer behind (chain/behind.h)
 #include "common/finite.glsl"
 
 #include "inverse_warp/around.glsl"
 #include "inverse_warp/surface.glsl"
 
+#ifdef SECOND_LAYER
+layout(binding = 0) uniform sampler2DArray second_layer;
+#else
 layout(binding = 0) uniform sampler2D inverse_depth;
 #if MOTION
 layout(binding = 1) uniform sampler2D motion;
@@ -15,13 +19,19 @@ layout(binding = 1) uniform sampler2D motion;
 #if BACK
 layout(binding = 2) uniform sampler2D motion_back;
 #endif
+#endif
 
 ivec2 nearest_inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
 }
 
 float depth_at(ivec2 p) {
+#ifdef SECOND_LAYER
+    const float q = texelFetch(second_layer, ivec3(p, 1), 0).x;
+    if (q < 0.0) return kNotThere;
+#else
     const float q = texelFetch(inverse_depth, p, 0).x;
+#endif
 #if NEIGHBOR
     if (q < 0.0) return kNotThere;
 #endif
@@ -36,11 +46,15 @@ float stored_depth_at(ivec2 p) {
 #if MOTION
 // xy: motion, zw: motion_back
 vec4 motion_at(ivec2 p) {
+#ifdef SECOND_LAYER
+    const vec4 both = texelFetch(second_layer, ivec3(p, 2), 0);
+#else
     const vec2 forward = texelFetch(motion, p, 0).xy;
 #if BACK
     const vec4 both = vec4(forward, texelFetch(motion_back, p, 0).xy);
 #else
     const vec4 both = vec4(forward, forward);
+#endif
 #endif
     return is_finite(both) ? clamp(both, vec4(-1e15), vec4(1e15)) : vec4(0.0);
 }

@@ -10,10 +10,11 @@ uvec2 kept[kMaxPutOff + 1];
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 
 // Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
-// frame may hide a nearer start surface that a neighbor shows or that continues behind.
+// frame may hide a nearer start surface that a neighbor or the layer behind shows, or that
+// continues behind.
 bool is_settled(Sample now, Search here) {
     precise const float nearest =
-        here.nearest.inverse_depth * (kNeighbors ? now.depth_ratio : kOneDepth);
+        here.nearest.inverse_depth * (kSearchedOutside ? now.depth_ratio : kOneDepth);
     return nearest >= 0.0 && here.put_off_for <= nearest;
 }
 

@@ -1,6 +1,12 @@
 // The search of one sample in this frame, by fixed-point iteration: X <- p - D(X).
 
 const bool kBefore = BEFORE == 1, kAfter = AFTER == 1, kNeighbors = kBefore || kAfter;
+#ifdef SECOND_LAYER
+const bool kHasSecondLayer = true;
+#else
+const bool kHasSecondLayer = false;
+#endif
+const bool kSearchedOutside = kNeighbors || kHasSecondLayer;  // for what this frame hides
 const float kAcceptPx = 0.75;                      // |X + D(X) - p| along each axis
 const int kSteps = 2;                              // from each start surface
 const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
@@ -9,7 +15,7 @@ const float kTogetherPx = kLens ? 1.0 : 2.0;
 
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
 struct Found {
-    int frame;  // -1: before, 0: this one, 1: after
+    int frame;  // -1: before, 0: this one, 1: after, kSecondLayer
     vec2 at;    // px
     float inverse_depth;
     vec2 path;    // a
@@ -146,7 +152,7 @@ void note_occluded(inout Search s, Visit v, float ratio) {
     const bool hidden = s.steps == 0 && !v.beyond;
     if (hidden) s.hidden_starts |= start;
     // Start surfaces are searched nearest first.
-    if ((kNeighbors || hidden) && s.put_off_for < 0.0) s.put_off_for = s.start_depth;
+    if ((kSearchedOutside || hidden) && s.put_off_for < 0.0) s.put_off_for = s.start_depth;
 }
 
 // Does the search from a start surface end at this visit? What is not nearer than the surface found

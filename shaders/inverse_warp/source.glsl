@@ -3,7 +3,7 @@
 // FILL_LAYER: which of the frame's layers is the fill mask (chain/layers.h)
 
 struct Source {
-    int kind;     // the frame that shows it, -1 to 1; kBehind; kFill
+    int kind;     // the frame that shows it, -1 to 1; kSecondLayer; kBehind; kFill
     vec2 at;      // px
     uvec2 cells;  // kBehind: on both sides; kFill: bits of the inverse depth, and the pixel of the
                   // farthest surface visited
@@ -14,12 +14,13 @@ const int kBehind = 2, kFill = 3;
 
 vec4 color_from(Source source, Plane plane) {
     if (source.kind == kBehind) return color_behind(source.cells, source.at, plane);
+    if (source.kind == kSecondLayer) return second_color(source.at, plane);
     if (source.kind != kFill) return color_in(source.kind, source.at, plane);
     const vec4 far = fetch(WIDE(color, layers), plane, unpack_cell(source.cells.y));
     return background_at(source.at, uintBitsToFloat(source.cells.x), plane, far);
 }
 
-// Channels of the fill mask.
+// Channels of the fill mask. The layer behind counts as a neighbor.
 const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0, 1.0, 0.0);
 
 // A layer's value at a source. The fill mask says that all of it comes from there; what this frame
@@ -27,7 +28,8 @@ const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0,
 vec4 with_fill(Source source, int layer, vec4 value) {
 #ifdef FILL_LAYER
     if (layer != FILL_LAYER || (source.kind == 0 && !source.beyond)) return value;
-    const bool neighbor = source.kind == -1 || source.kind == 1;
+    const bool neighbor =
+        source.kind == -1 || source.kind == 1 || source.kind == kSecondLayer;
     return precise_dot(value.rgb, vec3(1.0)) * (neighbor ? kFromNeighbor : kEstimated);
 #else
     return value;

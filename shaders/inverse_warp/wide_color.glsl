@@ -38,17 +38,27 @@ vec4 bilinear(vec4 texels[4], vec2 f) {
 
 const float kSharpening = 1.5;  // of bilinear weights about their center: less added blur
 
-// Color of the surface that is seen at the position `at`, pixels: bilinear, with sharpened weights.
-// Not by a sampler: devices round its weights to 8 bits.
-vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
+// The pixels around a position, and the weights of those beside the first.
+struct Corners {
+    ivec2 at[4];
+    vec2 f;
+};
+
+Corners corners_of(vec2 at) {
     precise const vec2 nearest = floor(at + 0.5);
     const vec2 beyond = at - nearest;
     precise const vec2 f = max(kSharpening * (abs(beyond) - 0.5) + 0.5, 0.0);
     const ivec2 a = ivec2(nearest);
     const ivec2 step = ivec2(mix(vec2(1.0), vec2(-1.0), lessThan(beyond, vec2(0.0))));
     const ivec2 b = min(a + step, uniforms.size - 1);
-    const ivec2 corners[4] = ivec2[4](a, ivec2(b.x, a.y), ivec2(a.x, b.y), b);
+    return Corners(ivec2[4](a, ivec2(b.x, a.y), ivec2(a.x, b.y), b), f);
+}
+
+// Color of the surface that is seen at the position `at`, pixels: bilinear, with sharpened weights.
+// Not by a sampler: devices round its weights to 8 bits.
+vec4 color_at(WIDE_SAMPLER(color, layers), Plane plane, vec2 at) {
+    const Corners corners = corners_of(at);
     vec4 texels[4];
-    for (int i = 0; i < 4; ++i) texels[i] = fetch(WIDE(color, layers), plane, corners[i]);
-    return bilinear(texels, f);
+    for (int i = 0; i < 4; ++i) texels[i] = fetch(WIDE(color, layers), plane, corners.at[i]);
+    return bilinear(texels, corners.f);
 }

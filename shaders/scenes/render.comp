@@ -6,6 +6,7 @@
 //
 // SHAPES, CASTERS, PATTERNS: bits of the kinds that the scene has.
 // DISC 0: the aperture is not a disc. APERTURE_IMAGE 1: it is an image.
+// BEHIND 1: without the object that the pixel's center shows, the first with alpha >= 0.5.
 // VECTORS 1: also writes depth of the first surface with alpha >= 0.5 (the default pass threshold
 // of Cycles), and sums its displacements; pose sets 1 and 2 then hold the previous and the next
 // frame. Only the last sample's depth is kept, so depth is rendered with one sample per pixel.
@@ -24,6 +25,13 @@ layout(std430, binding = 7) writeonly buffer Depths { float depth[]; };
 
 #include "scenes/shapes.glsl"
 #include "scenes/surface.glsl"
+
+#if BEHIND
+int left_out = -1;  // an object that rays from the camera pass through
+#define IS_THERE(id) (id != left_out)
+#else
+#define IS_THERE(id) true
+#endif
 
 struct Hit {
     float t;
@@ -48,7 +56,7 @@ vec3 to_local(vec4 r0, vec4 r1, vec4 r2, vec3 v) {
         vec3 o = to_local(r0, r1, r2, from - vec3(r0.w, r1.w, r2.w));             \
         vec3 d = to_local(r0, r1, r2, direction);                                 \
         float t = test;                                                           \
-        if (t < hit.t && t > beyond) hit = Hit(t, id);                            \
+        if (t < hit.t && t > beyond && IS_THERE(id)) hit = Hit(t, id);            \
     }
 
 Hit nearest(vec3 from, vec3 direction, int rows, int base, float beyond, const int shapes) {
@@ -70,8 +78,29 @@ bool in_shadow(vec3 world, int rows) {
     if (any(lessThan(cell, ivec2(0))) || any(greaterThanEqual(cell, ivec2(SCENE_LIGHT_GRID))))
         return false;
     int base = uniforms.light_lists + (cell.y * SCENE_LIGHT_GRID + cell.x) * (SCENE_SHAPES + 1);
+#if BEHIND
+    int of_camera = left_out;
+    left_out = -1;
+    bool shadowed = nearest(world, uniforms.light.xyz, rows, base, 0.0, CASTERS).id >= 0;
+    left_out = of_camera;
+    return shadowed;
+#else
     return nearest(world, uniforms.light.xyz, rows, base, 0.0, CASTERS).id >= 0;
+#endif
 }
+
+#if BEHIND
+// The object that a ray of the first pose set shows; -1: none.
+int shown_by(vec3 from, vec3 direction, int base) {
+    float beyond = 0.0;
+    for (int layer = 0; layer < 8; ++layer) {
+        Hit hit = nearest(from, direction, 0, base, beyond, SHAPES);
+        if (hit.id < 0 || object[hit.id].flags.y >= 0.5) return hit.id;
+        beyond = hit.t * 1.00001;
+    }
+    return -1;
+}
+#endif
 
 // Position of a world point in the camera of a pose set; pixels, +y up. False behind the camera.
 bool project(int rows, vec3 world, out vec2 position) {
@@ -168,6 +197,13 @@ void main() {
     float last_depth = SCENE_BACKGROUND_DEPTH;
 #endif
 
+#if BEHIND
+    vec2 center = vec2(pixel) + 0.5 - 0.5 * vec2(uniforms.size);
+    vec3 ahead = normalize(vec3(center.x, -center.y, pose[3].x));
+    left_out = shown_by(vec3(pose[0].w, pose[1].w, pose[2].w),
+                        vec3(dot(pose[0].xyz, ahead), dot(pose[1].xyz, ahead),
+                             dot(pose[2].xyz, ahead)), base);
+#endif
     for (int s = 0; s < uniforms.sample_count; ++s) {
         int rows = s * uniforms.pose_step * set_rows;
         vec4 u = fract(sample_point[uniforms.first_sample + s] + turn);

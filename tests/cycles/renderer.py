@@ -91,14 +91,17 @@ def _set_up(options, bounces):
 
 
 def _set_kind(kind, frame, options, lens):
-    shutter, opened, planes = request.KINDS[kind]
+    shutter, opened, planes = request.KINDS[request.like(kind)]
     scene = bpy.context.scene
+    for thing in scene.objects:
+        thing.visible_camera = not (kind == request.BEHIND
+                                    and request.is_in_front(thing.name, options))
     render, cycles, layer = scene.render, scene.cycles, scene.view_layers[0]
     scene.frame_set(frame)
     render.use_motion_blur = shutter
     lens.dof.use_dof = opened
     layer.use_pass_z = layer.use_pass_vector = planes
-    cycles.samples = {"gbuf": 1, "sharp": options.sharp_samples}.get(kind, options.samples)
+    cycles.samples = {"gbuf": 1, "sharp": options.sharp_samples}.get(request.like(kind), options.samples)
     cycles.use_adaptive_sampling = not planes
     cycles.seed = request.seed_of(kind, frame, options.half)
     cycles.pixel_filter_type = "BOX" if kind == "gbuf" else "BLACKMAN_HARRIS"

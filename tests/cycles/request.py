@@ -3,6 +3,7 @@
 Imports nothing of Blender, so that tests run it in a plain interpreter.
 """
 import argparse
+import fnmatch
 import os
 
 # name: (shutter open, lens open, depth and vectors). In the order in which they are rendered.
@@ -13,6 +14,7 @@ KINDS = {
     "mb": (True, False, False),
     "dof": (False, True, False),
 }
+BEHIND = "behind"  # like sharp, without the objects of --front; only if asked for
 HALVES = {"a": 1, "b": 2}
 FPS = 24
 SHUTTER_FRAMES = 0.5
@@ -32,12 +34,13 @@ def parse_frames(text):
 
 
 def parse_kinds(text):
-    """Names of KINDS from "sharp,both", in the order of KINDS."""
+    """Names of KINDS, and BEHIND, from "sharp,both", in the order of KINDS."""
     wanted = text.split(",")
+    known = [*KINDS, BEHIND]
     for name in wanted:
-        if name not in KINDS:
-            raise ValueError(f"{name}: a kind is one of {', '.join(KINDS)}")
-    return [name for name in KINDS if name in wanted]
+        if name not in known:
+            raise ValueError(f"{name}: a kind is one of {', '.join(known)}")
+    return [name for name in known if name in wanted]
 
 
 def parse_size(text):
@@ -65,7 +68,9 @@ def parse_options(arguments, description):
     parser.add_argument("--frames", type=checked(parse_frames), default=parse_frames("1-12"),
                         help="1-12 by default")
     parser.add_argument("--kinds", type=checked(parse_kinds), default=list(KINDS),
-                        help="any of " + ",".join(KINDS))
+                        help="any of " + ",".join([*KINDS, BEHIND]) + "; all but behind by default")
+    parser.add_argument("--front", metavar="NAMES", default="", help="objects that the kind behind "
+                        "leaves out: names and patterns, twig*,crate")
     parser.add_argument("--samples", type=int, default=256, help="of ground truth, at most")
     parser.add_argument("--min-samples", type=int, default=64, help="of ground truth, at least")
     parser.add_argument("--half", choices=list(HALVES), help="ground truth of other seeds, as "
@@ -77,7 +82,20 @@ def parse_options(arguments, description):
     parser.add_argument("--transparent", action="store_true",
                         help="alpha, premultiplied, instead of the sky (dancers: and the stage)")
     parser.add_argument("--blend", metavar="FILE", help="save the scene as OUT/FILE, render nothing")
-    return parser.parse_args(arguments)
+    options = parser.parse_args(arguments)
+    if BEHIND in options.kinds and not options.front:
+        parser.error("--kinds behind: --front names the objects that it leaves out")
+    return options
+
+
+def is_in_front(name, options):
+    """Does the kind behind leave out the object of this name?"""
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in options.front.split(","))
+
+
+def like(kind):
+    """The one of KINDS whose settings and seed a kind has."""
+    return "sharp" if kind == BEHIND else kind
 
 
 def file_name(kind, frame, half=None):
@@ -99,4 +117,4 @@ def blender_environment():
 
 def seed_of(kind, frame, half=None):
     """Seed of Cycles: another one for each picture, so that noise of two does not correlate."""
-    return HALVES.get(half, 0) * 1000000 + frame * len(KINDS) + list(KINDS).index(kind)
+    return HALVES.get(half, 0) * 1000000 + frame * len(KINDS) + list(KINDS).index(like(kind))

@@ -150,14 +150,16 @@ TEST(InputSpec, OnePatternOrOnePerPlane) {
     EXPECT_FALSE(one->separate_files());
     EXPECT_EQ(one->color().text(), "a,b/A.####.exr");
 
-    Result<InputSpec> many =
-        InputSpec::parse("color=A,1.####.exr,depth=B.exr,motion=C.%04d.exr,motion_back=D.@.exr");
+    Result<InputSpec> many = InputSpec::parse(
+        "color=A,1.####.exr,depth=B.exr,motion=C.%04d.exr,motion_back=D.@.exr,"
+        "behind=E.##.exr");
     ASSERT_TRUE(many.ok()) << many.status().message();
     EXPECT_TRUE(many->separate_files());
     EXPECT_EQ(many->patterns.at(Role::color).text(), "A,1.####.exr");
     EXPECT_EQ(many->patterns.at(Role::inverse_depth).text(), "B.exr");
     EXPECT_EQ(many->patterns.at(Role::motion).text(), "C.%04d.exr");
     EXPECT_EQ(many->patterns.at(Role::motion_back).text(), "D.@.exr");
+    EXPECT_EQ(many->patterns.at(Role::behind).text(), "E.##.exr");
 
     Result<InputSpec> equals = InputSpec::parse("./a=b.exr");
     ASSERT_TRUE(equals.ok());

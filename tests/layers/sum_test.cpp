@@ -177,6 +177,7 @@ bool is_image(const Binding& binding) {
 TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
     TestFrame frame = bright_frame(40, 31);
     add_neighbors(frame);
+    add_behind(frame);
     add_lights(frame, kLayersPerStep + 1);
     for (const NamedChain& one : every_mode()) {
         PlanOptions options;

@@ -107,10 +107,10 @@ void add_steps_of_scenes(std::map<std::string, Step>& steps) {
     constexpr auto kCells = size_t(BokehKernel::kSide) * BokehKernel::kSide;
     for (const auto& info : scenes::scenes()) {
         scenes::SceneModel model = info.make();
-        for (int i = 0; i < 8; ++i) {
+        for (int i = 0; i < 9; ++i) {
             if (i & 4) model.aperture_image = *BokehKernel::make(std::vector<float>(kCells, 1.0f));
             Step step;
-            step.program = scenes::program_for(model, (i & 1) != 0, (i & 2) != 0);
+            step.program = scenes::program_for(model, (i & 9) != 0, (i & 2) != 0, i == 8);
             step.set_uniforms(shared::SceneUniforms{});
             for (int list = 0; list < 8; ++list)
                 step.bindings.push_back({list, TextureId(list), Access::list});

@@ -80,7 +80,8 @@ TEST(JobSettings, DefaultsAreThoseOfARun) {
 
 TEST(JobSettings, EachValueArrives) {
     const std::string on("uniform_blocks"), off("sky_blocks");
-    const auto settings = settings_of({{"frames", "3-5"},
+    const auto settings = settings_of({{"behind", "behind.####.exr"},
+                                       {"frames", "3-5"},
                                        {"cuts", "4"},
                                        {"profile", "cycles"},
                                        {"layer", "two"},
@@ -103,6 +104,7 @@ TEST(JobSettings, EachValueArrives) {
                                        {"dump_stages", "stages"}});
     ASSERT_TRUE(settings.ok()) << settings.status().message();
     EXPECT_EQ(settings->input.color().text(), "in.####.exr");
+    EXPECT_EQ(settings->input.patterns.at(Role::behind).text(), "behind.####.exr");
     EXPECT_EQ(settings->frames->frames, (std::vector<int>{3, 4, 5}));
     EXPECT_EQ(settings->source.cuts, std::set<int>{4});
     EXPECT_EQ(settings->source.profile->name, "cycles");
@@ -129,9 +131,11 @@ TEST(JobSettings, EachValueArrives) {
 
 TEST(JobSettings, ErrorsNameTheSetting) {
     const std::pair<const char*, const char*> wrong[] = {
-        {"frames", "2-1"},        {"cuts", "x"},        {"profile", "maya"},
-        {"no_elide", "no_rule"},  {"elide", "no_rule"}, {"output", "a.##.##.exr"},
-        {"compression", "zip:0"}, {"channels", "R,,G"}};
+        {"frames", "2-1"},         {"cuts", "x"},
+        {"profile", "maya"},       {"behind", "a.##.##.exr"},
+        {"no_elide", "no_rule"},   {"elide", "no_rule"},
+        {"output", "a.##.##.exr"}, {"compression", "zip:0"},
+        {"channels", "R,,G"}};
     for (const auto& [key, value] : wrong) {
         const auto settings = settings_of({{key, value}});
         ASSERT_FALSE(settings.ok()) << key;

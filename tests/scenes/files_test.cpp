@@ -93,6 +93,19 @@ TEST_F(Files, OfATruthHoldColorOnly) {
     EXPECT_THAT(channels, testing::UnorderedElementsAre("R", "G", "B", "A"));
 }
 
+TEST_F(Files, OfTheLayerBehindAreWrittenIfAskedFor) {
+    request_.behind = true;
+    ASSERT_TRUE(write_scene(renderer(), request_).ok());
+    EXPECT_THAT(names(), testing::UnorderedElementsAre("gbuf.0001.exr", "sharp.0001.exr",
+                                                       "behind.0001.exr", "camera.json"));
+    auto file = io::ExrFile::open(at("behind.0001.exr"));
+    auto sharp = io::ExrFile::open(at("sharp.0001.exr"));
+    ASSERT_TRUE(file.ok() && sharp.ok());
+    ASSERT_EQ(file->parts()[0].channels.size(), sharp->parts()[0].channels.size());
+    for (const auto& channel : sharp->parts()[0].channels)
+        EXPECT_NE(file->parts()[0].find(channel.name), nullptr) << channel.name;
+}
+
 TEST_F(Files, AreTheSameBytesHoweverTheSequenceIsSplit) {
     request_.frames = {1, 2};
     request_.truth_samples = 3;

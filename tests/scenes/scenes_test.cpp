@@ -254,6 +254,38 @@ TEST(Still, HasExactlyNoMotionAndTheSamePictureInEveryFrame) {
     EXPECT_EQ(*high, 1e10f);
 }
 
+// A ball before a wall: without the ball that pixels show, but with its shadow.
+TEST(Behind, ShowsWhatTheObjectOfEachPixelHides) {
+    SceneModel model = empty_model(2, 1e6);
+    model.light = {-0.15, 0.1, -0.7};
+    model.objects.push_back(rectangle(4, 4, still(at({0, 0, 4})), {0.7, 0.6, 0.5}));
+    model.objects.push_back(sphere(0.3, still(at({0, 0, 3})), {0.1, 0.2, 0.9}));
+    RenderSettings settings;
+    settings.width = 96;
+    settings.height = 64;
+    settings.vectors = true;
+    const ScenePlanes front = render(model, settings);
+    settings.behind = true;
+    const ScenePlanes behind = render(model, settings);
+    model.objects[1].pose = still(at({0, 0, -90}));
+    settings.behind = false;
+    const ScenePlanes wall = render(model, settings);
+    int hidden = 0, shadowed = 0;
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 96; ++x) {
+            if (front.depth.at(x, y) > 3.5f) {
+                EXPECT_EQ(behind.depth.at(x, y), 1e10f);  // nothing is behind the wall
+                continue;
+            }
+            ++hidden;
+            EXPECT_EQ(behind.depth.at(x, y), wall.depth.at(x, y));
+            EXPECT_LE(behind.color.at(x, y, 2), wall.color.at(x, y, 2));
+            shadowed += behind.color.at(x, y, 2) < 0.9f * wall.color.at(x, y, 2);
+        }
+    EXPECT_GT(hidden, 200);
+    EXPECT_GT(shadowed, 20);
+}
+
 TEST(Sharp, HasTheDepthOfTheCenterAndMeanVectors) {
     const ScenePlanes gbuf = render("wheels", 160, 90, 2, Picture::gbuf);
     const ScenePlanes sharp = render("wheels", 160, 90, 2, Picture::sharp, 16);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "chain/behind.h"
 #include "chain/convert.h"
 #include "chain/layers.h"
 
@@ -79,6 +80,17 @@ void add_neighbors(TestFrame& frame) {
     }
 }
 
+void add_behind(TestFrame& frame) {
+    const int width = frame.description.width, height = frame.description.height;
+    TestFrame other = layered_frame(width, height, {-13.0f, 6.0f}, {4.0f, -9.0f}, 103);
+    ImageF& depth = other.planes.at(Role::inverse_depth);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x)
+            depth.at(x, y) = x + y < width / 4 ? -1 : 0.8f * depth.at(x, y);
+    frame.planes[Role::behind] = stack_behind(other.planes);
+    frame.description.planes.add(Role::behind);
+}
+
 namespace {
 
 // So many parts of `color`, one below another.
@@ -105,6 +117,11 @@ void add_lights(TestFrame& frame, int count) {
     frame.description.layers = count;
     frame.description.planes.add(Role::layers);
     frame.planes[Role::layers] = lights_of(frame.planes.at(Role::color), count, 31);
+    if (const auto behind = frame.planes.find(Role::behind); behind != frame.planes.end()) {
+        const int height = frame.description.height;
+        const ImageF color = plane_of_stack(behind->second, 0, height);
+        behind->second = stack_planes({behind->second, lights_of(color, count, 91)});
+    }
     for (const Neighbor neighbor : kNeighbors) {
         const auto color = frame.planes.find(role_of(neighbor, Role::color));
         if (color == frame.planes.end()) continue;

@@ -28,9 +28,12 @@ TestFrame layered_frame(int width, int height, std::array<float, 2> square_motio
                         std::array<float, 2> ground_motion, uint32_t seed = 1);
 // Adds the planes of both neighbors: two other frames of the kind.
 void add_neighbors(TestFrame& frame);
+
+// Adds a layer behind that moves too, with a corner of which nothing is known; before add_lights().
+void add_behind(TestFrame& frame);
 // Splits color into `count` lights, whose shares vary from pixel to pixel. One light is brighter
 // than color and the last is negative there; their sum is color up to rounding. Replaces the
-// frame's layers, and does the same to its neighbors if it has them.
+// frame's layers, and does the same to its neighbors and its layer behind if it has them.
 void add_lights(TestFrame& frame, int count);
 // Size, planes and bounds of hand-made canonical planes.
 FrameDescription describe(const FramePlanes& planes);

@@ -53,6 +53,7 @@ void add_scene(CLI::App& subcommand, Options& options, SceneOptions& scene) {
                     "samples over shutter and lens for mb, dof and both; 0 = none")
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
+    subcommand.add_flag("--behind", scene.behind, "also render the layer behind, for run --behind");
     add_on_existing(subcommand, "if an output file exists", scene.on_existing);
     add_settings(subcommand, camera_parameters(), "", &scene.camera);
     add_device(subcommand, options);
@@ -63,6 +64,7 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
     request.name = scene.name;
     request.folder = scene.folder;
     request.truth_samples = scene.truth_samples;
+    request.behind = scene.behind;
     request.camera = scene.camera;
     request.on_existing = scene.on_existing;
     auto size = parse_size(scene.size);

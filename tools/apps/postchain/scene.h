@@ -11,6 +11,7 @@ struct SceneOptions {
     std::string size = "640x360";
     std::string frames = "1-8";
     int truth_samples = 0;
+    bool behind = false;
     io::OnExisting on_existing = io::OnExisting::fail;
     Camera camera;  // overrides the scene's
 };

@@ -62,7 +62,7 @@ int groups(int side) {
 
 }  // namespace
 
-ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
+ProgramKey program_for(const SceneModel& model, bool vectors, bool lens, bool behind) {
     int shapes = 0, casters = 0, patterns = 0;
     for (const Object& object : model.objects) {
         shapes |= 1 << int(object.shape);
@@ -75,7 +75,8 @@ ProgramKey program_for(const SceneModel& model, bool vectors, bool lens) {
              {"PATTERNS", concat(patterns)},
              {"DISC", lens && !has_disc(model) ? "0" : "1"},
              {"APERTURE_IMAGE", lens && model.aperture_image ? "1" : "0"},
-             {"VECTORS", vectors ? "1" : "0"}}};
+             {"VECTORS", vectors ? "1" : "0"},
+             {"BEHIND", behind ? "1" : "0"}}};
 }
 
 struct SceneRenderer::Impl {
@@ -155,7 +156,8 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
                       concat("a scene's samples must be 1 to ", kMaxSamples, ", not ", samples));
     Impl& gl = *impl_;
     if (Status status = gl.context->make_current(); !status.ok()) return status;
-    const auto program = gl.programs.get(program_for(model, settings.vectors, settings.lens));
+    const auto program =
+        gl.programs.get(program_for(model, settings.vectors, settings.lens, settings.behind));
     if (!program.ok()) return program.status();
 
     const Instant now = instant_of(model, settings.time);

@@ -27,6 +27,7 @@ struct RenderSettings {
     double shutter_frames = 0;  // open from time - half to time + half; 0 = instantaneous
     bool lens = false;          // thin lens of the model's f-stop, otherwise pinhole
     bool vectors = false;       // also render depth and motion vectors
+    bool behind = false;        // without the object that each pixel's center shows
     uint32_t seed = 0;          // of shutter and lens noise
 };
 
@@ -57,8 +58,8 @@ class SceneRenderer {
     std::unique_ptr<Impl> impl_;
 };
 
-// Renders the model; `vectors`, `lens`: of the settings.
-ProgramKey program_for(const SceneModel& model, bool vectors, bool lens);
+// Renders the model; `vectors`, `lens`, `behind`: of the settings.
+ProgramKey program_for(const SceneModel& model, bool vectors, bool lens, bool behind = false);
 
 // Radius of the lens in scene units: f / (2 N), with the focal length in meters.
 double lens_radius(double focal_length_mm, double f_stop);

@@ -62,9 +62,10 @@ RenderSettings settings_of(const SceneRequest& request, const SceneModel& model,
     settings.time = frame;
     settings.seed = uint32_t(frame);
     settings.vectors = !is_truth(picture);
-    settings.samples = is_truth(picture)           ? request.truth_samples
-                       : picture == Picture::sharp ? request.sharp_samples
-                                                   : 1;
+    settings.samples = is_truth(picture)          ? request.truth_samples
+                       : picture == Picture::gbuf ? 1
+                                                  : request.sharp_samples;
+    settings.behind = picture == Picture::behind;
     const bool shutter = picture == Picture::mb || picture == Picture::both;
     settings.shutter_frames = shutter ? model.shutter_frames : 0;
     settings.lens = picture == Picture::dof || picture == Picture::both;
@@ -78,7 +79,7 @@ Result<ScenePlanes> render_image(SceneRenderer& renderer, const SceneRequest& re
     if (is_truth(picture) && request.truth_samples < 1)
         return Status(StatusCode::usage, "the ground truth of a scene needs at least one sample");
     auto planes = renderer.render(model, settings, progress);
-    if (!planes.ok() || picture != Picture::sharp) return planes;
+    if (!planes.ok() || is_truth(picture) || picture == Picture::gbuf) return planes;
     // Depth is that of the pixel center, not of the last of many samples.
     RenderSettings center = settings;
     center.samples = 1;
@@ -182,6 +183,8 @@ const char* name_of(Picture picture) {
             return "gbuf";
         case Picture::sharp:
             return "sharp";
+        case Picture::behind:
+            return "behind";
         case Picture::mb:
             return "mb";
         case Picture::dof:
@@ -322,6 +325,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
         return Status(StatusCode::usage, concat("ground truth samples must be 0 or more, not ",
                                                 request.truth_samples));
     std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
+    if (request.behind) pictures.push_back(Picture::behind);
     if (request.truth_samples > 0)
         pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
     const io::OutputFiles files = files_of(request, pictures);

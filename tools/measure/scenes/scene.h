@@ -1,7 +1,8 @@
 // The generated scenes of `postchain scene`: sequences with depth, motion vectors and ground truth,
 // without an external renderer.
 //
-//   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, mb, dof, both] .####.exr, camera.json
+//   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, behind] [, mb, dof, both] .####.exr,
+//   camera.json
 //                                          [, aperture.exr]
 //
 // Files follow the `cycles` convention (docs/frame.md); docs/scenes.md describes each plane. An
@@ -34,6 +35,7 @@ struct SceneRequest {
     std::vector<int> frames = {1};
     int truth_samples = 0;   // per pixel of each ground truth; 0 = none
     int sharp_samples = 16;  // per pixel of `sharp`
+    bool behind = false;     // also `behind`, of as many
     // f_stop, aperture, sensor_width_mm, near_clip, far_clip and shutter_frames replace the scene's
     // values; focal_length_mm and focus_distance do so in every frame. Scenes are in meters:
     // another meters_per_unit is a usage error. An aperture image must already be loaded.
@@ -42,11 +44,12 @@ struct SceneRequest {
 };
 
 enum class Picture {
-    gbuf,   // one sample at the pixel center, with depth and motion vectors
-    sharp,  // mean over the pixel: color and vectors; depth at the center, aliased
-    mb,     // ground truth of the shutter, pinhole; color only
-    dof,    // ground truth of the lens, instantaneous; color only
-    both,   // ground truth of shutter and lens; color only
+    gbuf,    // one sample at the pixel center, with depth and motion vectors
+    sharp,   // mean over the pixel: color and vectors; depth at the center, aliased
+    behind,  // like sharp, without the object that each pixel's center shows: the layer behind
+    mb,      // ground truth of the shutter, pinhole; color only
+    dof,     // ground truth of the lens, instantaneous; color only
+    both,    // ground truth of shutter and lens; color only
 };
 const char* name_of(Picture picture);  // "gbuf"
 bool is_truth(Picture picture);

@@ -271,7 +271,8 @@ const std::map<std::string_view, Role>& roles_of_words() {
     static const std::map<std::string_view, Role> kRoles = {{"color", Role::color},
                                                             {"depth", Role::inverse_depth},
                                                             {"motion", Role::motion},
-                                                            {"motion_back", Role::motion_back}};
+                                                            {"motion_back", Role::motion_back},
+                                                            {"behind", Role::behind}};
     return kRoles;
 }
 
@@ -300,9 +301,11 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
     while (true) {
         const std::optional<std::string_view> key = key_of(rest);
         if (!key || !roles_of_words().contains(*key)) {
-            return usage_error(concat("input '", text, "': '", key.value_or(rest),
-                                      "' is none of color=, depth=, motion=, motion_back= (a file "
-                                      "name with '=' can be written ./NAME)"));
+            return usage_error(
+                concat("input '", text, "': '", key.value_or(rest),
+                       "' is none of color=, depth=, motion=, motion_back=, behind= (a "
+                       "file "
+                       "name with '=' can be written ./NAME)"));
         }
         rest.remove_prefix(key->size() + 1);
         // A comma ends the path only if another plane follows: names may contain commas.

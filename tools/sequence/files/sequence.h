@@ -96,9 +96,10 @@ struct InputSpec {
     bool separate_files() const { return patterns.size() > 1; }
     const PathPattern& color() const { return patterns.at(Role::color); }
 
-    // The word before "=": "color", "depth", "motion", "motion_back".
+    // The word before "=": "color", "depth", "motion", "motion_back", "behind".
     static std::string word_of(Role role);
-    // "A.####.exr", or "color=A.####.exr,depth=B.####.exr,motion=C.####.exr" (also motion_back).
+    // "A.####.exr", or "color=A.####.exr,depth=B.####.exr,motion=C.####.exr" (also motion_back;
+    // behind: all planes of the layer behind).
     // Errors (usage): unknown or repeated plane, no color, a bad pattern.
     static Result<InputSpec> parse(std::string_view text);
 };

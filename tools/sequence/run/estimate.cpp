@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "tools/sequence/run/behind_planes.h"
 #include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/runner.h"
 
@@ -50,6 +51,7 @@ Memory memory_of(const FrameInputs& inputs, const Plan& plan, size_t frames) {
     memory.frame = bytes_of(*inputs.frame);
     uint64_t neighbors = 0;
     for (const auto& [neighbor, frame] : inputs.neighbors) neighbors += bytes_of(*frame);
+    if (inputs.behind) neighbors += behind_bytes(*inputs.behind);
     for (const PlanTexture& texture : plan.textures)
         if (texture.imported) memory.textures += texture.bytes();
     memory.textures += plan.peak_bytes();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "chain/behind.h"
 #include "chain/layers.h"
 #include "chain/text.h"
 
@@ -53,6 +54,17 @@ SharedPlanes planes_with_fill_mask(SharedPlanes planes, const FrameDescription& 
         if (!made.has(role)) continue;
         std::shared_ptr<const ImageF>& plane = planes[role];
         plane = plane ? std::make_shared<const ImageF>(stack_planes({mask, *plane})) : shared;
+    }
+    if (const auto behind = planes.find(Role::behind);
+        behind != planes.end() && made.has(Role::behind)) {
+        ImageF before = *behind->second, layers;
+        const size_t values = size_t(kBehindPlanes) * mask.data.size();
+        layers.data.assign(before.data.begin() + std::ptrdiff_t(values), before.data.end());
+        before.data.resize(values);
+        before.data.insert(before.data.end(), mask.data.begin(), mask.data.end());
+        before.data.insert(before.data.end(), layers.data.begin(), layers.data.end());
+        before.height += frame.height;
+        behind->second = std::make_shared<const ImageF>(std::move(before));
     }
     return planes;
 }

@@ -148,6 +148,7 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
     if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
     for (const auto& [neighbor, other] : inputs.neighbors)
         text += concat(postchain::name_of(neighbor), " ", text_of_frame(*other));
+    if (inputs.behind) text += concat("behind ", text_of_frame(*inputs.behind));
     return concat("postchain ", settings.version, " chain ", hex_of(chain.hash()), " work ",
                   hex_of(hash_text(text)));
 }

@@ -146,6 +146,7 @@ RoleSet roles_in_files(const FrameHeader& header) {
     for (const auto& [role, where] : header.assignment) roles.add(role);
     if (header.layers.any_filtered()) roles.add(Role::layers);
     if (!header.layers.mattes.empty()) roles.add(Role::mattes);
+    if (header.has_behind) roles.add(Role::behind);
     if (header.makes_motion) roles = roles | RoleSet{Role::motion, Role::motion_back};
     return roles;
 }
@@ -155,9 +156,14 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     if (settings.view == kAllViews && !settings.all_views)
         return Status(StatusCode::usage,
                       "--view all: only run filters all views of a file; choose one");
-    auto opened = io::open_frame(files, frame, {}, settings.input_transfer);
+    // The layer behind is a frame of its own (behind_planes.h).
+    std::map<Role, std::string> own = files;
+    const bool has_behind = own.erase(Role::behind) > 0;
+    auto opened = io::open_frame(own, frame, {}, settings.input_transfer);
     if (!opened.ok()) return opened.status();
-    return header_of(settings, std::move(*opened));
+    auto header = header_of(settings, std::move(*opened));
+    if (header.ok()) header->has_behind = has_behind;
+    return header;
 }
 
 Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files) {

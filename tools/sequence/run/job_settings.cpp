@@ -184,6 +184,13 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                        "color=A.####.exr,depth=B.####.exr,motion=C.####.exr",
                .group = kInputGroup,
                .required = true})
+        .text(
+            "behind", &JobSettings::behind,
+            {.unit = "IN",
+             .help = "second render of what is behind the frames' surfaces: behind.####.exr, with "
+                     "the same channel names",
+             .unset_means = "none",
+             .group = kInputGroup})
         .text("frames", &JobSettings::frames,
               {.unit = "RANGE",
                .help = "frames to process: 1-10,20-40x2 (default: all frames on disk)",
@@ -396,6 +403,13 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     auto input = io::InputSpec::parse(job.input);
     if (!input.ok()) return input.status().at(option_name("input"));
     settings.input = std::move(*input);
+    if (!job.behind.empty()) {
+        auto behind = io::PathPattern::parse(job.behind);
+        if (!behind.ok()) return behind.status().at(option_name("behind"));
+        if (!settings.input.patterns.emplace(Role::behind, std::move(*behind)).second)
+            return Status(StatusCode::usage, concat(option_name("behind"),
+                                                    ": the input already names behind=; give one"));
+    }
     if (!job.frames.empty()) {
         auto range = io::FrameRange::parse(job.frames);
         if (!range.ok()) return range.status().at(option_name("frames"));

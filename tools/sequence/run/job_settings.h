@@ -18,6 +18,7 @@ enum class BitsChoice { as_input, bits_8, bits_10, bits_12, bits_16, bits_32 };
 // Strings are in the forms that docs/command.md describes; empty = not given.
 struct JobSettings {
     std::string input;
+    std::string behind;
     std::string frames;
     std::string cuts;
     std::string camera;

@@ -49,6 +49,15 @@ std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLay
     return lacking;
 }
 
+std::shared_ptr<const ImageF> layers_in_order(const ImageF& stack, const FrameLayers& of,
+                                              const FrameLayers& wanted) {
+    const auto theirs = keys_of(of);
+    std::vector<size_t> places;
+    for (const LayerKey& key : keys_of(wanted))
+        places.push_back(size_t(std::find(theirs.begin(), theirs.end(), key) - theirs.begin()));
+    return chosen_planes(stack, places, stack.height / int(theirs.size()));
+}
+
 void set_apart(const std::map<Neighbor, NeighborLayers>& neighbors, SourceFrame& frame) {
     const auto own = frame.planes.find(Role::layers);
     if (own == frame.planes.end()) return;

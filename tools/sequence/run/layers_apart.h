@@ -23,6 +23,10 @@ struct NeighborLayers {
 // Names of the layers and cryptomattes that are filtered in `frame` but not in `other`.
 std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLayers& other);
 
+// A stack of the layers filtered in `of`, as `wanted` orders them, which lacks none of them.
+std::shared_ptr<const ImageF> layers_in_order(const ImageF& stack, const FrameLayers& of,
+                                              const FrameLayers& wanted);
+
 // Adds to `frame` the neighbors' layers that it has too, in its order. Layers that a neighbor lacks
 // move from the planes to SourceFrame::layers_apart.
 void set_apart(const std::map<Neighbor, NeighborLayers>& neighbors, SourceFrame& frame);

@@ -6,17 +6,13 @@
 #include "tools/sequence/run/layers_apart.h"
 
 namespace postchain::sequence {
-namespace {
 
-// Moves a plane, or stacked planes, from the window `from` to the window `to`.
 ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to) {
     std::vector<ImageF> planes;
     for (int i = 0; i < plane.height / from.height(); ++i)
         planes.push_back(io::placed(plane_of_stack(plane, i, from.height()), from, to));
     return stack_planes(planes);
 }
-
-}  // namespace
 
 void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet planes,
                    const io::Window& window, SourceFrame& frame) {

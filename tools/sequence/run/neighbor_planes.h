@@ -15,6 +15,9 @@ struct NeighborFrame {
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
 };
 
+// Moves a plane, or stacked planes, from the window `from` to the window `to`.
+ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to);
+
 // `planes`: planes_to_read() of the frame; `window`: that of its planes. Layers that a neighbor
 // lacks are set apart (layers_apart.h).
 void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet planes,

@@ -59,6 +59,7 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
     Json given = Json::object();
     for (const auto& [key, value] : settings.given) {
         const auto* text = std::get_if<std::string>(&value);
+        if (key == "behind") continue;  // in the input's text
         if (key == "input")
             given[key] = input_text(settings.input);
         else if (text && (key == "camera" || key == "ocio" ||

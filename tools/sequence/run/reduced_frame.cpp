@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "chain/behind.h"
 #include "chain/layers.h"
 
 namespace postchain::sequence {
@@ -20,6 +21,22 @@ ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int hei
     std::vector<ImageF> planes;
     for (int i = 0; i < stack.height / height_of_each; ++i)
         planes.push_back(mean_reduced(plane_of_stack(stack, i, height_of_each), width, height));
+    return stack_planes(planes);
+}
+
+// The layer behind (chain/behind.h): inverse depth and motion are not averaged.
+ImageF behind_reduced(const ImageF& stack, int height_of_each, int width, int height) {
+    std::vector<ImageF> planes;
+    for (int i = 0; i < stack.height / height_of_each; ++i) {
+        const ImageF plane = plane_of_stack(stack, i, height_of_each);
+        const bool mean = i == 0 || i >= kBehindPlanes;
+        planes.push_back(mean ? mean_reduced(plane, width, height)
+                              : middle_reduced(plane, width, height));
+    }
+    ImageF& motion = planes[2];
+    for (size_t i = 0; i < motion.data.size(); ++i)
+        motion.data[i] *=
+            i % 2 == 0 ? float(width) / float(stack.width) : float(height) / float(height_of_each);
     return stack_planes(planes);
 }
 
@@ -88,9 +105,10 @@ void reduce_frame(SourceFrame& source, double scale) {
     const float scale_y = float(height) / float(frame.height);
     for (auto& [role, plane] : source.planes) {
         const Role own = role_in_its_frame(role);
-        ImageF reduced = own == Role::color ? mean_reduced(*plane, width, height)
-                         : is_stacked(own)  ? stack_reduced(*plane, frame.height, width, height)
-                                            : middle_reduced(*plane, width, height);
+        ImageF reduced = own == Role::color    ? mean_reduced(*plane, width, height)
+                         : own == Role::behind ? behind_reduced(*plane, frame.height, width, height)
+                         : is_stacked(own)     ? stack_reduced(*plane, frame.height, width, height)
+                                               : middle_reduced(*plane, width, height);
         if (own == Role::motion || own == Role::motion_back)
             for (size_t i = 0; i < reduced.pixels(); ++i) {
                 reduced.data[2 * i] *= scale_x;

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <thread>
 
+#include "tools/sequence/run/behind_planes.h"
 #include "tools/sequence/run/channel.h"
 #include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/memory.h"
@@ -136,6 +137,9 @@ class Walk {
         report.stamps = inputs->frame->stamps;
         for (const auto& [neighbor, other] : inputs->neighbors)
             report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
+        if (inputs->behind)
+            report.stamps.insert(report.stamps.end(), inputs->behind->stamps.begin(),
+                                 inputs->behind->stamps.end());
         const auto begun = job_.begin(task, *inputs, report);
         if (!begun.ok()) return begun.status();
         if (!*begun) {
@@ -233,6 +237,7 @@ class Walk {
         for (const auto& [neighbor, other] : inputs.neighbors)
             bytes += frame_bytes(other->header, other->planes, job_.keep(),
                                  other->header.window.height());
+        if (inputs.behind) bytes += behind_bytes(*inputs.behind);
         return bytes;
     }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "chain/text.h"
+#include "tools/sequence/run/behind_planes.h"
 #include "tools/sequence/run/layers_apart.h"
 #include "tools/sequence/run/neighbor_planes.h"
 
@@ -55,6 +56,12 @@ Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::s
     inputs.frame = *entry;
     for (Neighbor neighbor : kNeighbors)
         if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
+    if (const auto path = files.find(Role::behind);
+        path != files.end() && inputs.frame->planes.has(Role::behind)) {
+        auto behind = open_behind(settings_, path->second, *inputs.frame);
+        if (!behind.ok()) return behind.status();
+        inputs.behind = std::make_shared<const OpenedFrame>(std::move(*behind));
+    }
     return inputs;
 }
 
@@ -64,9 +71,12 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     auto entry = std::make_shared<Entry>();
     entry->number = number;
     entry->files = files;
-    for (const auto& [role, path] : files) entry->stamps.push_back(io::FileStamp::of(path));
-    auto header = open_source_frame(settings_, files, number);
+    // A neighbor needs none, so a frame's own is opened apart.
+    entry->files.erase(Role::behind);
+    for (const auto& [role, path] : entry->files) entry->stamps.push_back(io::FileStamp::of(path));
+    auto header = open_source_frame(settings_, entry->files, number);
     if (!header.ok()) return header.status();
+    header->has_behind = input_.patterns.contains(Role::behind);
     entry->planes = planes_to_read(*header, planes_of_(*header));
     entry->header = std::move(*header);
     window_[number] = entry;
@@ -130,7 +140,9 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
 std::string SequenceReader::absence(int number, Neighbor neighbor) {
     if (!input_.color().has_token()) return "the input is one file";
     if (!on_disk_) {
-        auto list = io::find_frames(input_, std::nullopt);
+        io::InputSpec own = input_;
+        own.patterns.erase(Role::behind);
+        auto list = io::find_frames(own, std::nullopt);
         on_disk_ = std::make_shared<const FramesOnDisk>(list.ok() ? std::move(list->files)
                                                                   : FramesOnDisk());
     }
@@ -189,6 +201,10 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
     add_neighbors(neighbors, entry.planes, entry.header.window, frame);
+    if (inputs.behind)
+        if (Status status = add_behind(settings_, *inputs.behind, entry.header, frame);
+            !status.ok())
+            return status;
     if (inputs.neighbors.empty()) {
         entry.pixels.clear();
         entry.cryptomattes.reset();

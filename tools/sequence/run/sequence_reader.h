@@ -40,6 +40,7 @@ struct FrameInputs {
     // Neighbors with wanted planes: the frame, or why there is none.
     std::map<Neighbor, std::shared_ptr<const OpenedFrame>> neighbors;
     std::map<Neighbor, std::string> missing;
+    std::shared_ptr<const OpenedFrame> behind;  // the layer behind, if it is read
     std::vector<std::string> warnings;
 };
 

@@ -103,9 +103,9 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     area.window.min_y = window.min_y + top;
     area.window.max_y = window.min_y + bottom - 1;
     const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
-    constexpr RoleSet kOfLayers = {Role::layers, Role::mattes};
+    constexpr RoleSet kApart = {Role::layers, Role::mattes, Role::behind};
     auto read =
-        io::read_frame(header.files, header.assignment, present - kOfLayers - made, keep, area);
+        io::read_frame(header.files, header.assignment, present - kApart - made, keep, area);
     if (!read.ok()) return read.status();
     for (Role role : {Role::motion, Role::motion_back})
         if (made.has(role) && present.has(role)) {

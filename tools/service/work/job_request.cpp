@@ -156,7 +156,8 @@ class RequestParser {
                 row.type == ParameterType::text)
                 if (Status status = status_of_row(row); !status.ok())
                     body_.fault(row.key, without_option(row.key, status.message()));
-        std::optional<io::PathPattern> output = hold_output();
+        std::optional<io::PathPattern> output = hold_pattern("output", job_.output);
+        std::optional<io::PathPattern> behind = hold_pattern("behind", job_.behind);
         hold_truth(request_.ab);
         hold_truth(request_.bench);
         if (has_errors(body_.faults()) || !input) return;
@@ -165,6 +166,7 @@ class RequestParser {
         if (!settings.ok()) return body_.fault("", settings.status().message());
         for (Diagnostic& note : notes) body_.add(std::move(note));
         settings->input = std::move(*input);
+        if (behind) settings->input.patterns.emplace(Role::behind, std::move(*behind));
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
         settings->source.layers.hold = hold_of(roots_);
@@ -173,14 +175,14 @@ class RequestParser {
         request_.bench.chain_name = request_.chain.name;
     }
 
-    std::optional<io::PathPattern> hold_output() {
-        if (job_.output.empty()) return std::nullopt;
-        auto output = io::PathPattern::parse(job_.output);
-        if (!output.ok()) {
-            body_.fault("output", output.status().message());
+    std::optional<io::PathPattern> hold_pattern(const char* key, const std::string& text) {
+        if (text.empty()) return std::nullopt;
+        auto pattern = io::PathPattern::parse(text);
+        if (!pattern.ok()) {
+            body_.fault(key, pattern.status().message());
             return std::nullopt;
         }
-        return body_.hold("output", *output);
+        return body_.hold(key, *pattern);
     }
 
     void hold_truth(experiment::ExperimentSettings& settings) {

@@ -1,0 +1,165 @@
+// `--behind`: the layer behind of a generated scene brings frames closer to ground truth; files
+// that do not fit are refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <map>
+
+#include "tests/run/fixture.h"
+#include "tools/measure/metrics/display.h"
+#include "tools/measure/metrics/pair.h"
+#include "tools/measure/scenes/scene.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/frame/frame_reader.h"
+
+namespace postchain::sequence {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TempFolder;
+using ::testing::HasSubstr;
+
+// Rendered once: three frames of a scene, their layers behind, and the ground truth of frame 2.
+const TempFolder& scene() {
+    static const TempFolder folder;
+    static const bool rendered = [] {
+        auto renderer = scenes::SceneRenderer::create();
+        scenes::SceneRequest request;
+        request.name = "crossing";
+        request.folder = folder.path("");
+        request.width = 256;
+        request.height = 144;
+        request.frames = {1, 3};
+        request.behind = true;
+        request.on_existing = io::OnExisting::overwrite;
+        bool ok = renderer.ok() && scenes::write_scene(**renderer, request).ok();
+        request.frames = {2};
+        request.truth_samples = 128;
+        ok = ok && scenes::write_scene(**renderer, request).ok();
+        EXPECT_TRUE(ok);
+        return ok;
+    }();
+    (void)rendered;
+    return folder;
+}
+
+std::string in_scene(const std::string& name) {
+    return scene().path(name);
+}
+
+class BehindTest : public SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        settings_.input = *io::InputSpec::parse(in_scene("sharp.####.exr"));
+        settings_.on_existing = io::OnExisting::overwrite;
+        settings_.source.camera = *load_camera(in_scene("camera.json"));
+        frames("2");
+        blur("joint_blur", {{"samples", int64_t(64)}});
+    }
+    void blur(const char* pass, test::Settings values) { chain_ = test::chain_of(pass, values); }
+    void behind(const std::string& path) {
+        settings_.input.patterns.insert_or_assign(Role::behind, *io::PathPattern::parse(path));
+    }
+    FrameReport go() {
+        FrameReport last;
+        const auto summary = run_sequence(
+            chain_, settings_, test::executor(), "renderer",
+            [&](const FrameReport& report, const RunProgress&) { last = report; }, nullptr);
+        if (!summary.ok()) last.status = summary.status();
+        return last;
+    }
+    double psnr_to(const char* truth) {
+        const FrameReport report = go();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        const auto pair =
+            metrics::pair_of(test::read_color(out(2)), test::read_color(in_scene(truth)));
+        return metrics::psnr(*pair).value_or(0);
+    }
+    // Without and with the layer, dB.
+    std::array<double, 2> gain(const char* truth) {
+        settings_.input.patterns.erase(Role::behind);
+        const double without = psnr_to(truth);
+        behind(in_scene("behind.####.exr"));
+        const std::array<double, 2> both = {without, psnr_to(truth)};
+        std::printf("%s: %.2f -> %.2f dB\n", truth, both[0], both[1]);
+        return both;
+    }
+    std::string failure() {
+        const FrameReport report = go();
+        EXPECT_FALSE(report.status.ok());
+        return report.status.message();
+    }
+};
+
+TEST_F(BehindTest, BringsTheFrameCloserToGroundTruth) {
+    const auto both = gain("both.0002.exr");
+    EXPECT_GT(both[1], both[0] + 0.3);
+    blur("motion_blur", {{"mode", "inverse_warp"}});
+    const auto shutter = gain("mb.0002.exr");
+    EXPECT_GT(shutter[1], shutter[0] + 0.15);
+    blur("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(64)}});
+    const auto lens = gain("dof.0002.exr");
+    EXPECT_GT(lens[1], lens[0] + 0.5);
+}
+
+TEST_F(BehindTest, TakesThePlaceOfEstimates) {
+    settings_.source.layers.fill_mask = "fill";
+    const auto estimated = [&] {
+        EXPECT_TRUE(go().status.ok());
+        auto file = io::ExrFile::open(out(2));
+        EXPECT_TRUE(file.ok());
+        const auto share = file->read_channels(0, {"fill.background"});
+        EXPECT_TRUE(share.ok());
+        double sum = 0;
+        for (const float value : share->data) sum += value;
+        return sum;
+    };
+    const double without = estimated();
+    behind(in_scene("behind.####.exr"));
+    EXPECT_LT(estimated(), 0.5 * without);
+}
+
+// A neighbor needs none of its own.
+TEST_F(BehindTest, IsReadOnlyForTheFrameItself) {
+    fs::copy_file(in_scene("behind.0002.exr"), at("behind.0002.exr"));
+    behind(at("behind.####.exr"));
+    EXPECT_TRUE(go().status.ok());
+    const auto written = sidecar(2);
+    EXPECT_FALSE(written["plan"].contains("missing_neighbors")) << written["plan"];
+    EXPECT_EQ(written["inputs"].size(), 4u) << written["inputs"];
+    EXPECT_EQ(written["inputs"]["behind"], at("behind.0002.exr"));
+}
+
+TEST_F(BehindTest, DecidesWhatIsMadeAgain) {
+    EXPECT_TRUE(go().status.ok());
+    settings_.on_existing = io::OnExisting::skip;
+    EXPECT_EQ(go().outcome, Outcome::skipped);
+    behind(in_scene("behind.####.exr"));
+    EXPECT_EQ(go().outcome, Outcome::written);
+    EXPECT_EQ(go().outcome, Outcome::skipped);
+}
+
+TEST_F(BehindTest, IsLeftAloneByChainsThatDoNotReadIt) {
+    blur("fxaa", {});
+    behind(in_scene("behind.####.exr"));
+    EXPECT_TRUE(go().status.ok());
+    EXPECT_THAT(sidecar(2).dump(), ::testing::Not(HasSubstr("second_surfaces")));
+}
+
+TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {
+    behind(at("none.####.exr"));
+    EXPECT_THAT(failure(), HasSubstr("none.0002.exr: 1 of the requested frames are not on disk"));
+    behind(in_scene("both.####.exr"));
+    EXPECT_THAT(failure(),
+                HasSubstr("both.0002.exr: the layer behind has no inverse_depth, motion"));
+    test::write_frame(at("small.0002.exr"), test::make_planes(48, 32));
+    behind(at("small.####.exr"));
+    const std::string size = failure();
+    EXPECT_THAT(size, HasSubstr("small.0002.exr: the layer behind has display window"));
+    EXPECT_THAT(size, HasSubstr("render both at one size"));
+}
+
+}  // namespace
+}  // namespace postchain::sequence

@@ -157,13 +157,23 @@ void search_second_layer(const Frames& frames, const Surface& begin, Vec p, cons
     }
 }
 
-// From what the pixel itself hides, from the farthest surface visited if this frame shows nothing,
-// and from the start surfaces that this frame may hide. If the farthest surface is behind the
-// first, or comes from beyond the border, nothing behind it counts.
+// Is the surface that this frame shows nearer than all that it may hide?
+bool is_settled(const Pixel& pixel, const Sample& now, const Search& here) {
+    const std::vector<Surface>& starts = pixel.block->starts;
+    for (size_t i = 0; i < starts.size(); ++i)
+        if (here.occluded_starts[i] &&
+            nearer(starts[i].inverse_depth, here.nearest.inverse_depth, now))
+            return false;
+    return here.nearest.inverse_depth >= 0;
+}
+
+// Unless this frame settles it: from what the pixel itself hides, from the farthest surface visited
+// if this frame shows nothing, and from the start surfaces that this frame may hide. If the
+// farthest surface is behind the first, or comes from beyond the border, nothing behind it counts.
 Found resolve_second_layer(const Frames& frames, const Pixel& pixel, const Sample& now,
                            const Search& here) {
     Found nearest = here.nearest;
-    if (!frames.second_layer) return nearest;
+    if (!frames.second_layer || is_settled(pixel, now, here)) return nearest;
     const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
     double farthest = shows_behind ? here.far.inverse_depth : 0;
     if (nearest.inverse_depth < 0) {

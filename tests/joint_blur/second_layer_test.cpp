@@ -156,7 +156,7 @@ TEST(SecondLayer, AgreesWithTheReference) {
             for (const Role role : {Role::color, Role::layers}) {
                 if (role == Role::layers && !more) continue;
                 const auto difference = compare(out.at(role), expected.planes.at(role), 2e-3);
-                EXPECT_LE(difference.fraction, 0.01)
+                EXPECT_LE(difference.fraction, 0.002)
                     << chain.links[0].type->name << more << difference.text;
             }
         }

@@ -49,6 +49,24 @@ TEST(StudyFile, EveryPairIsAskedAndPathsAreBesideTheFile) {
     EXPECT_EQ(study.scenes[0].measured.run.version, "1.2.3");
 }
 
+TEST(StudyFile, ALayerBehindIsBesideTheFileToo) {
+    const auto behind_of = [](const std::string& more) {
+        const StudyFile file = read(kHead +
+                                    "scenes:\n  - {name: s, input: 'a.####.exr', truth: "
+                                    "'b.####.exr'" +
+                                    more + "}\n");
+        EXPECT_TRUE(file.status().ok()) << text_of(file.diagnostics);
+        const auto& patterns = file.study.scenes.at(0).measured.run.input.patterns;
+        const auto found = patterns.find(Role::behind);
+        return found == patterns.end() ? "" : found->second.text();
+    };
+    EXPECT_EQ(behind_of(""), "");
+    EXPECT_EQ(behind_of(", behind: 'c.####.exr'"), "shots/c.####.exr");
+    EXPECT_THAT(refused(kHead + "scenes:\n  - {name: s, input: 'a.####.exr', truth: 'b.####.exr', "
+                                "behind: 'c.##.##.exr'}\n"),
+                HasSubstr("scenes[0].behind: "));
+}
+
 TEST(StudyFile, QuestionsNameThePairs) {
     const StudyFile file = read(kHead + "questions: [[three, one]]\nscenes:\n" + kScene);
     ASSERT_TRUE(file.status().ok()) << text_of(file.diagnostics);

@@ -469,6 +469,14 @@ class StudyReader {
                 scene.measured.truth = truth->color().text();
             scene.measured.truth_is = scene.truth;
         }
+        std::optional<io::PathPattern> behind;
+        if (!job.behind.empty()) {
+            const TextNode* at = node.find("behind");
+            auto found = io::PathPattern::parse(job.behind);
+            if (found.ok()) found = paths_.pattern(*found);
+            if (!found.ok()) return error(at ? *at : node, above + "behind", found.status());
+            behind = std::move(*found);
+        }
         if (!resolve_file(node, above, "camera", job.camera)) return;
         if (!resolve_file(node, above, "ocio", job.ocio)) return;
         if (!is_path_word(job.profile) && !resolve_file(node, above, "profile", job.profile))
@@ -490,6 +498,7 @@ class StudyReader {
         if (!run.ok()) return error(node, above + scene.name, run.status());
         if (!input) return;
         run->input = std::move(*input);
+        if (behind) run->input.patterns.emplace(Role::behind, std::move(*behind));
         run->version = version_;
         scene.measured.run = std::move(*run);
     }

@@ -132,6 +132,25 @@ TEST_F(BehindTest, IsReadOnlyForTheFrameItself) {
     EXPECT_EQ(written["inputs"]["behind"], at("behind.0002.exr"));
 }
 
+// Nor do they wait for it.
+TEST_F(BehindTest, IsWaitedForOnlyForTheFrameItself) {
+    fs::copy_file(in_scene("behind.0002.exr"), at("behind.0002.exr"));
+    behind(at("behind.####.exr"));
+    settings_.watch = Watch{.idle_s = 10};
+    EXPECT_TRUE(go().status.ok());
+    EXPECT_FALSE(sidecar(2)["plan"].contains("missing_neighbors")) << sidecar(2)["plan"];
+    frames("2-3");
+    settings_.watch = Watch{.idle_s = 1};
+    EXPECT_THAT(failure(), HasSubstr("behind.0003.exr: frame did not come"));
+}
+
+TEST_F(BehindTest, IsNotReplaced) {
+    fs::copy_file(in_scene("behind.0002.exr"), at("behind.0002.exr"));
+    behind(at("behind.####.exr"));
+    settings_.output = *io::PathPattern::parse(at("behind.####.exr"));
+    EXPECT_THAT(failure(), HasSubstr("would replace the layer behind"));
+}
+
 TEST_F(BehindTest, DecidesWhatIsMadeAgain) {
     EXPECT_TRUE(go().status.ok());
     settings_.on_existing = io::OnExisting::skip;

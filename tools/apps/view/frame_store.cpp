@@ -22,14 +22,22 @@ uint64_t bytes_of(const sequence::SourceFrame& frame) {
 }
 
 // Stamps of the files of a frame and of its neighbors.
-std::vector<io::FileStamp> stamps_of(int frame,
-                                     const std::map<int, std::map<Role, std::string>>& files) {
+std::vector<io::FileStamp> stamps_of(int frame, const sequence::FramesOnDisk& files,
+                                     const sequence::FramesOnDisk& neighbors) {
     std::vector<io::FileStamp> stamps;
-    for (int number = frame - 1; number <= frame + 1; ++number)
-        if (const auto found = files.find(number); found != files.end())
+    for (int number = frame - 1; number <= frame + 1; ++number) {
+        const auto& frames = number == frame ? files : neighbors;
+        if (const auto found = frames.find(number); found != frames.end())
             for (const auto& [role, path] : found->second)
                 stamps.push_back(io::FileStamp::of(path));
+    }
     return stamps;
+}
+
+sequence::FramesOnDisk frames_of(const io::InputSpec& input,
+                                 const std::optional<io::FrameRange>& range) {
+    auto list = io::find_frames(input, range);
+    return list.ok() ? std::move(list->files) : sequence::FramesOnDisk();
 }
 
 }  // namespace
@@ -101,23 +109,25 @@ uint64_t FrameStore::bytes() const {
 }
 
 void FrameStore::scan() {
-    std::map<int, std::map<Role, std::string>> files;
-    if (auto list = io::find_frames(settings_.input, settings_.frames); list.ok())
-        files = std::move(list->files);
+    auto files = frames_of(settings_.input, settings_.frames);
+    const bool behind = settings_.input.patterns.contains(Role::behind);
+    auto neighbors =
+        behind ? frames_of(sequence::input_of_neighbors(settings_.input), settings_.frames) : files;
     std::map<int, std::vector<io::FileStamp>> stamps;
     {
         const std::lock_guard lock(mutex_);
         for (const auto& [frame, kept] : kept_) stamps[frame];
     }
-    for (auto& [frame, of_frame] : stamps) of_frame = stamps_of(frame, files);
+    for (auto& [frame, of_frame] : stamps) of_frame = stamps_of(frame, files, neighbors);
     bool changed = false;
     {
         const std::lock_guard lock(mutex_);
         const size_t stale = std::erase_if(kept_, [&](const auto& entry) {
             return !files.contains(entry.first) || stamps[entry.first] != entry.second.stamps;
         });
-        changed = stale > 0 || files != files_;
+        changed = stale > 0 || files != files_ || neighbors != neighbors_;
         files_ = std::move(files);
+        neighbors_ = std::move(neighbors);
     }
     if (changed) {
         reader_.reset();
@@ -147,7 +157,7 @@ void FrameStore::read(int frame, const std::shared_ptr<const Chain>& chain) {
         const std::lock_guard lock(mutex_);
         if (!files_.contains(frame)) return;
         files = files_.at(frame);
-        *on_disk = files_;
+        *on_disk = neighbors_;
     }
     const bool again =
         std::find(handed_out_.begin(), handed_out_.end(), frame) != handed_out_.end();
@@ -165,7 +175,7 @@ void FrameStore::read(int frame, const std::shared_ptr<const Chain>& chain) {
         reads_ = chain;
     }
     Kept kept;
-    kept.stamps = stamps_of(frame, *on_disk);
+    kept.stamps = stamps_of(frame, {{frame, files}}, *on_disk);
     try {
         auto inputs = reader_->open(frame, files);
         kept.status = inputs.status();

@@ -69,7 +69,7 @@ class FrameStore {
     std::optional<int> wanted_;
     int direction_ = 1;
     std::shared_ptr<const Chain> chain_;
-    std::map<int, std::map<Role, std::string>> files_;
+    sequence::FramesOnDisk files_, neighbors_;  // neighbors need no layer behind
     std::map<int, Kept> kept_;
     uint64_t clock_ = 0;
     std::thread thread_;

@@ -26,6 +26,11 @@ RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted) {
     return planes;
 }
 
+io::InputSpec input_of_neighbors(io::InputSpec input) {
+    input.patterns.erase(Role::behind);
+    return input;
+}
+
 struct SequenceReader::Entry : OpenedFrame {
     bool is_neighbor_only = false;  // it lacks a layer that was requested by name
     bool is_decoded = false;
@@ -140,9 +145,7 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
 std::string SequenceReader::absence(int number, Neighbor neighbor) {
     if (!input_.color().has_token()) return "the input is one file";
     if (!on_disk_) {
-        io::InputSpec own = input_;
-        own.patterns.erase(Role::behind);
-        auto list = io::find_frames(own, std::nullopt);
+        auto list = io::find_frames(input_of_neighbors(input_), std::nullopt);
         on_disk_ = std::make_shared<const FramesOnDisk>(list.ok() ? std::move(list->files)
                                                                   : FramesOnDisk());
     }

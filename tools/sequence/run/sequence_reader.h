@@ -48,6 +48,9 @@ struct FrameInputs {
 // of the frame itself, because it is its neighbors' neighbor.
 RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted);
 
+// The files that make a frame a neighbor: all but the layer behind.
+io::InputSpec input_of_neighbors(io::InputSpec input);
+
 class SequenceReader {
   public:
     // Planes wanted of a frame and of its neighbors, from its header.
@@ -59,8 +62,8 @@ class SequenceReader {
                    IsWhole whole = {});
     ~SequenceReader();
 
-    // Sets the frames on disk. Otherwise they are listed when the first frame with a neighbor is
-    // opened.
+    // Sets the frames on disk, with the files of input_of_neighbors(). Otherwise they are listed
+    // when the first frame with a neighbor is opened.
     void see(std::shared_ptr<const FramesOnDisk> on_disk) { on_disk_ = std::move(on_disk); }
     // Neighbors whose planes or camera the frame would read if they existed; none if its own files
     // cannot be read.

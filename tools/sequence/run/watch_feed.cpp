@@ -60,18 +60,23 @@ std::optional<FrameFeed::Fed> WatchFeed::next(SequenceReader& reader,
 
 void WatchFeed::look() {
     const io::FilesOnDisk found = io::files_on_disk(settings_.input);
-    auto on_disk = std::make_shared<FramesOnDisk>();
+    const io::InputSpec of_neighbors = input_of_neighbors(settings_.input);
+    auto neighbors = std::make_shared<FramesOnDisk>();
+    on_disk_.clear();
     color_on_disk_.clear();
     for (const auto& [frame, path] : found.at(Role::color)) {
         color_on_disk_.insert(frame);
-        auto files = io::files_of(frame, settings_.input, found);
-        if (files.size() == settings_.input.patterns.size()) (*on_disk)[frame] = std::move(files);
+        for (const auto& [input, frames] :
+             {std::pair{&settings_.input, &on_disk_}, std::pair{&of_neighbors, neighbors.get()}}) {
+            auto files = io::files_of(frame, *input, found);
+            if (files.size() == input->patterns.size()) (*frames)[frame] = std::move(files);
+        }
         if (is_open_ && asked_.insert(frame).second) {
             waiting_.push_back({frame, frame, {}, settings_.output.format(frame)});
             ++total_;
         }
     }
-    on_disk_ = std::move(on_disk);
+    neighbors_on_disk_ = std::move(neighbors);
 
     std::set<int> wanted;
     for (const FrameTask& task : waiting_)
@@ -139,8 +144,8 @@ bool WatchFeed::waits_for_neighbor(const FrameTask& task, SequenceReader& reader
     for (const Neighbor neighbor : kNeighbors) {
         const int number = task.frame + frames_to(neighbor);
         if (!will_come(number)) continue;
-        if (const auto files = on_disk_->find(number);
-            files != on_disk_->end() && incomplete(files->second).ok())
+        if (const auto files = neighbors_on_disk_->find(number);
+            files != neighbors_on_disk_->end() && incomplete(files->second).ok())
             continue;
         auto known = read_with_.find(task.frame);
         if (known == read_with_.end())
@@ -153,8 +158,8 @@ bool WatchFeed::waits_for_neighbor(const FrameTask& task, SequenceReader& reader
 std::optional<FrameFeed::Fed> WatchFeed::pick(SequenceReader& reader) {
     neighbors_awaited_.clear();
     for (auto task = waiting_.begin(); task != waiting_.end(); ++task) {
-        const auto files = on_disk_->find(task->frame);
-        if (files == on_disk_->end() || !incomplete(files->second).ok()) continue;
+        const auto files = on_disk_.find(task->frame);
+        if (files == on_disk_.end() || !incomplete(files->second).ok()) continue;
         task->files = files->second;
         if (waits_for_neighbor(*task, reader)) {
             neighbors_awaited_.insert(task->frame);
@@ -163,7 +168,7 @@ std::optional<FrameFeed::Fed> WatchFeed::pick(SequenceReader& reader) {
         Fed fed{std::move(*task), Status()};
         waiting_.erase(task);
         read_with_.erase(fed.task.frame);
-        reader.see(on_disk_);
+        reader.see(neighbors_on_disk_);
         return fed;
     }
     return std::nullopt;
@@ -176,8 +181,8 @@ std::optional<FrameFeed::Fed> WatchFeed::give_up_one() {
     waiting_.erase(waiting_.begin());
     const std::string quiet =
         concat("nothing has changed for ", text_of(*settings_.watch->idle_s), " s (--idle)");
-    const auto files = on_disk_->find(fed.task.frame);
-    if (files == on_disk_->end())
+    const auto files = on_disk_.find(fed.task.frame);
+    if (files == on_disk_.end())
         fed.missing = Status(StatusCode::input, concat(absent_files(fed.task.frame, settings_),
                                                        ": frame did not come; ", quiet));
     else

@@ -56,7 +56,8 @@ class WatchFeed final : public FrameFeed {
     std::set<int> asked_;                // frames of this walk
     std::vector<FrameTask> waiting_;     // in processing order
     std::map<std::string, File> files_;  // by path
-    std::shared_ptr<const FramesOnDisk> on_disk_ = std::make_shared<FramesOnDisk>();
+    FramesOnDisk on_disk_;               // with all their files
+    std::shared_ptr<const FramesOnDisk> neighbors_on_disk_ = std::make_shared<FramesOnDisk>();
     std::set<int> color_on_disk_;                  // frames, even if other planes are missing
     std::map<int, std::set<Neighbor>> read_with_;  // neighbors read by complete frames
     std::set<int> neighbors_awaited_;              // frames that only wait for a neighbor

@@ -208,8 +208,8 @@ int inspect_subcommand(const Options& options) {
     for (int frame : shown) {
         const auto files = list->files.find(frame);
         if (files == list->files.end()) {
-            code = fail(Status(StatusCode::input,
-                               settings->input.color().format(frame) + ": frame is not on disk"));
+            code = fail(Status(StatusCode::input, sequence::absent_files(frame, *settings) +
+                                                      ": frame is not on disk"));
             continue;
         }
         const auto found = sequence::inspect_frame(*settings, files->second, frame, survey);

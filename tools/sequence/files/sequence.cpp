@@ -303,9 +303,8 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
         if (!key || !roles_of_words().contains(*key)) {
             return usage_error(
                 concat("input '", text, "': '", key.value_or(rest),
-                       "' is none of color=, depth=, motion=, motion_back=, behind= (a "
-                       "file "
-                       "name with '=' can be written ./NAME)"));
+                       "' is none of color=, depth=, motion=, motion_back=, behind= (a file name "
+                       "with '=' can be written ./NAME)"));
         }
         rest.remove_prefix(key->size() + 1);
         // A comma ends the path only if another plane follows: names may contain commas.

@@ -2,6 +2,7 @@
 
 #include "chain/plan_print.h"
 #include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/layers_json.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/sequence_reader.h"
@@ -19,7 +20,7 @@ Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVis
         const auto files = list->files.find(frame);
         if (files == list->files.end())
             return Status(StatusCode::input,
-                          settings.input.color().format(frame) + ": frame is not on disk");
+                          absent_files(frame, settings) + ": frame is not on disk");
         auto inputs = reader.open(frame, files->second);
         if (!inputs.ok()) return inputs.status();
         auto source = reader.read(*inputs);

@@ -89,6 +89,7 @@ void read_inputs(const RunSettings& settings, io::OutputFiles& files) {
     for (const auto& [role, pattern] : settings.input.patterns)
         files.read(pattern, role == Role::color           ? "the input"
                             : role == Role::inverse_depth ? "the depth"
+                            : role == Role::behind        ? "the layer behind"
                                                           : concat("the ", name_of(role)));
     for (const auto& file : settings.other_inputs) files.read(file);
 }

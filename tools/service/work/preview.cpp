@@ -7,6 +7,7 @@
 #include "tools/measure/report/page/encode.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/reduced_frame.h"
 #include "tools/sequence/run/sequence_reader.h"
 
@@ -25,7 +26,7 @@ Result<NamedFrame> named_frame(const JobRequest& request, sequence::RunSettings 
     const auto files = list->files.find(request.frame);
     if (files == list->files.end())
         return Status(StatusCode::input,
-                      settings.input.color().format(request.frame) + ": frame is not on disk");
+                      sequence::absent_files(request.frame, settings) + ": frame is not on disk");
     return NamedFrame{std::move(settings), files->second};
 }
 

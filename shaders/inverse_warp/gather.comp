@@ -74,7 +74,6 @@ struct Pixel {
 #include "inverse_warp/samples.glsl"
 #include "inverse_warp/search.glsl"
 #include "inverse_warp/second_layer.glsl"
-
 #include "inverse_warp/put_off.glsl"
 #include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
@@ -107,8 +106,8 @@ Seen seen(Found found, vec2 at) {
                 found.path, at);
 }
 
-// A sample sees the nearest surface found in any frame or known to continue behind the one that this
-// frame shows, otherwise the fill.
+// A sample sees the nearest surface found in any frame or known to continue behind the one that
+// this frame shows, otherwise the fill.
 Seen resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     precise const vec2 far_at = pixel.p - displacement(here.far, now);
@@ -177,8 +176,8 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
-// These loops, and those that they call, test at their end: where lanes run in step and skip nothing, as
-// on llvmpipe, a loop that tests at its beginning runs its body once more.
+// These loops, and those that they call, test at their end: if lanes run in step and skip nothing,
+// as on llvmpipe, a loop that tests at its beginning runs its body once more.
 void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
     const int count = int(ceil(set.n));
     int first = 0;

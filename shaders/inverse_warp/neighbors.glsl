@@ -53,7 +53,8 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
 bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
     const vec2 at = place_here(s, x, frame);
     const ivec2 pixel = ivec2(inside_of(at));
-    return at != vec2(pixel) || unpack_surface(texelFetch(surfaces, pixel, 0)).inverse_depth * ratio >= s.inverse_depth;
+    const float shown = unpack_surface(texelFetch(surfaces, pixel, 0)).inverse_depth;
+    return at != vec2(pixel) || shown * ratio >= s.inverse_depth;
 }
 
 // Is this surface, which the sample sees, beyond the border of a neighbor? What that shows may be
@@ -70,13 +71,14 @@ vec2 pixel_before(vec2 p, vec2 d) {
     return inside_of(x);
 }
 
-// The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order, a bit each: from
-// the farthest surface visited in the neighbor nearer in time and in the other one (bits 0 and 1), if
-// this frame shows nothing; from each start surface that this frame may hide in the neighbor nearer in
-// time (bits 2 ..). If the farthest surface visited is behind the first, no farther one counts: it
-// would be behind both. Nor does one from a neighbor for whose border the farthest is too far out. Edge
-// pixels, which mix two surfaces, count only if nothing else is found. A search ends at a pixel that
-// no search may find or that is not nearer than what was found.
+// The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order,
+// a bit each: from the farthest surface visited in the neighbor nearer in time and in the other one
+// (bits 0 and 1), if this frame shows nothing; from each start surface that this frame may hide in
+// the neighbor nearer in time (bits 2 ..). If the farthest surface visited is behind the first, no
+// farther one counts: it would be behind both. Nor does one from a neighbor for whose border the
+// farthest is too far out. Edge pixels, which mix two surfaces, count only if nothing else is
+// found. A search ends at a pixel that no search may find or that is not nearer than what was
+// found.
 //
 // All searches are one loop, a visit each time: lanes do not wait for each other's searches.
 Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {

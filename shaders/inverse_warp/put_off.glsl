@@ -3,9 +3,9 @@
 // found is kept in two words a sample, and taken up again from the surface at the pixel kept.
 
 const int kMaxPutOff = 32;
-// x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts, eight
-// hidden ones, the bits below. One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's
-// registers, of which the gather has none left.
+// x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,
+// eight hidden ones, the bits below. One more than needed: Mesa keeps arrays of up to 256 bytes in
+// a GPU's registers, of which the gather has none left.
 uvec2 kept[kMaxPutOff + 1];
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 

@@ -50,7 +50,7 @@ struct Search {
     bool shows_behind;     // the farthest surface is behind the first
     uint occluded_starts;  // a bit for each start surface that this frame may hide
     uint hidden_starts;    // and for each that is behind what this frame shows at its place
-    float put_off_for;     // inverse depth of the nearest of these that a sample is put off for; -1: none
+    float put_off_for;     // inverse depth of the nearest that a sample is put off for; -1: none
 };
 
 vec2 inside_of(vec2 at) {

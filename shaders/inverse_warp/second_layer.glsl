@@ -1,5 +1,6 @@
-// The search for occluded surfaces in the layer behind (chain/behind.h): what each pixel hides first, at
-// the frame's own time. Its surfaces are in `surfaces`, below the frame's.
+// The search for occluded surfaces in the layer behind (chain/behind.h), which shows the first
+// surface that each pixel hides, at the frame's own time. Its surfaces are in `surfaces`, below the
+// frame's.
 //
 // SECOND_LAYER: defined if the frame has that layer
 
@@ -8,7 +9,7 @@ const int kSecondLayer = 4;  // of Found::frame and Source::kind
 #ifdef SECOND_LAYER
 layout(binding = 6) uniform sampler2DArray second_layer;
 
-const int kSecondSteps = 3;          // from each start surface
+const int kSecondSteps = 3;         // from each start surface
 const int kFirstPlaneOfLayers = 3;  // color, inverse depth and motion come before
 
 // Below 0: nothing is known behind the pixel.
@@ -16,9 +17,9 @@ Surface second_surface(ivec2 x) {
     return unpack_surface(texelFetch(surfaces, x + ivec2(0, uniforms.size.y), 0));
 }
 
-// Searches from surface `begin`, for a surface nearer than `nearest` and no farther than the inverse
-// depth `farthest`. A pixel of the layer that is
-// nearer than what the frame shows there does not count.
+// Searches from surface `begin`, for a surface nearer than `nearest` and no farther than the
+// inverse depth `farthest`. A pixel of the layer that is nearer than what the frame shows there
+// does not count.
 void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inout Found nearest) {
     const float ratio = now.depth_ratio;
     if (begin.inverse_depth <= nearest.inverse_depth * ratio) return;
@@ -39,10 +40,10 @@ void search_second_layer(Surface begin, vec2 p, Sample now, float farthest, inou
     }
 }
 
-// The nearest surface that the sample sees in this frame or in the layer: from what the pixel itself
-// hides, from the farthest surface visited if this frame shows nothing, and from each start surface
-// that this frame may hide. If the farthest surface visited is behind the first, or comes from beyond
-// the border, nothing behind it counts.
+// The nearest surface that the sample sees in this frame or in the layer: from what the pixel
+// itself hides, from the farthest surface visited if this frame shows nothing, and from each start
+// surface that this frame may hide. If the farthest surface visited is behind the first, or comes
+// from beyond the border, nothing behind it counts.
 Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
     Found nearest = here.nearest;
     float farthest = here.shows_behind ? here.far.inverse_depth : 0.0;

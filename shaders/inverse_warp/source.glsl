@@ -28,8 +28,7 @@ const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0,
 vec4 with_fill(Source source, int layer, vec4 value) {
 #ifdef FILL_LAYER
     if (layer != FILL_LAYER || (source.kind == 0 && !source.beyond)) return value;
-    const bool neighbor =
-        source.kind == -1 || source.kind == 1 || source.kind == kSecondLayer;
+    const bool neighbor = source.kind == -1 || source.kind == 1 || source.kind == kSecondLayer;
     return precise_dot(value.rgb, vec3(1.0)) * (neighbor ? kFromNeighbor : kEstimated);
 #else
     return value;

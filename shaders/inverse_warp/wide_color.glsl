@@ -1,5 +1,6 @@
-// Color, and the extra layers that are filtered with it: with color's weights, which are found once.
-// A wide texture is a texture and the array of its layers, and each of these is a plane of it.
+// Color, and the extra layers that are filtered with it: with color's weights, which are found
+// once. A wide texture is a texture and the array of its layers, and each of these is a plane of
+// it.
 //
 // LAYERS: defined if the frame has extra layers, however many
 #include "common/finite.glsl"

@@ -316,6 +316,8 @@ TEST_F(RequestTest, NoPathLeavesTheRoots) {
         {"chain", chain_with("../outside/a.png")},
         {"set", {"camera.aperture_image=../outside/a.png"}},
         {"set", {"camera.aperture_image=/a.png"}},
+        {"behind", "../outside/in.####.exr"},
+        {"behind", "link/in.####.exr"},
     };
     for (const auto& [key, value] : attacks) {
         const Problem problem = refused(with(key, value).dump());
@@ -426,7 +428,7 @@ TEST_F(RequestTest, EveryTextOfTheTablesIsKnownToNameFilesOrNot) {
             EXPECT_NE(names, no_files.count(row.key) > 0) << row.key;
             files += names;
         }
-    EXPECT_EQ(files, 6u + 2 * 3);
+    EXPECT_EQ(files, 7u + 2 * 3);
 }
 
 TEST_F(RequestTest, AbAndBenchTakeTheTablesOfTheCommand) {
@@ -508,6 +510,7 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     };
     leaves("own", "../outside/chain.yaml");
     leaves("input", "../outside/in.####.exr");
+    leaves("behind", "../outside/in.####.exr");
     leaves("truth", "../outside/in.####.exr");
     leaves("camera", "../outside/camera.json");
     leaves("profile", "../outside/profile.yaml");

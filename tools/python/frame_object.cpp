@@ -151,6 +151,11 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
     auto frame = std::make_shared<Frame>();
     sequence::RunSettings job = job_settings("read", input, "", camera, settings, &read_keys());
     frame->settings_ = std::move(job.source);
+    if (job.input.patterns.contains(Role::behind))
+        raise(
+            Status(StatusCode::usage, concat(input,
+                                             ": a Frame has no layer behind; filter the files with "
+                                             "run_sequence()")));
     std::optional<io::FrameRange> range;
     if (!number.is_none()) range = io::FrameRange{{frame_number_of(number)}};
     const io::FrameList list = value_of(io::find_frames(job.input, range));

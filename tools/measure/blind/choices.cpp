@@ -33,9 +33,10 @@ std::optional<Preferred> preferred_of(const std::string& word) {
 
 Status read_choices(const std::string& csv, const std::string& file_name, const Kit& kit,
                     std::vector<Choice>& choices) {
-    std::istringstream text(csv);
+    // A spreadsheet writes a byte order mark.
+    std::istringstream text(csv.starts_with("\xef\xbb\xbf") ? csv.substr(3) : csv);
     std::string line;
-    for (size_t number = 1; std::getline(text, line); ++number) {
+    for (size_t number = 1; std::getline(text, line) || number == 1; ++number) {
         const auto error = [&](const auto&... words) {
             return Status(StatusCode::input, concat(file_name, ":", number, ": ", words...));
         };

@@ -160,7 +160,7 @@ def errors(options, reference, image):
 
 
 def noise(options, truth, scene, frame):
-    """Of the mean of the halves: [PSNR, ...]; None without halves."""
+    """[PSNR, ...] of the noise in the mean of the halves; None without halves."""
     halves = [scene / f"{truth}_{half}.{frame:04d}.exr" for half in "ab"]
     if not all(half.exists() for half in halves):
         return None
@@ -174,7 +174,7 @@ def without_noise(psnr, noise_psnr):
 
 
 class Rims:
-    """Errors near the rims of bokeh of one scene."""
+    """Errors near the bokeh rims of one scene."""
 
     def __init__(self, scene, truth, frame):
         self.truth = scene / f"{truth}.{frame:04d}.exr"

@@ -24,7 +24,7 @@ def tail(first, last, n, share):
 
 
 def share_at(f):
-    """Where a rising f is 0.025."""
+    """The share at which a rising f is 0.025."""
     low, high = 0.0, 1.0
     for _ in range(60):
         middle = (low + high) / 2
@@ -145,6 +145,7 @@ class Blind(unittest.TestCase):
                  "c.csv:3: observer 'x' has answered trial 1 before"),
                 ([[kit, "x", 13, "A", 1]], "c.csv:2: trial 13 is not in 1..12"),
                 ([[kit, "x", 1, "C", 1]], "c.csv:2: choice C is not A, B or none"),
+                ([[kit, "", 1, "A", 1]], "c.csv:2: names no observer"),
                 ([[kit, "x", 1, "A"]], "c.csv:2: has 4 fields instead of 5")):
             self.assertIn(said, self.blind("-o", out, "--choices", self.write("c.csv", rows), code=4))
         path = self.folder / "c.csv"

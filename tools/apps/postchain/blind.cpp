@@ -21,7 +21,7 @@ namespace postchain {
 namespace {
 
 constexpr const char* kMark = ".postchain-blind";
-constexpr size_t kMaxBytes = size_t(256) << 20;  // of all images on a page
+constexpr size_t kMaxBytes = size_t(256) << 20;  // all images of a page together
 constexpr TextLimits kKeyLimits = {size_t(16) << 20, 8};
 
 struct Side {

@@ -58,6 +58,7 @@ Status read_choices(const std::string& csv, const std::string& file_name, const 
             return error("trial ", fields[2], " is not in 1..", kit.trials.size());
         const auto preferred = preferred_of(fields[3]);
         if (!preferred) return error("choice ", fields[3], " is not A, B or none");
+        if (fields[1].empty()) return error("names no observer");
         const Choice choice{fields[1], trial - 1, *preferred};
         if (std::any_of(choices.begin(), choices.end(), [&](const Choice& other) {
                 return other.observer == choice.observer && other.trial == choice.trial;

@@ -278,17 +278,19 @@ def main():
     parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
-    figures, commits = [], set()
+    figures, commits, versions = [], set(), set()
     with tempfile.TemporaryDirectory() as folder:
         for data, frame in options.sets:
             if data.suffix == ".json":
                 content = json.loads(data.read_text("utf8"))
                 figures += content["figures"]
                 commits.add(content["commit"])
+                versions.add(content["version"])
             elif options.pictures:
                 pictures(options, data, frame, pathlib.Path(folder))
             else:
                 commits.add(commit())
+                versions.add(call(options.postchain, "--version").strip())
                 for name in options.table or TABLES:
                     figures += table(options, data, frame, name, pathlib.Path(folder))
     labels = [quality_tables.NOISE] + [label for rows in TABLES.values() for label, _ in rows]
@@ -300,7 +302,7 @@ def main():
         quality_tables.write_between_marks(options.write, text.getvalue())
     if options.json:
         content = {"commit": ", ".join(sorted(commits)),
-                   "version": call(options.postchain, "--version").strip(), "figures": figures}
+                   "version": ", ".join(sorted(versions)), "figures": figures}
         options.json.write_text(json.dumps(content, indent=1) + "\n")
 
 

@@ -116,7 +116,9 @@ class Blind(unittest.TestCase):
                     choice = "none"
                 rows.append([key["kit"], f"observer {observer}", i + 1, choice, 1.5])
             files.append(self.write(f"c{observer}.csv", rows))
-        found = json.loads(self.blind("-o", self.folder / "counted", "--choices", *files, "--json"))
+        text = self.blind("-o", self.folder / "counted", "--choices", *files, "--json")
+        self.assertEqual(text.count("\n"), 1)
+        found = json.loads(text)
         self.assertEqual(found["observers"], 3)
         pairs = {(pair["a"], pair["b"]): pair for pair in found["pairs"]}
         counts = {name: (pair["for_a"], pair["for_b"], pair["no_difference"])

@@ -134,8 +134,7 @@ std::string results_as_json(const Kit& kit, const std::vector<PairCounts>& resul
                           {"kit", kit.id},
                           {"observers", observers},
                           {"trials", kit.trials.size()},
-                          {"pairs", pairs}},
-                         1) +
+                          {"pairs", pairs}}) +
            "\n";
 }
 

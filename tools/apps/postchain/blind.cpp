@@ -156,7 +156,7 @@ Result<std::vector<blind::Picture>> pictures_of(const BlindWork& work, const Sto
                 return Status(StatusCode::input,
                               concat(path, ": is ", image->width, "x", image->height,
                                      " and the first side's frame ", width, "x", height,
-                                     "; observers compare images of one size"));
+                                     "; render all sides at one size"));
             }
             bytes += image->png.size();
             if (bytes > kMaxBytes)

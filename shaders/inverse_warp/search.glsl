@@ -110,10 +110,9 @@ Found found_at(vec2 x, Surface s, vec2 d, bool beyond, vec2 p) {
 // mixes two surfaces: it is interpolated only toward adjacent pixels that are displaced alike,
 // which makes the same mixture.
 vec2 at_edge(vec2 x, vec2 at, vec2 p, Sample now) {
-    const vec2 to = sign(at - x);
-    precise const vec2 d = p - at;
-    return vec2(moves_along(x + vec2(to.x, 0.0), d, now) ? at.x : x.x,
-                moves_along(x + vec2(0.0, to.y), d, now) ? at.y : x.y);
+    precise const vec2 to = sign(at - x), d = p - at, across = x + vec2(to.x, 0.0),
+                       down = x + vec2(0.0, to.y);
+    return vec2(moves_along(across, d, now) ? at.x : x.x, moves_along(down, d, now) ? at.y : x.y);
 }
 
 // The nearest accepted surface counts; at one depth the one with the smaller error.

@@ -56,7 +56,7 @@ class Camera:
         return cls(**{name: content[name] for name in names if name in content})
 
     def signed_radius(self, depth, width):
-        """Of the circle of confusion in pixels of an image of this width; > 0 behind the focus."""
+        """Radius of the circle of confusion in pixels of an image of this width; > 0 behind the focus."""
         focal = self.focal_length_mm / 1000
         inverse = 1 / np.maximum(depth, 1e-6)
         return 0.5 * focal * focal / self.f_stop * (1 / self.focus_distance - inverse) \

@@ -160,7 +160,7 @@ def errors(options, reference, image):
 
 
 def noise(options, truth, scene, frame):
-    """Of the mean of the halves: [PSNR, ...]; None without halves."""
+    """[PSNR, ...] of the noise in the mean of the halves; None without halves."""
     halves = [scene / f"{truth}_{half}.{frame:04d}.exr" for half in "ab"]
     if not all(half.exists() for half in halves):
         return None
@@ -174,7 +174,7 @@ def without_noise(psnr, noise_psnr):
 
 
 class Rims:
-    """Errors near the rims of bokeh of one scene."""
+    """Errors near the bokeh rims of one scene."""
 
     def __init__(self, scene, truth, frame):
         self.truth = scene / f"{truth}.{frame:04d}.exr"
@@ -278,17 +278,19 @@ def main():
     parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
     parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
-    figures, commits = [], set()
+    figures, commits, versions = [], set(), set()
     with tempfile.TemporaryDirectory() as folder:
         for data, frame in options.sets:
             if data.suffix == ".json":
                 content = json.loads(data.read_text("utf8"))
                 figures += content["figures"]
                 commits.add(content["commit"])
+                versions.add(content["version"])
             elif options.pictures:
                 pictures(options, data, frame, pathlib.Path(folder))
             else:
                 commits.add(commit())
+                versions.add(call(options.postchain, "--version").strip())
                 for name in options.table or TABLES:
                     figures += table(options, data, frame, name, pathlib.Path(folder))
     labels = [quality_tables.NOISE] + [label for rows in TABLES.values() for label, _ in rows]
@@ -300,7 +302,7 @@ def main():
         quality_tables.write_between_marks(options.write, text.getvalue())
     if options.json:
         content = {"commit": ", ".join(sorted(commits)),
-                   "version": call(options.postchain, "--version").strip(), "figures": figures}
+                   "version": ", ".join(sorted(versions)), "figures": figures}
         options.json.write_text(json.dumps(content, indent=1) + "\n")
 
 

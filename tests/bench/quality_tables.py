@@ -4,7 +4,7 @@ import sys
 
 MARK = "<!-- tables of tests/bench/quality.py -->"
 NOISE = "noise of the ground truth"
-TRUTH = {"motion": "mb", "lens": "dof", "both": "both"}  # of each table
+TRUTH = {"motion": "mb", "lens": "dof", "both": "both"}  # ground truth for each table
 
 
 def _cell(figure):

@@ -113,7 +113,7 @@ class Quality(unittest.TestCase):
         for scene, psnr in (("b", 30), ("a", 20)):
             paths.append(self.data / f"{scene}.json")
             rows = ["`best`: `joint_blur`, 128 samples, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
-            paths[-1].write_text(json.dumps({"commit": f"of-{scene}", "figures": [
+            paths[-1].write_text(json.dumps({"commit": f"of-{scene}", "version": f"v{scene}", "figures": [
                 figure(scene, row, psnr) for row in rows]}))
         merged = self.data / "merged.json"
         sys.argv = ["quality.py", POSTCHAIN, *map(str, paths), "--json", str(merged)]
@@ -123,7 +123,8 @@ class Quality(unittest.TestCase):
         self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
                          "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n"
                          "| `best`: `joint_blur`, 128 samples, 8 starts | 20.00 / .100 / .500 | - | - |  |\n\n")
-        self.assertEqual(json.loads(merged.read_text())["commit"], "of-a, of-b")
+        content = json.loads(merged.read_text())
+        self.assertEqual((content["commit"], content["version"]), ("of-a, of-b", "va, vb"))
 
     def test_rims_have_a_table_of_their_own(self):
         lamp = ["--create", "64x36", "9", "--chnames",

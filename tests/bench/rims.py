@@ -6,10 +6,10 @@ import numpy as np
 
 import frame as frames
 
-LUMA = 4  # of a highlight in `sharp`, at least
-RADIUS_PX = 3  # of its circle of confusion, at least
-NEAR_PX = 2  # distance of a rim's pixels from the outline, at most
-CONTRAST = 1.3  # mean luma just inside the outline over that just outside, in ground truth, at least
+LUMA = 4  # least luma of a highlight in `sharp`
+RADIUS_PX = 3  # least radius of its circle of confusion
+NEAR_PX = 2  # largest distance of a rim's pixels from the outline
+CONTRAST = 1.3  # least ratio in ground truth: mean luma just inside the outline to that just outside
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
@@ -101,6 +101,6 @@ def of_files(sharp, camera, frame, truth, shutter):
 
 
 def mean_squared_error(reference, image, mask):
-    """Of displayed values, over the mask."""
+    """Mean squared difference of displayed values over the mask."""
     first, second = (frames.displayed(frames.read(path)[0])[mask] for path in (reference, image))
     return float(np.mean((first - second)**2))

@@ -33,7 +33,7 @@ def lamp(vectors=(0, 0, 0, 0)):
 
 
 def distance(y=0.0, x=0.0):
-    """Of each pixel from the lamp."""
+    """Distance of each pixel from the lamp."""
     rows, cols = np.mgrid[0:HEIGHT, 0:WIDTH]
     return np.hypot(rows - CENTER[0] - y, cols - CENTER[1] - x)
 

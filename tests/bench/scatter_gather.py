@@ -24,16 +24,16 @@ import numpy as np
 import frame as frames
 
 RINGS = 3
-SINGLE_PIXEL_RADIUS = 0.7071  # of half resolution
+SINGLE_PIXEL_RADIUS = 0.7071  # pixels of half resolution
 
 
 @dataclasses.dataclass
 class Constants:
     tile: int = 8  # pixels of half resolution
-    depth_scale: float = 0.03  # of the closest depth: what lies behind by this share is background
+    depth_scale: float = 0.03  # share of the closest depth; surfaces farther behind it are background
     karis: float = 0.5  # weight 1/(1 + karis luma) of the four pixels of one of half resolution
     prefilter: float = 0.3  # radius, in spacings of rings
-    alpha_gain: float = 0.7  # of the foreground
+    alpha_gain: float = 0.7  # factor on the foreground's alpha
     sharp_px: float = 0.5  # radius of full resolution up to which a pixel stays sharp
     blurred_px: float = 3  # from here on it is of half resolution
     median: int = 0  # 1: of 3x3, as in the talk

@@ -24,7 +24,7 @@ def tail(first, last, n, share):
 
 
 def share_at(f):
-    """Where a rising f is 0.025."""
+    """The share at which a rising f is 0.025."""
     low, high = 0.0, 1.0
     for _ in range(60):
         middle = (low + high) / 2
@@ -82,6 +82,17 @@ class Blind(unittest.TestCase):
         self.assertNotEqual(other["trials"], key["trials"])
         self.assertNotEqual(other["kit"], key["kit"])
 
+    def test_other_images_of_the_same_names_are_another_kit(self):
+        _, _, first = self.kit("images")
+        rows = self.write("images.csv", [[first["kit"], "x", 1, "A", 1]])
+        self.blind("-o", self.folder / "images", "--choices", rows)
+        self.blind(self.sides[0], f"streaks={self.folder}/in/both.####.exr", self.sides[2], "-o",
+                   self.folder / "images", "--on-existing", "overwrite")
+        key = json.loads((self.folder / "images/key.json").read_text("utf8"))
+        self.assertEqual(key["trials"], first["trials"])
+        self.assertIn("belongs to kit " + first["kit"],
+                      self.blind("-o", self.folder / "images", "--choices", rows, code=4))
+
     def test_ground_truth_is_a_reference(self):
         _, data, _ = self.kit("truth", "--truth", self.folder / "in/both.####.exr", "--frames", "2")
         self.assertEqual({trial["truth"] is None for trial in data["trials"]}, {False})
@@ -105,7 +116,9 @@ class Blind(unittest.TestCase):
                     choice = "none"
                 rows.append([key["kit"], f"observer {observer}", i + 1, choice, 1.5])
             files.append(self.write(f"c{observer}.csv", rows))
-        found = json.loads(self.blind("-o", self.folder / "counted", "--choices", *files, "--json"))
+        text = self.blind("-o", self.folder / "counted", "--choices", *files, "--json")
+        self.assertEqual(text.count("\n"), 1)
+        found = json.loads(text)
         self.assertEqual(found["observers"], 3)
         pairs = {(pair["a"], pair["b"]): pair for pair in found["pairs"]}
         counts = {name: (pair["for_a"], pair["for_b"], pair["no_difference"])
@@ -134,12 +147,24 @@ class Blind(unittest.TestCase):
                  "c.csv:3: observer 'x' has answered trial 1 before"),
                 ([[kit, "x", 13, "A", 1]], "c.csv:2: trial 13 is not in 1..12"),
                 ([[kit, "x", 1, "C", 1]], "c.csv:2: choice C is not A, B or none"),
+                ([[kit, "", 1, "A", 1]], "c.csv:2: names no observer"),
                 ([[kit, "x", 1, "A"]], "c.csv:2: has 4 fields instead of 5")):
             self.assertIn(said, self.blind("-o", out, "--choices", self.write("c.csv", rows), code=4))
         path = self.folder / "c.csv"
         path.write_text("a,b\n", "utf8")
         self.assertIn("c.csv:1: the first line is not kit,", self.blind("-o", out, "--choices", path,
                                                                         code=4))
+        path.write_text("", "utf8")
+        self.assertIn("c.csv:1: the first line is not kit,", self.blind("-o", out, "--choices", path,
+                                                                        code=4))
+        # As a spreadsheet saves it.
+        path.write_bytes(b"\xef\xbb\xbf" + HEADER.strip().encode() + b"\r\n" + f"{kit},x,1,A,1\r\n".encode())
+        self.assertIn("1 choice of 1 observer, 12 pairs of images", self.blind("-o", out, "--choices", path))
+        # Nothing that the evaluation would ignore.
+        for more in (["--frames", "1"], ["--seed", "2"], ["--truth", "both.####.exr"]):
+            self.assertIn("excludes", self.blind("-o", out, "--choices", path, *more, code=2))
+        self.assertIn("--json requires --choices",
+                      self.blind(*self.sides, "-o", self.folder / "json", "--json", code=2))
         changed = out / "key.json"
         changed.write_text(changed.read_text("utf8").replace('"frame": 1,', '"frame": 2,', 1), "utf8")
         self.assertIn("is not the key of a blind comparison, or was changed",
@@ -153,6 +178,12 @@ class Blind(unittest.TestCase):
                                                               code=2))
         self.assertIn("no frame in common",
                       self.blind(self.sides[0], f"gone={self.folder}/gone.####.exr", "-o", out, code=4))
+        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", self.folder / "large", "--size", "96x54",
+                        "--frames", "1", "--truth-samples", "2"], check=True, capture_output=True)
+        for more in (["large=" + f"{self.folder}/large/mb.####.exr"],
+                     [self.sides[1], "--truth", f"{self.folder}/large/both.####.exr"]):
+            self.assertIn("is 96x54 and the first side's frame 48x27",
+                          self.blind(self.sides[0], *more, "-o", out, "--frames", "1", code=4))
         self.assertFalse(out.exists())
         # A folder of others is not written to, nor one in which an input lies.
         mine = self.folder / "mine"

@@ -35,6 +35,7 @@ struct Box {
     bool contains(const Box& o) const {
         return o.x1 < 0 || (o.x0 >= x0 && o.y0 >= y0 && o.x1 <= x1 && o.y1 <= y1);
     }
+    size_t area() const { return x1 < 0 ? 0 : size_t(x1 - x0 + 1) * size_t(y1 - y0 + 1); }
     Box grown(int px) const { return x1 < 0 ? *this : Box{x0 - px, y0 - px, x1 + px, y1 + px}; }
     std::string text() const { return concat(x0, ",", y0, " to ", x1, ",", y1); }
 };
@@ -90,8 +91,7 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
             for (const float value : {0.0f, 1.0f, 97.0f, -97.0f, 60000.0f})
                 reach.add(changed(with(x, y, value), clean));
             if (guaranteed < width) {
-                EXPECT_LT(size_t(reach.x1 - reach.x0) * size_t(reach.y1 - reach.y0),
-                          size_t(width) * size_t(height))
+                EXPECT_LT(reach.area(), size_t(width) * size_t(height))
                     << where << ": the bound says nothing";
             }
             for (const float value : {kNaN, kInf, -kInf}) {

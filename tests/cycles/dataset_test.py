@@ -137,7 +137,8 @@ class Dataset(unittest.TestCase):
 
     def test_a_package_needs_results_of_a_commit(self):
         self.run_it("glass")
-        self.assertIn("commit them and measure again", self.package("v1-2-gabc-dirty")[2])
+        for commit in ("v1-2-gabc-dirty", "no repository", "abc, abc-dirty"):
+            self.assertIn("which names no commit; commit all", self.package(commit)[2])
         self.assertFalse((self.out / "published").exists())
 
     def test_a_digest_is_that_of_the_pixels(self):

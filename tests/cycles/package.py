@@ -71,9 +71,9 @@ def package(out, folder, results):
     content = json.loads(results.read_text("utf8"))
     if not {"commit", "version", "figures"} <= content.keys():
         sys.exit(f"{results}: no results of quality.py; make them with tests/bench/quality.py ... --json")
-    if "-dirty" in content["commit"]:
-        sys.exit(f"{results}: measured at {content['commit']}, with changes that no commit has; commit them "
-                 "and measure again")
+    if "-dirty" in content["commit"] or "no repository" in content["commit"]:
+        sys.exit(f"{results}: measured at {content['commit']}, which names no commit; commit all changes "
+                 "and measure again in a checkout")
     found = dataset.manifest(out)
     if not found:
         sys.exit(f"{out}: no scene; render with tests/cycles/dataset.py {out}")

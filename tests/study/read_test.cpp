@@ -102,6 +102,14 @@ TEST(StudyFile, QuestionsSayWhatIsEqual) {
         refused(kSampled + "questions: [{pair: [more, joint], equal: samples}]" + end),
         HasSubstr("study.yaml:7:13: error: questions[0]: says equal samples, but the passes "
                   "of more take 33 and those of joint 32; change samples of a pass"));
+    // The lens of the report takes no samples, whatever the row's default is.
+    EXPECT_THAT(
+        refused("postchain_study: 1\nkind: bench\nchains:\n"
+                "  report: [motion_blur: {mode: guertin}, depth_of_field: {method: gilham}]\n"
+                "  joint: [joint_blur: {samples: 57}]\n"
+                "questions: [{pair: [report, joint], equal: samples}]" +
+                end),
+        HasSubstr("the passes of report take 25 and those of joint 57"));
     EXPECT_THAT(refused(kSampled + "questions: [{pair: [more, joint], equal: price}]" + end),
                 HasSubstr("questions[0].equal: is samples or time"));
     EXPECT_THAT(refused(kSampled + "questions: [{pair: [more, joint], equa: time}]" + end),

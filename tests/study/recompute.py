@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Recomputes what the report of a study says, from the figures of its frames or scenes.
+"""Recomputes the report of a study from the figures of its frames or scenes.
 
     tests/study/recompute.py STUDY            the study's folder: from tasks/*.json
     tests/study/recompute.py report.json      from the gains of its scenes
@@ -97,7 +97,7 @@ def gains_of_tasks(folder, report):
 
 
 def results(table, gains):
-    """What the report says of each pair, from {scene: gains}."""
+    """The report's entries of each pair, from {scene: gains}."""
     families = {}
     for scene in table["scenes"]:
         families.setdefault(scene["family"], []).append(gains[scene["name"]])

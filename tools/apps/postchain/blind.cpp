@@ -12,6 +12,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/blind/choices.h"
+#include "tools/measure/report/words.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/color_file.h"
 #include "tools/sequence/run/run_files.h"
@@ -20,7 +21,7 @@ namespace postchain {
 namespace {
 
 constexpr const char* kMark = ".postchain-blind";
-constexpr size_t kMaxBytes = size_t(256) << 20;  // of all images on a page
+constexpr size_t kMaxBytes = size_t(256) << 20;  // all images of a page together
 constexpr TextLimits kKeyLimits = {size_t(16) << 20, 8};
 
 struct Side {
@@ -119,34 +120,52 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
     return work;
 }
 
+struct Shown {
+    std::string png;
+    int width = 0, height = 0;
+};
 // For display: the whole display window, black outside the data window.
-Result<std::string> png_of(const BlindWork& work, const std::string& path, int frame) {
+Result<Shown> shown(const BlindWork& work, const std::string& path, int frame) {
     auto color = sequence::read_color(work.settings.source, path, frame);
     if (!color.ok()) return color.status();
     const io::Window &data = color->input.window, &display = color->input.display_window;
     io::PreviewOptions options;
     options.view = work.settings.view;
-    return io::encode_png_preview(
+    auto png = io::encode_png_preview(
         data == display ? color->rgba() : io::placed(color->rgba(), data, display), options);
+    if (!png.ok()) return png.status();
+    return Shown{std::move(*png), display.width(), display.height()};
 }
 
 Result<std::vector<blind::Picture>> pictures_of(const BlindWork& work, const StopOnSignal& stop) {
     std::vector<blind::Picture> pictures;
     size_t bytes = 0;
-    for (const int frame : work.frames)
+    for (const int frame : work.frames) {
+        int width = 0, height = 0;
         for (size_t s = 0; s < work.sides.size() + (work.truth ? 1 : 0); ++s) {
             if (stop.asked()) return Status(StatusCode::canceled, "stopped");
             log::progress(concat("frame ", frame));
             const auto& files = s < work.sides.size() ? work.sides[s].files : *work.truth;
-            auto png = png_of(work, files.format(frame), frame);
-            if (!png.ok()) return png.status();
-            bytes += png->size();
+            const std::string path = files.format(frame);
+            auto image = shown(work, path, frame);
+            if (!image.ok()) return image.status();
+            if (s == 0) {
+                width = image->width;
+                height = image->height;
+            } else if (image->width != width || image->height != height) {
+                return Status(StatusCode::input,
+                              concat(path, ": is ", image->width, "x", image->height,
+                                     " and the first side's frame ", width, "x", height,
+                                     "; render all sides at one size"));
+            }
+            bytes += image->png.size();
             if (bytes > kMaxBytes)
                 return Status(StatusCode::usage,
                               concat("the images are larger than ", kMaxBytes >> 20,
                                      " MiB together; choose fewer with --frames"));
-            pictures.push_back({frame, s, std::move(*png)});
+            pictures.push_back({frame, s, std::move(image->png)});
         }
+    }
     return pictures;
 }
 
@@ -167,15 +186,15 @@ int make_folder(const Options& options, const BlindOptions& blind) {
     if (!pictures.ok()) return fail(pictures.status());
     std::vector<std::string> names;
     for (const Side& side : work->sides) names.push_back(side.name);
-    const blind::Kit kit = blind::make_kit(names, work->frames, blind.seed);
+    const blind::Kit kit = blind::make_kit(names, work->frames, blind.seed, *pictures);
     const std::string page = blind.folder + "/index.html";
     Status status = work->files.make_folders();
     if (status.ok()) status = write(*work, page, blind::page_of(kit, *pictures));
     if (status.ok()) status = write(*work, blind.folder + "/key.json", blind::key_text(kit));
     if (!status.ok()) return fail(status);
     std::printf("%s\n", printable(page).c_str());
-    log::info(concat(kit.trials.size(), " pairs of ", names.size(), " sides; give observers ", page,
-                     " without key.json"));
+    log::info(concat(report::counted(kit.trials.size(), "pair"), " of ", names.size(),
+                     " sides; give observers ", page, " without key.json"));
     return kExitOk;
 }
 
@@ -199,8 +218,9 @@ int evaluate(const Options& options, const BlindOptions& blind) {
         std::fputs(blind::results_as_json(*kit, results, observers.size()).c_str(), stdout);
         return kExitOk;
     }
-    std::printf("%zu choices of %zu observers, %zu pairs of images\n", choices.size(),
-                observers.size(), kit->trials.size());
+    std::printf("%s of %s, %s of images\n", report::counted(choices.size(), "choice").c_str(),
+                report::counted(observers.size(), "observer").c_str(),
+                report::counted(kit->trials.size(), "pair").c_str());
     for (const auto& counts : results)
         std::printf("%s\n", printable(blind::words_of(*kit, counts)).c_str());
     return kExitOk;
@@ -223,11 +243,6 @@ void add_blind(CLI::App& subcommand, Options& o, BlindOptions& blind) {
         .add_option("-r,--truth", blind.truth,
                     "shown between both sides as a reference: both.####.exr")
         ->type_name("TRUTH");
-    subcommand
-        .add_option("--choices", blind.choices,
-                    "evaluate these choices of observers instead of making the folder")
-        ->type_name("FILE")
-        ->excludes("SIDE");
     subcommand.add_option("--seed", blind.seed, "another order of pairs and sides")
         ->capture_default_str();
     add_on_existing(subcommand, "if the folder has a comparison", blind.on_existing);
@@ -236,7 +251,15 @@ void add_blind(CLI::App& subcommand, Options& o, BlindOptions& blind) {
         add_setting(subcommand, *job_parameters().find(key), &o.job);
     subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
         ->check(CLI::Range(1, 1024));
-    subcommand.add_flag("--json", o.json, "with --choices: one JSON object on stdout");
+    // Options that would change a folder, and not its evaluation.
+    CLI::Option* choices =
+        subcommand
+            .add_option("--choices", blind.choices,
+                        "evaluate these choices of observers instead of making the folder")
+            ->type_name("FILE");
+    for (const char* name : {"SIDE", "--truth", "--seed", "--frames"})
+        choices->excludes(subcommand.get_option(name));
+    subcommand.add_flag("--json", o.json, "one JSON object on stdout")->needs(choices);
 }
 
 int blind_subcommand(const Options& options, const BlindOptions& blind) {

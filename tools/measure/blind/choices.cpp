@@ -33,9 +33,10 @@ std::optional<Preferred> preferred_of(const std::string& word) {
 
 Status read_choices(const std::string& csv, const std::string& file_name, const Kit& kit,
                     std::vector<Choice>& choices) {
-    std::istringstream text(csv);
+    // A spreadsheet writes a byte order mark.
+    std::istringstream text(csv.starts_with("\xef\xbb\xbf") ? csv.substr(3) : csv);
     std::string line;
-    for (size_t number = 1; std::getline(text, line); ++number) {
+    for (size_t number = 1; std::getline(text, line) || number == 1; ++number) {
         const auto error = [&](const auto&... words) {
             return Status(StatusCode::input, concat(file_name, ":", number, ": ", words...));
         };
@@ -57,6 +58,7 @@ Status read_choices(const std::string& csv, const std::string& file_name, const 
             return error("trial ", fields[2], " is not in 1..", kit.trials.size());
         const auto preferred = preferred_of(fields[3]);
         if (!preferred) return error("choice ", fields[3], " is not A, B or none");
+        if (fields[1].empty()) return error("names no observer");
         const Choice choice{fields[1], trial - 1, *preferred};
         if (std::any_of(choices.begin(), choices.end(), [&](const Choice& other) {
                 return other.observer == choice.observer && other.trial == choice.trial;
@@ -132,8 +134,7 @@ std::string results_as_json(const Kit& kit, const std::vector<PairCounts>& resul
                           {"kit", kit.id},
                           {"observers", observers},
                           {"trials", kit.trials.size()},
-                          {"pairs", pairs}},
-                         1) +
+                          {"pairs", pairs}}) +
            "\n";
 }
 

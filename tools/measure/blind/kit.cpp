@@ -30,7 +30,7 @@ class Random {
 };
 
 std::string words_of(const Kit& kit) {
-    std::string text;
+    std::string text = kit.images + "\n";
     for (const auto& side : kit.sides) text += side + "\n";
     for (const Trial& trial : kit.trials)
         text += concat(trial.frame, " ", trial.left, " ", trial.right, "\n");
@@ -39,9 +39,13 @@ std::string words_of(const Kit& kit) {
 
 }  // namespace
 
-Kit make_kit(const std::vector<std::string>& sides, const std::vector<int>& frames, uint64_t seed) {
+Kit make_kit(const std::vector<std::string>& sides, const std::vector<int>& frames, uint64_t seed,
+             const std::vector<Picture>& pictures) {
     Kit kit;
     kit.sides = sides;
+    std::string hashes;
+    for (const Picture& one : pictures) hashes += hex_of(hash_text(one.png));
+    kit.images = hex_of(hash_text(hashes));
     Random random(seed);
     for (const int frame : frames)
         for (size_t b = 1; b < sides.size(); ++b)
@@ -59,9 +63,12 @@ std::string key_text(const Kit& kit) {
         trials.push_back({{"frame", trial.frame},
                           {"left", kit.sides[trial.left]},
                           {"right", kit.sides[trial.right]}});
-    return io::json_text(
-               {{"postchain_blind", 1}, {"kit", kit.id}, {"sides", kit.sides}, {"trials", trials}},
-               1) +
+    return io::json_text({{"postchain_blind", 1},
+                          {"kit", kit.id},
+                          {"images", kit.images},
+                          {"sides", kit.sides},
+                          {"trials", trials}},
+                         1) +
            "\n";
 }
 
@@ -70,6 +77,7 @@ Result<Kit> kit_from(const std::string& text, const std::string& file_name) {
     try {
         const Json json = Json::parse(text);
         kit.id = json.at("kit").get<std::string>();
+        kit.images = json.at("images").get<std::string>();
         kit.sides = json.at("sides").get<std::vector<std::string>>();
         std::map<std::string, size_t> index;
         for (size_t s = 0; s < kit.sides.size(); ++s) index[kit.sides[s]] = s;

@@ -27,7 +27,7 @@ struct ExperimentSettings {
     int threads = 0;  // of this process, stated in the report; 0 = one per core
     std::string renderer;
     bool software = false;
-    int repeats = 5;                          // of each timing
+    int repeats = 5;                          // repetitions of each timing
     int page_frames = 8;                      // maximum number of frames whose images are kept
     int stability_frames = kStabilityFrames;  // maximum number measured for flicker and grid
     metrics::FlipSettings flip;

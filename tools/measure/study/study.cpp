@@ -16,11 +16,13 @@ const char* name_of(Equal equal) {
 
 int samples_of(const Chain& chain) {
     int samples = 0;
-    for (const auto& link : chain.links)
-        if (const Parameter* row = link.type->parameters->find("samples"))
-            if (const auto value = row->get(link.pass->parameters());
-                const auto* count = std::get_if<int64_t>(&value))
-                samples += int(*count);
+    for (const auto& link : chain.links) {
+        const ParameterTable& table = *link.type->parameters;
+        const Parameter* row = table.find("samples");
+        if (!row || !table.unread(*row, link.pass->parameters()).empty()) continue;
+        const auto value = row->get(link.pass->parameters());
+        if (const auto* count = std::get_if<int64_t>(&value)) samples += int(*count);
+    }
     return samples;
 }
 

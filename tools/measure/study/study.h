@@ -32,7 +32,8 @@ struct Scene {
 enum class Equal { unsaid, samples, time };
 const char* name_of(Equal equal);  // "samples"
 
-// Samples that the passes of a chain take for a pixel: the sum of their rows "samples".
+// Samples that the passes of a chain take for a pixel: the sum of their rows "samples" that are
+// read.
 int samples_of(const Chain& chain);
 
 struct Study {

@@ -180,7 +180,7 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
     }
     const auto tasks = tasks_of(study);
     std::set<std::string> renderers, revisions;
-    std::vector<std::vector<double>> time_logs(study.pairs.size());  // of B / A, of each scene
+    std::vector<std::vector<double>> time_logs(study.pairs.size());  // log(B / A) for each scene
     for (size_t u = 0; u < tasks.size(); ++u) {
         const TaskResult& result = results[u];
         SceneEntry& entry = report.scenes[tasks[u].scene];

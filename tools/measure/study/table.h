@@ -48,9 +48,9 @@ struct Probability {
 struct PairResult {
     std::optional<double> mean;  // gain, over families
     std::optional<report::Interval> interval;
-    std::optional<Probability> difference;   // of such a gain if there is no difference
+    std::optional<Probability> difference;   // probability of such a gain if there is no difference
     std::optional<double> margin;            // a gain below it counts as no difference
-    std::optional<Probability> equivalence;  // of such a gain if it is beyond the margin
+    std::optional<Probability> equivalence;  // the same if the true gain is beyond the margin
     int families = 0;
     int nearer = 0;   // families whose gain is above 0
     int farther = 0;  // below

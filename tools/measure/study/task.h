@@ -25,14 +25,14 @@ struct TaskResult {
     std::vector<std::string> made_from;
     std::string failure;  // why the scene could not be measured; then the rest is empty
     std::string renderer;
-    std::string revision;  // of the program's source
+    std::string revision;  // commit of the program's source
     std::string truth;     // as in the report
     std::vector<int> frames;
     int width = 0, height = 0;  // pixels
     struct Figures {
         std::string name;
         std::map<std::string, Values> metrics;  // per frame
-        std::optional<double> time_ms;          // of one frame
+        std::optional<double> time_ms;          // time of one frame
     };
     std::vector<Figures> variants;
 };

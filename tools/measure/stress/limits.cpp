@@ -68,7 +68,7 @@ const KnownLimits& known_limits() {
           {"motion", "hint=checkerboard", "/speed/*0.5 px", 560, kOnset}}},
         {"depth_of_field",
          {{"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100, kSteepLens},
-          {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 168, kSteepLens},
+          {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 260, kSteepLens},
           {"turn", "leak=coc", "/crossed/", 0.03, kOrder},
           {"turn", "leak=coc", "", 0.0024, kOrder},
           {"grid", "", "/radiance/firefly", 0.76, kBoxes},

@@ -163,7 +163,9 @@ TEST_F(BehindTest, DecidesWhatIsMadeAgain) {
 TEST_F(BehindTest, IsLeftAloneByChainsThatDoNotReadIt) {
     blur("fxaa", {});
     behind(in_scene("behind.####.exr"));
-    EXPECT_TRUE(go().status.ok());
+    const FrameReport report = go();
+    EXPECT_TRUE(report.status.ok());
+    EXPECT_THAT(report.warnings, ::testing::Contains(HasSubstr("behind.0002.exr: not read")));
     EXPECT_THAT(sidecar(2).dump(), ::testing::Not(HasSubstr("second_surfaces")));
 }
 

@@ -61,12 +61,17 @@ Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::s
     inputs.frame = *entry;
     for (Neighbor neighbor : kNeighbors)
         if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
-    if (const auto path = files.find(Role::behind);
-        path != files.end() && inputs.frame->planes.has(Role::behind)) {
-        auto behind = open_behind(settings_, path->second, *inputs.frame);
-        if (!behind.ok()) return behind.status();
-        inputs.behind = std::make_shared<const OpenedFrame>(std::move(*behind));
+    const auto path = files.find(Role::behind);
+    if (path == files.end()) return inputs;
+    if (!inputs.frame->planes.has(Role::behind)) {
+        inputs.warnings.push_back(concat(path->second,
+                                         ": not read: no pass of the chain takes light from the "
+                                         "layer behind on this frame (inverse warps do)"));
+        return inputs;
     }
+    auto behind = open_behind(settings_, path->second, *inputs.frame);
+    if (!behind.ok()) return behind.status();
+    inputs.behind = std::make_shared<const OpenedFrame>(std::move(*behind));
     return inputs;
 }
 

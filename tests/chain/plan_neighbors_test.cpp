@@ -94,7 +94,7 @@ TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
         }
     }
     for (Role role : kNeighborRoles) all.remove(role);
-    EXPECT_EQ(all, RoleSet{Role::hint});
+    EXPECT_EQ(all, (RoleSet{Role::hint, Role::behind}));
 }
 
 }  // namespace

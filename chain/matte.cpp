@@ -231,7 +231,7 @@ PlanContext MattedPass::seen(const PlanContext& context) const {
 }
 
 RoleSet MattedPass::planes(const PlanContext& context) const {
-    // What is behind may show the object too.
+    // The layer behind may show the object too.
     RoleSet planes = context.available - RoleSet{Role::behind};
     for (const Neighbor neighbor : kNeighbors) {
         const bool layers =

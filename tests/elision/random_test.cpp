@@ -1,5 +1,5 @@
 // Leaving out changes no bit: random chains on random frames. Six shapes of chain, each beginning
-// with another type of pass. By default every seventh of their cases runs: most of the time goes into
+// with another type of pass. By default every third of their cases runs: most of the time goes into
 // compiling programs, and these cases must still make every rule act and elide blocks of every kind
 // (below).
 //
@@ -22,7 +22,7 @@ namespace postchain::test {
 namespace {
 
 constexpr uint64_t kCases = 6 * kCasesOfAShape;
-constexpr uint64_t kEvery = 7;
+constexpr uint64_t kEvery = 3;
 constexpr uint64_t kExecutorLife = 1500;  // cases; programs of shapes long past take memory
 
 std::optional<uint64_t> environment(const char* name) {

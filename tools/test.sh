@@ -22,8 +22,8 @@ build_and_test() {
     echo "== preset $1"
     cmake --preset "$1" -DBUILD_TESTING=ON
     cmake --build --preset "$1" -j "$(nproc)"
-    # Two more than cores: many tests wait most of their time, for a watched folder or a browser.
-    ctest --preset "$1" --no-tests=error -j "$(($(nproc) + 2))"
+    # One more than cores: many tests wait most of their time, for a watched folder or a browser.
+    ctest --preset "$1" --no-tests=error -j "$(($(nproc) + 1))"
 }
 
 build_and_test release

@@ -57,12 +57,10 @@ SharedPlanes planes_with_fill_mask(SharedPlanes planes, const FrameDescription& 
     }
     if (const auto behind = planes.find(Role::behind);
         behind != planes.end() && made.has(Role::behind)) {
-        ImageF before = *behind->second, layers;
+        ImageF before = *behind->second;
         const size_t values = size_t(kBehindPlanes) * mask.data.size();
-        layers.data.assign(before.data.begin() + std::ptrdiff_t(values), before.data.end());
-        before.data.resize(values);
-        before.data.insert(before.data.end(), mask.data.begin(), mask.data.end());
-        before.data.insert(before.data.end(), layers.data.begin(), layers.data.end());
+        before.data.insert(before.data.begin() + std::ptrdiff_t(values), mask.data.begin(),
+                           mask.data.end());
         before.height += frame.height;
         behind->second = std::make_shared<const ImageF>(std::move(before));
     }

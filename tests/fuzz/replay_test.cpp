@@ -62,7 +62,8 @@ TEST_P(Corpus, RandomChanges) {
     constexpr int kRuns = 30000;
     const Target& target = GetParam();
     std::vector<std::string> inputs;
-    for (const fs::path& file : files_of(target)) inputs.push_back(postchain::test::read_text(file));
+    for (const fs::path& file : files_of(target))
+        inputs.push_back(postchain::test::read_text(file));
     ASSERT_FALSE(inputs.empty());
     std::mt19937 random(20);
     int accepted = 0, changed = 0;

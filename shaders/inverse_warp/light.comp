@@ -10,9 +10,9 @@
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
-#include "inverse_warp/around.glsl"
 #include "inverse_warp/surface.glsl"
 
+#include "inverse_warp/half.glsl"
 #include "inverse_warp/light.glsl"
 
 layout(binding = 0) uniform sampler2D color_of_neighbor;
@@ -58,10 +58,10 @@ void main() {
     for (int y = first.y; y < end.y; y += kStepPx) {
         for (int x = first.x; x < end.x; x += kStepPx) {
             const ivec2 there = ivec2(x, y);
-            const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, there, 0));
-            ivec2 here;
-            if (s.edge || s.inverse_depth < 0.0 || !shown_here(surfaces, s, there, here)) continue;
-            add(sums, s.inverse_depth, brightness(texelFetch(color, here, 0)),
+            const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(there), 0));
+            const Here here = place_of(surfaces, s, there);
+            if (s.edge || s.inverse_depth < 0.0 || !is_shown(here, s)) continue;
+            add(sums, s.inverse_depth, brightness(texelFetch(color, here.at, 0)),
                 brightness(texelFetch(color_of_neighbor, there, 0)));
         }
     }

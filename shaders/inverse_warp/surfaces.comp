@@ -9,6 +9,8 @@
 // pixels that this frame hides
 #define DENSE
 #include "inverse_warp/planes.glsl"
+
+#include "inverse_warp/half.glsl"
 #include "inverse_warp/square.glsl"
 
 layout(binding = 0) writeonly uniform uimage2D surfaces;
@@ -31,12 +33,14 @@ bvec4 jumps(vec4 q, vec4 r) {
 
 // Stores the surface. Its bit if the pixel is one that this frame hides.
 uint store(ivec2 p, Surface s) {
-    const uvec4 bits = pack_surface(s);
-    imageStore(surfaces, p, bits);
+    bool hidden = false;
 #if NEIGHBOR
-    if (is_hidden(surfaces_here, unpack_surface(bits), p)) return bit_of(p);
+    const uvec4 bits = pack_of_neighbor(surfaces_here, s, p, hidden);
+#else
+    const uvec4 bits = pack_surface(s);
 #endif
-    return 0u;
+    imageStore(surfaces, in_half(p), bits);
+    return hidden ? bit_of(p) : 0u;
 }
 
 // Stores the surfaces of a square, but those at an edge if they have motion. Bits of the pixels at an

@@ -78,12 +78,8 @@ void add_progress(CLI::App& subcommand, Options& o) {
 void add_chain(CLI::App& subcommand, Options& o) {
     subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
         ->required();
-    subcommand
-        .add_option("--set", o.sets,
-                    "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2")
-        ->type_name("KEY=VALUE")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--set", "KEY=VALUE", o.sets,
+             "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2");
 }
 
 const ParameterTable& job_parameters() {
@@ -156,6 +152,23 @@ void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisti
         ->default_str("fail");
 }
 
+void add_list(CLI::App& subcommand, const std::string& name, const std::string& type,
+              std::vector<std::string>& words, const std::string& help) {
+    subcommand.add_option(name, words, help)->type_name(type)->expected(1)->take_all();
+}
+
+void add_displayed(CLI::App& subcommand, Options& o) {
+    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
+                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
+        add_setting(subcommand, *job_parameters().find(key), &o.job);
+    add_threads(subcommand, o);
+}
+
+void add_threads(CLI::App& subcommand, Options& o) {
+    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+}
+
 void add_device(CLI::App& subcommand, Options& o) {
     subcommand
         .add_option("--device", o.device,
@@ -163,8 +176,7 @@ void add_device(CLI::App& subcommand, Options& o) {
                     "info`")
         ->type_name("N|gpu|software")
         ->capture_default_str();
-    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
+    add_threads(subcommand, o);
 }
 
 Result<ChainFile> load_chain_of(const Options& options) {

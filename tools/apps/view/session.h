@@ -103,7 +103,6 @@ class Session {
     // Null while it is read.
     SharedFrame source() const { return source_; }
     const Shown& shown() const { return shown_; }
-    const std::shared_ptr<const ImageF>& other_image() const { return other_image_; }
     const Painted& painted() const { return painted_; }
     // Grows with painted().
     uint64_t painted_revision() const { return painted_revision_; }

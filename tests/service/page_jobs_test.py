@@ -217,9 +217,12 @@ class Jobs(OnTheService):
     def test_reports_of_a_study_stream_their_pictures(self):
         scene = {"name": "wheels", "input": "shots/sharp.####.exr", "truth": "shots/sharp.####.exr",
                  "frames": "1"}
-        job = self.submit(kind="study", output="study", study={
-            "postchain_study": 1, "chains": {"a": [{"fxaa": {}}], "b": [{"fxaa": {"preset": 12}}]},
-            "settings": {"repeats": 1}, "scenes": [scene]})
+        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+            "kind": "study", "output": "study", "study": {
+                "postchain_study": 1, "settings": {"repeats": 1}, "scenes": [scene],
+                "chains": {"a": [{"fxaa": {}}], "b": [{"fxaa": {"preset": 12}}]}}})
+        self.assertEqual(status, 202, answer)
+        job = json.loads(answer)["id"]
         self.open(f"job={job}")
         self.done(job)
         with self.browser.inside("#report iframe"):

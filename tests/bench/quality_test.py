@@ -34,7 +34,7 @@ class Quality(unittest.TestCase):
                         self.scene / name], check=True)
 
     def run_it(self, *arguments):
-        """What it prints, and the figures."""
+        """Its output, and the figures."""
         sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--repeat", "1",
                     *([] if "--table" in arguments else ["--table", "motion"]),
                     "--json", str(self.data / "out.json"), *arguments]

@@ -115,7 +115,7 @@ class Browser:
             time.sleep(0.02)
 
     def command(self, name, **parameters):
-        """Of the DevTools protocol."""
+        """A command of the DevTools protocol."""
         return self.call("POST", "/goog/cdp/execute", {"cmd": name, "params": parameters})
 
     @contextlib.contextmanager

@@ -11,7 +11,7 @@ from report_page import FRAMES, MAGMA, OnThePage, ZOOM, shown, srgb, truth, vari
 
 
 class Page(OnThePage):
-    """What is drawn: these tests run with WebGL2 and with the fallback."""
+    """Drawn pixels: these tests run with WebGL2 and with the fallback."""
 
     painter = None
 

@@ -105,10 +105,10 @@ class Panels(OnThePage, unittest.TestCase):
         self.assertIn("tile interval (bootstrap), within these frames: each frame is cut into "
                       "tiles of 32 pixels", words)
 
-    def test_relmse_is_called_no_measure_of_bright_rims_and_never_marked(self):
-        words = ("relMSE is no measure of these pictures where a bright edge lies a little beside "
-                 "its place: on a dark surface the error is divided by almost nothing, and a few "
-                 "such pixels decide the mean. It is never marked as worse; read HDR-FLIP")
+    def test_relmse_is_said_to_mislead_and_is_never_marked(self):
+        words = ("relMSE misleads if a bright edge is slightly out of place: on a dark surface the "
+                 "error is divided by almost nothing, and a few such pixels decide the mean. It is "
+                 "never marked as worse; read HDR-FLIP")
         said = "return document.body.textContent.split(args[0]).length - 1;"
         self.open(name="ab.html")
         self.assertEqual(self.browser.run(said, words), 0)

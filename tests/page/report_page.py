@@ -1,4 +1,4 @@
-"""What tests of the report page share: the reports of fixture.cpp, their formulas, and a browser. The
+"""Shared by the tests of the report page: the reports of fixture.cpp, their formulas, and a browser. The
 first argument of the program is page_fixture."""
 import atexit
 import math
@@ -84,7 +84,7 @@ class OnThePage:
         return self.browser.run("return postchain.state.get(args[0]);", key)
 
     def place(self, x, y, center=(48, 32), zoom=ZOOM):
-        """Where the middle of a picture's pixel lies in the window; the canvas may have odd sides,
+        """Place of the center of an image's pixel in the window; the canvas may have odd sides,
         hence half a device pixel."""
         left, top, width, height = self.box
         return (left + width / 2 + (x + 0.5 - center[0]) * zoom,

@@ -1,4 +1,4 @@
-"""What tests of hostile clients share: a server over a fake service (serve_fake), so that nothing but
+"""Shared by the tests of hostile clients: a server over a fake service (serve_fake), so that nothing but
 HTTP is tested. The first argument of the program is serve_fake."""
 import json
 import sys

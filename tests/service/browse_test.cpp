@@ -92,7 +92,7 @@ TEST_F(BrowseTest, RefusalsNameNoPathOutside) {
     EXPECT_EQ(std::get<Problem>(none).detail.find(base_), std::string::npos);
     EXPECT_EQ(std::get<Problem>(chains_of("/etc/passwd", roots({"root"}))).kind,
               Problem::Kind::forbidden);
-    // Nor is another file read, or a pipe waited for.
+    // No other file is read, and no pipe is waited for.
     ASSERT_EQ(mkfifo((base_ + "/root/shots/pipe.yaml").c_str(), 0600), 0);
     const auto kind_of = [&](const char* file) {
         const auto answer = chains_of(file, roots({"root"}));

@@ -201,7 +201,7 @@ TEST_F(StudyCommand, AFolderOfOthersIsNotTouched) {
     const auto outcome = run(study("mine"));
     EXPECT_EQ(outcome.code, 5) << outcome.text();
     EXPECT_FALSE(exists(at("mine/tasks")));
-    // Nor one in which an input lies.
+    // A folder that holds an input is refused too.
     EXPECT_EQ(run(study("a")).code, 2);
 }
 

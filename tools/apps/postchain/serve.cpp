@@ -124,13 +124,13 @@ class Keeper {
     void loop() {
         const char* text = std::getenv("WATCHDOG_USEC");
         const std::chrono::microseconds every(text ? std::atoll(text) / 2 : 0);
-        auto told = Clock::now();
+        auto last = Clock::now();
         uint64_t beats = 0;
         while (!ends_) {
             std::this_thread::sleep_for(kTick);
             if (StopOnSignal::asked_to_reload()) reload();
-            if (every.count() <= 0 || Clock::now() - told < every) continue;
-            told = Clock::now();
+            if (every.count() <= 0 || Clock::now() - last < every) continue;
+            last = Clock::now();
             // Silence makes the service manager start the service anew.
             const uint64_t now = server_.beats();
             if (now != beats && service_.alive()) notify_system("WATCHDOG=1");

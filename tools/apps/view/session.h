@@ -106,7 +106,7 @@ class Session {
     const Painted& painted() const { return painted_; }
     // Grows with painted().
     uint64_t painted_revision() const { return painted_revision_; }
-    // The newest last; errors until they are mended or put away.
+    // The newest last; errors until they are mended or dismissed.
     const std::deque<Message>& messages() const { return messages_; }
     void say(const std::string& text, bool error = false);
     void clear_messages() { messages_.clear(); }

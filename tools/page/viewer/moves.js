@@ -1,4 +1,4 @@
-// What changes the picture of a page with a viewer.
+// Calls that change the picture of a page with a viewer.
 import { by_id } from "../shared/dom.js";
 
 /** Adds show(), flip(), step_frame() and say() to a page with `model` and `state`. */

@@ -195,7 +195,7 @@ Status OutputFiles::check_names() const {
         if (const std::string input = input_in(folder_names_.name(folder.path)); !input.empty())
             return usage(folder.path,
                          concat("is the folder of ", folder.what, ", and ", input,
-                                ", which this job reads, lies in it; ", folder.remedy));
+                                ", which this job reads, is in it; ", folder.remedy));
     return Status();
 }
 

@@ -1,6 +1,7 @@
 #include "tools/apps/postchain/options.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -8,6 +9,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/sequence/exr/pixel_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
 
@@ -162,6 +164,21 @@ void add_displayed(CLI::App& subcommand, Options& o) {
                             "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
         add_setting(subcommand, *job_parameters().find(key), &o.job);
     add_threads(subcommand, o);
+}
+
+Result<std::array<int, 2>> parse_size(const std::string& text) {
+    std::array<int, 2> size = {0, 0};
+    const char* end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, size[0]);
+    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
+        const auto height = std::from_chars(width.ptr + 1, end, size[1]);
+        if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0 &&
+            size[0] <= io::kMaxSide && size[1] <= io::kMaxSide)
+            return size;
+    }
+    return Status(
+        StatusCode::usage,
+        concat("--size: '", text, "' is not WIDTHxHEIGHT with sides of 1..", io::kMaxSide));
 }
 
 void add_threads(CLI::App& subcommand, Options& o) {

@@ -1,6 +1,7 @@
 // Options shared by subcommands. Those of a job are made from its table.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,9 @@ void add_device(CLI::App& subcommand, Options& options);  // and --threads
 void add_displayed(CLI::App& subcommand, Options& options);
 // --progress, for subcommands that a farm runs. Add --json first if the subcommand has it.
 void add_progress(CLI::App& subcommand, Options& options);
+
+// The value of --size: WIDTHxHEIGHT. Errors (usage).
+Result<std::array<int, 2>> parse_size(const std::string& text);
 
 // Refuses empty values everywhere: they come from unset shell variables.
 void refuse_empty_words(CLI::App& subcommand);

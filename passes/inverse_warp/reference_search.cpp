@@ -46,14 +46,18 @@ Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
 }
 
 // Where the color of the surface visited is read. An edge pixel mixes two surfaces: it is
-// interpolated only along the axes on which the adjacent pixel is displaced alike.
+// interpolated only along the axes on which the adjacent pixel is displaced alike. The mixture
+// moves along with the nearer surface, so that a nearer pixel must have the same path.
 Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
     const Frame& here = frames.here;
     const Vec at = here.inside(p - v.d);
     if (!v.surface->edge) return at;
     const auto moves_along = [&](Vec x) {
-        const Vec e = here.surface(here.inside(x)).displacement(now, frames.half_open) - (p - at);
-        return dot(e, e) <= frames.together_px * frames.together_px;
+        const Surface& s = here.surface(here.inside(x));
+        const Vec e = s.displacement(now, frames.half_open) - (p - at), f = s.a - v.surface->a;
+        return dot(e, e) <= frames.together_px * frames.together_px &&
+               (s.inverse_depth <= v.surface->inverse_depth * kOneDepth ||
+                dot(f, f) <= frames.same_path_px * frames.same_path_px);
     };
     const Vec beside = {v.x.x + (at.x < v.x.x ? -1 : 1), v.x.y + (at.y < v.x.y ? -1 : 1)};
     return {moves_along({beside.x, v.x.y}) ? at.x : v.x.x,

@@ -31,26 +31,20 @@ bool is_path_word(const std::string& text) {
     return text.find_first_of("/.") == std::string::npos;
 }
 
-// A node as YAML on one line.
-std::string flow_of(const TextNode& node) {
-    if (node.is_list()) {
-        std::string text;
-        for (const TextNode& item : node.items) text += (text.empty() ? "" : ", ") + flow_of(item);
-        return "[" + text + "]";
-    }
-    if (node.is_map()) {
-        std::string text;
-        for (const TextEntry& entry : node.entries)
-            text +=
-                concat(text.empty() ? "" : ", ", flow_of(entry.key), ": ", flow_of(entry.value));
-        return "{" + text + "}";
-    }
-    if (node.is_null()) return "null";
-    // Text that flow style would read as something else is a string.
-    if (!node.quoted && node.text.find_first_of(",[]{}:#'") == std::string::npos) return node.text;
-    std::string text;
-    for (const char c : node.text) text += c == '\'' ? "''" : std::string(1, c);
-    return "'" + text + "'";
+// A list of passes as a chain file.
+TextNode chain_of_passes(const TextNode& list) {
+    TextNode scalar = list;
+    scalar.kind = TextNode::Kind::scalar;
+    scalar.items.clear();
+    const auto word = [&](const std::string& text) {
+        scalar.text = text;
+        return scalar;
+    };
+    TextNode chain = word("");
+    chain.kind = TextNode::Kind::map;
+    chain.entries = {{word("postchain"), word(std::to_string(kChainFileVersion))},
+                     {word("passes"), list}};
+    return chain;
 }
 
 // Rows of bench that a study sets itself.
@@ -122,11 +116,7 @@ class StudyReader {
 
     // ---------------------------------------------------------------------------- chains
     std::optional<ChainText> chain_text(const TextNode& at, const std::string& path) {
-        // A list of passes, at its line of the study file.
-        if (at.is_list())
-            return ChainText{study_.file, concat(std::string(size_t(at.line - 1), '\n'),
-                                                 "{postchain: ", kChainFileVersion,
-                                                 ", passes: ", flow_of(at), "}")};
+        if (at.is_list()) return ChainText{study_.file, {}, false, chain_of_passes(at)};
         if (!at.is_scalar() || at.text.empty()) {
             error(at, path, at.describe() + " is not a chain's name, file or list of passes");
             return std::nullopt;
@@ -153,7 +143,7 @@ class StudyReader {
 
     std::optional<Chain> parsed(const TextNode& at, const std::string& path,
                                 const ChainText& text) {
-        ChainFile file = parse_chain(text.text, text.file_name, registry_);
+        ChainFile file = parse_chain(text, registry_);
         const Status status = file.status();
         for (auto& one : file.diagnostics) file_.diagnostics.push_back(std::move(one));
         if (!status.ok() || !hold_image(at, path, file.chain.camera)) return std::nullopt;

@@ -276,8 +276,7 @@ TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
         options.depth = encoding;
         const Status status = convert_frame(planes, frame, options).status();
         ASSERT_TRUE(status.ok()) << status.message();
-        PlanOptions whole;
-        whole.elide = false;
+        PlanOptions whole{.elide = false};
         const ImageF coc = filter_with_stages(chain_of("depth_of_field", {{"method", "gilham"}}),
                                               frame, planes, whole)
                                .stages.at(stage("coc"));

@@ -41,8 +41,7 @@ TEST(UnusedPlane, IsNotHandedOver) {
                                            .at(Role::color)),
                       "");
             // Without the rule every plane is.
-            PlanOptions without;
-            without.rules_off = {kRuleUnusedPlane};
+            PlanOptions without{.rules_off = {kRuleUnusedPlane}};
             EXPECT_EQ(make_plan(chain, frame.description, without)->reads,
                       frame.description.planes);
         }

@@ -1,7 +1,7 @@
 // postchain run --like: repeats an output from its record.
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::like_test {
 namespace {
 
 using LikeTest = CommandTest;
@@ -118,4 +118,4 @@ TEST_F(LikeTest, Refusals) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::like_test

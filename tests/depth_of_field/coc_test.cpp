@@ -10,7 +10,7 @@
 #include "passes/common/circle_of_confusion.h"
 #include "tests/depth_of_field/support.h"
 
-namespace postchain::test {
+namespace postchain::test::coc_test {
 namespace {
 
 using namespace std::string_literals;
@@ -399,4 +399,4 @@ TEST(coc_errors, kernel_too_wide) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::coc_test

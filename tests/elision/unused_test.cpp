@@ -1,7 +1,7 @@
 // Rules that skip unread results: unused_plane, unused_step, unused_output.
 #include "tests/elision/support.h"
 
-namespace postchain::test {
+namespace postchain::test::unused_test {
 namespace {
 
 using namespace std::string_literals;
@@ -128,4 +128,4 @@ TEST(UnusedOutput, StepsByReferenceCounting) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::unused_test

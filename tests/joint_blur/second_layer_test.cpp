@@ -11,7 +11,7 @@
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 
-namespace postchain::test {
+namespace postchain::test::second_layer_test {
 namespace {
 
 constexpr int kWidth = 144, kHeight = 24;
@@ -222,4 +222,4 @@ TEST(SecondLayer, KeepsConstants) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::second_layer_test

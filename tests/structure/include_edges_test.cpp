@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+namespace postchain::include_edges_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -313,3 +314,4 @@ TEST(IncludeEdges, FaultsAreSeen) {
 }
 
 }  // namespace
+}  // namespace postchain::include_edges_test

@@ -23,13 +23,15 @@ std::vector<QueryParameter> image_queries() {
             {"side", "largest width and height, 1 to 99999; default 320", {}, "[1-9][0-9]{0,4}"}};
 }
 
-Reply image_reply(const Answer<Picture>& answer) {
-    return reply_to(answer, [](const Picture& picture) {
-        Reply reply;
-        reply.type = picture.type;
-        reply.body = picture.bytes;
-        return reply;
-    });
+std::function<void(Answer<Picture>)> image_to(const Respond& respond) {
+    return [respond](const Answer<Picture>& answer) {
+        respond(reply_to(answer, [](const Picture& picture) {
+            Reply reply;
+            reply.type = picture.type;
+            reply.body = picture.bytes;
+            return reply;
+        }));
+    };
 }
 
 Reply job_reply(int status, const Answer<Job>& answer) {

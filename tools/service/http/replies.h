@@ -2,6 +2,7 @@
 #pragma once
 
 #include <charconv>
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -22,7 +23,7 @@ Reply json_reply(int status, const std::string& text);
 // Reads the queries `type` and `side` of an image.
 ImageWanted image_wanted(const Call& call);
 std::vector<QueryParameter> image_queries();
-Reply image_reply(const Answer<Picture>& answer);
+std::function<void(Answer<Picture>)> image_to(const Respond& respond);
 
 // The reply to an answer: its problem, or what `made` returns for its value.
 template <class T, class Made>

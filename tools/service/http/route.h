@@ -31,7 +31,7 @@ struct QueryParameter {
 };
 
 struct Route {
-    std::string method = {};     // HEAD is GET without a body
+    std::string method = "GET";  // HEAD is GET without a body
     std::string path = {};       // "/v1/jobs/{id}"; "{name...}" takes the rest of the path
     std::string operation = {};  // operationId
     std::string summary = {};    // one line for /openapi.json

@@ -42,8 +42,7 @@ Reply page_file(const PageFile& file) {
 }
 
 void add_session(std::vector<Route>& routes, const Guard& guard, const std::string& version) {
-    routes.push_back({.method = "GET",
-                      .path = "/v1/session",
+    routes.push_back({.path = "/v1/session",
                       .operation = "getSession",
                       .summary = "Whether a token is required, and whose the request has",
                       .handle = replies([&guard, version](const Call& call) {
@@ -86,8 +85,7 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
                       const std::string& version, std::function<std::string()> more_metrics) {
     const auto text = [&](const char* path, const char* operation, const char* summary,
                           std::function<std::string()> get) {
-        routes.push_back({.method = "GET",
-                          .path = path,
+        routes.push_back({.path = path,
                           .operation = operation,
                           .summary = summary,
                           .handle = replies([get = std::move(get)](const Call&) {
@@ -103,22 +101,19 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
         return openapi_of(routes, service.job_schema(), version, guard.asks_for_token());
     });
     routes.push_back(
-        {.method = "GET",
-         .path = "/healthz",
+        {.path = "/healthz",
          .operation = "getHealth",
          .summary = "200 while the process runs",
          .handle = replies([](const Call&) { return json_reply(200, "{\"status\": \"ok\"}"); }),
          .open = true,
          .at_once = true});
     routes.push_back(
-        {.method = "GET",
-         .path = "/readyz",
+        {.path = "/readyz",
          .operation = "getReadiness",
          .summary = "200 if the service accepts jobs and they make progress, otherwise 503",
          .handle = replies([&](const Call& call) { return readiness(service, call); }),
          .open = true});
-    routes.push_back({.method = "GET",
-                      .path = "/metrics",
+    routes.push_back({.path = "/metrics",
                       .operation = "getMetrics",
                       .summary = "Prometheus text format",
                       .handle = replies([&service, more_metrics](const Call&) {
@@ -130,8 +125,7 @@ void add_about_routes(std::vector<Route>& routes, Service& service, const Guard&
                       }),
                       .type = "text/plain"});
     for (const PageFile& file : page_files())
-        routes.push_back({.method = "GET",
-                          .path = file.address,
+        routes.push_back({.path = file.address,
                           .operation = file.operation,
                           .summary = file.what,
                           .handle = replies([file](const Call&) { return page_file(file); }),

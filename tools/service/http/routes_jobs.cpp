@@ -61,8 +61,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .schema = "Job",
                       .reads_files = true});
     routes.push_back(
-        {.method = "GET",
-         .path = "/v1/jobs",
+        {.path = "/v1/jobs",
          .operation = "listJobs",
          .summary = "Jobs, newest first",
          .handle = replies([&](const Call& call) { return list(service, call); }),
@@ -74,8 +73,7 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                      {"before", "a job's id: only older jobs", {}, "[1-9][0-9]{0,18}"},
                      {"limit", "maximum number of jobs, 1 to 500; default 50", {}, "[0-9]{1,9}"}},
          .schema = "Jobs"});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}",
+    routes.push_back({.path = "/v1/jobs/{id}",
                       .operation = "getJob",
                       .summary = "A job",
                       .handle = replies([&](const Call& call) {

@@ -133,29 +133,25 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
         return replies([&service, reply](const Call& call) { return reply(service, call); });
     };
     const QueryParameter after = {"after", "an event's id, instead of the header Last-Event-ID"};
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}/frames",
+    routes.push_back({.path = "/v1/jobs/{id}/frames",
                       .operation = "listFrames",
                       .summary = "Frames of a job",
                       .handle = read(frames),
                       .schema = "Frames"});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}/frames/{n}",
+    routes.push_back({.path = "/v1/jobs/{id}/frames/{n}",
                       .operation = "getFrame",
                       .summary = "A frame of a job, with its sidecar",
                       .handle = read(frame),
                       .schema = "FrameDetail",
                       .reads_files = true});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}/events",
+    routes.push_back({.path = "/v1/jobs/{id}/events",
                       .operation = "followJob",
                       .summary = "Events of a job until it ends; 204 after the last one",
                       .handle = read(job_events),
                       .queries = {after},
                       .type = "text/event-stream",
                       .streams = true});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/events",
+    routes.push_back({.path = "/v1/events",
                       .operation = "followJobs",
                       .summary = "Events of all jobs",
                       .handle = replies(all_events),
@@ -164,8 +160,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .streams = true});
     for (const bool filtered : {false, true})
         routes.push_back(
-            {.method = "GET",
-             .path =
+            {.path =
                  std::string("/v1/jobs/{id}/frames/{n}/") + (filtered ? "after.png" : "before.png"),
              .operation = filtered ? "getThumbnailAfter" : "getThumbnailBefore",
              .summary = filtered ? "A filtered frame, reduced" : "An input frame, reduced",
@@ -173,39 +168,34 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                  [&service, filtered](const Call& call, const Respond& respond) {
                      const auto number = number_of<int>(call.values[1]);
                      if (!number) return respond(problem(404, kNoFrame));
-                     service.frame_image(
-                         call.user, call.values[0], *number, filtered, image_wanted(call),
-                         [respond](Answer<Picture> picture) { respond(image_reply(picture)); });
+                     service.frame_image(call.user, call.values[0], *number, filtered,
+                                         image_wanted(call), image_to(respond));
                  },
              .queries = image_queries(),
              .refusals = {403, 422},
              .type = "image/png",
              .reads_files = true});
     routes.push_back(
-        {.method = "GET",
-         .path = "/v1/jobs/{id}/thumbnail.png",
+        {.path = "/v1/jobs/{id}/thumbnail.png",
          .operation = "getJobThumbnail",
          .summary = "The last finished frame of a job, otherwise its first input frame",
          .handle =
              [&service](const Call& call, const Respond& respond) {
-                 service.job_image(
-                     call.user, call.values[0], image_wanted(call),
-                     [respond](Answer<Picture> picture) { respond(image_reply(picture)); });
+                 service.job_image(call.user, call.values[0], image_wanted(call),
+                                   image_to(respond));
              },
          .queries = image_queries(),
          .refusals = {403, 422},
          .type = "image/png",
          .reads_files = true});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}/frames/{n}/output",
+    routes.push_back({.path = "/v1/jobs/{id}/frames/{n}/output",
                       .operation = "getOutput",
                       .summary = "The output of a finished frame",
                       .handle = read(output),
                       .refusals = {403},
                       .type = "image/*",
                       .reads_files = true});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/jobs/{id}/outputs.zip",
+    routes.push_back({.path = "/v1/jobs/{id}/outputs.zip",
                       .operation = "getOutputs",
                       .summary = "The outputs of finished frames in one archive",
                       .handle = read(outputs),
@@ -214,8 +204,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .type = "application/zip",
                       .reads_files = true});
     routes.push_back(
-        {.method = "GET",
-         .path = "/v1/jobs/{id}/report/{name...}",
+        {.path = "/v1/jobs/{id}/report/{name...}",
          .operation = "getReport",
          .summary = "A file of the report of an ab, bench or study job",
          .handle = replies([&service, pictures = std::make_shared<PagePictures>()](

@@ -8,6 +8,10 @@ namespace {
 
 constexpr size_t kLongestSession = 128;
 
+Reply as_json(const std::string& text) {
+    return json_reply(200, text);
+}
+
 void preview(Service& service, const Call& call, const Respond& respond) {
     PreviewWanted wanted;
     // Another type only if Accept names it; a wildcard gets PNG.
@@ -17,41 +21,34 @@ void preview(Service& service, const Call& call, const Respond& respond) {
     if (const std::string* session = call.request.header("Preview-Session"))
         wanted.session = session->substr(0, kLongestSession);
     wanted.left = call.request.left;
-    service.preview(call.user, call.request.body, wanted,
-                    [respond](Answer<Picture> picture) { respond(image_reply(picture)); });
+    service.preview(call.user, call.request.body, wanted, image_to(respond));
 }
 
 }  // namespace
 
 void add_tool_routes(std::vector<Route>& routes, Service& service) {
     routes.push_back(
-        {.method = "GET",
-         .path = "/v1/browse",
+        {.path = "/v1/browse",
          .operation = "browseFolder",
          .summary = "Folders, sequences, cameras, chains and studies in a folder",
          .handle = replies([&](const Call& call) {
-             return reply_to(service.browse(call.user, call.query("folder")),
-                             [](const std::string& text) { return json_reply(200, text); });
+             return reply_to(service.browse(call.user, call.query("folder")), as_json);
          }),
          .queries = {{"folder", "a folder of the roots; default: the root, or a list of them"}},
          .refusals = {403, 404},
          .schema = "Folder",
          .reads_files = true});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/chains",
+    routes.push_back({.path = "/v1/chains",
                       .operation = "listChains",
                       .summary = "The shipped chains, or one chain file",
                       .handle = replies([&](const Call& call) {
-                          return reply_to(
-                              service.chains(call.user, call.query("file")),
-                              [](const std::string& text) { return json_reply(200, text); });
+                          return reply_to(service.chains(call.user, call.query("file")), as_json);
                       }),
                       .queries = {{"file", "a chain file of the roots"}},
                       .refusals = {403, 404, 422},
                       .schema = "Chains",
                       .reads_files = true});
-    routes.push_back({.method = "GET",
-                      .path = "/v1/image",
+    routes.push_back({.path = "/v1/image",
                       .operation = "getInputFrame",
                       .summary = "A frame of an input, reduced",
                       .handle =
@@ -59,10 +56,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                               const auto frame = number_of<int>(call.query("frame"));
                               if (!frame) return respond(problem(400, "frame is not given"));
                               service.input_image(call.user, call.query("input"), *frame,
-                                                  image_wanted(call),
-                                                  [respond](Answer<Picture> picture) {
-                                                      respond(image_reply(picture));
-                                                  });
+                                                  image_wanted(call), image_to(respond));
                           },
                       .queries =
                           [] {
@@ -79,9 +73,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "planFrames",
                       .summary = "Plans frames: steps, elided steps with reasons",
                       .handle = replies([&](const Call& call) {
-                          return reply_to(
-                              service.plan(call.user, call.request.body),
-                              [](const std::string& text) { return json_reply(200, text); });
+                          return reply_to(service.plan(call.user, call.request.body), as_json);
                       }),
                       .body = "PlanRequest",
                       .refusals = {403, 422},

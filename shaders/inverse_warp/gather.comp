@@ -28,6 +28,7 @@
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
+// PUT_OFF: the most samples put off at a time
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
 // TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: which layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
@@ -182,8 +183,7 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
     const int count = int(ceil(set.n));
     int first = 0;
     do {
-        uint left = 0u;
-        int k = first;
+        int left = 0, k = first;
         do {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
@@ -196,16 +196,14 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out
                 accumulate(sums, pixel, now, seen(shown, shown.at));
             } else {
-                put_off(k - first, here);
-                left |= 1u << (k - first);
+                put_off(left++, k - first, here);
             }
         } while (++k < min(first + kMaxPutOff, count));
-        if (left != 0u) do {
-            const int i = findLSB(left);
-            left &= left - 1u;
-            const Sample now = sample_at(first + i, set, pixel);
+        int i = 0;
+        if (left > 0) do {
+            const Sample now = sample_at(first + number_put_off(i), set, pixel);
             accumulate(sums, pixel, now, resolve(pixel, now, taken_up(i, pixel, now)));
-        } while (left != 0u);
+        } while (++i < left);
         first += kMaxPutOff;
     } while (first < count);
 }

@@ -1,13 +1,15 @@
 // Samples that the search of this frame does not settle are put off until all samples of a set have
 // searched: the lanes whose samples are settled do not wait for the others. What the search has
 // found is kept in two words a sample, and taken up again from the surface at the pixel kept.
-
-const int kMaxPutOff = 32;
+//
+// PUT_OFF: the most samples put off at a time
+const int kMaxPutOff = PUT_OFF;
 // x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,
-// eight hidden ones, the bits below. One more than needed: Mesa keeps arrays of up to 256 bytes in
-// a GPU's registers, of which the gather has none left.
+// eight hidden ones, the bits below, the sample's number. One more than needed: Mesa keeps arrays of
+// up to 256 bytes in a GPU's registers, of which the gather has none left.
 uvec2 kept[kMaxPutOff + 1];
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
+const int kNumber = 19;  // its first bit
 
 // Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
 // frame may hide a nearer start surface that a neighbor or the layer behind shows, or that
@@ -18,12 +20,16 @@ bool is_settled(Sample now, Search here) {
     return nearest >= 0.0 && here.put_off_for <= nearest;
 }
 
-void put_off(int i, Search here) {
+void put_off(int i, int number, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const uint bits = here.occluded_starts | here.hidden_starts << 8 | (shown ? kShown : 0u) |
                       (here.nearest.beyond ? kBeyond : 0u) |
-                      (here.shows_behind ? kShowsBehind : 0u);
+                      (here.shows_behind ? kShowsBehind : 0u) | uint(number) << kNumber;
     kept[i] = uvec2(pack_cell(ivec2(shown ? here.nearest_at : here.far_at)), bits);
+}
+
+int number_put_off(int i) {
+    return int(kept[i].y >> kNumber);
 }
 
 Search taken_up(int i, Pixel pixel, Sample now) {

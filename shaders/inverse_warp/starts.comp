@@ -68,37 +68,47 @@ int find_ring() {
     return min(int(px) / kBlockPx + 1, uniforms.ring);
 }
 
+// The surface so far that is displaced most differently.
+struct Farthest {
+    uvec4 bits;
+    float apart_px2;
+    bool found;
+};
+
+// Surface k of the block at this offset, as start surface i.
+void consider(int k, int i, ivec2 block, ivec2 offset, inout Farthest farthest,
+              inout Starts chosen) {
+    const ivec2 at = block + offset;
+    const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
+    const Surface s = unpack_surface(bits);
+    if (!reaches(s, offset)) return;
+    precise float apart_px2 = 3.0e38;
+    if (i == 0) {
+        chosen.longest_px = max(chosen.longest_px, longest_of(s));
+        apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;
+    }
+    for (int j = 0; j < STARTS; ++j)
+        if (j < i) apart_px2 = min(apart_px2, apart(s, unpack_surface(chosen.bits[j])));
+    if (apart_px2 > farthest.apart_px2 * kEqual) farthest = Farthest(bits, apart_px2, true);
+}
+
 // Chooses, as start surface i, the one that is displaced most differently from those before. False
 // if all are alike.
 bool choose(int i, ivec2 block, int ring, inout Starts chosen) {
-    float max_apart = kAlikePx * kAlikePx;
-    uvec4 next = uvec4(0u);
-    bool found = false;
-    for (int y = -ring; y <= ring; ++y) {
-        for (int x = -ring; x <= ring; ++x) {
-            const ivec2 at = block + ivec2(x, y);
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.blocks))) continue;
-            for (int k = 0; k < 3; ++k) {
-                const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
-                const Surface s = unpack_surface(bits);
-                if (!reaches(s, ivec2(x, y))) continue;
-                precise float apart_px2 = 3.0e38;
-                if (i == 0) {
-                    chosen.longest_px = max(chosen.longest_px, longest_of(s));
-                    apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;
-                }
-                for (int j = 0; j < i; ++j)
-                    apart_px2 = min(apart_px2, apart(s, unpack_surface(chosen.bits[j])));
-                if (apart_px2 > max_apart * kEqual) {
-                    max_apart = apart_px2;
-                    next = bits;
-                    found = true;
-                }
-            }
+    Farthest farthest = Farthest(uvec4(0u), kAlikePx * kAlikePx, false);
+    // llvmpipe ends the loops of an invocation after 65535 iterations of all of them together: one for
+    // each block of the frame, no inner loops.
+    const ivec2 low = max(-block, ivec2(-ring)), high = min(uniforms.blocks - 1 - block, ivec2(ring));
+    for (int y = low.y; y <= high.y; ++y) {
+        for (int x = low.x; x <= high.x; ++x) {
+            const ivec2 offset = ivec2(x, y);
+            consider(0, i, block, offset, farthest, chosen);
+            consider(1, i, block, offset, farthest, chosen);
+            consider(2, i, block, offset, farthest, chosen);
         }
     }
-    if (!found) return false;
-    chosen.bits[i] = next;
+    if (!farthest.found) return false;
+    chosen.bits[i] = farthest.bits;
     chosen.count = i + 1;
     return true;
 }

@@ -8,6 +8,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kAcceptPx = 0.75, kClosePx = 2.5;
+constexpr double kFarther = 1.02;  // at the place of a surface, beyond this ratio
 constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
@@ -105,16 +106,15 @@ const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample&
     return nullptr;
 }
 
-// Does this frame show a farther surface than s at the place that s has in it? x: its pixel in the
+// Does this frame show no farther surface than s at the place that s has in it? x: its pixel in the
 // neighbor
-bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface& s, Vec x,
-                     const Sample& now) {
+bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface& s, Vec x) {
     Sample here;  // at the center of the lens
     here.u = -neighbor.offset / frames.half_open;
     const Vec at = rounded(x + s.displacement(here, frames.half_open));
     const Vec inside = frames.here.inside(at);
     if (inside.x != at.x || inside.y != at.y) return true;
-    return !nearer(s.inverse_depth, frames.here.surface(at).inverse_depth, now);
+    return s.inverse_depth <= kFarther * frames.here.surface(at).inverse_depth;
 }
 
 // Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge
@@ -134,7 +134,7 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
             s.inverse_depth * now.depth_ratio < farthest ||
-            !may_be_occluded(frames, neighbor, s, x, now))
+            !may_be_occluded(frames, neighbor, s, x))
             continue;
         nearest = {&neighbor, s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a};
     }

@@ -75,13 +75,11 @@ struct Farthest {
     bool found;
 };
 
-// Surface k of the block at this offset, as start surface i.
-void consider(int k, int i, ivec2 block, ivec2 offset, inout Farthest farthest,
-              inout Starts chosen) {
-    const ivec2 at = block + offset;
+// Surface k of block `at` as start surface i of `block`.
+void consider(int k, int i, ivec2 at, ivec2 block, inout Farthest farthest, inout Starts chosen) {
     const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
     const Surface s = unpack_surface(bits);
-    if (!reaches(s, offset)) return;
+    if (!reaches(s, at - block)) return;
     precise float apart_px2 = 3.0e38;
     if (i == 0) {
         chosen.longest_px = max(chosen.longest_px, longest_of(s));
@@ -96,17 +94,18 @@ void consider(int k, int i, ivec2 block, ivec2 offset, inout Farthest farthest,
 // if all are alike.
 bool choose(int i, ivec2 block, int ring, inout Starts chosen) {
     Farthest farthest = Farthest(uvec4(0u), kAlikePx * kAlikePx, false);
-    // llvmpipe ends the loops of an invocation after 65535 iterations of all of them together: one for
-    // each block of the frame, no inner loops.
-    const ivec2 low = max(-block, ivec2(-ring)), high = min(uniforms.blocks - 1 - block, ivec2(ring));
-    for (int y = low.y; y <= high.y; ++y) {
-        for (int x = low.x; x <= high.x; ++x) {
-            const ivec2 offset = ivec2(x, y);
-            consider(0, i, block, offset, farthest, chosen);
-            consider(1, i, block, offset, farthest, chosen);
-            consider(2, i, block, offset, farthest, chosen);
-        }
-    }
+    const ivec2 first = max(block - ring, ivec2(0));
+    const ivec2 last = min(block + ring, uniforms.blocks - 1);
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    // Without inner loops: llvmpipe ends the loops of an invocation after 65535 iterations of all of
+    // them together.
+    ivec2 at = first;
+    do {
+        consider(0, i, at, block, farthest, chosen);
+        consider(1, i, at, block, farthest, chosen);
+        consider(2, i, at, block, farthest, chosen);
+        at = at.x < last.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1);
+    } while (at.y <= last.y);
     if (!farthest.found) return false;
     chosen.bits[i] = farthest.bits;
     chosen.count = i + 1;

@@ -3,7 +3,7 @@
 
 #include "tests/motion_blur/support.h"
 
-namespace postchain::test {
+namespace postchain::test::neighbors_test {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 24, kBar = 20;
@@ -280,4 +280,4 @@ TEST(Neighbors, KeepConstantColors) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::neighbors_test

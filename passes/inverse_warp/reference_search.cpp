@@ -7,7 +7,7 @@
 namespace postchain::inverse_warp::reference {
 namespace {
 
-constexpr double kAcceptPx = 0.75;
+constexpr double kAcceptPx = 0.75, kClosePx = 2.5;
 constexpr double kFarther = 1.02;  // at the place of a surface, beyond this ratio
 constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
@@ -207,6 +207,13 @@ bool is_beyond(const Frames& frames, const Frame& neighbor, Surface s, Vec p, co
     return at.x != inside.x || at.y != inside.y;
 }
 
+// Does the farthest surface visited come almost to p?
+bool comes_close(const Frames& frames, const Search& here, Vec p, const Sample& now) {
+    const Vec to = p - here.far.displacement(now, frames.half_open);
+    const Vec inside = frames.here.inside(to);
+    return inside.x == to.x && inside.y == to.y && longer_axis(here.far_at - to) <= kClosePx;
+}
+
 }  // namespace
 
 Vec Frame::inside(Vec at) const {
@@ -236,8 +243,8 @@ Search search(const Frames& frames, const Pixel& pixel, const Sample& now, Surfa
 
 // After the layer behind: if this frame shows nothing, from the farthest surface visited, in each
 // neighbor, the nearer in time first; then in that one from the start surfaces that this frame may
-// hide. If the farthest surface visited is behind the first, no farther one counts, nor in a
-// neighbor whose border it is beyond.
+// hide. If the farthest surface visited is behind the first or comes almost to the pixel, no
+// farther one counts, nor in a neighbor whose border it is beyond.
 Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& now,
                        const Search& here) {
     const std::vector<Surface>& starts = pixel.block->starts;
@@ -245,7 +252,9 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     for (const Frame& neighbor : frames.neighbors) neighbors.push_back(&neighbor);
     if (neighbors.size() == 2 && now.u >= 0) std::swap(neighbors[0], neighbors[1]);
     const bool shows_behind = nearer(here.first_depth, here.far.inverse_depth, now);
-    const double farthest = shows_behind ? here.far.inverse_depth : 0;
+    const bool covered =
+        shows_behind || (here.nearest.inverse_depth < 0 && comes_close(frames, here, pixel.p, now));
+    const double farthest = covered ? here.far.inverse_depth : 0;
     Found nearest = resolve_second_layer(frames, pixel, now, here);
     const auto search_in = [&](const Frame& neighbor, const Surface& begin) {
         const bool beyond =

@@ -20,6 +20,7 @@ layout(binding = 5) uniform sampler2DArray layers_after;
 #endif
 
 const int kNeighborSteps = 3;  // from each start surface
+const float kClosePx = 2.5;    // of a surface that comes almost to p, along each axis
 
 Surface surface_in(int frame, ivec2 x) {
 #if BEFORE || AFTER
@@ -56,6 +57,13 @@ bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
     return at != inside_of(at);
 }
 
+// Does the farthest surface visited, which was not accepted, come almost to p? If it turns or
+// stretches, the steps end beside the pixel that comes there.
+bool comes_close(Search here, vec2 p, Sample now) {
+    precise const vec2 to = p - displacement(here.far, now), off = abs(here.far_at - to);
+    return to == inside_of(to) && max(off.x, off.y) <= kClosePx;
+}
+
 // The pixel from which a surface displaced by d comes to p.
 vec2 pixel_before(vec2 p, vec2 d) {
     precise const vec2 x = p + floor(0.5 - d);
@@ -65,8 +73,8 @@ vec2 pixel_before(vec2 p, vec2 d) {
 // The nearest surface that the sample sees in any frame, `nearest` so far. Searches in their order,
 // a bit each: from the farthest surface visited in the neighbor nearer in time and in the other one
 // (bits 0 and 1), if this frame shows nothing; from each start surface that this frame may hide in
-// the neighbor nearer in time (bits 2 ..). If the farthest surface visited is behind the first, or
-// comes from beyond the border, nothing behind it counts. Edge pixels, which mix two surfaces, count
+// the neighbor nearer in time (bits 2 ..). If the farthest surface visited is behind the first, comes
+// almost to the pixel, or comes from beyond the border, nothing behind it counts. Edge pixels, which mix two surfaces, count
 // only if nothing else is found. A search ends at a pixel that no search may find or that is not
 // nearer than what was found.
 //
@@ -75,6 +83,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     const float ratio = now.depth_ratio;
     const int nearer = kBefore && (!kAfter || now.u < 0.0) ? -1 : 1;
     const bool shown = here.nearest.inverse_depth >= 0.0;
+    const bool covered = here.shows_behind || (!shown && comes_close(here, pixel.p, now));
     const uint from_far = shown ? 0u : (kBefore && kAfter ? 3u : 1u);
     uint searches = here.occluded_starts << 2 | from_far;
     int frame = nearer, steps = 0;
@@ -93,8 +102,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
             if (begin.inverse_depth <= nearest.inverse_depth * ratio) continue;
             begin.b = vec2(0.0);  // a parabola about this frame is not one about the neighbor
             x = pixel_before(pixel.p, displacement_from_neighbor(begin, then));
-            const bool limited =
-                here.shows_behind || (!shown && is_beyond(frame, here.far, pixel.p, now));
+            const bool limited = covered || (!shown && is_beyond(frame, here.far, pixel.p, now));
             farthest = limited ? here.far.inverse_depth : 0.0;
         }
         const Surface s = surface_in(frame, ivec2(x));

@@ -68,38 +68,46 @@ int find_ring() {
     return min(int(px) / kBlockPx + 1, uniforms.ring);
 }
 
+// The surface so far that is displaced most differently.
+struct Farthest {
+    uvec4 bits;
+    float apart_px2;
+    bool found;
+};
+
+// Surface k of block `at` as start surface i of `block`.
+void consider(int k, int i, ivec2 at, ivec2 block, inout Farthest farthest, inout Starts chosen) {
+    const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
+    const Surface s = unpack_surface(bits);
+    if (!reaches(s, at - block)) return;
+    precise float apart_px2 = 3.0e38;
+    if (i == 0) {
+        chosen.longest_px = max(chosen.longest_px, longest_of(s));
+        apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;
+    }
+    for (int j = 0; j < STARTS; ++j)
+        if (j < i) apart_px2 = min(apart_px2, apart(s, unpack_surface(chosen.bits[j])));
+    if (apart_px2 > farthest.apart_px2 * kEqual) farthest = Farthest(bits, apart_px2, true);
+}
+
 // Chooses, as start surface i, the one that is displaced most differently from those before. False
 // if all are alike.
 bool choose(int i, ivec2 block, int ring, inout Starts chosen) {
-    float max_apart = kAlikePx * kAlikePx;
-    uvec4 next = uvec4(0u);
-    bool found = false;
+    Farthest farthest = Farthest(uvec4(0u), kAlikePx * kAlikePx, false);
     const ivec2 first = max(block - ring, ivec2(0));
     const ivec2 last = min(block + ring, uniforms.blocks - 1);
     // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    // Without inner loops: llvmpipe ends the loops of an invocation after 65535 iterations of all of
+    // them together.
     ivec2 at = first;
     do {
-        for (int k = 0; k < 3; ++k) {
-            const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
-            const Surface s = unpack_surface(bits);
-            if (!reaches(s, at - block)) continue;
-            precise float apart_px2 = 3.0e38;
-            if (i == 0) {
-                chosen.longest_px = max(chosen.longest_px, longest_of(s));
-                apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;
-            }
-            for (int j = 0; j < i; ++j)
-                apart_px2 = min(apart_px2, apart(s, unpack_surface(chosen.bits[j])));
-            if (apart_px2 > max_apart * kEqual) {
-                max_apart = apart_px2;
-                next = bits;
-                found = true;
-            }
-        }
+        consider(0, i, at, block, farthest, chosen);
+        consider(1, i, at, block, farthest, chosen);
+        consider(2, i, at, block, farthest, chosen);
         at = at.x < last.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1);
     } while (at.y <= last.y);
-    if (!found) return false;
-    chosen.bits[i] = next;
+    if (!farthest.found) return false;
+    chosen.bits[i] = farthest.bits;
     chosen.count = i + 1;
     return true;
 }

@@ -233,6 +233,25 @@ TEST(InverseWarp, AgreesWithItsReference) {
     }
 }
 
+// Surfaces of many blocks reach each block. llvmpipe ends loops after 65535 iterations: those over
+// the blocks must not come to it.
+TEST(InverseWarp, FindsWhatReachesABlockFromFarAway) {
+    BlurFrame frame(2400, 3);
+    frame.color() = noise_image(2400, 3, 4, 5);
+    frame.set_all_half_velocities(-800, -3);
+    for (int x = 0; x < 2400; ++x) {  // a row of objects, each with a speed of its own
+        const int object = x / 200;
+        frame.depth().at(x, 1) = float(5 + object);
+        frame.set_half_velocity(x, 1, 800 - 100 * object, 3);
+    }
+    for (const int64_t starts : {3, 8}) {
+        const Chain chain = warp({{"max_blur_px", int64_t(1000)}, {"starts", starts}});
+        const Difference difference = compare(stages_of(chain, frame).at("color"),
+                                              reference_stages_of(chain, frame).at("color"), 1e-3);
+        EXPECT_LE(difference.fraction, 0.01) << starts << " starts: " << difference.text;
+    }
+}
+
 // The same frame with and without the savings of still blocks.
 TEST(InverseWarp, StillBlocksChangeNoBit) {
     BlurFrame frame = random_frame(150, 110, 0, 1.5f, 9);

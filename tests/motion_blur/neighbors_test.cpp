@@ -19,6 +19,7 @@ struct Scene {
     bool plate = false;   // replaces the bar by a plate that enters from the right
     bool screen = false;  // adds a screen between them that exists while the shutter is open
     bool shadow = false;  // the bar's shadow follows it
+    bool sheet = false;   // replaces the bar by a sheet that stretches while the shutter is open
     int begin = 40, end = 120;  // columns of the error: beside and behind the bar
 };
 const Scene kTwoLayers;
@@ -29,6 +30,7 @@ const Scene kScreen = {.pattern_speed = 0, .screen = true};
 const Scene kShadow = {.pattern_speed = 0, .shadow = true, .begin = 66};
 const Scene kFence = {.pattern_speed = 0, .fence = true, .begin = 150, .end = kWidth};
 
+const Scene kSheet = {.pattern_speed = 0, .sheet = true, .begin = 30, .end = 130};
 const Scene kPlate = {.pattern_speed = 0, .plate = true, .begin = 140, .end = kWidth};
 
 double pattern(double x, double y) {
@@ -43,8 +45,14 @@ struct Pixel {
 Pixel at(const Scene& scene, double t, double x, double y) {
     if (scene.fence && std::fmod(x + kSpeed * (t + 5), 20) < 8) return {2, 2, -kSpeed};
     if (scene.plate && x >= 130 - kSpeed * t) return {2, 2, -kSpeed};
+    if (scene.sheet && std::abs(t) < 0.5) {
+        const double stretch = 2, from = 80 + (x - 80) / (1 + stretch * t);
+        if (std::abs(from - 80) < 60)
+            return {1.5 + 0.2 * std::sin(0.3 * from), 1.5, stretch * (from - 80)};
+    }
     const double bar = 70 + kSpeed * t;
-    if (!scene.fence && !scene.plate && x >= bar && x < bar + kBar) return {2, 2, kSpeed};
+    if (!scene.fence && !scene.plate && !scene.sheet && x >= bar && x < bar + kBar)
+        return {2, 2, kSpeed};
     if (scene.screen && std::abs(t) < 0.5 && x >= 44 && x < 116)
         return {1.5 + 0.05 * std::sin(0.7 * x), 1.5, 0};
     if (scene.door && x >= 46 + 20 * t && x < 69 + 20 * t) return {1.5, 1.7, 20};
@@ -151,6 +159,15 @@ TEST(Neighbors, DoNotReplaceWhatContinuesBehind) {
     EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kScreen), 1.001 * alone);
 }
 
+// The steps through the sheet end beside the pixels that come to a place; its neighbors show what
+// is behind it, and must not make holes.
+TEST(Neighbors, DoNotMakeHolesInWhatStretches) {
+    const double alone = error_with({}, kSheet);
+    EXPECT_LT(error_with({Neighbor::before}, kSheet), 1.001 * alone);
+    EXPECT_LT(error_with({Neighbor::after}, kSheet), 1.001 * alone);
+    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kSheet), 1.001 * alone);
+}
+
 // In the frame after, the shadow lies on what the bar hides in this one, which shows its light on
 // both sides. The frame before shows that light too.
 TEST(Neighbors, DoNotBringTheirShadow) {
@@ -246,7 +263,7 @@ TEST(Neighbors, AgreeWithTheReferenceAtAnySize) {
 // Where the pattern stretches, where a door that other frames lack occludes it, and beside a
 // shadow.
 TEST(Neighbors, AgreeWithTheReferenceInScenes) {
-    for (const Scene& scene : {kWave, kDoor, kShadow}) {
+    for (const Scene& scene : {kWave, kDoor, kShadow, kSheet}) {
         const BlurFrame both = with_neighbors({Neighbor::before, Neighbor::after}, scene);
         const auto gpu = stages_of(warp(), both);
         const auto expected = reference_stages_of(warp(), both);

@@ -1,9 +1,9 @@
 // The generated scenes of `postchain scene`: sequences with depth, motion vectors and ground truth,
 // without an external renderer.
 //
-//   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, behind] [, deep] [, mb, dof, both] .####.exr,
-//   camera.json
-//                                          [, aperture.exr]
+//   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, behind] [, deep]
+//                                          [, mb, dof, both] .####.exr,
+//                                          camera.json [, aperture.exr]
 //
 // Files follow the `cycles` convention (docs/frame.md); docs/scenes.md describes each plane. An
 // image depends only on scene, size, frame number and sample counts, so that any split of a

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Makes the folder in which ordering.yaml and ordering_fxaa.yaml run: renders the generated scenes with
 # ground truth, links the path-traced ones, renders `gbuf` of the test set with Blender, and copies the
-# study files with the scenes that are there. What exists is kept; run it again after more ground truth
-# was rendered.
+# study files with the scenes that are there. Existing files are kept; run it again after more ground
+# truth was rendered.
 #
 #   docs/studies/ordering_scenes.sh POSTCHAIN FOLDER [DATA [TEST]]
 #

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -86,6 +87,7 @@ Frames frames_of(const PlanContext& context, const Settings& settings,
     frames.half_open = half_open_of(settings);
     frames.own_steps = settings.shutter ? 2 : 1;
     frames.together_px = settings.lens ? 1 : 2;
+    if (!settings.shutter) frames.same_path_px = std::numeric_limits<double>::infinity();
     const ImageD& color = frame.planes.at(Role::color);
     frames.here = {
         0, wide_color(frame),

@@ -8,6 +8,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr double kAcceptPx = 0.75;
+constexpr double kFarther = 1.02;  // at the place of a surface, beyond this ratio
 constexpr int kSteps = 2, kNeighborSteps = 3, kSecondSteps = 3;
 
 bool nearer(double q, double r, const Sample& now) {
@@ -46,14 +47,18 @@ Visit visit(const Frames& frames, Vec p, Vec d, const Sample& now) {
 }
 
 // Where the color of the surface visited is read. An edge pixel mixes two surfaces: it is
-// interpolated only along the axes on which the adjacent pixel is displaced alike.
+// interpolated only along the axes on which the adjacent pixel is displaced alike. The mixture
+// moves along with the nearer surface, so that a nearer pixel must have the same path.
 Vec read_at(const Frames& frames, const Visit& v, Vec p, const Sample& now) {
     const Frame& here = frames.here;
     const Vec at = here.inside(p - v.d);
     if (!v.surface->edge) return at;
     const auto moves_along = [&](Vec x) {
-        const Vec e = here.surface(here.inside(x)).displacement(now, frames.half_open) - (p - at);
-        return dot(e, e) <= frames.together_px * frames.together_px;
+        const Surface& s = here.surface(here.inside(x));
+        const Vec e = s.displacement(now, frames.half_open) - (p - at), f = s.a - v.surface->a;
+        return dot(e, e) <= frames.together_px * frames.together_px &&
+               (s.inverse_depth <= v.surface->inverse_depth * kOneDepth ||
+                dot(f, f) <= frames.same_path_px * frames.same_path_px);
     };
     const Vec beside = {v.x.x + (at.x < v.x.x ? -1 : 1), v.x.y + (at.y < v.x.y ? -1 : 1)};
     return {moves_along({beside.x, v.x.y}) ? at.x : v.x.x,
@@ -101,16 +106,15 @@ const Surface* search_from(Search& s, const Frames& frames, Vec p, const Sample&
     return nullptr;
 }
 
-// Does this frame show a farther surface than s at the place that s has in it? x: its pixel in the
+// Does this frame show no farther surface than s at the place that s has in it? x: its pixel in the
 // neighbor
-bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface& s, Vec x,
-                     const Sample& now) {
+bool may_be_occluded(const Frames& frames, const Frame& neighbor, const Surface& s, Vec x) {
     Sample here;  // at the center of the lens
     here.u = -neighbor.offset / frames.half_open;
     const Vec at = rounded(x + s.displacement(here, frames.half_open));
     const Vec inside = frames.here.inside(at);
     if (inside.x != at.x || inside.y != at.y) return true;
-    return !nearer(s.inverse_depth, frames.here.surface(at).inverse_depth, now);
+    return s.inverse_depth <= kFarther * frames.here.surface(at).inverse_depth;
 }
 
 // Searches one neighbor for a surface nearer than `nearest`, and no farther than `farthest`. Edge
@@ -130,7 +134,7 @@ void search_neighbor(const Frames& frames, const Frame& neighbor, Surface begin,
         d = s.displacement(then, frames.half_open);
         if (longer_axis(x - p + d) > kAcceptPx || (s.edge && nearest.inverse_depth >= 0) ||
             s.inverse_depth * now.depth_ratio < farthest ||
-            !may_be_occluded(frames, neighbor, s, x, now))
+            !may_be_occluded(frames, neighbor, s, x))
             continue;
         nearest = {&neighbor, s.edge ? x : neighbor.inside(p - d), s.inverse_depth, s.a};
     }

@@ -30,6 +30,7 @@ struct Frames {
     double half_open = 1;               // half the open time, frames
     int own_steps = 2;                  // of the search from the pixel itself
     double together_px = 2;             // between the displacements of surfaces that move together
+    double same_path_px = 0.25;         // between paths that are the same; infinite without motion
 };
 
 // Shared by all samples of a pixel.

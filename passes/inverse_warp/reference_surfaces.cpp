@@ -31,7 +31,7 @@ Surface stored(Surface s) {
     };
     s.a = {single(s.a.x), single(s.a.y)};
     s.b = {step(s.b.x), step(s.b.y)};
-    s.straight = std::floor(s.straight * 127 + 0.5) / 127;
+    s.straight = std::floor(s.straight * 63 + 0.5) / 63;
     const auto bits = std::bit_cast<uint32_t>(float(s.inverse_depth)) & 0xffffff00u;
     s.inverse_depth = std::bit_cast<float>(bits);
     return s;

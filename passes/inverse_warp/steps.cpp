@@ -22,8 +22,8 @@ class Planner : private SurfacePlanner {
     void plan() {
         Gathered from;
         from.surfaces = add_surfaces();
-        for (const Neighbor neighbor : searched_neighbors(settings_, planner_.context().available))
-            from.neighbors.push_back({neighbor, add_surfaces_of(neighbor, from.surfaces)});
+        from.neighbors = searched_neighbors(settings_, planner_.context().available);
+        from.neighbor_surfaces = add_surfaces_of(from.neighbors, from.surfaces);
         from.starts = add_starts(add_block_surfaces(from.surfaces));
         from.background = add_background(from.surfaces);
         if (layered_) from.occupied = add_occupied(from.neighbors);
@@ -61,14 +61,11 @@ class Planner : private SurfacePlanner {
         TextureId spread = -1;
         TextureId reached = -1;  // with layers
     };
-    struct Searched {
-        Neighbor neighbor;
-        TextureId surfaces;
-    };
     // The textures that gather reads.
     struct Gathered {
         TextureId surfaces = -1;
-        std::vector<Searched> neighbors;
+        std::vector<Neighbor> neighbors;
+        TextureId neighbor_surfaces = -1;
         Starts starts;
         Background background;
         TextureId occupied = -1;  // with layers
@@ -162,7 +159,7 @@ class Planner : private SurfacePlanner {
     // Words of a bit for each layer.
     int words() const { return (frame_.layers + 31) / 32; }
 
-    TextureId add_occupied(const std::vector<Searched>& neighbors) {
+    TextureId add_occupied(const std::vector<Neighbor>& neighbors) {
         const int frames = 1 + int(neighbors.size());
         const TextureId occupied =
             planner_.array("occupied", Format::r32ui, kBlocks, frames * words());
@@ -170,11 +167,11 @@ class Planner : private SurfacePlanner {
         step.name = "occupied";
         step.program = {"inverse_warp/occupied.comp", {{"BEFORE", "0"}, {"AFTER", "0"}}};
         step.bindings = {{0, planner_.input(Role::layers)}, {0, occupied, Access::write}};
-        for (const Searched& other : neighbors) {
-            const bool before = other.neighbor == Neighbor::before;
+        for (const Neighbor neighbor : neighbors) {
+            const bool before = neighbor == Neighbor::before;
             step.program.defines[before ? "BEFORE" : "AFTER"] = "1";
             step.bindings.push_back(
-                {before ? 1 : 2, planner_.input(role_of(other.neighbor, Role::layers))});
+                {before ? 1 : 2, planner_.input(role_of(neighbor, Role::layers))});
         }
         step.take_uniforms<shared::FrameUniforms>();
         step.groups[2] = frames * words();
@@ -262,13 +259,13 @@ class Planner : private SurfacePlanner {
                          {2, from.starts.surfaces},        {0, result.color, Access::write},
                          {11, from.background.color},      {12, from.background.cells}};
         if (from.noise >= 0) step.bindings.push_back({3, from.noise});
-        for (const Searched& other : from.neighbors) {
-            const bool before = other.neighbor == Neighbor::before;
+        for (const Neighbor neighbor : from.neighbors) {
+            const bool before = neighbor == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
             step.bindings.push_back(
-                {before ? 7 : 9, planner_.input(role_of(other.neighbor, Role::color))});
-            step.bindings.push_back({before ? 8 : 10, other.surfaces});
+                {before ? 7 : 9, planner_.input(role_of(neighbor, Role::color))});
         }
+        if (from.neighbor_surfaces >= 0) step.bindings.push_back({8, from.neighbor_surfaces});
         if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
         if (settings_.denoise) {
             step.bindings.push_back({2, soft.blurred.color, Access::write});
@@ -305,9 +302,9 @@ class Planner : private SurfacePlanner {
             arrays.push_back({5, soft.blurred.layers, Access::write});
             arrays.push_back({7, soft.reached, Access::write});
         }
-        for (const Searched& other : from.neighbors)
-            arrays.push_back({other.neighbor == Neighbor::before ? 15 : 5,
-                              planner_.input(role_of(other.neighbor, Role::layers))});
+        for (const Neighbor neighbor : from.neighbors)
+            arrays.push_back({neighbor == Neighbor::before ? 15 : 5,
+                              planner_.input(role_of(neighbor, Role::layers))});
         return arrays;
     }
 

@@ -61,7 +61,8 @@ Step SurfacePlanner::make_block_step(const std::string& name) const {
 }
 
 TextureId SurfacePlanner::add_surfaces() {
-    Packed packed;
+    Packed packed = {planner_.texture("surfaces", surface_format(),
+                                      second_layer_ ? Area().times(1, 2) : Area())};
     add_packed(packed);
     add_shown(packed);
     if (second_layer_) add_second_surfaces(packed.surfaces);
@@ -70,6 +71,7 @@ TextureId SurfacePlanner::add_surfaces() {
 
 void SurfacePlanner::add_second_surfaces(TextureId surfaces) {
     Step step = make_surface_step("second_surfaces");
+    step.program.defines["LOWER"] = flag(true);
     step.program.defines["SECOND_LAYER"] = "1";
     step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
     step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
@@ -77,25 +79,31 @@ void SurfacePlanner::add_second_surfaces(TextureId surfaces) {
     planner_.step(std::move(step));
 }
 
-TextureId SurfacePlanner::add_surfaces_of(Neighbor neighbor, TextureId surfaces_here) {
-    Packed packed = {neighbor, surfaces_here};
-    add_packed(packed);
-    add_light(packed);
-    add_shown(packed);
-    return packed.surfaces;
+TextureId SurfacePlanner::add_surfaces_of(const std::vector<Neighbor>& neighbors,
+                                          TextureId surfaces_here) {
+    if (neighbors.empty()) return -1;
+    const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
+                                                Area().times(1, int(neighbors.size())));
+    for (const Neighbor neighbor : neighbors) {
+        Packed packed = {surfaces, neighbor, neighbor != neighbors.front(), surfaces_here};
+        add_packed(packed);
+        add_light(packed);
+        add_shown(packed);
+    }
+    return surfaces;
 }
 
-Step SurfacePlanner::make_surface_step_of(std::optional<Neighbor> neighbor,
-                                          const std::string& name) const {
+Step SurfacePlanner::make_surface_step_of(const Packed& packed, const std::string& name) const {
     Step step = make_surface_step(name);
-    step.name += suffix_of(neighbor);
+    step.name += suffix_of(packed.neighbor);
+    step.program.defines["LOWER"] = flag(packed.lower);
     return step;
 }
 
 Step SurfacePlanner::make_plane_step(const Packed& packed, const std::string& name) const {
     const auto role = [&](Role of) { return role_in(packed.neighbor, of); };
     const bool back = motion_ && planner_.has(role(Role::motion_back));
-    Step step = make_surface_step_of(packed.neighbor, name);
+    Step step = make_surface_step_of(packed, name);
     step.spread = groups_for(kSquares);
     step.program.defines["BACK"] = flag(back);
     step.program.defines["NEIGHBOR"] = flag(packed.neighbor.has_value());
@@ -108,11 +116,7 @@ Step SurfacePlanner::make_plane_step(const Packed& packed, const std::string& na
 }
 
 void SurfacePlanner::add_packed(Packed& packed) {
-    const std::string suffix = suffix_of(packed.neighbor);
-    const bool two = second_layer_ && !packed.neighbor;
-    packed.surfaces =
-        planner_.texture("surfaces" + suffix, surface_format(), two ? Area().times(1, 2) : Area());
-    packed.marks = planner_.texture("marks" + suffix, Format::r32ui, kSquares);
+    packed.marks = planner_.texture("marks" + suffix_of(packed.neighbor), Format::r32ui, kSquares);
     Step step = make_plane_step(packed, "surfaces");
     step.bindings.push_back({1, packed.marks, Access::write});
     if (packed.neighbor) step.bindings.push_back({3, packed.here});
@@ -125,7 +129,7 @@ void SurfacePlanner::add_light(Packed& packed) {
     constexpr Area kCells = Area().in_squares(INVERSE_WARP_LIGHT_CELL_PX);
     const Neighbor neighbor = *packed.neighbor;
     packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
-    Step step = make_surface_step_of(neighbor, "light");
+    Step step = make_surface_step_of(packed, "light");
     step.program.defines["FRAME"] = frame_of(neighbor);
     step.spread = groups_for(kCells);
     step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
@@ -140,7 +144,7 @@ void SurfacePlanner::add_light(Packed& packed) {
 void SurfacePlanner::add_shown(const Packed& packed) {
     const TextureId shown =
         planner_.texture("shown" + suffix_of(packed.neighbor), Format::r32ui, kSquares.times(2, 1));
-    Step edges = make_surface_step_of(packed.neighbor, "bright_edges");
+    Step edges = make_surface_step_of(packed, "bright_edges");
     edges.spread = groups_for(kSquares);
     edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
                       {1, packed.surfaces},

@@ -22,9 +22,9 @@ class SurfacePlanner {
 
     // With a layer behind also its surfaces, below those of the frame.
     TextureId add_surfaces();
-    // Surfaces of a neighbor. Those that this frame hides are left out if the light has changed
-    // around them.
-    TextureId add_surfaces_of(Neighbor neighbor, TextureId surfaces_here);
+    // Surfaces of the neighbors, in their order, one below the other. Those that this frame hides
+    // are left out if the light has changed around them.
+    TextureId add_surfaces_of(const std::vector<Neighbor>& neighbors, TextureId surfaces_here);
 
     // A step over all pixels.
     Step make_step(const std::string& name) const;
@@ -45,14 +45,15 @@ class SurfacePlanner {
     Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
     // The planes of this frame, or of a neighbor whose light is compared with this frame's.
     struct Packed {
-        std::optional<Neighbor> neighbor = {};
-        TextureId here = -1;  // with a neighbor: surfaces of this frame
         TextureId surfaces = -1;
+        std::optional<Neighbor> neighbor = {};
+        bool lower = false;    // half of `surfaces`
+        TextureId here = -1;   // with a neighbor: surfaces of this frame
         TextureId marks = -1;  // of squares
         TextureId light = -1;  // with a neighbor
     };
     // A step over all pixels of this frame or of a neighbor.
-    Step make_surface_step_of(std::optional<Neighbor> neighbor, const std::string& name) const;
+    Step make_surface_step_of(const Packed& packed, const std::string& name) const;
     // A step that reads planes, with a thread for each square.
     Step make_plane_step(const Packed& packed, const std::string& name) const;
     void add_second_surfaces(TextureId surfaces);

@@ -23,6 +23,14 @@
 layout(std430, binding = 0) readonly buffer WorkList { WORK_LIST } work_list;
 #endif
 
+// The place of this invocation in its block: eight invocations that follow one another do 4 x 2 pixels,
+// 32 do 8 x 4. They run in step, and wait for each other less if their pixels are near each other.
+ivec2 place_in_block() {
+    const ivec2 id = ivec2(gl_LocalInvocationID.xy);
+    return ivec2((id.x & 3) | (id.x >> 1 & 4) | (id.y << 1 & 8),
+                 (id.x >> 2 & 1) | (id.y << 1 & 6) | (id.y & 8));
+}
+
 // The pixel of this invocation; false if it has none in a frame of this size.
 bool next_pixel(ivec2 size, out ivec2 p) {
 #if LIST
@@ -35,9 +43,9 @@ bool next_pixel(ivec2 size, out ivec2 p) {
         return false;
     }
     const uint block_xy = work_list.blocks[index];
-    p = kBlockPx * ivec2(block_xy & 0xffffu, block_xy >> 16) + ivec2(gl_LocalInvocationID.xy);
+    p = kBlockPx * ivec2(block_xy & 0xffffu, block_xy >> 16) + place_in_block();
 #else
-    p = invocation_at();
+    p = kBlockPx * group_at() + place_in_block();
 #endif
     return all(lessThan(p, size));
 }

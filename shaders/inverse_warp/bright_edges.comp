@@ -12,6 +12,8 @@
 #include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
 
+#include "inverse_warp/half.glsl"
+
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform usampler2D surfaces;
 layout(binding = 2) uniform usampler2D marks;
@@ -35,7 +37,7 @@ float largest(vec4 c) {
 }
 
 Surface surface_at(ivec2 p) {
-    return unpack_surface(texelFetch(surfaces, p, 0));
+    return unpack_surface(texelFetch(surfaces, in_half(p), 0));
 }
 
 // Largest component of the mean color of a surface in the smallest square around p that shows it

@@ -79,16 +79,16 @@ vec4 denoised_color(Around a, Plane plane) {
     const vec4 own = soft_color_at(a.p, plane);
     precise vec4 sum = vec4(0.0);
     precise float total = 0.0;
-    for (int y = a.first.y; y <= a.last.y; ++y) {
-        for (int x = a.first.x; x <= a.last.x; ++x) {
-            const ivec2 at = ivec2(x, y);
-            const float share = texelFetch(soft, at, 0).a;
-            if (share == 0.0) continue;
+    ivec2 at = a.first;
+    do {
+        const float share = texelFetch(soft, at, 0).a;
+        if (share != 0.0) {
             const float weight = share * weight_at(a.window, vec2(at - a.p));
             sum += weight * (soft_color_at(at, plane) - own);
             total += weight;
         }
-    }
+        at = at.x < a.last.x ? at + ivec2(1, 0) : ivec2(a.first.x, at.y + 1);
+    } while (at.y <= a.last.y);
     precise const vec4 mean =
         fetch(WIDE(gathered, layers_gathered), plane, a.p) + a.share / total * sum;
     return mean;

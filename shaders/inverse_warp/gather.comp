@@ -191,7 +191,8 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
             if (is_settled(now, here)) {
                 Found shown = here.nearest;
                 if (here.nearest_edge)
-                    shown.at = at_edge(here.nearest_at, shown.at, pixel.p, now);
+                    shown.at = at_edge(here.nearest_at, shown.at, shown.inverse_depth, shown.path,
+                                       pixel.p, now);
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out
                 accumulate(sums, pixel, now, seen(shown, shown.at));
             } else {

@@ -10,9 +10,9 @@
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 
-#include "inverse_warp/around.glsl"
 #include "inverse_warp/surface.glsl"
 
+#include "inverse_warp/half.glsl"
 #include "inverse_warp/light.glsl"
 
 layout(binding = 0) uniform sampler2D color_of_neighbor;
@@ -55,16 +55,17 @@ void main() {
     if (any(greaterThanEqual(first, uniforms.size))) return;
     const ivec2 end = min(first + kLightCellPx, uniforms.size);
     precise Light sums = Light(3.0e38, 0.0, 0.0, 0.0, 0.0);
-    for (int y = first.y; y < end.y; y += kStepPx) {
-        for (int x = first.x; x < end.x; x += kStepPx) {
-            const ivec2 there = ivec2(x, y);
-            const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, there, 0));
-            ivec2 here;
-            if (s.edge || s.inverse_depth < 0.0 || !shown_here(surfaces, s, there, here)) continue;
-            add(sums, s.inverse_depth, brightness(texelFetch(color, here, 0)),
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    ivec2 there = first;
+    do {
+        const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(there), 0));
+        const Here here = place_of(surfaces, s, there);
+        if (!s.edge && s.inverse_depth >= 0.0 && is_shown(here, s))
+            add(sums, s.inverse_depth, brightness(texelFetch(color, here.at, 0)),
                 brightness(texelFetch(color_of_neighbor, there, 0)));
-        }
-    }
+        there.x += kStepPx;
+        if (there.x >= end.x) there = ivec2(first.x, there.y + kStepPx);
+    } while (there.y < end.y);
     precise const vec3 means = vec3(sums.here, sums.there, sums.square) / max(sums.count, 1.0);
     imageStore(light, cell, vec4(sums.count < kMinPixels ? -1.0 : sums.inverse_depth, means));
 }

@@ -1,4 +1,4 @@
-// Compares the light of a neighboring frame with this one's, in cells of kLightCellPx.
+// What this frame shows of a neighbor's surfaces. Their light is compared in cells of kLightCellPx.
 //
 // FRAME: -1: the frame before, 1: the frame after
 #include "inverse_warp/frames.glsl"
@@ -7,20 +7,38 @@ const int kLightCellPx = INVERSE_WARP_LIGHT_CELL_PX;
 // Paths of one surface differ by at most the root of the sum of squares of these: surfaces turn.
 const float kOneMotionPx = 1.0, kOneMotion = 0.5;  // pixels, parts of the path
 
-// Does this frame show surface s, seen at pixel x of the neighbor? Not at an edge. `at`: where
-bool shown_here(usampler2D surfaces_here, Surface s, ivec2 x, out ivec2 at) {
+const float kFarther = 1.02;  // inverse depths beyond this ratio are farther
+
+// What this frame shows at the place of a neighbor's surface.
+struct Here {
+    ivec2 at;
+    bool inside;
+    Surface surface;
+};
+
+// Surface s, seen at pixel x of the neighbor.
+Here place_of(usampler2D surfaces_here, Surface s, ivec2 x) {
     const vec2 place = place_here(s, vec2(x), FRAME);
-    at = ivec2(clamp(place, vec2(-1.0), vec2(uniforms.size)));
-    if (!inside(at)) return false;
-    const Surface t = unpack_surface(texelFetch(surfaces_here, at, 0));
+    const vec2 at = clamp(place, vec2(0.0), vec2(uniforms.size - 1));
+    return Here(ivec2(at), at == place, unpack_surface(texelFetch(surfaces_here, ivec2(at), 0)));
+}
+
+// Does this frame show surface s there? Not at an edge.
+bool is_shown(Here here, Surface s) {
+    const Surface t = here.surface;
     precise const vec2 da = s.a - t.a;
-    return !t.edge && one_depth(s.inverse_depth, t.inverse_depth) &&
+    return here.inside && !t.edge && one_depth(s.inverse_depth, t.inverse_depth) &&
            precise_dot(da, da) <=
                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * precise_dot(t.a, t.a);
 }
 
-// Does this frame hide surface s, seen at pixel x of the neighbor?
-bool is_hidden(usampler2D surfaces_here, Surface s, ivec2 x) {
-    ivec2 here;
-    return s.inverse_depth >= 0.0 && !shown_here(surfaces_here, s, x, here);
+// Packs surface s, seen at pixel x of the neighbor. `hidden`: does this frame hide it?
+uvec4 pack_of_neighbor(usampler2D surfaces_here, Surface s, ivec2 x, out bool hidden) {
+    const uvec4 bits = pack_surface(s);
+    s = unpack_surface(bits);
+    const Here here = place_of(surfaces_here, s, x);
+    hidden = s.inverse_depth >= 0.0 && !is_shown(here, s);
+    const bool refuted =
+        here.inside && here.surface.inverse_depth * kFarther < s.inverse_depth;
+    return refuted ? bits | uvec4(0u, 0u, 0u, kRefuted) : bits;
 }

@@ -5,11 +5,12 @@
 
 #if BEFORE
 layout(binding = 7) uniform sampler2D color_before;
-layout(binding = 8) uniform usampler2D surfaces_before;
 #endif
 #if AFTER
 layout(binding = 9) uniform sampler2D color_after;
-layout(binding = 10) uniform usampler2D surfaces_after;
+#endif
+#if BEFORE || AFTER
+layout(binding = 8) uniform usampler2D neighbor_surfaces;
 #endif
 #if BEFORE && defined(LAYERS)
 layout(binding = 15) uniform sampler2DArray layers_before;
@@ -21,13 +22,12 @@ layout(binding = 5) uniform sampler2DArray layers_after;
 const int kNeighborSteps = 3;  // from each start surface
 
 Surface surface_in(int frame, ivec2 x) {
-#if BEFORE
-    if (frame < 0) return unpack_surface(texelFetch(surfaces_before, x, 0));
-#endif
-#if AFTER
-    if (frame > 0) return unpack_surface(texelFetch(surfaces_after, x, 0));
-#endif
+#if BEFORE || AFTER
+    const ivec2 below = ivec2(0, kBefore && frame > 0 ? uniforms.size.y : 0);
+    return unpack_surface(texelFetch(neighbor_surfaces, x + below, 0));
+#else
     return not_there();
+#endif
 }
 
 vec4 color_in(int frame, vec2 at, Plane plane) {
@@ -46,15 +46,6 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
     if (!kLens) return moved(s, at);
     precise const vec2 d = moved(s, at) + s.radius * at.lens;
     return d;
-}
-
-// May this frame hide surface s, seen at pixel x of a neighbor? Not if it shows a farther one
-// there.
-bool may_be_occluded(Surface s, vec2 x, int frame, float ratio) {
-    const vec2 at = place_here(s, x, frame);
-    const ivec2 pixel = ivec2(inside_of(at));
-    const float shown = unpack_surface(texelFetch(surfaces, pixel, 0)).inverse_depth;
-    return at != vec2(pixel) || shown * ratio >= s.inverse_depth;
 }
 
 // Is this surface, which the sample sees, beyond the border of a neighbor? What that shows may be
@@ -112,7 +103,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
         precise const vec2 off = abs(x - pixel.p + d), at = pixel.p - d;
         const bool ends = s.inverse_depth < 0.0 || s.inverse_depth <= nearest.inverse_depth * ratio;
         if (!ends && max(off.x, off.y) <= kAcceptPx && !(s.edge && nearest.inverse_depth >= 0.0) &&
-            s.inverse_depth * ratio >= farthest && may_be_occluded(s, x, frame, ratio))
+            s.inverse_depth * ratio >= farthest && !s.refuted)
             nearest = Found(frame, s.edge ? x : inside_of(at), s.inverse_depth, s.a, false);
         steps = ends || next == x || steps == kNeighborSteps - 1 ? 0 : steps + 1;
         x = next;

@@ -106,7 +106,7 @@ vec4 own_motion(ivec2 p, float q, out bool edge) {
 
 // q: inverse depth; `motion`: xy: motion, zw: motion_back
 Surface surface_of(float q, bool edge, vec4 motion) {
-    precise Surface s = Surface(q, edge, vec2(0.0), vec2(0.0), 0.0, 0.0);
+    precise Surface s = Surface(q, edge, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 #if MOTION
     const vec4 v = uniforms.half_shutter * motion;
     s.a = 0.5 * (v.xy + v.zw);

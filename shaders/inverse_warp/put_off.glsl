@@ -34,7 +34,9 @@ Search taken_up(int i, Pixel pixel, Sample now) {
     if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
                                 pixel.p);
-        if (surface.edge) here.nearest.at = at_edge(at, here.nearest.at, pixel.p, now);
+        if (surface.edge)
+            here.nearest.at =
+                at_edge(at, here.nearest.at, surface.inverse_depth, surface.a, pixel.p, now);
     }
     here.far = surface;
     here.far_at = at;

@@ -12,6 +12,7 @@ const int kSteps = 2;                              // from each start surface
 const int kOwnSteps = kLens && !kShutter ? 1 : 2;  // from the pixel itself
 // px: the displacements of surfaces that move together differ by at most this.
 const float kTogetherPx = kLens ? 1.0 : 2.0;
+const float kSamePathPx = 0.25;  // between paths that are the same
 
 // A place in a frame that shows the sample's surface. Its inverse depth is -1 if there is none.
 struct Found {
@@ -94,10 +95,14 @@ Visit visit(vec2 p, vec2 d, Sample now) {
     return v;
 }
 
-bool moves_along(vec2 x, vec2 d, Sample now) {
+// Whether pixel x moves along with a surface at inverse depth q that has the path a and is displaced
+// by d. A mixture of two surfaces moves along with the nearer one, so that a nearer pixel must have the
+// same path.
+bool moves_along(vec2 x, float q, vec2 a, vec2 d, Sample now) {
     const Surface s = unpack_surface(texelFetch(surfaces, ivec2(inside_of(x)), 0));
-    precise const vec2 e = displacement(s, now) - d;
-    return precise_dot(e, e) <= kTogetherPx * kTogetherPx;
+    precise const vec2 e = displacement(s, now) - d, f = kShutter ? s.a - a : vec2(0.0);
+    return precise_dot(e, e) <= kTogetherPx * kTogetherPx &&
+           (s.inverse_depth <= q * kOneDepth || precise_dot(f, f) <= kSamePathPx * kSamePathPx);
 }
 
 // The surface s that this frame shows at pixel x, displaced by d to p.
@@ -106,13 +111,14 @@ Found found_at(vec2 x, Surface s, vec2 d, bool beyond, vec2 p) {
     return Found(0, inside_of(at), s.inverse_depth, s.a, beyond);
 }
 
-// The position at which the color of edge pixel x is read, whose surface is at `at`. An edge pixel
-// mixes two surfaces: it is interpolated only toward adjacent pixels that are displaced alike,
-// which makes the same mixture.
-vec2 at_edge(vec2 x, vec2 at, vec2 p, Sample now) {
+// The position at which the color of edge pixel x is read, whose surface at inverse depth q with the
+// path a is at `at`. An edge pixel mixes two surfaces: it is interpolated only toward adjacent pixels
+// that move along, which makes the same mixture.
+vec2 at_edge(vec2 x, vec2 at, float q, vec2 a, vec2 p, Sample now) {
     precise const vec2 to = sign(at - x), d = p - at, across = x + vec2(to.x, 0.0),
                        down = x + vec2(0.0, to.y);
-    return vec2(moves_along(across, d, now) ? at.x : x.x, moves_along(down, d, now) ? at.y : x.y);
+    return vec2(moves_along(across, q, a, d, now) ? at.x : x.x,
+                moves_along(down, q, a, d, now) ? at.y : x.y);
 }
 
 // The nearest accepted surface counts; at one depth the one with the smaller error.

@@ -8,6 +8,8 @@
 // NEIGHBOR: of the frame before or after. What this frame hides is never found if the light has
 // changed around it: surfaces of this frame, light, marks -> surfaces
 #include "inverse_warp/planes.glsl"
+
+#include "inverse_warp/half.glsl"
 #include "inverse_warp/square.glsl"
 
 layout(binding = 3) uniform usampler2D shown;
@@ -126,14 +128,16 @@ void main() {
         Surface s = surface_at(shown_at(p));
         const bool edge = is_edge(p, inverse_depth_of(floatBitsToUint(s.inverse_depth)));
         s.edge = s.edge || edge;
-        const uvec4 bits = pack_surface(s);
-        imageStore(surfaces, p, bits);
 #if NEIGHBOR
+        bool hidden;
+        const uvec4 bits = pack_of_neighbor(surfaces_here, s, p, hidden);
         const int k = index_of(p / kSquarePx);
         atomicAnd(hidden_of_square[k], ~bit_of(p));
-        if (is_hidden(surfaces_here, unpack_surface(bits), p))
-            atomicOr(hidden_of_square[k], bit_of(p));
+        if (hidden) atomicOr(hidden_of_square[k], bit_of(p));
+#else
+        const uvec4 bits = pack_surface(s);
 #endif
+        imageStore(surfaces, in_half(p), bits);
     }
 #if NEIGHBOR
     memoryBarrierImage();  // another thread may store some of these pixels again
@@ -144,7 +148,7 @@ void main() {
     for (int i = first; i < int(list_length); i += kThreads) {
         const ivec2 p = pixel_in_list(i);
         if (has_other_light(p, stored_depth_at(shown_at(p))))
-            imageStore(surfaces, p, pack_surface(not_there()));
+            imageStore(surfaces, in_half(p), pack_surface(not_there()));
     }
 #endif
 }

@@ -74,29 +74,30 @@ bool choose(int i, ivec2 block, int ring, inout Starts chosen) {
     float max_apart = kAlikePx * kAlikePx;
     uvec4 next = uvec4(0u);
     bool found = false;
-    for (int y = -ring; y <= ring; ++y) {
-        for (int x = -ring; x <= ring; ++x) {
-            const ivec2 at = block + ivec2(x, y);
-            if (any(lessThan(at, ivec2(0))) || any(greaterThanEqual(at, uniforms.blocks))) continue;
-            for (int k = 0; k < 3; ++k) {
-                const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
-                const Surface s = unpack_surface(bits);
-                if (!reaches(s, ivec2(x, y))) continue;
-                precise float apart_px2 = 3.0e38;
-                if (i == 0) {
-                    chosen.longest_px = max(chosen.longest_px, longest_of(s));
-                    apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;
-                }
-                for (int j = 0; j < i; ++j)
-                    apart_px2 = min(apart_px2, apart(s, unpack_surface(chosen.bits[j])));
-                if (apart_px2 > max_apart * kEqual) {
-                    max_apart = apart_px2;
-                    next = bits;
-                    found = true;
-                }
+    const ivec2 first = max(block - ring, ivec2(0));
+    const ivec2 last = min(block + ring, uniforms.blocks - 1);
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    ivec2 at = first;
+    do {
+        for (int k = 0; k < 3; ++k) {
+            const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * at.x + k, at.y), 0);
+            const Surface s = unpack_surface(bits);
+            if (!reaches(s, at - block)) continue;
+            precise float apart_px2 = 3.0e38;
+            if (i == 0) {
+                chosen.longest_px = max(chosen.longest_px, longest_of(s));
+                apart_px2 = displaced(s) + 2.0 * kAlikePx * kAlikePx;
+            }
+            for (int j = 0; j < i; ++j)
+                apart_px2 = min(apart_px2, apart(s, unpack_surface(chosen.bits[j])));
+            if (apart_px2 > max_apart * kEqual) {
+                max_apart = apart_px2;
+                next = bits;
+                found = true;
             }
         }
-    }
+        at = at.x < last.x ? at + ivec2(1, 0) : ivec2(first.x, at.y + 1);
+    } while (at.y <= last.y);
     if (!found) return false;
     chosen.bits[i] = next;
     chosen.count = i + 1;

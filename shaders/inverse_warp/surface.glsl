@@ -30,6 +30,7 @@ float radius_px(float inverse_depth) {
 struct Surface {
     float inverse_depth;
     bool edge;       // depth jumps to a pixel next to it
+    bool refuted;    // of a neighbor: this frame shows a farther surface at its place
     vec2 a;          // px
     vec2 b;          // px
     float straight;  // w
@@ -47,44 +48,47 @@ bool one_depth(float q, float r) {
     return q <= kOneDepth * r && r <= kOneDepth * q;
 }
 
-// The last 8 bits of an inverse depth are replaced: 7 bits of `straight`, and `edge`.
+// The last 8 bits of an inverse depth are replaced: 6 bits of `straight`, `refuted` and `edge`.
 float inverse_depth_of(uint bits) {
     return uintBitsToFloat(bits & 0xffffff00u);
 }
+
+const uint kEdge = 1u, kRefuted = 2u;  // the last bits of a surface
 
 #if MOTION
 // x, y: a; z: b, two signed 16-bit counts of kStepB; w: inverse depth
 Surface unpack_surface(uvec4 bits) {
     const float q = inverse_depth_of(bits.w);
     const int pair = int(bits.z);
-    return Surface(q, (bits.w & 1u) != 0u, uintBitsToFloat(bits.xy),
+    return Surface(q, (bits.w & kEdge) != 0u, (bits.w & kRefuted) != 0u, uintBitsToFloat(bits.xy),
                    kStepB * vec2(float((pair << 16) >> 16), float(pair >> 16)),
-                   float((bits.w >> 1) & 127u) * (1.0 / 127.0), radius_px(q));
+                   float((bits.w >> 2) & 63u) * (1.0 / 63.0), radius_px(q));
 }
 
 uvec4 pack_surface(Surface s) {
     const uint depth = floatBitsToUint(s.inverse_depth) & 0xffffff00u;
     precise const vec2 steps = floor(s.b / kStepB + 0.5);
-    precise const float straight = s.straight * 127.0 + 0.5;
+    precise const float straight = s.straight * 63.0 + 0.5;
     const ivec2 b = ivec2(clamp(steps, -32767.0, 32767.0));
-    const uint last = (uint(straight) << 1) | (s.edge ? 1u : 0u);
+    const uint last =
+        (uint(straight) << 2) | (s.refuted ? kRefuted : 0u) | (s.edge ? kEdge : 0u);
     return uvec4(floatBitsToUint(s.a), uint((b.x & 0xffff) | (b.y << 16)), depth | last);
 }
 #else
 // x: inverse depth
 Surface unpack_surface(uvec4 bits) {
     const float q = inverse_depth_of(bits.x);
-    return Surface(q, (bits.x & 1u) != 0u, vec2(0.0), vec2(0.0), 0.0, radius_px(q));
+    return Surface(q, (bits.x & kEdge) != 0u, false, vec2(0.0), vec2(0.0), 0.0, radius_px(q));
 }
 
 uvec4 pack_surface(Surface s) {
     const uint depth = floatBitsToUint(s.inverse_depth) & 0xffffff00u;
-    return uvec4(depth | (s.edge ? 1u : 0u), 0u, 0u, 0u);
+    return uvec4(depth | (s.edge ? kEdge : 0u), 0u, 0u, 0u);
 }
 #endif
 
 Surface not_there() {
-    return Surface(kNotThere, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
+    return Surface(kNotThere, false, false, vec2(0.0), vec2(0.0), 0.0, 0.0);
 }
 
 // One time sample and one lens sample.

@@ -293,8 +293,9 @@ def main():
                 versions.add(call(options.postchain, "--version").strip())
                 for name in options.table or TABLES:
                     figures += table(options, data, frame, name, pathlib.Path(folder))
-    labels = [quality_tables.NOISE] + [label for rows in TABLES.values() for label, _ in rows]
-    figures.sort(key=lambda figure: labels.index(figure["row"]))
+    labels = [quality_tables.NOISE, *(label for rows in TABLES.values() for label, _ in rows)]
+    # A merged file may have rows that this version does not.
+    figures.sort(key=lambda figure: labels.index(figure["row"]) if figure["row"] in labels else len(labels))
     quality_tables.print_tables(figures, times=True)
     if options.write:
         with contextlib.redirect_stdout(io.StringIO()) as text:

@@ -34,7 +34,7 @@ class Quality(unittest.TestCase):
                         self.scene / name], check=True)
 
     def run_it(self, *arguments):
-        """What it prints, and the figures."""
+        """Its output, and the figures."""
         sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--repeat", "1",
                     *([] if "--table" in arguments else ["--table", "motion"]),
                     "--json", str(self.data / "out.json"), *arguments]
@@ -112,7 +112,8 @@ class Quality(unittest.TestCase):
         paths = []
         for scene, psnr in (("b", 30), ("a", 20)):
             paths.append(self.data / f"{scene}.json")
-            rows = ["`best`: `joint_blur`, 128 samples, 8 starts", "`paper`"] if scene == "a" else ["`paper`"]
+            rows = ["a former row", "`best`: `joint_blur`, 128 samples, 8 starts", "`paper`"] \
+                if scene == "a" else ["`paper`"]
             paths[-1].write_text(json.dumps({"commit": f"of-{scene}", "version": f"v{scene}", "figures": [
                 figure(scene, row, psnr) for row in rows]}))
         merged = self.data / "merged.json"
@@ -122,7 +123,8 @@ class Quality(unittest.TestCase):
             quality.main()
         self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
                          "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n"
-                         "| `best`: `joint_blur`, 128 samples, 8 starts | 20.00 / .100 / .500 | - | - |  |\n\n")
+                         "| `best`: `joint_blur`, 128 samples, 8 starts | 20.00 / .100 / .500 | - | - |  |\n"
+                         "| a former row | 20.00 / .100 / .500 | - | - |  |\n\n")
         content = json.loads(merged.read_text())
         self.assertEqual((content["commit"], content["version"]), ("of-a, of-b", "va, vb"))
 

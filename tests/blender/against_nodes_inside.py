@@ -13,7 +13,7 @@ OUT, FRAME, WHAT, *CHAINS = sys.argv[sys.argv.index("--") + 1:]
 
 
 def render_and_filter(scene):
-    """What a user does: Prepare, render, Filter; then the ground truth."""
+    """The steps of a user: Prepare, render, Filter; then the ground truth."""
     scenes.install()
     addon = sys.modules[scenes.MODULE]
     scene.render.filepath = os.path.join(OUT, "render", "shot_####")

@@ -161,7 +161,8 @@ class Blind(unittest.TestCase):
         path.write_bytes(b"\xef\xbb\xbf" + HEADER.strip().encode() + b"\r\n" + f"{kit},x,1,A,1\r\n".encode())
         self.assertIn("1 choice of 1 observer, 12 pairs of images", self.blind("-o", out, "--choices", path))
         # Nothing that the evaluation would ignore.
-        for more in (["--frames", "1"], ["--seed", "2"], ["--truth", "both.####.exr"]):
+        for more in (["--frames", "1"], ["--seed", "2"], ["--truth", "both.####.exr"],
+                     ["--input-transfer", "srgb"], ["--threads", "2"], ["--on-existing", "overwrite"]):
             self.assertIn("excludes", self.blind("-o", out, "--choices", path, *more, code=2))
         self.assertIn("--json requires --choices",
                       self.blind(*self.sides, "-o", self.folder / "json", "--json", code=2))
@@ -173,6 +174,7 @@ class Blind(unittest.TestCase):
     def test_what_is_wrong_with_sides_is_named(self):
         out = self.folder / "none"
         self.assertIn("a comparison needs two sides", self.blind(self.sides[0], "-o", out, code=2))
+        self.assertIn("--seed", self.blind(*self.sides, "-o", out, "--seed", "-1", code=2))
         self.assertIn("is not NAME=OUT", self.blind(self.sides[0], "x.####.exr", "-o", out, code=2))
         self.assertIn("two sides are named plain", self.blind(self.sides[0], self.sides[0], "-o", out,
                                                               code=2))

@@ -5,7 +5,7 @@
 
 #include <limits>
 
-namespace postchain {
+namespace postchain::depth_at_test {
 namespace {
 
 FrameDescription frame_of(const ImageF& depth, int display_width, int display_height) {
@@ -60,4 +60,4 @@ TEST(DepthAt, KnowsWhereTheDataWindowIs) {
 }
 
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::depth_at_test

@@ -4,7 +4,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::chain_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -289,4 +289,4 @@ TEST_F(ChainTest, AMissingLensIsNamed) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::chain_test

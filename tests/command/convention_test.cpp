@@ -5,7 +5,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::convention_test {
 namespace {
 
 class ConventionTest : public CommandTest {
@@ -310,4 +310,4 @@ TEST_F(ConventionTest, FocusOfTheMetadata) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::convention_test

@@ -5,7 +5,7 @@
 #include "tests/command/fixture.h"
 #include "tools/sequence/exr/part_pixels.h"
 
-namespace postchain::test {
+namespace postchain::test::cropped_test {
 namespace {
 
 using io::Window;
@@ -221,4 +221,4 @@ TEST_F(CroppedTest, DiffComparesInDisplayCoordinates) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::cropped_test

@@ -5,7 +5,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::describe_test {
 namespace {
 
 using DescribeTest = CommandTest;
@@ -468,4 +468,4 @@ TEST_F(Completion, IsBashAndOffersWhatFits) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::describe_test

@@ -7,7 +7,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::document_test {
 namespace {
 
 const std::string kRoot = POSTCHAIN_SOURCE_DIR;
@@ -116,4 +116,4 @@ TEST(Documents, ChainsInDocumentsParse) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::document_test

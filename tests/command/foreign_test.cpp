@@ -5,7 +5,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::foreign_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -216,4 +216,4 @@ TEST_F(ForeignTest, AFolderThatMayNotBeRead) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::foreign_test

@@ -4,7 +4,7 @@
 
 #include "tests/command/pictures.h"
 
-namespace postchain::test {
+namespace postchain::test::formats_test {
 namespace {
 
 const Kind kKinds[] = {
@@ -231,4 +231,4 @@ TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::formats_test

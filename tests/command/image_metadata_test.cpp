@@ -5,7 +5,7 @@
 #include "tests/command/pictures.h"
 #include "tests/io/exr_files.h"
 
-namespace postchain::test {
+namespace postchain::test::image_metadata_test {
 namespace {
 
 class ImageMetadataTest : public FormatsTest {
@@ -196,4 +196,4 @@ TEST_F(ImageMetadataTest, EveryCodeOf16BitsComesBackThroughEveryCurve) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::image_metadata_test

@@ -6,7 +6,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::input_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -363,4 +363,4 @@ TEST_F(InputTest, TextInMetadataThatIsNoUtf8) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::input_test

@@ -1,7 +1,7 @@
 // postchain run --like: repeats an output from its record.
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::like_test {
 namespace {
 
 using LikeTest = CommandTest;
@@ -67,6 +67,24 @@ TEST_F(LikeTest, WhatIsGivenOverrides) {
     EXPECT_GT(largest_difference(read_color(at("out/again.0001.exr")), read_color(out(1))), 1e-4);
 }
 
+TEST_F(LikeTest, TheLayerBehindIsOverridden) {
+    write_sequence(at(""), {1});
+    std::filesystem::copy_file(at("in.0001.exr"), at("behind.0001.exr"));
+    std::filesystem::copy_file(at("in.0001.exr"), at("other.0001.exr"));
+    ASSERT_EQ(filter("all", {"--behind", at("behind.####.exr")}).code, 0);
+    const auto behind_of = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(),
+                         {"run", "--like", out(1), "-o", at("out/again.####.exr"), "--on-existing",
+                          "overwrite"});
+        const auto again = run(arguments);
+        EXPECT_EQ(again.code, 0) << again.text();
+        return record_of(at("out/again.0001.exr"))["settings"].value("behind", "none");
+    };
+    EXPECT_EQ(behind_of({}), at("behind.####.exr"));
+    EXPECT_EQ(behind_of({"--behind", at("other.####.exr")}), at("other.####.exr"));
+    EXPECT_EQ(behind_of({"-i", in()}), "none");
+}
+
 TEST_F(LikeTest, SaysWhatDoesNotHoldAnyMore) {
     write_sequence(at(""), {1});
     write_text(at("camera.json"), R"({"f_stop": 2})");
@@ -100,4 +118,4 @@ TEST_F(LikeTest, Refusals) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::like_test

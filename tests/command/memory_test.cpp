@@ -7,7 +7,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::memory_test {
 namespace {
 
 class MemoryTest : public CommandTest {};
@@ -76,4 +76,4 @@ TEST_F(MemoryTest, InspectTakesNoMoreOfATallFrame) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::memory_test

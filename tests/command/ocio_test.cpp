@@ -5,7 +5,7 @@
 
 #include "tests/command/pictures.h"
 
-namespace postchain::test {
+namespace postchain::test::ocio_test {
 namespace {
 
 // Stored values: halved is half of lin, fourfold four times it; camera is log10 after the inverse
@@ -409,4 +409,4 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::ocio_test

@@ -8,7 +8,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::output_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -161,4 +161,4 @@ TEST_F(OutputTest, ReaderOfThePipeGoesAway) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::output_test

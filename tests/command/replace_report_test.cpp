@@ -2,7 +2,7 @@
 // request.
 #include "tests/command/replace_fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::replace_report_test {
 namespace {
 
 // A report needs its own folder.
@@ -138,4 +138,4 @@ TEST_F(ReplaceReportTest, PicturesOfAPageHaveAFolderOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::replace_report_test

@@ -4,7 +4,7 @@
 //   an input  refused under every --on-existing, and unchanged, whatever its name
 #include "tests/command/replace_fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::replace_test {
 namespace {
 
 TEST_F(ReplaceTest, Run) {
@@ -182,4 +182,4 @@ TEST_F(ReplaceTest, OnErrorContinue) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::replace_test

@@ -5,7 +5,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::run_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -246,4 +246,4 @@ TEST_F(RunTest, PeakMemoryOfALongRun) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::run_test

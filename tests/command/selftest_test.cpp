@@ -1,7 +1,7 @@
 // postchain selftest passes on this device, and fails if a shader is wrong.
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::selftest_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -69,4 +69,4 @@ TEST_F(SelftestTest, AWrongShaderIsFoundAndItsPassNamed) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::selftest_test

@@ -3,7 +3,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::sequence_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -392,4 +392,4 @@ TEST_F(SequenceTest, SizesAndChannelsMayChange) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::sequence_test

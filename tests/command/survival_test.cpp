@@ -4,7 +4,7 @@
 
 #include "tests/command/fixture.h"
 
-namespace postchain::test {
+namespace postchain::test::survival_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -358,4 +358,4 @@ TEST_F(SurvivalTest, TheCpuIsNotTakenForAGpu) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::survival_test

@@ -9,7 +9,7 @@
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 
-namespace postchain {
+namespace postchain::chain_file_test {
 namespace {
 
 using test::fake_passes;
@@ -349,4 +349,4 @@ TEST(ChainFile, NamesThePictureOfTheAperture) {
 }
 
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::chain_file_test

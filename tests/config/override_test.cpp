@@ -10,7 +10,7 @@
 #include "fake_passes.h"
 #include "passes/registry.h"
 
-namespace postchain {
+namespace postchain::override_test {
 namespace {
 
 using test::fake_passes;
@@ -277,4 +277,4 @@ TEST(Override, OfTheApertureTakesTheWholeShapesPlace) {
 }
 
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::override_test

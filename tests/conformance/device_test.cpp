@@ -10,7 +10,7 @@
 #include "chain/gl/transfers.h"
 #include "tests/conformance/conformance.h"
 
-namespace postchain {
+namespace postchain::device_test {
 namespace {
 
 using test::TestFrame;
@@ -432,4 +432,4 @@ TEST_P(OnDevice, SecondRunOnTheDeviceAllocatesAndCompilesNothing) {
 FOR_EVERY_PASS(OnDevice);
 
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::device_test

@@ -8,7 +8,7 @@
 #include "chain/depth_at.h"
 #include "tests/conformance/conformance.h"
 
-namespace postchain {
+namespace postchain::effect_test {
 namespace {
 
 using Values = std::map<std::string, ParameterValue>;
@@ -245,4 +245,4 @@ TEST_P(Effect, OfEveryParameterIsAsDeclaredInEveryMode) {
 FOR_EVERY_PASS(Effect);
 
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::effect_test

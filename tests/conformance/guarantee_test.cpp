@@ -2,7 +2,7 @@
 // found. Mirrors, turns and light are measured by the stability matrix (tests/stress).
 #include "tests/conformance/conformance.h"
 
-namespace postchain {
+namespace postchain::guarantee_test {
 namespace {
 
 using test::TestFrame;
@@ -291,4 +291,4 @@ TEST_F(Boasts, AreFound) {
 }
 
 }  // namespace
-}  // namespace postchain
+}  // namespace postchain::guarantee_test

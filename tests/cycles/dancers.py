@@ -34,7 +34,7 @@ class Dancer:
         **{f"upper_leg_{s}": ("hips", (k * 0.04, 0, -0.02)) for s, k in (("l", 1), ("r", -1))},
         **{f"lower_leg_{s}": (f"upper_leg_{s}", (0, 0, -0.15)) for s in "lr"},
     }
-    # Where strings are tied: part and point, and the place on the bar above.
+    # Ends of the strings: part and point, and the place on the bar above.
     STRINGS = [("head", (0.03, 0, 0.12), (0.03, 0.0)), ("head", (-0.03, 0, 0.12), (-0.03, 0.0)),
                ("lower_arm_l", (0, 0, -0.11), (0.17, -0.02)),
                ("lower_arm_r", (0, 0, -0.11), (-0.17, -0.02)),

@@ -1,4 +1,4 @@
-"""What to render: the options after "--", the kinds of pictures, names of files.
+"""The request of a render: the options after "--", the kinds of pictures, names of files.
 
 Imports nothing of Blender, so that tests run it in a plain interpreter.
 """

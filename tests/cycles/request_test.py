@@ -1,4 +1,4 @@
-"""What the scripts of the Cycles scenes are asked for: options, files, syntax."""
+"""Options of the scripts of the Cycles scenes: files, syntax."""
 import ast
 import contextlib
 import io

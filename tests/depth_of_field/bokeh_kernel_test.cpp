@@ -213,8 +213,7 @@ TEST(BokehKernel, AgreesWithItsReference) {
         frame.description.camera.aperture_image = image_of(letter);
         frame.description.camera.aperture_rotation_deg = 30;
         frame.description.camera.cats_eye = 0.7;
-        PlanOptions whole;
-        whole.elide = false;
+        PlanOptions whole{.elide = false};
         const Chain chain = chain_of(pass, {{"samples", int64_t(20)}});
         const std::string color = concat("0.", pass, ".color");
         const auto gpu = filter_with_stages(chain, frame.description, frame.planes, whole);

@@ -10,7 +10,7 @@
 #include "passes/common/circle_of_confusion.h"
 #include "tests/depth_of_field/support.h"
 
-namespace postchain::test {
+namespace postchain::test::coc_test {
 namespace {
 
 using namespace std::string_literals;
@@ -276,8 +276,7 @@ TEST(coc_stage, equal_for_equal_depth_in_every_encoding) {
         options.depth = encoding;
         const Status status = convert_frame(planes, frame, options).status();
         ASSERT_TRUE(status.ok()) << status.message();
-        PlanOptions whole;
-        whole.elide = false;
+        PlanOptions whole{.elide = false};
         const ImageF coc = filter_with_stages(chain_of("depth_of_field", {{"method", "gilham"}}),
                                               frame, planes, whole)
                                .stages.at(stage("coc"));
@@ -400,4 +399,4 @@ TEST(coc_errors, kernel_too_wide) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::coc_test

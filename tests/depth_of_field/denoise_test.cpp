@@ -5,7 +5,7 @@
 
 #include "tests/depth_of_field/support.h"
 
-namespace postchain::test {
+namespace postchain::test::denoise_test {
 namespace {
 
 const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
@@ -102,4 +102,4 @@ TEST(Denoise, ColorAndAlphaAreMixedAlike) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::denoise_test

@@ -43,8 +43,7 @@ void expect_elided(const Plan& plan, const std::string& rule, const std::string&
 void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
     const FrameDescription frame = describe_round(planes);
     EXPECT_TRUE(equal_bits(filter(chain, frame, planes).at(Role::color), planes.at(Role::color)));
-    PlanOptions whole;
-    whole.elide = false;
+    PlanOptions whole{.elide = false};
     EXPECT_TRUE(
         equal_bits(filter(chain, frame, planes, whole).at(Role::color), planes.at(Role::color)));
 }
@@ -56,8 +55,7 @@ TEST(elision, all_in_focus) {
     expect_elided(plan_of(chain, planes), kRuleFacts,
                   "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
     expect_every_bit(chain, planes);
-    PlanOptions no_facts;
-    no_facts.rules_off = {kRuleFacts};
+    PlanOptions no_facts{.rules_off = {kRuleFacts}};
     EXPECT_EQ(plan_of(chain, planes, no_facts).steps.size(), kSteps);
 }
 
@@ -101,8 +99,7 @@ TEST(elision, not_when_one_pixel_blurs) {
 // round numbers: whatever is left out is exact when run.
 TEST(elision, never_wrongly_at_the_threshold) {
     int left = 0, kept = 0;
-    PlanOptions whole;
-    whole.elide = false;
+    PlanOptions whole{.elide = false};
     for (const char* coc : {"lens", "planes", "range"})
         for (int k = 0; k < 24; ++k) {
             const double s = 1.5 + 0.371 * k;
@@ -142,8 +139,7 @@ TEST(elision, hint_is_carried_exactly) {
     planes[Role::hint] = constant_image(33, 21, {1, 1});
     const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
     EXPECT_TRUE(plan_of(chain, planes).steps.empty());  // the hint is unused
-    PlanOptions with_hint;
-    with_hint.outputs = {Role::color, Role::hint};
+    PlanOptions with_hint{.outputs = {Role::color, Role::hint}};
     EXPECT_EQ(plan_of(chain, planes, with_hint).steps.size(), kSteps);
     const FramePlanes result = filter(chain, describe_round(planes), planes, with_hint);
     EXPECT_NEAR(result.at(Role::hint).at(5, 5), 0.6875, 1e-6);

@@ -7,7 +7,7 @@
 
 #include "tests/depth_of_field/support.h"
 
-namespace postchain::test {
+namespace postchain::test::flaws_test {
 namespace {
 
 using namespace std::string_literals;
@@ -111,4 +111,4 @@ TEST(flaws, one_blur_size) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::flaws_test

@@ -65,8 +65,7 @@ TEST(FocusAt, TheReferenceFocusesThereToo) {
             "depth_of_field", {{"method", "gilham"}, {"focus_at", Place{0.8, 0.5}}, {"coc", coc}});
         FrameDescription frame = describe_halves(planes);
         find_depths(chain, planes, frame);
-        PlanOptions whole;
-        whole.elide = false;
+        PlanOptions whole{.elide = false};
         const auto difference =
             compare(filter_with_stages(chain, frame, planes, whole).stages.at(stage("coc")),
                     reference(chain, frame, planes, whole).stages.at(stage("coc")), 1e-4);
@@ -85,8 +84,7 @@ TEST(FocusAt, OnTheSkyIsInfinity) {
                                                         {"breathing", true}});
         FrameDescription frame = describe_halves(planes);
         find_depths(chain, planes, frame);
-        PlanOptions whole;
-        whole.elide = false;
+        PlanOptions whole{.elide = false};
         const ImageF radius =
             filter_with_stages(chain, frame, planes, whole).stages.at(stage("coc"));
         EXPECT_EQ(radius.at(56, 16), 0) << coc;

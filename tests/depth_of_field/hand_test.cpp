@@ -195,9 +195,7 @@ TEST(composite_stage, hint_by_hand) {
     planes[Role::inverse_depth].data = {
         0.25f, 0.25f - 0.25f / 32, 0.25f + 0.5f / 32, 0.25f - 0.75f / 32, 0.25f + 1.0f / 32, 0};
     planes[Role::hint] = constant_image(6, 1, {1, 0.5f});
-    PlanOptions options;
-    options.elide = false;
-    options.outputs = {Role::color, Role::hint};
+    PlanOptions options{.elide = false, .outputs = {Role::color, Role::hint}};
     const ImageF hint = filter(chain_of("depth_of_field", {{"method", "gilham"}}),
                                describe_round(planes), planes, options)
                             .at(Role::hint);

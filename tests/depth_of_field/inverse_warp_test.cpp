@@ -6,7 +6,7 @@
 #include "passes/common/lens_samples.h"
 #include "tests/depth_of_field/support.h"
 
-namespace postchain::test {
+namespace postchain::test::inverse_warp_test {
 namespace {
 
 const std::pair<std::string, ParameterValue> kMethod = {"method", "inverse_warp"};
@@ -169,4 +169,4 @@ TEST(LensSamples, EverySetIsEvenOverTheDisc) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::inverse_warp_test

@@ -38,12 +38,6 @@ FrameDescription described(const FramePlanes& planes, double aspect) {
     return frame;
 }
 
-PlanOptions everything() {
-    PlanOptions options;
-    options.elide = false;
-    return options;
-}
-
 // R along x is that of square pixels, 32 (w - 1/4) px: the sensor spans the display's width. Along
 // y it is R times the aspect: a pixel is that much wider than high. An even ellipse with these
 // half-axes has the variances Rx^2/4 and Ry^2/4.
@@ -54,7 +48,7 @@ TEST(PixelAspect, DiscIsRoundOnTheDisplay) {
                  {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"noise", "none"}});
     for (const double aspect : {1.0, 2.0, 0.5}) {
         const ImageF out =
-            filter(chain, described(planes, aspect), planes, everything()).at(Role::color);
+            filter(chain, described(planes, aspect), planes, {.elide = false}).at(Role::color);
         const double rx = 16, ry = 16 * aspect;
         const Spread s = spread_of(out, 64, 64);
         EXPECT_NEAR(s.light, 1, 0.03) << aspect;
@@ -77,7 +71,7 @@ TEST(PixelAspect, GaussianIsRoundOnTheDisplay) {
                                                     {"leak", "none"}});
     for (const double aspect : {1.0, 2.0, 0.5}) {
         const ImageF out =
-            filter(chain, described(planes, aspect), planes, everything()).at(Role::color);
+            filter(chain, described(planes, aspect), planes, {.elide = false}).at(Role::color);
         const double sx = 8 * std::min(1 / aspect, 1.0), sy = 8 * std::min(aspect, 1.0);
         // Cut at three deviations a Gaussian keeps 0.973 of its variance.
         const Spread s = spread_of(out, 64, 64);
@@ -94,8 +88,8 @@ TEST(PixelAspect, AgreesWithTheReference) {
               Settings{{"method", "inverse_warp"}, {"cats_eye", 0.8}, {"noise", "none"}}}) {
             const Chain chain = chain_of("depth_of_field", settings);
             const FrameDescription frame = described(planes, aspect);
-            const ImageF out = filter(chain, frame, planes, everything()).at(Role::color);
-            const ReferenceFrame expected = reference(chain, frame, planes, everything());
+            const ImageF out = filter(chain, frame, planes, {.elide = false}).at(Role::color);
+            const ReferenceFrame expected = reference(chain, frame, planes, {.elide = false});
             const Difference difference = compare(out, expected.stages.at(stage("color")), 1e-3);
             EXPECT_LE(difference.fraction, 0.01) << aspect << ": " << difference.text;
         }

@@ -11,7 +11,7 @@
 #include "passes/depth_of_field/gilham.h"
 #include "tests/depth_of_field/support.h"
 
-namespace postchain::test {
+namespace postchain::test::sigma_test {
 namespace {
 
 using namespace std::string_literals;
@@ -182,4 +182,4 @@ TEST(auto_sigma, weight_and_kernel_on_the_gpu) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::sigma_test

@@ -95,9 +95,7 @@ TEST(every_stage_too, wide_dynamic_range) {
 // the copy, as much for each blur and the result; R to 19.2 is rounded by 2^-7 = 0.008 at most.
 TEST(every_stage_too, half_storage_stays_within_its_rounding) {
     const FramePlanes planes = deep_planes(53, 35);
-    PlanOptions half;
-    half.precision = Precision::fp16;
-    half.elide = false;
+    PlanOptions half{.precision = Precision::fp16, .elide = false};
     const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}, {"leak", "coc"s}});
     const FrameDescription frame = describe_round(planes);
     const Stages gpu = filter_with_stages(chain, frame, planes, half);
@@ -119,9 +117,7 @@ TEST(every_stage_too, half_storage_stays_finite) {
     FramePlanes planes = deep_planes(40, 30);
     planes[Role::color].at(11, 9, 0) = 1e10f;
     planes[Role::color].at(30, 20, 1) = -1e10f;
-    PlanOptions half;
-    half.precision = Precision::fp16;
-    half.elide = false;
+    PlanOptions half{.precision = Precision::fp16, .elide = false};
     const Stages gpu = filter_with_stages(chain_of("depth_of_field", {{"method", "gilham"}}),
                                           describe_round(planes), planes, half);
     for (const auto& [name, image] : gpu.stages)

@@ -4,23 +4,6 @@
 
 namespace postchain::test {
 
-Camera round_camera() {
-    Camera camera;
-    camera.focal_length_mm = 36;
-    camera.sensor_width_mm = 36;
-    camera.f_stop = 0.36;
-    camera.focus_distance = 4;
-    return camera;
-}
-
-FrameDescription describe_round(const FramePlanes& planes) {
-    FrameDescription frame = describe(planes);
-    frame.camera = round_camera();
-    frame.display_width = 640;
-    frame.display_height = 360;
-    return frame;
-}
-
 FramePlanes flat_planes(ImageF color, float inverse_depth) {
     ImageF depth(color.width, color.height, 1, inverse_depth);
     return planes_of(std::move(color), std::move(depth));
@@ -56,24 +39,20 @@ Chain chain_with(const Settings& settings) {
     }
     return chain;
 }
-
-PlanOptions whole() {
-    PlanOptions options;
-    options.elide = false;
-    return options;
-}
 }  // namespace
 
 ImageF dof(const FramePlanes& planes, Settings settings) {
-    return filter(chain_with(settings), describe_round(planes), planes, whole()).at(Role::color);
+    return filter(chain_with(settings), describe_round(planes), planes, {.elide = false})
+        .at(Role::color);
 }
 
 Stages dof_stages(const FramePlanes& planes, Settings settings) {
-    return filter_with_stages(chain_with(settings), describe_round(planes), planes, whole());
+    return filter_with_stages(chain_with(settings), describe_round(planes), planes,
+                              {.elide = false});
 }
 
 ReferenceFrame dof_reference(const FramePlanes& planes, Settings settings) {
-    return reference(chain_with(settings), describe_round(planes), planes, whole());
+    return reference(chain_with(settings), describe_round(planes), planes, {.elide = false});
 }
 
 ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKernel& image) {
@@ -94,8 +73,7 @@ ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKern
         const ChainLink& link = chain.links.front();
         EXPECT_TRUE(link.type->parameters->set(link.pass->parameters(), key, value).ok());
     }
-    PlanOptions whole;
-    whole.elide = false;
+    PlanOptions whole{.elide = false};
     return filter(chain, frame, planes, whole).at(Role::color);
 }
 

@@ -9,13 +9,6 @@
 
 namespace postchain::test {
 
-// A lens with round numbers: f_px = 640, A = 0.1, s = 4, so R = 32 (1/4 - w) px. By default
-// max_radius_px is 3 % of 640 = 19.2 px (gilham), whatever the size of the planes.
-Camera round_camera();
-
-// A frame of these planes seen by round_camera(), display width 640.
-FrameDescription describe_round(const FramePlanes& planes);
-
 // Color and one inverse depth for all pixels.
 FramePlanes flat_planes(ImageF color, float inverse_depth);
 FramePlanes planes_of(ImageF color, ImageF inverse_depth);

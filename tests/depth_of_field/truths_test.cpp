@@ -223,8 +223,7 @@ TEST(truths, hint_exists_only_where_somebody_reads_it) {
     const auto unread = make_plan(chain_of("depth_of_field", {{"method", "gilham"}}), frame);
     ASSERT_TRUE(unread.ok());
     for (const PlanTexture& texture : unread->textures) EXPECT_NE(texture.name, stage("hint"));
-    PlanOptions options;
-    options.outputs = {Role::color, Role::hint};
+    PlanOptions options{.outputs = {Role::color, Role::hint}};
     const Stages stages = filter_with_stages(chain_of("depth_of_field", {{"method", "gilham"}}),
                                              frame, planes, options);
     const ReferenceFrame expected =

@@ -377,9 +377,7 @@ TEST(CameraCut, ReturnsTheInput) {
         EXPECT_EQ(plan.elisions[0].rule, kRuleCameraCut);
         EXPECT_EQ(first_difference(planes.at(Role::color), cut.at(Role::color)), "");
         // Without the rule it is blurred all the same.
-        PlanOptions without;
-        without.precision = precision;
-        without.rules_off = {kRuleCameraCut};
+        PlanOptions without{.precision = precision, .rules_off = {kRuleCameraCut}};
         EXPECT_FALSE(expect_same_bits(chain, frame, planes, without).plan.passes[0].elided);
         EXPECT_NE(first_difference(planes.at(Role::color),
                                    filter(chain, frame, planes, without).at(Role::color)),

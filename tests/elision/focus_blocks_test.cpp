@@ -6,7 +6,7 @@
 #include "passes/depth_of_field/depth_of_field.h"
 #include "tests/elision/support.h"
 
-namespace postchain::test {
+namespace postchain::test::focus_blocks_test {
 namespace {
 
 using namespace std::string_literals;
@@ -233,4 +233,4 @@ TEST(FocusTiles, LargeAndNonFiniteColors) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::focus_blocks_test

@@ -54,8 +54,7 @@ TEST(MergeOfElidedPlans, EqualsTheTwoRunsAlone) {
                     FrameDescription frame = describe(planes);
                     frame.camera.f_stop = 0.3;
                     if (!facts) frame.bounds = FrameBounds();
-                    PlanOptions elided;
-                    elided.precision = precision;
+                    PlanOptions elided{.precision = precision};
                     for (const bool swapped : {false, true}) {
                         SCOPED_TRACE(concat(name_of(precision), facts ? " facts" : "",
                                             still ? " still" : "", focused ? " focused" : "",

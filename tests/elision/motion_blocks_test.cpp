@@ -5,7 +5,7 @@
 #include "passes/motion_blur/motion_blur.h"
 #include "tests/elision/support.h"
 
-namespace postchain::test {
+namespace postchain::test::motion_blocks_test {
 namespace {
 
 using namespace std::string_literals;
@@ -261,4 +261,4 @@ TEST(SkyTiles, SmallAndOddSizes) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::motion_blocks_test

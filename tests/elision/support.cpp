@@ -22,15 +22,11 @@ FramePlanes other_frame(const FramePlanes& planes) {
 }  // namespace
 
 PlanOptions no_rule(Precision precision) {
-    PlanOptions options;
-    options.elide = false;
-    options.precision = precision;
-    return options;
+    return {.precision = precision, .elide = false};
 }
 
 PlanOptions only(std::initializer_list<std::string> rules, Precision precision) {
-    PlanOptions options;
-    options.precision = precision;
+    PlanOptions options{.precision = precision};
     const std::set<std::string> wanted = rules;
     std::set<std::string> known;
     for (const auto& rule : elision_rules(every_pass())) {

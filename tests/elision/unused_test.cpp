@@ -1,7 +1,7 @@
 // Rules that skip unread results: unused_plane, unused_step, unused_output.
 #include "tests/elision/support.h"
 
-namespace postchain::test {
+namespace postchain::test::unused_test {
 namespace {
 
 using namespace std::string_literals;
@@ -41,8 +41,7 @@ TEST(UnusedPlane, IsNotHandedOver) {
                                            .at(Role::color)),
                       "");
             // Without the rule every plane is.
-            PlanOptions without;
-            without.rules_off = {kRuleUnusedPlane};
+            PlanOptions without{.rules_off = {kRuleUnusedPlane}};
             EXPECT_EQ(make_plan(chain, frame.description, without)->reads,
                       frame.description.planes);
         }
@@ -129,4 +128,4 @@ TEST(UnusedOutput, StepsByReferenceCounting) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::unused_test

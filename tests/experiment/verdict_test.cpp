@@ -6,7 +6,7 @@
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/experiment/verdict.h"
 
-namespace postchain::experiment {
+namespace postchain::experiment::verdict_test {
 
 using namespace report;
 namespace {
@@ -143,4 +143,4 @@ TEST(Verdict, WithoutATruthNobodyWins) {
 }
 
 }  // namespace
-}  // namespace postchain::experiment
+}  // namespace postchain::experiment::verdict_test

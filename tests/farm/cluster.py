@@ -11,6 +11,28 @@ import subprocess
 import time
 
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol", "scancel"]
+failures = []
+
+
+def check(holds, text):
+    if not holds:
+        failures.append(text)
+        print("FAILED:", text)
+
+
+def writers(out, is_program):
+    """Processes that write below `out` and whose words is_program() accepts."""
+    found = []
+    for entry in pathlib.Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        try:
+            command = (entry / "cmdline").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if is_program(command) and any(word.startswith(str(out).encode()) for word in command):
+            found.append(int(entry.name))
+    return found
 
 
 class CannotStart(Exception):

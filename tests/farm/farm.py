@@ -25,16 +25,9 @@ import subprocess
 import sys
 import time
 
-from cluster import CannotStart, Cluster
+from cluster import CannotStart, Cluster, check, failures, writers
 
 FARM = FRAMES = POSTCHAIN = WORK = None
-failures = []
-
-
-def check(holds, text):
-    if not holds:
-        failures.append(text)
-        print("FAILED:", text)
 
 
 def words(out):
@@ -65,19 +58,7 @@ def compare(what, path, expected):
 
 
 def workers(out):
-    """Running postchain processes that write below `out`."""
-    found = []
-    for entry in pathlib.Path("/proc").iterdir():
-        if not entry.name.isdigit():
-            continue
-        try:
-            command = (entry / "cmdline").read_bytes().split(b"\0")
-        except OSError:
-            continue
-        if command and command[0].endswith(b"postchain") and any(
-                word.startswith(str(out).encode()) for word in command):
-            found.append(int(entry.name))
-    return found
+    return writers(out, lambda command: command[0].endswith(b"postchain"))
 
 
 def kill_one(out, chance):

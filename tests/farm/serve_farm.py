@@ -17,33 +17,16 @@ import sys
 import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "service"))
-from cluster import CannotStart, Cluster  # noqa: E402
+from cluster import CannotStart, Cluster, check, failures, writers  # noqa: E402
 from server import Server  # noqa: E402  (of tests/service)
 
 FRAMES = 16
 SECONDS = 500
-failures = []
-
-
-def check(holds, text):
-    if not holds:
-        failures.append(text)
-        print("FAILED:", text)
 
 
 def workers(out):
-    """Tasks of Slurm that write below `out`."""
-    found = []
-    for entry in pathlib.Path("/proc").iterdir():
-        if not entry.name.isdigit():
-            continue
-        try:
-            command = (entry / "cmdline").read_bytes().split(b"\0")
-        except OSError:
-            continue
-        if b"run" in command and any(word.startswith(str(out).encode()) for word in command):
-            found.append(int(entry.name))
-    return found
+    """Tasks of Slurm."""
+    return writers(out, lambda command: b"run" in command)
 
 
 def slow_program(postchain, work):

@@ -62,7 +62,8 @@ TEST_P(Corpus, RandomChanges) {
     constexpr int kRuns = 30000;
     const Target& target = GetParam();
     std::vector<std::string> inputs;
-    for (const fs::path& file : files_of(target)) inputs.push_back(test::read_text(file));
+    for (const fs::path& file : files_of(target))
+        inputs.push_back(postchain::test::read_text(file));
     ASSERT_FALSE(inputs.empty());
     std::mt19937 random(20);
     int accepted = 0, changed = 0;
@@ -85,7 +86,7 @@ TEST_P(Corpus, Replay) {
     int accepted = 0;
     for (const fs::path& file : files) {
         SCOPED_TRACE(file.string());
-        const std::string bytes = test::read_text(file);
+        const std::string bytes = postchain::test::read_text(file);
         EXPECT_LT(bytes.size(), 20000u) << "the corpus is kept small";
         const bool taken = target.run(bytes);
         accepted += taken ? 1 : 0;

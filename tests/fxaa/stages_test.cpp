@@ -341,8 +341,7 @@ void expect_near_reference(const SettingList& settings, const ImageF& color, con
     const FramePlanes planes = planes_of(color, hint);
     const Chain chain = fxaa_chain(settings);
     const FrameDescription frame = describe(planes);
-    PlanOptions options;
-    options.elide = false;
+    PlanOptions options{.elide = false};
     const Stages gpu = filter_with_stages(chain, frame, planes, options);
     const ReferenceFrame cpu = reference(chain, frame, planes);
     ASSERT_EQ(gpu.stages.size(), 1u);

@@ -58,8 +58,7 @@ FrameDescription description_of(const FramePlanes& planes) {
 ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes) {
     static const bool added = add_shaders(fxaa_test_shaders());
     (void)added;
-    PlanOptions options;
-    options.elide = false;
+    PlanOptions options{.elide = false};
     auto plan = make_plan(chain, frame, options);
     EXPECT_TRUE(plan.ok()) << plan.status().message();
     if (!plan.ok()) return ImageF(frame.width, frame.height, 1);
@@ -89,8 +88,7 @@ ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const Fram
 
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint) {
     const FramePlanes planes = planes_of(color, hint);
-    PlanOptions options;
-    options.elide = false;
+    PlanOptions options{.elide = false};
     FramePlanes out = filter(fxaa_chain(settings), description_of(planes), planes, options);
     return out.count(Role::color) ? out[Role::color] : ImageF();
 }

@@ -12,7 +12,7 @@
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::bad_input_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -409,4 +409,4 @@ TEST(Context, ALoaderThatLeadsElsewhere) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::bad_input_test

@@ -9,7 +9,7 @@
 #include "chain/guest/governor.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::budget_test {
 namespace {
 
 using guest::Governor;
@@ -259,4 +259,4 @@ TEST(Tiers, FilterAFrame) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::budget_test

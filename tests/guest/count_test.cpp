@@ -16,7 +16,7 @@
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::count_test {
 namespace {
 
 using ::testing::StartsWith;
@@ -363,4 +363,4 @@ TEST(Count, EveryFunctionIsCounted) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::count_test

@@ -8,7 +8,7 @@
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::focus_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -208,4 +208,4 @@ TEST(Focus, MorePlacesThanCanBeFollowed) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::focus_test

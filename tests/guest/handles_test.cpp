@@ -11,7 +11,7 @@
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::handles_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -455,4 +455,4 @@ TEST(Handles, ViewsOfTheHostsTextures) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::handles_test

@@ -10,7 +10,7 @@
 #include "tests/guest/host.h"
 #include "tests/support/gpu.h"
 
-namespace postchain::test {
+namespace postchain::test::inputs_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -421,4 +421,4 @@ TEST(Inputs, MaskEffectsThatAreRefused) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::inputs_test

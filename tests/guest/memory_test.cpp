@@ -6,7 +6,7 @@
 
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::memory_test {
 namespace {
 
 pc_counters count(const pc::Instance& guest) {
@@ -147,4 +147,4 @@ TEST(Memory, ARefusedFrameKeepsNothing) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::memory_test

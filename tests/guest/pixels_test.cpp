@@ -11,7 +11,7 @@
 #include "tests/guest/host.h"
 #include "tests/support/gpu.h"
 
-namespace postchain::test {
+namespace postchain::test::pixels_test {
 namespace {
 
 constexpr int kWidth = 96, kHeight = 60;
@@ -524,4 +524,4 @@ TEST(Pixels, TheFrameNumberTurnsAnimatedNoiseAlone) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::pixels_test

@@ -13,7 +13,7 @@
 #include "tests/guest/host.h"
 #include "tests/support/random.h"
 
-namespace postchain::test {
+namespace postchain::test::prepared_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -208,4 +208,4 @@ TEST(Prepared, TheMessageNamesTheMember) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::prepared_test

@@ -9,7 +9,7 @@
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::program_cache_test {
 namespace {
 
 constexpr int kWidth = 40, kHeight = 24;
@@ -144,4 +144,4 @@ TEST(ProgramCache, PrepareDispatchesEachProgram) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::program_cache_test

@@ -15,7 +15,7 @@
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::report_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -355,4 +355,4 @@ TEST(OwnContext, IsMadeWhereNoneIsCurrent) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::report_test

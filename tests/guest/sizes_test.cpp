@@ -11,7 +11,7 @@
 #include "tests/guest/host.h"
 #include "tests/support/random.h"
 
-namespace postchain::test {
+namespace postchain::test::sizes_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -342,4 +342,4 @@ TEST(Sizes, TheStatedSizeStaysWhenTheBudgetIsSpent) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::sizes_test

@@ -13,7 +13,7 @@
 
 #include "tests/guest/host.h"
 
-namespace postchain::test {
+namespace postchain::test::state_test {
 namespace {
 
 constexpr int kUnits = 16, kImages = 8;
@@ -372,4 +372,4 @@ TEST(State, ResetAndLeave) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::state_test

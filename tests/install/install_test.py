@@ -296,7 +296,7 @@ def packages(options):
 
 
 def keeps_policy(deb):
-    """What lintian reports as errors; lintian itself, if it is installed."""
+    """The errors that lintian reports; by lintian itself, if it is installed."""
     name = call("dpkg-deb", "-f", deb, "Package").strip()
     held = call("dpkg-deb", "-c", deb)
     assert f"/usr/share/doc/{name}/changelog.gz\n" in held, held

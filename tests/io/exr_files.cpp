@@ -84,14 +84,14 @@ Imf::Header header_of(const FilePart& part, bool multi) {
     return header;
 }
 
-struct Planes {
+struct PartPlanes {
     std::vector<std::vector<char>> bytes;
     Imf::FrameBuffer buffer;
 };
 
 // All samples of a window, channel by channel.
-std::unique_ptr<Planes> planes_of(const FilePart& part, const Imath::Box2i& window) {
-    auto planes = std::make_unique<Planes>();
+std::unique_ptr<PartPlanes> planes_of(const FilePart& part, const Imath::Box2i& window) {
+    auto planes = std::make_unique<PartPlanes>();
     for (size_t c = 0; c < part.channels.size(); ++c) {
         const FileChannel& channel = part.channels[c];
         const int s = channel.sampling;

@@ -8,7 +8,7 @@
 #include "tests/io/exr_files.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 
-namespace postchain::io {
+namespace postchain::io::test_bokeh_kernel_file {
 namespace {
 
 using test::TempFolder;
@@ -186,4 +186,4 @@ TEST(ApertureFiles, ReadEachFileOnce) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_bokeh_kernel_file

@@ -8,7 +8,7 @@
 
 #include "tools/sequence/frame/camera_metadata.h"
 
-namespace postchain::io {
+namespace postchain::io::test_camera_metadata {
 namespace {
 
 using testing::HasSubstr;
@@ -166,4 +166,4 @@ TEST(CameraMetadata, BadMatricesAreNotUsed) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_camera_metadata

@@ -12,7 +12,7 @@
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/exr/zlib_stream.h"
 
-namespace postchain::io {
+namespace postchain::io::test_exr_chunks {
 namespace {
 
 using test::FilePart;
@@ -371,4 +371,4 @@ TEST_F(DamagedChunk, ThePartIsNamed) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_exr_chunks

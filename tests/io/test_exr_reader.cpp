@@ -11,7 +11,7 @@
 #include "tests/io/exr_files.h"
 #include "tools/sequence/exr/exr_reader.h"
 
-namespace postchain::io {
+namespace postchain::io::test_exr_reader {
 namespace {
 
 using test::FilePart;
@@ -277,4 +277,4 @@ TEST(ExrReader, AttributesAsText) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_exr_reader

@@ -17,7 +17,7 @@
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/frame/frame_writer.h"
 
-namespace postchain::io {
+namespace postchain::io::test_hostile_header {
 namespace {
 
 using test::FilePart;
@@ -393,4 +393,4 @@ TEST(HostileHeader, ALimitOnBytes) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_hostile_header

@@ -9,24 +9,6 @@
 namespace postchain::test {
 namespace {
 
-// R = 32 (1/4 - w) px, shutter half a frame.
-FrameDescription description_of(const FramePlanes& planes) {
-    FrameDescription frame = describe(planes);
-    frame.camera.focal_length_mm = 36;
-    frame.camera.sensor_width_mm = 36;
-    frame.camera.f_stop = 0.36;
-    frame.camera.focus_distance = 4;
-    frame.camera.shutter_frames = 0.5;
-    frame.display_width = 640;
-    return frame;
-}
-
-PlanOptions whole() {
-    PlanOptions options;
-    options.elide = false;
-    return options;
-}
-
 // Black, at one inverse depth, with one motion both ways.
 FramePlanes moving_plane(int width, int height, float inverse_depth, float x_px, float y_px) {
     FramePlanes planes;
@@ -41,7 +23,8 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     FramePlanes planes = moving_plane(129, 97, 0.75f, 48, 0);  // R = -16 px, a path of 24 px
     for (int c = 0; c < 3; ++c) planes[Role::color].at(64, 48, c) = 1;
     const Chain chain = chain_of("joint_blur", {{"samples", int64_t(1023)}});
-    const ImageF out = filter(chain, description_of(planes), planes, whole()).at(Role::color);
+    const ImageF out =
+        filter(chain, describe_round(planes), planes, {.elide = false}).at(Role::color);
     double light = 0, xx = 0, yy = 0;
     for (int y = 0; y < 97; ++y)
         for (int x = 0; x < 129; ++x) {
@@ -61,9 +44,9 @@ TEST(JointBlur, DiscIsRoundOnTheDisplay) {
     for (int c = 0; c < 3; ++c) planes[Role::color].at(96, 80, c) = 1;
     const Chain chain = chain_of("joint_blur", {{"samples", int64_t(1023)}, {"noise", "none"}});
     for (const double aspect : {1.0, 2.0, 0.5}) {
-        FrameDescription frame = description_of(planes);
+        FrameDescription frame = describe_round(planes);
         frame.pixel_aspect = aspect;
-        const ImageF out = filter(chain, frame, planes, whole()).at(Role::color);
+        const ImageF out = filter(chain, frame, planes, {.elide = false}).at(Role::color);
         double light = 0, xx = 0, yy = 0;
         for (int y = 0; y < 161; ++y)
             for (int x = 0; x < 193; ++x) {
@@ -84,10 +67,10 @@ TEST(JointBlur, DiscIsRoundOnTheDisplay) {
 TEST(JointBlur, OneOfThemAloneIsThatPass) {
     FramePlanes planes = moving_plane(160, 96, 0.75f, 0, 0);
     planes[Role::color] = noise_image(160, 96, 4, 5);
-    const FrameDescription frame = description_of(planes);
+    const FrameDescription frame = describe_round(planes);
     const auto error = [&](const Chain& chain, const Chain& other) {
-        const ImageF a = filter(chain, frame, planes, whole()).at(Role::color);
-        const ImageF b = filter(other, frame, planes, whole()).at(Role::color);
+        const ImageF a = filter(chain, frame, planes, {.elide = false}).at(Role::color);
+        const ImageF b = filter(other, frame, planes, {.elide = false}).at(Role::color);
         double sum = 0;
         for (size_t i = 0; i < a.data.size(); ++i) sum += std::pow(a.data[i] - b.data[i], 2);
         return std::sqrt(sum / double(a.data.size()));
@@ -112,7 +95,8 @@ TEST(JointBlur, DenoisingStaysWithinTheStreak) {
         for (int x = 0; x < 160; ++x)
             for (int c = 0; c < 3; ++c) planes[Role::color].at(x, y, c) = y % 2 == 0 ? 1 : 0;
     const ImageF out =
-        filter(chain_of("joint_blur", {}), description_of(planes), planes, whole()).at(Role::color);
+        filter(chain_of("joint_blur", {}), describe_round(planes), planes, {.elide = false})
+            .at(Role::color);
     for (int y = 20; y < 76; ++y) EXPECT_NEAR(out.at(80, y), y % 2 == 0 ? 1 : 0, 0.01) << y;
 }
 
@@ -123,7 +107,7 @@ TEST(JointBlur, AgreesWithItsReference) {
     for (float& v : planes[Role::motion_back].data) v = 0.5f * v + 3;
     const TestFrame other = layered_frame(131, 77, {30.5f, 8.25f}, {-12.75f, 2.5f}, 31);
     for (const auto& [role, plane] : other.planes) planes[role_of(Neighbor::after, role)] = plane;
-    const FrameDescription frame = description_of(planes);
+    const FrameDescription frame = describe_round(planes);
     for (const Chain& chain :
          {chain_of("joint_blur", {}), chain_of("joint_blur", {{"neighbors", "none"}}),
           chain_of("depth_of_field", {{"method", "inverse_warp"}}),
@@ -132,7 +116,7 @@ TEST(JointBlur, AgreesWithItsReference) {
                                   {"noise", "none"},
                                   {"denoise", false},
                                   {"max_blur_px", int64_t(9)}})}) {
-        PlanOptions options = whole();
+        PlanOptions options = {.elide = false};
         if (chain.links[0].type->name == "joint_blur") options.outputs.add(Role::hint);
         const auto gpu = filter(chain, frame, planes, options);
         const auto expected = reference(chain, frame, planes, options);
@@ -159,13 +143,13 @@ TEST(JointBlur, AdaptiveSamplingAgreesWithItsReference) {
             }
     const TestFrame other = layered_frame(187, 77, {30.5f, 8.25f}, {-12.75f, 2.5f}, 31);
     for (const auto& [role, plane] : other.planes) planes[role_of(Neighbor::after, role)] = plane;
-    const FrameDescription frame = description_of(planes);
+    const FrameDescription frame = describe_round(planes);
     for (const bool denoise : {false, true}) {
         const Chain chain = chain_of(
             "joint_blur",
             {{"samples", int64_t(12)}, {"max_samples", int64_t(50)}, {"denoise", denoise}});
-        const ImageF gpu = filter(chain, frame, planes, whole()).at(Role::color);
-        const auto expected = reference(chain, frame, planes, whole());
+        const ImageF gpu = filter(chain, frame, planes, {.elide = false}).at(Role::color);
+        const auto expected = reference(chain, frame, planes, {.elide = false});
         const Difference difference = compare(gpu, expected.planes.at(Role::color), 1e-3);
         EXPECT_LE(difference.fraction, 0.02) << difference.text;
     }
@@ -179,7 +163,7 @@ TEST(JointBlur, BlocksThatNothingIsBlurredIntoChangeNoBit) {
             planes[Role::inverse_depth].at(x, y) = 0.6f;
             planes[Role::motion].at(x, y) = 20;
         }
-    const FrameDescription frame = description_of(planes);
+    const FrameDescription frame = describe_round(planes);
     PlanOptions complete;
     complete.rules_off = {"unblurred_blocks"};
     for (const Chain& chain :
@@ -203,12 +187,12 @@ TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
             for (int c = 0; c < 3; ++c)
                 planes[Role::color].at(x, y, c) = x < 128 ? 0.5f + 0.02f * random.at(x, y, 0)
                                                           : 8 * float(random.at(x, y, 0) > 0.875f);
-    const FrameDescription frame = description_of(planes);
+    const FrameDescription frame = describe_round(planes);
     const auto blurred = [&](int64_t samples, int64_t most) {
         const Chain chain = chain_of(
             "joint_blur",
             {{"samples", samples}, {"max_samples", most}, {"noise", "none"}, {"denoise", false}});
-        return filter(chain, frame, planes, whole()).at(Role::color);
+        return filter(chain, frame, planes, {.elide = false}).at(Role::color);
     };
     const ImageF few = blurred(8, 0), rest = blurred(24, 0), adaptive = blurred(8, 32);
     double apart = 0;
@@ -230,7 +214,7 @@ TEST(JointBlur, BlocksWhoseSamplesDisagreeTakeMore) {
 TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
     FramePlanes planes = moving_plane(96, 96, 0.75f, 24, 0);
     const ImageF random = noise_image(96, 96, 4, 12);
-    const FrameDescription frame = description_of(planes);
+    const FrameDescription frame = describe_round(planes);
     const Chain chain = chain_of("joint_blur", {{"samples", int64_t(8)},
                                                 {"max_samples", int64_t(64)},
                                                 {"noise", "none"},
@@ -242,7 +226,7 @@ TEST(JointBlur, MoreSamplesComeInWithoutAJump) {
             for (int x = 0; x < 96; ++x)
                 for (int c = 0; c < 3; ++c)
                     planes[Role::color].at(x, y, c) = random.at(x, y, 0) > 0.875f ? lamp : 0;
-        now = filter(chain, frame, planes, whole()).at(Role::color);
+        now = filter(chain, frame, planes, {.elide = false}).at(Role::color);
         for (int y = 0; y < 96; ++y)
             for (int x = 0; x < 96; ++x) now.at(x, y) /= lamp;
         if (first.data.empty()) first = before = now;

@@ -11,16 +11,10 @@
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 
-namespace postchain::test {
+namespace postchain::test::second_layer_test {
 namespace {
 
 constexpr int kWidth = 144, kHeight = 24;
-
-PlanOptions whole() {
-    PlanOptions options;
-    options.elide = false;
-    return options;
-}
 
 Chain motion_blur() {
     return chain_of("motion_blur", {{"mode", "inverse_warp"}, {"path_px_per_time", 0.25}});
@@ -38,18 +32,6 @@ std::vector<Chain> every_pass_with_it() {
     chains.push_back(chain_of("joint_blur"));
     chains.push_back(chain_of("joint_blur", {{"max_samples", int64_t(96)}}));
     return chains;
-}
-
-// Sharp at an inverse depth of 1/4: R = 32 (1/4 - w) px.
-FrameDescription description_of(const FramePlanes& planes) {
-    FrameDescription frame = describe(planes);
-    frame.camera.focal_length_mm = 36;
-    frame.camera.sensor_width_mm = 36;
-    frame.camera.f_stop = 0.36;
-    frame.camera.focus_distance = 4;
-    frame.camera.shutter_frames = 0.5;
-    frame.display_width = 640;
-    return frame;
 }
 
 struct Surface {
@@ -78,7 +60,7 @@ double pattern(double x) {
 // RMS error of the middle row against a closed form.
 double error_of(const Chain& chain, const FramePlanes& planes, int begin, int end,
                 const std::function<double(int x)>& truth) {
-    const ImageF out = filter(chain, description_of(planes), planes).at(Role::color);
+    const ImageF out = filter(chain, describe_round(planes), planes).at(Role::color);
     double sum = 0;
     for (int x = begin; x < end; ++x) sum += std::pow(out.at(x, kHeight / 2) - truth(x), 2);
     return std::sqrt(sum / (end - begin));
@@ -151,8 +133,9 @@ TEST(SecondLayer, AgreesWithTheReference) {
             if (more) add_neighbors(frame);
             add_behind(frame);
             if (more) add_lights(frame, 2);
-            const auto out = filter(chain, frame.description, frame.planes, whole());
-            const auto expected = reference(chain, frame.description, frame.planes, whole());
+            const auto out = filter(chain, frame.description, frame.planes, {.elide = false});
+            const auto expected =
+                reference(chain, frame.description, frame.planes, {.elide = false});
             for (const Role role : {Role::color, Role::layers}) {
                 if (role == Role::layers && !more) continue;
                 const auto difference = compare(out.at(role), expected.planes.at(role), 2e-3);
@@ -169,9 +152,9 @@ TEST(SecondLayer, FillsNothingFromBehindWhatComesFromBeyondTheBorder) {
              return Surface{pattern(x + 40), 0.2, 40};
          }))
         planes[role_of(Neighbor::after, role)] = plane;
-    const ImageF without = filter(motion_blur(), description_of(planes), planes).at(Role::color);
+    const ImageF without = filter(motion_blur(), describe_round(planes), planes).at(Role::color);
     planes[Role::behind] = stack_behind(planes_of([](double) { return Surface{9, 0, 0}; }));
-    const ImageF with = filter(motion_blur(), description_of(planes), planes).at(Role::color);
+    const ImageF with = filter(motion_blur(), describe_round(planes), planes).at(Role::color);
     EXPECT_TRUE(equal_bits(with, without));
 }
 
@@ -181,7 +164,7 @@ std::array<double, 3> shares_of(const Chain& chain, FramePlanes planes) {
     planes[Role::layers] = mask;
     if (planes.contains(Role::behind))
         planes[Role::behind] = stack_planes({planes.at(Role::behind), mask});
-    FrameDescription frame = description_of(planes);
+    FrameDescription frame = describe_round(planes);
     frame.fill_layer = 0;
     const ImageF out = filter(chain, frame, planes).at(Role::layers);
     std::array<double, 3> shares = {};
@@ -210,16 +193,16 @@ bool uses_it(const Plan& plan) {
 
 TEST(SecondLayer, IsPlannedOnlyForAPassWhoseColorIsTheFrames) {
     const FramePlanes planes = moving_bar();
-    FrameDescription frame = description_of(planes);
+    FrameDescription frame = describe_round(planes);
     for (const Chain& chain : every_pass_with_it()) {
-        EXPECT_TRUE(uses_it(*make_plan(chain, frame, whole())));
+        EXPECT_TRUE(uses_it(*make_plan(chain, frame, {.elide = false})));
         FrameDescription without = frame;
         without.planes.remove(Role::behind);
-        EXPECT_FALSE(uses_it(*make_plan(chain, without, whole())));
+        EXPECT_FALSE(uses_it(*make_plan(chain, without, {.elide = false})));
     }
     Chain two = motion_blur();
     append(two, "depth_of_field", {{"method", "inverse_warp"}});
-    const auto plan = make_plan(two, frame, whole());
+    const auto plan = make_plan(two, frame, {.elide = false});
     ASSERT_TRUE(plan.ok()) << plan.status().message();
     for (const Step& step : plan->steps)
         EXPECT_TRUE(step.pass == 0 || !step.program.defines.contains("SECOND_LAYER")) << step.name;
@@ -233,10 +216,10 @@ TEST(SecondLayer, KeepsConstants) {
     const ImageF& color = frame.planes.at(Role::color);
     std::copy(color.data.begin(), color.data.end(), behind.data.begin());
     for (const Chain& chain : every_pass_with_it()) {
-        const auto out = filter(chain, frame.description, frame.planes, whole());
+        const auto out = filter(chain, frame.description, frame.planes, {.elide = false});
         EXPECT_TRUE(equal_bits(out.at(Role::color), color)) << chain.links[0].type->name;
     }
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::second_layer_test

@@ -10,7 +10,7 @@
 #include "tools/measure/metrics/display.h"
 #include "tools/measure/metrics/sharpness.h"
 
-namespace postchain::metrics {
+namespace postchain::metrics::noise_test {
 namespace {
 
 double deviation(const ImageF& variance) {
@@ -122,4 +122,4 @@ TEST(Noise, MseOfNoErrorIsTheVariance) {
 }
 
 }  // namespace
-}  // namespace postchain::metrics
+}  // namespace postchain::metrics::noise_test

@@ -5,7 +5,7 @@
 
 #include "tests/metrics/support.h"
 
-namespace postchain::metrics {
+namespace postchain::metrics::sharpness_test {
 namespace {
 
 // Display values: an edge at x = 30 from 0.2 to 0.2 + left, `width` pixels wide (a linear ramp),
@@ -98,4 +98,4 @@ TEST(Sharpness, RefusesAnInputOfAnotherSize) {
 }
 
 }  // namespace
-}  // namespace postchain::metrics
+}  // namespace postchain::metrics::sharpness_test

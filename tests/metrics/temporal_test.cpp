@@ -4,7 +4,7 @@
 
 #include "tests/metrics/support.h"
 
-namespace postchain::metrics {
+namespace postchain::metrics::temporal_test {
 namespace {
 
 // A constant error does not count, however large; one that grows by 0.25 per frame does.
@@ -144,4 +144,4 @@ TEST(GridError, RefusesWhatLeavesNothing) {
 }
 
 }  // namespace
-}  // namespace postchain::metrics
+}  // namespace postchain::metrics::temporal_test

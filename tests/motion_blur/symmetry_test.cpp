@@ -4,7 +4,7 @@
 
 #include "tests/motion_blur/support.h"
 
-namespace postchain::test {
+namespace postchain::test::symmetry_test {
 namespace {
 
 constexpr int kSize = 64;
@@ -126,4 +126,4 @@ TEST(Symmetry, ReversalMirrorsAndTurns) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::symmetry_test

@@ -1,6 +1,7 @@
 """Headless Chromium through chromedriver's HTTP interface (W3C WebDriver), with Python's own
 library alone."""
 import base64
+import contextlib
 import json
 import re
 import shutil
@@ -114,8 +115,19 @@ class Browser:
             time.sleep(0.02)
 
     def command(self, name, **parameters):
-        """Of the DevTools protocol."""
+        """A command of the DevTools protocol."""
         return self.call("POST", "/goog/cdp/execute", {"cmd": name, "params": parameters})
+
+    @contextlib.contextmanager
+    def inside(self, selector):
+        """Calls go to the page in this frame."""
+        self.wait("document.querySelector(args[0])", selector)
+        frame = self.call("POST", "/element", {"using": "css selector", "value": selector})
+        self.call("POST", "/frame", {"id": frame})
+        try:
+            yield
+        finally:
+            self.call("POST", "/frame", {"id": None})
 
     def size(self, width, height):
         self.command("Emulation.setDeviceMetricsOverride", width=width, height=height,

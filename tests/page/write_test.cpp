@@ -36,8 +36,7 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
     const std::string page = test::read_text(path("index.html"));
     EXPECT_EQ(page.find("<!--DATA-->"), std::string::npos);
     // The page contains report.json, though a chain in it holds "</script>".
-    EXPECT_EQ(nlohmann::json::parse(element(page, "report")),
-              nlohmann::json::parse(report_as_json(report)));
+    EXPECT_EQ(nlohmann::json::parse(element(page, "report")), nlohmann::json(report_json(report)));
     const auto manifest = nlohmann::json::parse(element(page, "manifest"));
     ASSERT_GT(manifest["images"].size(), report.images.size());
     for (const auto& image : manifest["images"])

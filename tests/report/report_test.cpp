@@ -93,7 +93,7 @@ void collect_keys(const Json& json, std::set<std::string>& keys) {
 }
 
 TEST(ReportJson, EveryKeyIsInTheDocument) {
-    const Json json = Json::parse(report_as_json(filled()));
+    const Json json = report_json(filled());
     const std::string text = test::read_text(POSTCHAIN_SOURCE_DIR "/docs/report.md");
     ASSERT_FALSE(text.empty());
     std::set<std::string> keys;
@@ -106,7 +106,7 @@ TEST(ReportJson, EveryKeyIsInTheDocument) {
 }
 
 TEST(ReportJson, ValuesAndNulls) {
-    const Json json = Json::parse(report_as_json(filled()));
+    const Json json = report_json(filled());
     EXPECT_EQ(json["kind"], "ab");
     EXPECT_EQ(json["variants"][0]["metrics"]["flip"]["frames"], Json::parse("[0.25, null]"));
     EXPECT_EQ(json["variants"][0]["chain_hash"], "0000000000000abc");
@@ -123,7 +123,7 @@ TEST(ReportJson, ValuesAndNulls) {
     EXPECT_EQ(json["winner"], Json::parse(R"({"variant": 1, "metric": "flip",
                                                "words": "bad has won"})"));
     EXPECT_EQ(json["warnings"], Json::parse(R"(["a warning"])"));
-    const Json bare = Json::parse(report_as_json(Report()));
+    const Json bare = report_json(Report());
     for (const char* key : {"input_metrics", "truth_noise", "winner"})
         EXPECT_TRUE(bare.at(key).is_null()) << key;
 }
@@ -133,7 +133,7 @@ TEST(ReportJson, NonFiniteNumbersAndForeignBytesStillMakeJson) {
     report.variants[0].metrics["flip"].mean = std::numeric_limits<double>::infinity();
     report.variants[0].metrics["flip"].frames[0] = std::numeric_limits<double>::quiet_NaN();
     report.input = "f\xfcr.exr";
-    const Json json = Json::parse(report_as_json(report), nullptr, false);
+    const Json json = Json::parse(io::json_text(report_json(report)), nullptr, false);
     ASSERT_FALSE(json.is_discarded());
     EXPECT_TRUE(json["variants"][0]["metrics"]["flip"]["mean"].is_null());
 }

@@ -132,7 +132,7 @@ TEST_F(BehindTest, IsReadOnlyForTheFrameItself) {
     EXPECT_EQ(written["inputs"]["behind"], at("behind.0002.exr"));
 }
 
-// Nor do they wait for it.
+// Neighbors do not wait for one.
 TEST_F(BehindTest, IsWaitedForOnlyForTheFrameItself) {
     fs::copy_file(in_scene("behind.0002.exr"), at("behind.0002.exr"));
     behind(at("behind.####.exr"));

@@ -8,7 +8,7 @@
 
 #include "tests/command/frames.h"
 
-namespace postchain::sequence {
+namespace postchain::sequence::frame_scan_test {
 namespace {
 
 constexpr int kWidth = 50, kHeight = 41;
@@ -160,4 +160,4 @@ TEST_F(FrameScan, VectorsInFractions) {
 }
 
 }  // namespace
-}  // namespace postchain::sequence
+}  // namespace postchain::sequence::frame_scan_test

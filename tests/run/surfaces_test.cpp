@@ -8,7 +8,7 @@
 #include "tools/sequence/run/edge_check.h"
 #include "tools/sequence/run/sky_motion.h"
 
-namespace postchain::sequence {
+namespace postchain::sequence::surfaces_test {
 namespace {
 
 constexpr int kWidth = 40, kHeight = 20;
@@ -240,4 +240,4 @@ TEST(ClearEdges, BelongToWhatCoversMore) {
 }
 
 }  // namespace
-}  // namespace postchain::sequence
+}  // namespace postchain::sequence::surfaces_test

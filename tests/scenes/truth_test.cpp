@@ -5,7 +5,7 @@
 
 #include "support.h"
 
-namespace postchain::scenes::test {
+namespace postchain::scenes::test::truth_test {
 namespace {
 
 constexpr int kSide = 72;
@@ -266,4 +266,4 @@ TEST(Truth, StopsWhenToldTo) {
 }
 
 }  // namespace
-}  // namespace postchain::scenes::test
+}  // namespace postchain::scenes::test::truth_test

@@ -92,7 +92,7 @@ TEST_F(BrowseTest, RefusalsNameNoPathOutside) {
     EXPECT_EQ(std::get<Problem>(none).detail.find(base_), std::string::npos);
     EXPECT_EQ(std::get<Problem>(chains_of("/etc/passwd", roots({"root"}))).kind,
               Problem::Kind::forbidden);
-    // Nor is another file read, or a pipe waited for.
+    // No other file is read, and no pipe is waited for.
     ASSERT_EQ(mkfifo((base_ + "/root/shots/pipe.yaml").c_str(), 0600), 0);
     const auto kind_of = [&](const char* file) {
         const auto answer = chains_of(file, roots({"root"}));
@@ -125,9 +125,15 @@ TEST_F(BrowseTest, AReportInParts) {
           "<script type=\"text/plain\" id=\"image-10\">BBBB</script>\n</html>\n");
     EXPECT_EQ(*page_without_pictures(path),
               "<html>\n<script type=\"text/plain\" id=\"view.vert\">v</script>\n</html>\n");
-    EXPECT_EQ(*picture_in_page(path, "image-10"), "BBBB");
-    EXPECT_FALSE(picture_in_page(path, "image-1").ok());
-    EXPECT_FALSE(picture_in_page(path, "view.vert").ok());
+    PagePictures pictures;
+    EXPECT_EQ(*pictures.get(path, "image-10"), "BBBB");
+    EXPECT_EQ(*pictures.get(path, "image-0"), "AAAA");
+    EXPECT_FALSE(pictures.get(path, "image-1").ok());
+    EXPECT_FALSE(pictures.get(path, "view.vert").ok());
+    // A page that has changed is read again.
+    write(path, "\n<script type=\"text/plain\" id=\"image-10\">CCCCCC</script>\n");
+    EXPECT_EQ(*pictures.get(path, "image-10"), "CCCCCC");
+    EXPECT_FALSE(pictures.get(path, "image-0").ok());
     EXPECT_FALSE(page_without_pictures(base_ + "/none").ok());
 }
 

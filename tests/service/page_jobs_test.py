@@ -178,9 +178,7 @@ class Jobs(OnTheService):
         self.browser.wait("document.querySelector('#report iframe')")
         self.assertEqual(self.browser.run("return document.querySelector('iframe').sandbox.value;"),
                          "allow-scripts allow-downloads")
-        frame = self.browser.call("POST", "/element", {"using": "css selector", "value": "iframe"})
-        self.browser.call("POST", "/frame", {"id": frame})
-        try:
+        with self.browser.inside("#report iframe"):
             self.browser.wait("document.querySelector('h1')?.innerText.includes('against')")
             self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
             self.assertEqual(self.browser.run(
@@ -195,10 +193,15 @@ class Jobs(OnTheService):
                     addEventListener("message", ({data}) =>
                         data.postchain_picture === "image-0" && data.why && done(data.why));
                     for (const asset of ["../../../../jobs", "/v1/jobs", "https://example.org/x.js"])
-                        parent.postMessage({postchain_wants: "image-0", asset}, "*");
+                        parent.postMessage({postchain_wants: "image-0", asset,
+                                            page: location.pathname}, "*");
                 });"""), "its pictures are not in its folder")
-        finally:
-            self.browser.call("POST", "/frame", {"id": None})
+            self.assertEqual(self.browser.run("""
+                return await new Promise((done) => {
+                    addEventListener("message", ({data}) =>
+                        data.postchain_picture === "image-1" && done(data.why));
+                    parent.postMessage({postchain_wants: "image-1", page: "/v1/jobs"}, "*");
+                });"""), "is not its page")
         whole = (self.path / "report/index.html").stat().st_size
         page = len(self.server.ask("GET", f"/v1/jobs/{job}/report/index.html?pictures=apart")[2])
         self.assertLess(page, whole)
@@ -207,14 +210,27 @@ class Jobs(OnTheService):
                           assets="light/pictures")
         self.open(f"job={job}")
         self.done(job)
-        self.browser.wait("document.querySelector('#report iframe')")
-        frame = self.browser.call("POST", "/element", {"using": "css selector", "value": "iframe"})
-        self.browser.call("POST", "/frame", {"id": frame})
-        try:
+        with self.browser.inside("#report iframe"):
             self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
-        finally:
-            self.browser.call("POST", "/frame", {"id": None})
         self.browser.errors()  # of the fetch above
+
+    def test_reports_of_a_study_stream_their_pictures(self):
+        scene = {"name": "wheels", "input": "shots/sharp.####.exr", "truth": "shots/sharp.####.exr",
+                 "frames": "1"}
+        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+            "kind": "study", "output": "study", "study": {
+                "postchain_study": 1, "settings": {"repeats": 1}, "scenes": [scene],
+                "chains": {"a": [{"fxaa": {}}], "b": [{"fxaa": {"preset": 12}}]}}})
+        self.assertEqual(status, 202, answer)
+        job = json.loads(answer)["id"]
+        self.open(f"job={job}")
+        self.done(job)
+        with self.browser.inside("#report iframe"):
+            self.browser.wait("document.querySelector('td a')")
+            self.browser.run("document.querySelector('td a').click();")
+            self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
+            self.assertEqual(self.browser.run(
+                "return document.querySelectorAll('script[id^=image-]').length;"), 0)
 
     def test_the_form_of_all_settings(self):
         self.open()

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "tests/io/exr_files.h"
+#include "tools/sequence/files/sequence.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
@@ -106,6 +107,11 @@ TEST_F(RootsTest, MessagesHoldWhatWasGivenAlone) {
 TEST_F(RootsTest, ShownFromTheFirstRoot) {
     EXPECT_EQ(roots_.shown(base_ + "/root/shots/a.exr"), "shots/a.exr");
     EXPECT_EQ(roots_.shown(base_ + "/second/b"), base_ + "/second/b");
+    for (const char* path : {"./a=b.####.exr", "./a=b/c.exr", "a.b=c.exr", "a/b=c.exr"}) {
+        EXPECT_EQ(roots_.shown(base_ + "/root/" + path), path);
+        EXPECT_EQ(roots_.shown(*roots_.resolve(path)), path);
+        EXPECT_TRUE(io::InputSpec::parse(path).ok()) << path;
+    }
     EXPECT_EQ(roots_.shown_in("cannot read " + base_ + "/root/a: no (" + base_ + "/root/b)"),
               "cannot read a: no (b)");
     // The root itself, and paths that only begin or end like it.

@@ -19,6 +19,8 @@ from server import Events, Server, work_on
 
 PROGRAM = LIBRARY = None
 SOURCE = pathlib.Path(__file__).parents[2]
+JOB = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
+       "output": "out/a.####.exr", "mkdir": True}
 
 
 class Serve(unittest.TestCase):
@@ -149,26 +151,24 @@ class Serve(unittest.TestCase):
                                  WATCHDOG_USEC="400000", LD_PRELOAD=LIBRARY,
                                  POSTCHAIN_HANG="sharp.0002.exr", POSTCHAIN_HANG_WHILE=str(hang)))
             self.assertEqual(system.recv(100), b"READY=1")
-            body = {"chain": "fast", "input": "shots/sharp.####.exr",
-                    "camera": "shots/camera.json", "output": "out/a.####.exr", "mkdir": True}
             # Its shaders are compiled by a job without a limit.
-            warm = body | {"frames": "1", "output": "out/w.####.exr", "frame_timeout": 3600}
+            warm = JOB | {"frames": "1", "output": "out/w.####.exr", "frame_timeout": 3600}
             self.assertEqual(server.ask("POST", "/v1/jobs", warm)[0], 202)
             self.assertEqual(self.ended(server, 1)["state"], "done")
-            self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+            self.assertEqual(server.ask("POST", "/v1/jobs", JOB)[0], 202)
             job = self.ended(server, 2)
             self.assertEqual((job["state"], job["exit_code"]), ("failed", 4), job)
             self.assertIn("frame 2 was not read within 10 s", job["message"])
-            body |= {"frames": "1,3", "output": "out/b.####.exr"}
-            self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+            second = JOB | {"frames": "1,3", "output": "out/b.####.exr"}
+            self.assertEqual(server.ask("POST", "/v1/jobs", second)[0], 202)
             self.assertEqual(self.ended(server, 3)["state"], "done")
             status, _, ready = server.ask("GET", "/readyz")
             self.assertEqual(status, 200, ready)
             self.assertIn("1 thread hangs", json.loads(ready)["why"])
             self.assertEqual(system.recv(100), b"WATCHDOG=1")
             # No limit: the job stays, and so would the process.
-            body |= {"frames": "2", "output": "out/c.####.exr", "frame_timeout": 3600}
-            self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+            third = warm | {"frames": "2", "output": "out/c.####.exr"}
+            self.assertEqual(server.ask("POST", "/v1/jobs", third)[0], 202)
             while json.loads(server.ask("GET", "/v1/jobs/4")[2])["state"] != "running":
                 time.sleep(0.05)
             server.process.terminate()
@@ -203,9 +203,7 @@ class Serve(unittest.TestCase):
             time.sleep(0.1)
         session = json.loads(server.ask("GET", "/v1/session", None, known["ann"])[2])
         self.assertEqual((session["user"], session["admin"]), ("ann", False))
-        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
-                "output": "out/a.####.exr", "mkdir": True}
-        self.assertEqual(server.ask("POST", "/v1/jobs", body, known["ann"])[0], 202)
+        self.assertEqual(server.ask("POST", "/v1/jobs", JOB, known["ann"])[0], 202)
         self.assertEqual(self.ended(server, 1, known["ann"])["owner"], "ann")
         listed = server.ask("GET", "/v1/jobs?owner=ops", None, known["ann"])[2]
         self.assertEqual(json.loads(listed)["jobs"], [])
@@ -233,9 +231,7 @@ class Serve(unittest.TestCase):
     def test_backup_while_it_runs(self):
         self.scene("wheels", "1-1")
         server = Server(self.command())
-        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
-                "output": "out/a.####.exr", "mkdir": True}
-        self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+        self.assertEqual(server.ask("POST", "/v1/jobs", JOB)[0], 202)
         before = self.ended(server, 1)
         store, copy = self.path / "jobs.sqlite", self.path / "copy.sqlite"
         backup = [PROGRAM, "serve", "--store", str(store), "--backup", str(copy)]
@@ -257,9 +253,7 @@ class Serve(unittest.TestCase):
     def test_outputs_are_downloaded(self):
         self.scene("wheels", "1-3")
         server = Server(self.command())
-        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
-                "output": "out/a.####.exr", "mkdir": True}
-        status, headers, _ = server.ask("POST", "/v1/jobs", body)
+        status, headers, _ = server.ask("POST", "/v1/jobs", JOB)
         self.assertEqual((status, headers["location"]), (202, "jobs/1"))
         self.ended(server, 1)
         status, headers, data = server.ask("GET", "/v1/jobs/1/frames/2/output")
@@ -281,9 +275,7 @@ class Serve(unittest.TestCase):
         """Every metric that the dashboard of Grafana asks for exists."""
         self.scene("wheels", "1-1")
         server = Server(self.command())
-        body = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera.json",
-                "output": "out/a.####.exr", "mkdir": True}
-        self.assertEqual(server.ask("POST", "/v1/jobs", body)[0], 202)
+        self.assertEqual(server.ask("POST", "/v1/jobs", JOB)[0], 202)
         self.ended(server, 1)
         text = server.ask("GET", "/metrics")[2].decode()
         self.assertEqual(server.stop(), 143)

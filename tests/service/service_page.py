@@ -1,4 +1,4 @@
-"""What the tests of the page share: a service with frames, a browser, and what a hand does there."""
+"""Shared by the tests of the page: a service with frames, a browser, and the actions of a user."""
 import array
 import json
 import os

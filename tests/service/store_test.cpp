@@ -1,72 +1,12 @@
-// The store: states, crashes (simulated by closing it during work), invalid files.
+// The store: states of jobs and frames, and crashes (simulated by closing it during work).
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <sqlite3.h>
-#include <sys/resource.h>
 
-#include <csignal>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-
-#include "tests/io/exr_files.h"
-#include "tools/service/store/backup.h"
-#include "tools/service/store/job_store.h"
-#include "tools/service/store/upkeep.h"
+#include "tests/service/store_fixture.h"
 
 namespace postchain::service {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
-
-class StoreTest : public testing::Test {
-  protected:
-    void open(int attempts = 3) {
-        store_.reset();
-        auto opened = JobStore::open(path(), attempts);
-        ASSERT_TRUE(opened.ok()) << opened.status().message();
-        store_ = std::move(*opened);
-    }
-    // A store from a dump of an earlier version.
-    void make_store_of(const std::string& sql) {
-        ASSERT_FALSE(sql.empty());
-        sqlite3* old = nullptr;
-        ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);
-        EXPECT_EQ(sqlite3_exec(old, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-        sqlite3_close(old);
-    }
-    std::string path() const { return folder_.path("store.db"); }
-    std::string refusal() const {
-        const auto opened = JobStore::open(path(), 3);
-        return opened.ok() ? "opened" : opened.status().message();
-    }
-    std::string add(int priority = 0, const std::string& key = "") {
-        const auto added = store_->add({JobKind::run, "{}", priority, key}, 100);
-        EXPECT_TRUE(added.ok());
-        return added->job.id;
-    }
-    // A running job with the waiting frames 1..count.
-    std::string running(int count) {
-        const std::string id = add();
-        EXPECT_EQ(*store_->start(id), 1);
-        std::vector<JobFrame> frames;
-        for (int frame = 1; frame <= count; ++frame) {
-            frames.emplace_back();
-            frames.back().frame = frame;
-            frames.back().output = "o";
-        }
-        EXPECT_TRUE(store_->enter_frames(id, frames).ok());
-        return id;
-    }
-    std::vector<Event> events(const std::string& id) { return *store_->events(id, 0, 100); }
-    std::vector<FrameToDo> to_do(const std::string& id) { return *store_->to_do(id); }
-    JobFrame frame(const std::string& id, int number) { return **store_->frame(id, number); }
-    Job job(const std::string& id) { return **store_->job(id); }
-
-    test::TempFolder folder_;
-    std::unique_ptr<JobStore> store_;
-};
 
 TEST_F(StoreTest, WhatWasEnteredIsThereAgain) {
     open();
@@ -255,79 +195,6 @@ TEST_F(StoreTest, TheOldestEndedJobsGo) {
     EXPECT_TRUE(store_->events("1", 0, 10)->empty());
 }
 
-TEST_F(StoreTest, TwoServicesRefuseEachOther) {
-    open();
-    EXPECT_THAT(refusal(), HasSubstr("another service uses this store"));
-    fs::create_symlink(path(), folder_.path("link.db"));
-    EXPECT_FALSE(JobStore::open(folder_.path("link.db"), 3).ok()) << "by another name";
-    store_.reset();
-    EXPECT_EQ(refusal(), "opened");
-}
-
-TEST_F(StoreTest, AFileThatIsNoStoreStays) {
-    const std::string text(5000, 'x');
-    std::ofstream(path()) << text;
-    EXPECT_THAT(refusal(), HasSubstr("is not a store of jobs"));
-    EXPECT_EQ(test::read_text(path()), text);
-}
-
-TEST_F(StoreTest, ADatabaseOfAnotherProgramStays) {
-    sqlite3* other = nullptr;
-    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
-    sqlite3_exec(other, "CREATE TABLE jobs(a)", nullptr, nullptr, nullptr);
-    sqlite3_close(other);
-    EXPECT_THAT(refusal(), HasSubstr("of another program"));
-}
-
-TEST_F(StoreTest, AStoreOfALaterVersionStays) {
-    open();
-    store_.reset();
-    sqlite3* other = nullptr;
-    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
-    sqlite3_exec(other, "PRAGMA user_version = 99", nullptr, nullptr, nullptr);
-    sqlite3_close(other);
-    EXPECT_THAT(refusal(), HasSubstr("later version"));
-}
-
-// A job that had quarantined one of its frames: its events say so, and a retry runs it again.
-TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
-    const std::string sql =
-        test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql");
-    make_store_of(sql);
-    for (int i = 0; i < 2; ++i) open();  // the second time it is a store of this version
-    EXPECT_EQ(job("1").state, JobState::failed);
-    EXPECT_EQ(job("1").failed, 1);
-    EXPECT_EQ(frame("1", 1).state, FrameState::written);
-    EXPECT_EQ(frame("1", 2).state, FrameState::quarantined);
-    EXPECT_EQ(store_->tally("1")->quarantined, std::vector{2});
-    std::vector<std::string> types;
-    for (const Event& event : events("1")) types.push_back(event.type);
-    EXPECT_EQ(types,
-              (std::vector<std::string>{"queued", "started", "frames", "frame", "frame_failed",
-                                        "frame_failed", "quarantined", "failed"}));
-    ASSERT_TRUE(store_->retry("1").ok());
-    ASSERT_EQ(to_do("1").size(), 1u);
-    EXPECT_EQ(to_do("1")[0].frame, 2);
-}
-
-// The version before: a job under way, a frame done and one in flight. It goes on.
-TEST_F(StoreTest, AStoreOfVersionTwoIsConvertedAndItsJobGoesOn) {
-    make_store_of(test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_2.sql"));
-    for (int i = 0; i < 2; ++i) open();
-    EXPECT_EQ(job("1").state, JobState::failed);
-    EXPECT_EQ(job("2").state, JobState::queued);
-    EXPECT_EQ(job("2").owner, "");
-    EXPECT_EQ(frame("2", 1).state, FrameState::written);
-    EXPECT_EQ(frame("2", 1).filter_ms, 345.5);
-    ASSERT_EQ(to_do("2").size(), 1u);
-    EXPECT_TRUE(to_do("2")[0].alone);
-    ASSERT_EQ(*store_->start("2"), 1);
-    ASSERT_TRUE(store_->frame_begins("2", 2).ok());
-    ASSERT_TRUE(store_->frame_ends("2", {2, FrameState::written, "", false, 1, 5}).ok());
-    EXPECT_EQ(job("2").done, 2);
-    EXPECT_EQ(job("2").bytes, 5);
-}
-
 TEST_F(StoreTest, OwnersOfOnePriorityTakeTurns) {
     open();
     User ann, bob;
@@ -431,105 +298,6 @@ TEST_F(StoreTest, EndedJobsAreKeptAsLongAsAskedFor) {
     store_ = std::move(*JobStore::open(path(), 3, {2, 0}));
     EXPECT_EQ(store_->jobs("", "", 100)->size(), 2u);
     EXPECT_TRUE(*store_->job(ids.back()));
-}
-
-// While the store is in use, by this program and by SQLite's own; the copy is whole and usable.
-TEST_F(StoreTest, BackupsOfAStoreInUse) {
-    open();
-    const std::string id = running(2);
-    const std::string copy = folder_.path("backup.sqlite"), shell = folder_.path("shell.sqlite");
-    ASSERT_TRUE(back_up(path(), copy).ok());
-    ASSERT_TRUE(store_->frame_begins(id, 1).ok());
-    EXPECT_TRUE(back_up(path(), copy).ok()) << "again";
-    const std::string command = concat("sqlite3 ", path(), " '.backup ", shell, "'");
-    EXPECT_EQ(std::system(command.c_str()), 0);
-    ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 1, 5}).ok());
-    for (const std::string& file : {copy, shell}) {
-        auto restored = JobStore::open(file, 3);
-        ASSERT_TRUE(restored.ok()) << restored.status().message();
-        EXPECT_EQ((**(*restored)->job(id)).state, JobState::queued);
-        EXPECT_EQ((*restored)->to_do(id)->size(), 2u);
-    }
-    std::ofstream(folder_.path("mine")) << "mine";
-    EXPECT_EQ(back_up(path(), folder_.path("mine")).code(), StatusCode::usage);
-    EXPECT_EQ(test::read_text(folder_.path("mine")), "mine");
-    EXPECT_EQ(back_up(path(), path()).code(), StatusCode::usage);
-    EXPECT_EQ(back_up(folder_.path("none"), copy).code(), StatusCode::output);
-}
-
-TEST_F(StoreTest, ADamagedStoreIsSaidToBe) {
-    open();
-    for (int i = 0; i < 50; ++i)
-        ASSERT_TRUE(store_->add({JobKind::run, std::string(3000, 'b'), 0, ""}, 1000).ok());
-    store_.reset();
-    {
-        std::fstream file(path(), std::ios::in | std::ios::out | std::ios::binary);
-        file.seekp(8192);
-        file << std::string(60000, '\xff');
-    }
-    EXPECT_THAT(refusal(), HasSubstr("damaged"));
-}
-
-// On a full disk calls fail and change nothing; the store works again when there is room.
-TEST_F(StoreTest, ADiskThatIsFull) {
-    open();
-    const std::string id = running(2);
-    ASSERT_TRUE(store_->frame_begins(id, 1).ok());
-    std::signal(SIGXFSZ, SIG_IGN);
-    struct rlimit before;
-    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-    struct rlimit full = before;
-    full.rlim_cur = rlim_t(fs::file_size(path() + "-wal") + 100'000);
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
-    const std::string large(20'000, 'b');
-    size_t taken = 0;
-    Status refused;
-    while (refused.ok() && taken < 100) {
-        refused = store_->add({JobKind::run, large, 0, ""}, 1000).status();
-        taken += refused.ok();
-    }
-    const Status end = store_->frame_ends(id, {1, FrameState::written, large, false, 0, 1});
-    const JobFrame meanwhile = frame(id, 1);
-    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
-    EXPECT_EQ(refused.code(), StatusCode::output) << refused.message();
-    EXPECT_EQ(end.code(), StatusCode::output) << end.message();
-    EXPECT_EQ(meanwhile.state, FrameState::waiting);
-    EXPECT_EQ(store_->jobs("queued", "", 1000)->size(), taken);
-    ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, 1}).ok());
-    open();
-    EXPECT_EQ(frame(id, 1).state, FrameState::written);
-    EXPECT_EQ(job(id).done, 1);
-    EXPECT_EQ(store_->jobs("", "", 1000)->size(), taken + 1);
-}
-
-// SQLite writes on into a file without a name: a job would be accepted and lost.
-TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
-    open();
-    add();
-    std::vector<std::string> said;
-    store_->on_loss([&](const std::string& text) { said.push_back(text); });
-    for (const bool replaced : {false, true}) {
-        said.clear();
-        fs::rename(path(), folder_.path("away.db"));
-        if (replaced) std::ofstream(path()) << "another";
-        const auto refused = store_->add({JobKind::run, "{}", 0, ""}, 100);
-        EXPECT_EQ(refused.status().code(), StatusCode::output);
-        EXPECT_THAT(refused.status().message(),
-                    HasSubstr("store.db: the store was removed or replaced"));
-        EXPECT_FALSE(store_->in_place().ok());
-        EXPECT_EQ(said, std::vector<std::string>({refused.status().message()}));
-        fs::rename(folder_.path("away.db"), path());  // put back
-        EXPECT_TRUE(store_->in_place().ok());
-        add();
-    }
-    open();
-    EXPECT_EQ(store_->jobs("", "", 100)->size(), 3u);
-}
-
-TEST_F(StoreTest, AFolderThatIsNotThere) {
-    const auto opened = JobStore::open(folder_.path("nowhere/store.db"), 3);
-    ASSERT_FALSE(opened.ok());
-    EXPECT_EQ(opened.status().code(), StatusCode::output);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+namespace postchain::header_source_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,3 +115,4 @@ TEST(HeaderSource, FaultsAreSeen) {
 }
 
 }  // namespace
+}  // namespace postchain::header_source_test

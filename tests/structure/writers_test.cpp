@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+namespace postchain::writers_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -197,3 +198,4 @@ TEST(Writers, FaultsAreSeen) {
 }
 
 }  // namespace
+}  // namespace postchain::writers_test

@@ -59,14 +59,16 @@ class StudyCommand : public CommandTest {
 };
 
 TEST_F(StudyCommand, ItsGainsAreThoseOfAb) {
-    const auto outcome = run(study("study"));
+    const auto outcome = run(study("study", {"--json"}));
     ASSERT_EQ(outcome.code, 0) << outcome.text();
     const Json json = Json::parse(read_text(at("study/report.json")));
+    EXPECT_EQ(outcome.out, json.dump() + "\n");
     const auto alone = run({"ab", at("fxaa.yaml"), at("directional.yaml"), "-i",
                             at("b/in.####.exr"), "-r", at("b/truth/in.####.exr"), "-o", at("alone"),
-                            "--device", "software", "--repeats", "1"});
+                            "--device", "software", "--repeats", "1", "--json"});
     ASSERT_EQ(alone.code, 0) << alone.text();
     const Json ab = Json::parse(read_text(at("alone/report.json")));
+    EXPECT_EQ(alone.out, ab.dump() + "\n");
     size_t compared = 0;
     for (const Json& table : json["tables"])
         for (const Json& metric : ab["comparison"]["metrics"]) {
@@ -199,7 +201,7 @@ TEST_F(StudyCommand, AFolderOfOthersIsNotTouched) {
     const auto outcome = run(study("mine"));
     EXPECT_EQ(outcome.code, 5) << outcome.text();
     EXPECT_FALSE(exists(at("mine/tasks")));
-    // Nor one in which an input lies.
+    // A folder that holds an input is refused too.
     EXPECT_EQ(run(study("a")).code, 2);
 }
 

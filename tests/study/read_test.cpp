@@ -137,7 +137,7 @@ TEST(StudyFile, AChainMayBeAListOfPasses) {
     EXPECT_THAT(write_chain(chains[1].chain), HasSubstr("neighbors: none"));
     EXPECT_THAT(
         refused("postchain_study: 1\nchains:\n  one: paper\n  two: [fxa]\nscenes:\n" + kScene),
-        HasSubstr("study.yaml:4:"));
+        HasSubstr("study.yaml:4:9: error: passes[0]: unknown pass 'fxa'"));
     EXPECT_THAT(
         refused("postchain_study: 1\nchains: {one: paper, two: {fxaa: {}}}\nscenes:\n" + kScene),
         HasSubstr("is not a chain's name, file or list of passes"));

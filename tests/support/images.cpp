@@ -147,6 +147,24 @@ FrameDescription describe(const FramePlanes& planes) {
     return frame;
 }
 
+Camera round_camera() {
+    Camera camera;
+    camera.focal_length_mm = 36;
+    camera.sensor_width_mm = 36;
+    camera.f_stop = 0.36;
+    camera.focus_distance = 4;
+    camera.shutter_frames = 0.5;
+    return camera;
+}
+
+FrameDescription describe_round(const FramePlanes& planes) {
+    FrameDescription frame = describe(planes);
+    frame.camera = round_camera();
+    frame.display_width = 640;
+    frame.display_height = 360;
+    return frame;
+}
+
 template <class A, class B>
 Difference compare(const Image<A>& a, const Image<B>& b, double tolerance) {
     Difference difference;

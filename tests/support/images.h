@@ -37,6 +37,12 @@ void add_behind(TestFrame& frame);
 void add_lights(TestFrame& frame, int count);
 // Size, planes and bounds of hand-made canonical planes.
 FrameDescription describe(const FramePlanes& planes);
+// A lens with round numbers: f_px = 640, A = 0.1, s = 4, so R = 32 (1/4 - w) px. By default
+// max_radius_px is 3 % of 640 = 19.2 px (gilham), whatever the size of the planes. The shutter is
+// open for half a frame.
+Camera round_camera();
+// A frame of these planes seen by round_camera(), on a display of 640 x 360 px.
+FrameDescription describe_round(const FramePlanes& planes);
 
 struct Difference {
     double max = 0;       // largest |a-b| / max(1, |b|)

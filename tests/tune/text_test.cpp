@@ -86,7 +86,7 @@ TEST(TuneText, AWalkThatWasCutSaysSo) {
 TEST(TuneText, JsonHasEveryPoint) {
     Tuning made = tuning({.budget_s = 0.1, .error = {}});
     made.walk.chosen = 0;
-    const auto json = nlohmann::json::parse(tuning_as_json(made));
+    const auto json = tuning_json(made);
     EXPECT_EQ(json["postchain_tune"], 1);
     EXPECT_EQ(json["budget_s"], 0.1);
     EXPECT_TRUE(json["error"].is_null());

@@ -1,95 +1,15 @@
-// A session without a window: what is shown is what `run` writes, drafts, files that change, bad
-// input, and what is saved.
+// A session without a window: what is shown is what `run` writes, drafts, files that
+// change, bad input.
 #include "tools/apps/view/session.h"
 
-#include <gtest/gtest.h>
-#include <sys/stat.h>
-
-#include <cstdlib>
-#include <filesystem>
-#include <thread>
-
-#include "config/chain_file.h"
-#include "passes/registry.h"
-#include "tests/command/frames.h"
-#include "tests/support/temp_folder.h"
-#include "tests/support/text_file.h"
-#include "tools/apps/view/export.h"
+#include "tests/view/session_fixture.h"
 #include "tools/apps/view/session_values.h"
-#include "tools/sequence/run/run_sequence.h"
 
 namespace postchain::view {
 namespace {
 
 namespace fs = std::filesystem;
 using test::write_text;
-
-constexpr const char* kJoint =
-    "# joint\npostchain: 1\n"
-    "camera: {focal_length_mm: 50, sensor_width_mm: 36, f_stop: 1.4, focus_distance: 2,"
-    " meters_per_unit: 0.05, shutter_frames: 0.5}\n"
-    "passes:\n  - joint_blur: {samples: 8}\n  - fxaa\n";
-constexpr auto kPatience = std::chrono::seconds(120);
-
-class SessionTest : public testing::Test {
-  protected:
-    void SetUp() override {
-        test::write_sequence(folder_.path(), {1, 2, 3}, 64, 48);
-        write_text(folder_.path("chain.yaml"), kJoint);
-        settings_.run.input = *io::InputSpec::parse(folder_.path("in.####.exr"));
-        settings_.run.version = "test";
-        settings_.chain_name = folder_.path("chain.yaml");
-        settings_.chain_is_file = true;
-        settings_.chain_text = kJoint;
-        settings_.chain = parse_chain(kJoint, "chain.yaml", builtin_passes()).chain.clone();
-        settings_.context.device = egl::ContextOptions::kSoftware;
-    }
-    void open() {
-        auto session = Session::open(std::move(settings_), [] {});
-        ASSERT_TRUE(session.ok()) << session.status().message();
-        session_ = std::move(*session);
-    }
-    bool wait_for(const std::function<bool()>& holds) {
-        const auto end = Clock::now() + kPatience;
-        while (Clock::now() < end) {
-            session_->tick();
-            if (holds()) return true;
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        }
-        return false;
-    }
-    void settle() {
-        ASSERT_TRUE(wait_for([&] { return session_->at_rest(); })) << session_->trouble();
-    }
-    bool says(const std::string& text) const {
-        for (const Message& message : session_->messages())
-            if (message.text.find(text) != std::string::npos) return true;
-        return false;
-    }
-    std::string path(const std::string& name) const { return folder_.path(name); }
-    // The color that `run` writes with the session's chain.
-    ImageF as_run(int frame) {
-        fs::create_directories(path("run"));
-        sequence::RunSettings settings = session_->settings().run;
-        settings.output = *io::PathPattern::parse(path("run/o.####.exr"));
-        settings.on_existing = io::OnExisting::overwrite;
-        settings.frames = io::FrameRange{{frame}};
-        egl::ContextOptions options;
-        options.device = egl::ContextOptions::kSoftware;
-        auto context = egl::Context::create(options);
-        EXPECT_TRUE(context.ok());
-        Executor executor((*context)->device());
-        const auto summary = sequence::run_sequence(
-            session_->document().chain_at(frame), settings, executor, "",
-            [](const auto&, const auto&) {}, nullptr);
-        EXPECT_TRUE(summary.ok() && summary->failed == 0);
-        return test::read_color(settings.output.format(frame));
-    }
-
-    test::TempFolder folder_;
-    SessionSettings settings_;
-    std::unique_ptr<Session> session_;
-};
 
 TEST_F(SessionTest, ARefinedPictureIsWhatRunWrites) {
     open();
@@ -445,81 +365,6 @@ TEST_F(SessionTest, ShadersAreCompiledAgain) {
     ASSERT_TRUE(wait_for([&] { return says("shaders changed"); }));
     settle();
     EXPECT_EQ(session_->trouble(), "");
-}
-
-class ExportTest : public SessionTest {
-  protected:
-    ExportJob job_of(ExportKind kind, const std::string& name) {
-        ExportJob job;
-        job.kind = kind;
-        job.path = path(name);
-        job.frames = session_->frames();
-        for (const int frame : job.frames)
-            job.chains[frame] = std::make_shared<const Chain>(session_->document().chain_at(frame));
-        job.run = session_->settings().run;
-        job.context.device = egl::ContextOptions::kSoftware;
-        return job;
-    }
-    Status write(const ExportJob& job) {
-        return run_export(job, stop_, [&](int done) { done_ = done; });
-    }
-    std::atomic<bool> stop_ = false;
-    int done_ = 0;
-};
-
-TEST_F(ExportTest, FramesAreThoseOfRun) {
-    open();
-    settle();
-    fs::create_directory(path("out"));
-    const ExportJob job = job_of(ExportKind::frames, "out/o.####.exr");
-    ASSERT_TRUE(write(job).ok());
-    EXPECT_EQ(done_, 3);
-    EXPECT_EQ(test::read_color(path("out/o.0002.exr")).data, as_run(2).data);
-    EXPECT_EQ(write(job).code(), StatusCode::output) << "not without replace";
-    fs::remove(path("out/o.0001.exr"));
-    EXPECT_EQ(write(job).code(), StatusCode::output);
-    EXPECT_FALSE(fs::exists(path("out/o.0001.exr"))) << "nothing is written";
-    EXPECT_EQ(write(job_of(ExportKind::frames, "in.####.exr")).code(), StatusCode::usage);
-}
-
-TEST_F(ExportTest, ImagesAndSheet) {
-    open();
-    settle();
-    ASSERT_TRUE(write(job_of(ExportKind::png, "shown.png")).ok());
-    ASSERT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
-    for (const char* name : {"shown.png", "sheet.png"})
-        EXPECT_TRUE(test::read_text(path(name)).starts_with("\x89PNG")) << name;
-    EXPECT_EQ(write(job_of(ExportKind::png, "shown.png")).code(), StatusCode::output);
-    stop_ = true;
-    EXPECT_EQ(write(job_of(ExportKind::sheet, "other.png")).code(), StatusCode::canceled);
-}
-
-// A command in the place of ffmpeg, which writes its words and the number of bytes that it got.
-TEST_F(ExportTest, AMovieIsWrittenByFfmpeg) {
-    open();
-    settle();
-    const std::string path_before = std::getenv("PATH");
-    fs::create_directory(path("bin"));
-    setenv("PATH", path("bin").c_str(), 1);
-    const Status missing = write(job_of(ExportKind::movie, "movie.mp4"));
-    setenv("PATH", path_before.c_str(), 1);
-    EXPECT_EQ(missing.code(), StatusCode::output);
-    EXPECT_NE(missing.message().find("install ffmpeg"), std::string::npos) << missing.message();
-    EXPECT_FALSE(fs::exists(path("movie.mp4")));
-
-    write_text(path("bin/ffmpeg"), "#!/bin/sh\necho \"$@\"\nwc -c\n");
-    chmod(path("bin/ffmpeg").c_str(), 0755);
-    setenv("PATH", (path("bin") + ":" + path_before).c_str(), 1);
-    const Status written = write(job_of(ExportKind::movie, "movie.mp4"));
-    write_text(path("bin/ffmpeg"), "#!/bin/sh\ncat >/dev/null\nexit 1\n");
-    const Status failed = write(job_of(ExportKind::movie, "other.mp4"));
-    setenv("PATH", path_before.c_str(), 1);
-    ASSERT_TRUE(written.ok()) << written.message();
-    const std::string text = test::read_text(path("movie.mp4"));
-    EXPECT_NE(text.find("-video_size 64x48 -framerate 24"), std::string::npos) << text;
-    EXPECT_NE(text.find(std::to_string(3 * 3 * 64 * 48)), std::string::npos) << text;
-    EXPECT_EQ(failed.code(), StatusCode::output);
-    EXPECT_FALSE(fs::exists(path("other.mp4")));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include "config/chain_from_text.h"
 #include "tests/vulkan/frames.h"
 
-namespace postchain::test {
+namespace postchain::test::bits_test {
 namespace {
 
 constexpr int kWidth = 96, kHeight = 54;
@@ -71,4 +71,4 @@ TEST(Bits, MethodsHaveTheBitsOfGl) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::bits_test

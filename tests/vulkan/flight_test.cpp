@@ -11,7 +11,7 @@
 #include "tests/support/random.h"
 #include "tests/vulkan/frames.h"
 
-namespace postchain::test {
+namespace postchain::test::flight_test {
 namespace {
 
 constexpr int kWidth = 80, kHeight = 48;
@@ -269,4 +269,4 @@ TEST(Flight, LongDispatchesAreCutIntoBands) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::flight_test

@@ -8,7 +8,7 @@
 
 #include "tests/vulkan/frames.h"
 
-namespace postchain::test {
+namespace postchain::test::formats_test {
 namespace {
 
 constexpr int kWidth = 70, kHeight = 41;
@@ -224,4 +224,4 @@ TEST(Formats, ExposureIsReadOnTheDevice) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::formats_test

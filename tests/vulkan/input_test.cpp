@@ -9,7 +9,7 @@
 
 #include "tests/vulkan/frames.h"
 
-namespace postchain::test {
+namespace postchain::test::input_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -435,4 +435,4 @@ TEST(Layers, SeeMistakes) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::input_test

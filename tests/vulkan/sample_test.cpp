@@ -8,7 +8,7 @@
 
 #include "tests/support/temp_folder.h"
 
-namespace postchain::test {
+namespace postchain::test::sample_test {
 namespace {
 
 TEST(Sample, WritesABlurredImage) {
@@ -45,4 +45,4 @@ TEST(Sample, WritesABlurredImage) {
 }
 
 }  // namespace
-}  // namespace postchain::test
+}  // namespace postchain::test::sample_test

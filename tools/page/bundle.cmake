@@ -5,8 +5,8 @@
 #   {{modules FILE}}    the ES module and all that it imports, as one classic script: modules cannot be
 #                       imported from file://. Each becomes a function that returns its exports;
 #                       import { a } from "./b.js" becomes const { a } = ..., and a circle is an error.
-# A page without marks is copied. What the modules may not use (default exports, renaming, import
-# for effects) is refused.
+# A page without marks is copied. Modules with default exports, renaming or imports for effects
+# are refused.
 cmake_minimum_required(VERSION 3.21)
 
 set(done "")      # files whose modules are in `bundle`

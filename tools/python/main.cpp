@@ -102,7 +102,7 @@ void add_measurements(py::module_& module) {
     for (const auto& row : metrics::map_rows()) maps += "\n  " + row.name + ": " + row.help;
     const std::string diff_text =
         "Errors of `test` against `reference`: arrays, files, patterns \"A.####.exr\", or lists "
-        "of\narrays and files. Of one pair a dict by metric; of sequences {\"frames\": [...], "
+        "of\narrays and files. Returns a dict by metric, for sequences {\"frames\": [...], "
         "\"summary\":\n{...}}, with tde (mean |change of the error| from frame to frame). None: "
         "the metric is\nundefined (PSNR of equal images: infinite).\n\nmetrics (default: all):" +
         metrics + "\nmap: also return this error map as \"map\":" + maps +

@@ -43,7 +43,7 @@ tune::TuneSettings settings_of(const TuneRequest& request, const py::kwargs& row
 }
 
 py::dict dict_of(const tune::Tuning& tuning) {
-    py::dict dict = python_of(tune::tuning_as_json(tuning));
+    py::dict dict = python_of(tune::tuning_json(tuning));
     py::list points = dict["points"];
     for (size_t i = 0; i < tuning.walk.tried.size(); ++i) {
         const tune::Tried& tried = tuning.walk.tried[i];

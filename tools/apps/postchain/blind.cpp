@@ -4,12 +4,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <set>
 
 #include "chain/printable.h"
 #include "config/text_tree.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/blind/choices.h"
 #include "tools/measure/report/words.h"
@@ -215,7 +217,7 @@ int evaluate(const Options& options, const BlindOptions& blind) {
     for (const auto& choice : choices) observers.insert(choice.observer);
     const auto results = blind::results_of(*kit, choices);
     if (options.json) {
-        std::fputs(blind::results_as_json(*kit, results, observers.size()).c_str(), stdout);
+        print_line(blind::results_json(*kit, results, observers.size()));
         return kExitOk;
     }
     std::printf("%s of %s, %s of images\n", report::counted(choices.size(), "choice").c_str(),
@@ -244,21 +246,19 @@ void add_blind(CLI::App& subcommand, Options& o, BlindOptions& blind) {
                     "shown between both sides as a reference: both.####.exr")
         ->type_name("TRUTH");
     subcommand.add_option("--seed", blind.seed, "another order of pairs and sides")
+        ->check(CLI::Range(int64_t(0), std::numeric_limits<int64_t>::max()))
         ->capture_default_str();
     add_on_existing(subcommand, "if the folder has a comparison", blind.on_existing);
-    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
-                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
-        add_setting(subcommand, *job_parameters().find(key), &o.job);
-    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
-    // Options that would change a folder, and not its evaluation.
+    add_displayed(subcommand, o);
+    const std::vector<CLI::Option*> of_the_folder = subcommand.get_options();
     CLI::Option* choices =
         subcommand
             .add_option("--choices", blind.choices,
                         "evaluate these choices of observers instead of making the folder")
             ->type_name("FILE");
-    for (const char* name : {"SIDE", "--truth", "--seed", "--frames"})
-        choices->excludes(subcommand.get_option(name));
+    for (CLI::Option* option : of_the_folder)
+        if (option != subcommand.get_help_ptr() && !option->check_lname("output"))
+            choices->excludes(option);
     subcommand.add_flag("--json", o.json, "one JSON object on stdout")->needs(choices);
 }
 

@@ -14,6 +14,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/plan_summary.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/run/estimate.h"
@@ -116,7 +117,7 @@ int info_subcommand(const Options& options) {
                         {"image_units", limits.image_units}}}};
     }
     if (options.json) {
-        std::printf("%s\n", io::json_text(info).c_str());
+        print_line(info);
     } else {
         std::printf("postchain %s\n", kVersion);
         for (const auto& [name, version] : info["libraries"].items())

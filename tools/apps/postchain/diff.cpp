@@ -144,27 +144,15 @@ void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
                     "frames of sequences: 1-10,20-40x2 (default: all "
                     "of A on disk)")
         ->type_name("RANGE");
-    subcommand
-        .add_option("--metric", diff.metrics,
-                    "metric, may be repeated (default: all): " + names +
-                        "tde (mean |change of the error| from frame to frame)")
-        ->type_name("NAME")
-        ->expected(1)
-        ->take_all();
-    subcommand
-        .add_option("--fail-above", diff.fail_above,
-                    "exit with 8 if a frame or the summary exceeds it, may be repeated: "
-                    "flip=0.05")
-        ->type_name("METRIC=NUMBER")
-        ->expected(1)
-        ->take_all();
-    subcommand
-        .add_option("--map", diff.maps,
-                    "error map, may be repeated: .png in magma colors or .exr with values; a "
-                    "pattern for sequences")
-        ->type_name("FILE")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--metric", "NAME", diff.metrics,
+             "metric, may be repeated (default: all): " + names +
+                 "tde (mean |change of the error| from frame to frame)");
+    add_list(subcommand, "--fail-above", "METRIC=NUMBER", diff.fail_above,
+             "exit with 8 if a frame or the summary exceeds it, may be repeated: "
+             "flip=0.05");
+    add_list(subcommand, "--map", "FILE", diff.maps,
+             "error map, may be repeated: .png in magma colors or .exr with values; a "
+             "pattern for sequences");
     subcommand.add_option("--map-metric", diff.map_metric, "metric of the map: " + maps)
         ->type_name("NAME")
         ->capture_default_str();
@@ -186,8 +174,7 @@ void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
         ->type_name("NAME");
     for (const char* key : {"layer", "view", "max_memory"})
         add_setting(subcommand, *job_parameters().find(key), &o.job);
-    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
+    add_threads(subcommand, o);
     subcommand.add_flag("--json", o.json,
                         "one JSON object per frame; for sequences also a summary with "
                         "\"summary\": true");

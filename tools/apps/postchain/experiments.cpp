@@ -10,6 +10,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/assemble.h"
@@ -35,18 +36,11 @@ std::string duration(double seconds) {
 
 void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
                     const ParameterTable& table, ParameterRef settings) {
-    subcommand.add_option("--set", o.sets, "change a value of the chain, as in run")
-        ->type_name("KEY=VALUE")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--set", "KEY=VALUE", o.sets, "change a value of the chain, as in run");
     add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
     add_settings(subcommand, table, "", settings);
-    subcommand
-        .add_option("--fail-above", e.fail_above,
-                    "exit with 8 if a variant's mean exceeds it, may be repeated: flip=0.05")
-        ->type_name("METRIC=NUMBER")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--fail-above", "METRIC=NUMBER", e.fail_above,
+             "exit with 8 if a variant's mean exceeds it, may be repeated: flip=0.05");
     add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
     add_device(subcommand, o);
     subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
@@ -94,7 +88,7 @@ int finish(const report::Report& report, const Options& options, const std::stri
     for (const auto& variant : report.variants)
         if (!variant.failure.empty()) log::error(variant.name + ": " + variant.failure);
     if (options.json) {
-        std::fputs(report::report_as_json(report).c_str(), stdout);
+        print_line(report::report_json(report));
     } else {
         if (report.comparison)
             std::printf("%s\n%s\n", printable(report.comparison->verdict).c_str(),
@@ -169,20 +163,12 @@ int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, 
 void add_bench(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
     subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
         ->required();
-    subcommand
-        .add_option("--sweep", e.sweeps,
-                    "values to try for one key of --set, may be repeated (all combinations are "
-                    "run): motion_blur.samples=5,9,13")
-        ->type_name("KEY=V1,V2,...")
-        ->expected(1)
-        ->take_all();
-    subcommand
-        .add_option("--under", e.under,
-                    "pick the cheapest variant whose mean does not exceed it and write its chain "
-                    "file, may be repeated: flip=0.1")
-        ->type_name("METRIC=NUMBER")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--sweep", "KEY=V1,V2,...", e.sweeps,
+             "values to try for one key of --set, may be repeated (all combinations are "
+             "run): motion_blur.samples=5,9,13");
+    add_list(subcommand, "--under", "METRIC=NUMBER", e.under,
+             "pick the cheapest variant whose mean does not exceed it and write its chain "
+             "file, may be repeated: flip=0.1");
     add_experiment(subcommand, o, e, experiment::bench_parameters(), &e.bench);
 }
 

@@ -74,7 +74,9 @@ Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options&
                 concat(options.like, ": its setting ", key, " is unknown in this version"));
             continue;
         }
-        if (!is_given(run, key)) row->set(&options.job, value);
+        // The layer behind belongs to the recorded input.
+        if (!is_given(run, key) && !(key == "behind" && is_given(run, "input")))
+            row->set(&options.job, value);
     }
     if (!is_given(run, "input")) {
         compare_inputs(*record, options.like);

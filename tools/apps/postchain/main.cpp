@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <functional>
 #include <new>
 #include <system_error>
 
@@ -89,107 +90,127 @@ int command(int argc, char** argv) {
         "--strict or a failed check of stress or selftest, 8 threshold exceeded, 130/143 on "
         "signals.");
 
-    CLI::App* run = app.add_subcommand("run", "filter a sequence");
-    add_chain(*run, options);
+    struct Subcommand {
+        CLI::App* app;
+        std::function<int()> run;
+    };
+    std::vector<Subcommand> subcommands;
+    const auto add = [&](const char* name, const char* help,
+                         std::function<int()> run) -> CLI::App& {
+        subcommands.push_back({app.add_subcommand(name, help), std::move(run)});
+        return *subcommands.back().app;
+    };
+
+    CLI::App& run = add("run", "filter a sequence", [&] {
+        const auto record = apply_like(*app.get_subcommand("run"), options);
+        return record.ok() ? run_subcommand(options, *record) : fail(record.status());
+    });
+    add_chain(run, options);
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
                               sequence::kPlanGroup, sequence::kWatchGroup})
-        add_settings(*run, job, group, &options.job);
-    run->add_flag("--json", options.json, "one JSON object per frame on stdout");
-    add_progress(*run, options);
-    add_device(*run, options);
-    add_like(*run, options);
+        add_settings(run, job, group, &options.job);
+    run.add_flag("--json", options.json, "one JSON object per frame on stdout");
+    add_progress(run, options);
+    add_device(run, options);
+    add_like(run, options);
 
-    CLI::App* plan = app.add_subcommand("plan", "show what would run, what is left out and why");
-    add_chain(*plan, options);
+    CLI::App& plan = add("plan", "show what would run, what is left out and why", [&] {
+        if (app.get_subcommand("plan")->count("--pilot"))
+            log::warning(former_name_text("--pilot", "--calibration"));
+        return plan_subcommand(options, plan_format, plan_calibration);
+    });
+    add_chain(plan, options);
     for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup})
-        add_settings(*plan, job, group, &options.job);
-    auto* text = plan->add_flag_callback(
+        add_settings(plan, job, group, &options.job);
+    auto* text = plan.add_flag_callback(
         "--text", [&] { plan_format = "text"; },
         "readable text (default); -v adds dispatches and textures");
-    auto* json = plan->add_flag_callback(
+    auto* json = plan.add_flag_callback(
         "--json", [&] { plan_format = "json"; }, "one JSON object per frame");
-    plan->add_flag_callback(
+    plan.add_flag_callback(
             "--dot", [&] { plan_format = "dot"; }, "graphviz")
         ->excludes(text)
         ->excludes(json);
+    plan.add_option("--calibration", plan_calibration,
+                    "sidecar of a frame filtered on a similar machine, to estimate times")
+        ->type_name("FILE");
+    plan.add_option("--pilot", plan_calibration)->group("");  // former name
 
-    auto* calibration =
-        plan->add_option("--calibration", plan_calibration,
-                         "sidecar of a frame filtered on a similar machine, to estimate times")
-            ->type_name("FILE");
-    auto* pilot =  // former name
-        plan->add_option("--pilot", plan_calibration)->group("")->excludes(calibration);
+    CLI::App& inspect = add("inspect", "channels, profile, facts and sign self-check of a file",
+                            [&] { return inspect_subcommand(options); });
+    add_settings(inspect, job, sequence::kInputGroup, &options.job);
+    inspect.add_flag("--json", options.json, "one JSON object per frame");
+    inspect.add_flag("--camera-metadata", options.camera_metadata,
+                     "print only a Markdown table of the camera attributes that are read");
+    inspect.get_option("--input")->required(false);
+    inspect.add_option("IN", options.job.input,
+                       "frame or pattern, as for --input, or a folder, to list its sequences");
 
-    CLI::App* inspect =
-        app.add_subcommand("inspect", "channels, profile, facts and sign self-check of a file");
-    add_settings(*inspect, job, sequence::kInputGroup, &options.job);
-    inspect->add_flag("--json", options.json, "one JSON object per frame");
-    inspect->add_flag("--camera-metadata", options.camera_metadata,
-                      "print only a Markdown table of the camera attributes that are read");
-    inspect->get_option("--input")->required(false);
-    inspect->add_option("IN", options.job.input,
-                        "frame or pattern, as for --input, or a folder, to list its sequences");
+    add_view(add("view", "show a sequence through a chain in a window, and edit the chain",
+                 [&] { return view_subcommand(argc, argv); }),
+             options, view);
+    add_diff(add("diff", "error metrics of an image or sequence against a reference",
+                 [&] { return diff_subcommand(options, diff); }),
+             options, diff);
+    add_check(add("check", "which outputs of a sequence are whole, missing, or from other settings",
+                  [&] { return check_subcommand(options, check); }),
+              options, check);
+    add_sheet(add("sheet", "thumbnails of a sequence in one image",
+                  [&] { return sheet_subcommand(options, sheet); }),
+              options, sheet);
+    add_scene(add("scene", "render a generated sequence, optionally with ground truth",
+                  [&] { return scene_subcommand(options, scene); }),
+              options, scene);
+    add_ab(add("ab", "compare two chains on one sequence: report with verdict",
+               [&] { return ab_subcommand(options, experiment, argc, argv); }),
+           options, experiment);
+    add_bench(add("bench", "error against run time over swept parameters",
+                  [&] { return bench_subcommand(options, experiment, argc, argv); }),
+              options, experiment);
+    add_study(add("study", "ab or bench over several scenes, in one table",
+                  [&] { return study_subcommand(options, study, argc, argv); }),
+              options, study);
+    add_blind(
+        add("blind", "a page for observers who compare outputs without knowing which is which",
+            [&] { return blind_subcommand(options, blind); }),
+        options, blind);
+    add_tune(add("tune",
+                 "find the chain with the least error in a given time, or the fastest within an "
+                 "error",
+                 [&] { return tune_subcommand(options, tune, argc, argv); }),
+             options, tune);
+    add_stress(
+        add("stress", "the stability matrix", [&] { return stress_subcommand(options, stress); }),
+        options, stress);
+    add_selftest(add("selftest", "check that this device renders correct images",
+                     [&] { return selftest_subcommand(options, selftest_only); }),
+                 options, selftest_only);
+    add_serve(
+        add("serve", "accept jobs over HTTP", [&] { return serve_subcommand(options, serve); }),
+        options, serve);
 
-    CLI::App* view_app = app.add_subcommand(
-        "view", "show a sequence through a chain in a window, and edit the chain");
-    add_view(*view_app, options, view);
-
-    CLI::App* diff_app =
-        app.add_subcommand("diff", "error metrics of an image or sequence against a reference");
-    add_diff(*diff_app, options, diff);
-
-    CLI::App* check_app = app.add_subcommand(
-        "check", "which outputs of a sequence are whole, missing, or from other settings");
-    add_check(*check_app, options, check);
-
-    CLI::App* sheet_app = app.add_subcommand("sheet", "thumbnails of a sequence in one image");
-    add_sheet(*sheet_app, options, sheet);
-
-    CLI::App* scene_app =
-        app.add_subcommand("scene", "render a generated sequence, optionally with ground truth");
-    add_scene(*scene_app, options, scene);
-
-    CLI::App* ab =
-        app.add_subcommand("ab", "compare two chains on one sequence: report with verdict");
-    add_ab(*ab, options, experiment);
-    CLI::App* bench = app.add_subcommand("bench", "error against run time over swept parameters");
-    add_bench(*bench, options, experiment);
-
-    CLI::App* study_app =
-        app.add_subcommand("study", "ab or bench over several scenes, in one table");
-    add_study(*study_app, options, study);
-    CLI::App* blind_app = app.add_subcommand(
-        "blind", "a page for observers who compare outputs without knowing which is which");
-    add_blind(*blind_app, options, blind);
-    CLI::App* tune_app = app.add_subcommand(
-        "tune",
-        "find the chain with the least error in a given time, or the fastest within an error");
-    add_tune(*tune_app, options, tune);
-
-    CLI::App* stress_app = app.add_subcommand("stress", "the stability matrix");
-    add_stress(*stress_app, options, stress);
-
-    CLI::App* selftest =
-        app.add_subcommand("selftest", "check that this device renders correct images");
-    add_selftest(*selftest, options, selftest_only);
-
-    CLI::App* serve_app = app.add_subcommand("serve", "accept jobs over HTTP");
-    add_serve(*serve_app, options, serve);
-
-    CLI::App* info = app.add_subcommand("info", "GL devices, limits and library versions");
-    add_device(*info, options);
-    info->add_flag("--json", options.json, "one JSON object");
-    CLI::App* schema = app.add_subcommand("schema", "JSON Schema of a chain file");
-    CLI::App* passes = app.add_subcommand("passes", "every pass and parameter");
-    passes->add_flag_callback(
+    CLI::App& info = add("info", "GL devices, limits and library versions",
+                         [&] { return info_subcommand(options); });
+    add_device(info, options);
+    info.add_flag("--json", options.json, "one JSON object");
+    add("schema", "JSON Schema of a chain file", schema_subcommand);
+    CLI::App& passes =
+        add("passes", "every pass and parameter", [&] { return passes_subcommand(passes_format); });
+    passes.add_flag_callback(
         "--json", [&] { passes_format = "json"; }, "JSON");
-    passes->add_flag_callback(
+    passes.add_flag_callback(
         "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables");
-    CLI::App* man = app.add_subcommand("man", "the man page, as roff");
-    CLI::App* completion = app.add_subcommand("completion", "completion script for bash");
-    for (CLI::App* subcommand : app.get_subcommands([](CLI::App*) { return true; })) {
-        add_logging(*subcommand, options);
-        refuse_empty_words(*subcommand);
+    const auto print = [&](std::string (*text_of)(const CLI::App&)) {
+        return [&app, text_of] {
+            std::fputs(text_of(app).c_str(), stdout);
+            return kExitOk;
+        };
+    };
+    add("man", "the man page, as roff", print(man_page));
+    add("completion", "completion script for bash", print(bash_completion));
+    for (const Subcommand& one : subcommands) {
+        add_logging(*one.app, options);
+        refuse_empty_words(*one.app);
     }
 
     try {
@@ -201,31 +222,8 @@ int command(int argc, char** argv) {
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
     if (options.progress == "openjd") log::tell_openjd();
-    if (*run) {
-        const auto record = apply_like(*run, options);
-        return record.ok() ? run_subcommand(options, *record) : fail(record.status());
-    }
-    if (*pilot) log::warning(former_name_text("--pilot", "--calibration"));
-    if (*plan) return plan_subcommand(options, plan_format, plan_calibration);
-    if (*inspect) return inspect_subcommand(options);
-    if (*view_app) return view_subcommand(argc, argv);
-    if (*diff_app) return diff_subcommand(options, diff);
-    if (*check_app) return check_subcommand(options, check);
-    if (*sheet_app) return sheet_subcommand(options, sheet);
-    if (*scene_app) return scene_subcommand(options, scene);
-    if (*ab) return ab_subcommand(options, experiment, argc, argv);
-    if (*bench) return bench_subcommand(options, experiment, argc, argv);
-    if (*study_app) return study_subcommand(options, study, argc, argv);
-    if (*blind_app) return blind_subcommand(options, blind);
-    if (*tune_app) return tune_subcommand(options, tune, argc, argv);
-    if (*stress_app) return stress_subcommand(options, stress);
-    if (*selftest) return selftest_subcommand(options, selftest_only);
-    if (*serve_app) return serve_subcommand(options, serve);
-    if (*info) return info_subcommand(options);
-    if (*schema) return schema_subcommand();
-    if (*passes) return passes_subcommand(passes_format);
-    if (*man) std::fputs(man_page(app).c_str(), stdout);
-    if (*completion) std::fputs(bash_completion(app).c_str(), stdout);
+    for (const Subcommand& one : subcommands)
+        if (*one.app) return one.run();
     return kExitOk;
 }
 

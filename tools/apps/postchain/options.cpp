@@ -1,6 +1,7 @@
 #include "tools/apps/postchain/options.h"
 
 #include <CLI/CLI.hpp>
+#include <charconv>
 #include <cmath>
 #include <map>
 
@@ -8,6 +9,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/sequence/exr/pixel_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/run/device.h"
 
@@ -78,12 +80,8 @@ void add_progress(CLI::App& subcommand, Options& o) {
 void add_chain(CLI::App& subcommand, Options& o) {
     subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
         ->required();
-    subcommand
-        .add_option("--set", o.sets,
-                    "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2")
-        ->type_name("KEY=VALUE")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--set", "KEY=VALUE", o.sets,
+             "change a value: passes[0].samples=51, motion_blur.samples=51, camera.f_stop=2");
 }
 
 const ParameterTable& job_parameters() {
@@ -156,6 +154,38 @@ void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisti
         ->default_str("fail");
 }
 
+void add_list(CLI::App& subcommand, const std::string& name, const std::string& type,
+              std::vector<std::string>& words, const std::string& help) {
+    subcommand.add_option(name, words, help)->type_name(type)->expected(1)->take_all();
+}
+
+void add_displayed(CLI::App& subcommand, Options& o) {
+    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
+                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
+        add_setting(subcommand, *job_parameters().find(key), &o.job);
+    add_threads(subcommand, o);
+}
+
+Result<std::array<int, 2>> parse_size(const std::string& text) {
+    std::array<int, 2> size = {0, 0};
+    const char* end = text.data() + text.size();
+    const auto width = std::from_chars(text.data(), end, size[0]);
+    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
+        const auto height = std::from_chars(width.ptr + 1, end, size[1]);
+        if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0 &&
+            size[0] <= io::kMaxSide && size[1] <= io::kMaxSide)
+            return size;
+    }
+    return Status(
+        StatusCode::usage,
+        concat("--size: '", text, "' is not WIDTHxHEIGHT with sides of 1..", io::kMaxSide));
+}
+
+void add_threads(CLI::App& subcommand, Options& o) {
+    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
+        ->check(CLI::Range(1, 1024));
+}
+
 void add_device(CLI::App& subcommand, Options& o) {
     subcommand
         .add_option("--device", o.device,
@@ -163,8 +193,7 @@ void add_device(CLI::App& subcommand, Options& o) {
                     "info`")
         ->type_name("N|gpu|software")
         ->capture_default_str();
-    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
+    add_threads(subcommand, o);
 }
 
 Result<ChainFile> load_chain_of(const Options& options) {

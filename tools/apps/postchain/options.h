@@ -1,6 +1,7 @@
 // Options shared by subcommands. Those of a job are made from its table.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,10 +36,16 @@ struct Options {
 };
 
 void add_logging(CLI::App& subcommand, Options& options);
-void add_chain(CLI::App& subcommand, Options& options);   // CHAIN, --set
-void add_device(CLI::App& subcommand, Options& options);  // --device, --threads
+void add_chain(CLI::App& subcommand, Options& options);  // CHAIN, --set
+void add_threads(CLI::App& subcommand, Options& options);
+void add_device(CLI::App& subcommand, Options& options);  // and --threads
+// The settings of a subcommand that shows frames as --png does, and --threads.
+void add_displayed(CLI::App& subcommand, Options& options);
 // --progress, for subcommands that a farm runs. Add --json first if the subcommand has it.
 void add_progress(CLI::App& subcommand, Options& options);
+
+// The value of --size: WIDTHxHEIGHT. Errors (usage).
+Result<std::array<int, 2>> parse_size(const std::string& text);
 
 // Refuses empty values everywhere: they come from unset shell variables.
 void refuse_empty_words(CLI::App& subcommand);
@@ -54,6 +61,10 @@ const ParameterTable& job_parameters();
 void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settings);
 void add_settings(CLI::App& subcommand, const ParameterTable& table, const std::string& group,
                   ParameterRef settings);
+
+// An option that may be repeated, with one word each.
+void add_list(CLI::App& subcommand, const std::string& name, const std::string& type,
+              std::vector<std::string>& words, const std::string& help);
 
 // --on-existing for subcommands without incremental results: fail, overwrite.
 void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisting& on_existing);

@@ -1,7 +1,6 @@
 #include "tools/apps/postchain/scene.h"
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <cstdio>
 
 #include "config/camera_file.h"
@@ -14,21 +13,6 @@
 
 namespace postchain {
 namespace {
-
-Result<std::array<int, 2>> parse_size(const std::string& text) {
-    std::array<int, 2> size = {0, 0};
-    const char* end = text.data() + text.size();
-    const auto width = std::from_chars(text.data(), end, size[0]);
-    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
-        const auto height = std::from_chars(width.ptr + 1, end, size[1]);
-        if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0 &&
-            size[0] <= io::kMaxSide && size[1] <= io::kMaxSide)
-            return size;
-    }
-    return Status(
-        StatusCode::usage,
-        concat("--size: '", text, "' is not WIDTHxHEIGHT with sides of 1..", io::kMaxSide));
-}
 
 // "generated scene: wheels (...), poles (...)"
 std::string scene_names() {

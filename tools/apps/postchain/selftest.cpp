@@ -13,6 +13,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/self_test.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -180,7 +181,7 @@ int selftest_subcommand(const Options& options, const std::string& only) {
     }
     if (with_files) add(test_files());
     if (options.json) {
-        std::printf("%s\n", io::json_text(json_of(rows, device)).c_str());
+        print_line(json_of(rows, device));
     } else if (failed) {
         std::printf(
             "FAILED: images from this device are not reliable; another device (--device software) "

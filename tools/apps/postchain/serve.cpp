@@ -124,13 +124,13 @@ class Keeper {
     void loop() {
         const char* text = std::getenv("WATCHDOG_USEC");
         const std::chrono::microseconds every(text ? std::atoll(text) / 2 : 0);
-        auto told = Clock::now();
+        auto last = Clock::now();
         uint64_t beats = 0;
         while (!ends_) {
             std::this_thread::sleep_for(kTick);
             if (StopOnSignal::asked_to_reload()) reload();
-            if (every.count() <= 0 || Clock::now() - told < every) continue;
-            told = Clock::now();
+            if (every.count() <= 0 || Clock::now() - last < every) continue;
+            last = Clock::now();
             // Silence makes the service manager start the service anew.
             const uint64_t now = server_.beats();
             if (now != beats && service_.alive()) notify_system("WATCHDOG=1");
@@ -193,13 +193,9 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
 }  // namespace
 
 void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
-    subcommand
-        .add_option("--root", serve.roots,
-                    "folder that must contain every path of a job, may be repeated; relative paths "
-                    "start at the first")
-        ->type_name("DIR")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--root", "DIR", serve.roots,
+             "folder that must contain every path of a job, may be repeated; relative paths "
+             "start at the first");
     subcommand
         .add_option("--store", serve.store,
                     "database of jobs (default: postchain/jobs.sqlite in "
@@ -222,13 +218,9 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
                     "file of users, each with a token, folders and limits; SIGHUP reads it again")
         ->type_name("FILE")
         ->excludes("--token-file");
-    subcommand
-        .add_option("--trusted-proxy", serve.trusted,
-                    "address or network of a proxy whose X-Forwarded-For, X-Forwarded-Proto and "
-                    "Forwarded are believed, may be repeated")
-        ->type_name("ADDRESS[/BITS]")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--trusted-proxy", "ADDRESS[/BITS]", serve.trusted,
+             "address or network of a proxy whose X-Forwarded-For, X-Forwarded-Proto and "
+             "Forwarded are believed, may be repeated");
     subcommand
         .add_option("--base-path", serve.base_path,
                     "path under which a proxy shows the service, such as /postchain")
@@ -278,18 +270,10 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
     subcommand.add_option("--farm-frames", serve.farm_frames, "frames of a task")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    subcommand
-        .add_option("--slurm-option", serve.slurm_words,
-                    "further option of sbatch, such as --partition=farm, may be repeated")
-        ->type_name("WORD")
-        ->expected(1)
-        ->take_all();
-    subcommand
-        .add_option("--host", serve.hosts,
-                    "host name by which clients reach this service, may be repeated")
-        ->type_name("NAME")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--slurm-option", "WORD", serve.slurm_words,
+             "further option of sbatch, such as --partition=farm, may be repeated");
+    add_list(subcommand, "--host", "NAME", serve.hosts,
+             "host name by which clients reach this service, may be repeated");
     subcommand
         .add_option("--attempts", serve.attempts, "attempts at a frame before it is quarantined")
         ->check(CLI::Range(1, 1000))

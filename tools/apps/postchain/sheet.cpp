@@ -175,11 +175,7 @@ void add_sheet(CLI::App& subcommand, Options& o, SheetOptions& sheet) {
         ->check(CLI::Range(16, 4096))
         ->capture_default_str();
     add_on_existing(subcommand, "if the sheet exists", sheet.on_existing);
-    for (const char* key : {"frames", "profile", "layer", "view", "max_memory", "input_transfer",
-                            "ocio", "ocio_display", "ocio_view", "ocio_colorspace"})
-        add_setting(subcommand, *job_parameters().find(key), &o.job);
-    subcommand.add_option("--threads", o.threads, "CPU threads (default: all cores)")
-        ->check(CLI::Range(1, 1024));
+    add_displayed(subcommand, o);
 }
 
 int sheet_subcommand(const Options& options, const SheetOptions& sheet) {

@@ -9,6 +9,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/measure/study/study_report.h"
@@ -39,7 +40,7 @@ int finish(const study::Study& study, const study::StudyFolder& folder, bool jso
     for (const auto& scene : report->scenes)
         if (!scene.failure.empty()) log::error("scene " + scene.name + ": " + scene.failure);
     if (json) {
-        std::fputs(study::report_as_json(*report).c_str(), stdout);
+        print_line(study::report_json(*report));
     } else {
         for (const auto& line : report->verdict()) std::printf("%s\n", printable(line).c_str());
         std::printf("%s\n", printable(folder.path() + "/index.html").c_str());

@@ -7,6 +7,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
@@ -41,12 +42,8 @@ void add_tune(CLI::App& subcommand, Options& o, TuneOptions& t) {
     subcommand.add_option("CHAIN", t.chains,
                           "chain files or names of shipped chains to start from (default: fast, "
                           "balanced and best; without --truth balanced, and only one)");
-    subcommand
-        .add_option("--set", o.sets,
-                    "change a value of the chains, as in run; a value so set is not varied")
-        ->type_name("KEY=VALUE")
-        ->expected(1)
-        ->take_all();
+    add_list(subcommand, "--set", "KEY=VALUE", o.sets,
+             "change a value of the chains, as in run; a value so set is not varied");
     add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
     add_settings(subcommand, tune::tune_parameters(), "", &t.settings);
     add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
@@ -98,8 +95,10 @@ int tune_subcommand(const Options& options, const TuneOptions& t, int argc, char
     if (tuning->chosen())
         if (Status status = write_chain_file(*tuning, settings.folder, *files); !status.ok())
             return fail(status);
-    std::fputs((options.json ? tune::tuning_as_json(*tuning) : tune::front_text(*tuning)).c_str(),
-               stdout);
+    if (options.json)
+        print_line(tune::tuning_json(*tuning));
+    else
+        std::fputs(tune::front_text(*tuning).c_str(), stdout);
     if (!tuning->chosen()) {
         log::error(tune::outcome_text(*tuning) + "; nothing is written");
         return kExitThreshold;

@@ -1,6 +1,5 @@
 // postchain-view: the program that `postchain view` starts.
 #include <CLI/CLI.hpp>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -19,18 +18,6 @@
 
 namespace postchain {
 namespace {
-
-Result<std::array<int, 2>> size_of(const std::string& text) {
-    std::array<int, 2> size = {0, 0};
-    const char* end = text.data() + text.size();
-    const auto width = std::from_chars(text.data(), end, size[0]);
-    if (width.ec == std::errc() && width.ptr != end && *width.ptr == 'x') {
-        const auto height = std::from_chars(width.ptr + 1, end, size[1]);
-        if (height.ec == std::errc() && height.ptr == end && size[0] > 0 && size[1] > 0)
-            return size;
-    }
-    return Status(StatusCode::usage, "--size: '" + text + "' is not WIDTHxHEIGHT");
-}
 
 constexpr std::string_view kScene = "scene:";
 
@@ -146,7 +133,7 @@ int view_command(int argc, char** argv) {
     }
     auto session = session_of(options, view, *context);
     if (!session.ok()) return fail(session.status());
-    const auto size = size_of(view.size);
+    const auto size = parse_size(view.size);
     if (!size.ok()) return fail(size.status());
     const Status status = view::show_window(std::move(*session),
                                             {*size, view.ui_scale, view.state_file}, stop.flag());

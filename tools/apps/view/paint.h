@@ -52,7 +52,7 @@ struct PaintJob {
 
 struct Painted {
     uint64_t id = 0;
-    Status status;  // of the view transform, the map or the metrics; the rest is there
+    Status status;  // of the view transform, the map or the metrics; the rest is valid
     std::shared_ptr<const Rgba> image, other, map, limits;
     std::string legend;  // "0 .. 12.5"
     std::vector<std::pair<std::string, std::optional<double>>> metrics;

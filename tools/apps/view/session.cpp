@@ -75,7 +75,7 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
     if (frames.empty())
         session->say(concat(given.run.input.color().text(), ": ",
                             io::why_none(given.run.input.color()),
-                            "; it is opened when its first frame is there"));
+                            "; it is opened when its first frame exists"));
     session->frame_ = given.frame.value_or(frames.empty() ? 0 : frames.front());
     return session;
 }

@@ -103,11 +103,10 @@ class Session {
     // Null while it is read.
     SharedFrame source() const { return source_; }
     const Shown& shown() const { return shown_; }
-    const std::shared_ptr<const ImageF>& other_image() const { return other_image_; }
     const Painted& painted() const { return painted_; }
     // Grows with painted().
     uint64_t painted_revision() const { return painted_revision_; }
-    // The newest last; errors until they are mended or put away.
+    // The newest last; errors until they are mended or dismissed.
     const std::deque<Message>& messages() const { return messages_; }
     void say(const std::string& text, bool error = false);
     void clear_messages() { messages_.clear(); }

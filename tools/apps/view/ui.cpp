@@ -182,8 +182,8 @@ void Ui::draw_messages(float x, float y, float width) {
     }
     ImGui::PopTextWrapPos();
     if (!messages.empty()) {
-        if (ImGui::SmallButton("put away")) ui_.session.clear_messages();
-        ui_.mark("put away");
+        if (ImGui::SmallButton("dismiss")) ui_.session.clear_messages();
+        ui_.mark("dismiss");
     }
     ImGui::End();
 }

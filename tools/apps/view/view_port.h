@@ -1,4 +1,4 @@
-// Where the image is in the window: zoom, pan, and the pixel under the cursor.
+// Place of the image in the window: zoom, pan, and the pixel under the cursor.
 #pragma once
 
 #include <array>

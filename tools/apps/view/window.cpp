@@ -17,7 +17,7 @@ namespace postchain::view {
 namespace {
 
 constexpr float kFontPx = 13;         // of ImGui's built-in font, whose pixels are then sharp
-constexpr int kFramesAfterEvent = 3;  // ImGui settles hovers and new windows in so many
+constexpr int kFramesAfterEvent = 3;  // until ImGui has settled hovers and new windows
 constexpr double kIdleS = 0.25, kBusyS = 0.03;
 constexpr auto kStateInterval = std::chrono::milliseconds(100);
 

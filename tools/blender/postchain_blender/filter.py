@@ -68,8 +68,8 @@ def check_motion(scene, path):
 
 
 def runs(shot, chain):
-    """[(frames, chain text)]: the calls for the frames of one camera. shot: (frames, is there a cut
-    before them, one after them). Across a cut a frame uses no neighbor."""
+    """[(frames, chain text)]: the calls for the frames of one camera. shot: (frames, whether a
+    cut comes before them, and after them). Across a cut a frame uses no neighbor."""
     frames, before, after = shot
     whole = properties.chain_text(chain)
     single = len(frames) == 1

@@ -114,8 +114,7 @@ std::string words_of(const Kit& kit, const PairCounts& counts) {
                   report::figure(counts.corrected), counts.corrected < 0.05 ? "" : ": not decided");
 }
 
-std::string results_as_json(const Kit& kit, const std::vector<PairCounts>& results,
-                            size_t observers) {
+io::Json results_json(const Kit& kit, const std::vector<PairCounts>& results, size_t observers) {
     io::Json pairs = io::Json::array();
     for (const PairCounts& counts : results)
         pairs.push_back(
@@ -130,12 +129,11 @@ std::string results_as_json(const Kit& kit, const std::vector<PairCounts>& resul
              {"probability", counts.probability},
              {"probability_holm", counts.corrected},
              {"words", words_of(kit, counts)}});
-    return io::json_text({{"postchain_blind_results", 1},
-                          {"kit", kit.id},
-                          {"observers", observers},
-                          {"trials", kit.trials.size()},
-                          {"pairs", pairs}}) +
-           "\n";
+    return {{"postchain_blind_results", 1},
+            {"kit", kit.id},
+            {"observers", observers},
+            {"trials", kit.trials.size()},
+            {"pairs", pairs}};
 }
 
 }  // namespace postchain::blind

@@ -9,6 +9,7 @@
 
 #include "tools/measure/blind/kit.h"
 #include "tools/measure/report/report.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::blind {
 
@@ -35,7 +36,6 @@ struct PairCounts {
 std::vector<PairCounts> results_of(const Kit& kit, const std::vector<Choice>& choices);
 // "joint against lens: 14 to 3, 5 without a difference; preferred in 82 % (57 to 96 %), p 0.013"
 std::string words_of(const Kit& kit, const PairCounts& counts);
-std::string results_as_json(const Kit& kit, const std::vector<PairCounts>& results,
-                            size_t observers);
+io::Json results_json(const Kit& kit, const std::vector<PairCounts>& results, size_t observers);
 
 }  // namespace postchain::blind

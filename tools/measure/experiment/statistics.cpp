@@ -1,42 +1,14 @@
 #include "tools/measure/experiment/statistics.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
+#include <boost/math/distributions/students_t.hpp>
 #include <cassert>
 #include <cmath>
 #include <numeric>
 
 namespace postchain::experiment {
 namespace {
-
-// Regularized incomplete beta function I_x(a, b) by its continued fraction (Lentz's method).
-// Abramowitz, Stegun, Handbook of Mathematical Functions, 26.5.8.
-double incomplete_beta(double a, double b, double x) {
-    if (x <= 0) return 0;
-    if (x >= 1) return 1;
-    if (x > (a + 1) / (a + b + 2)) return 1 - incomplete_beta(b, a, 1 - x);
-    const double front = std::exp(std::lgamma(a + b) - std::lgamma(a) - std::lgamma(b) +
-                                  a * std::log(x) + b * std::log1p(-x));
-    constexpr double kTiny = 1e-300;
-    double c = 1;
-    double d = 1 / std::max(1 - (a + b) * x / (a + 1), kTiny);
-    double fraction = d;
-    for (int m = 1; m <= 500; ++m) {
-        const double even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m));
-        const double odd = -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1));
-        double factor = 1;
-        for (const double term : {even, odd}) {
-            d = 1 + term * d;
-            c = 1 + term / c;
-            if (std::abs(d) < kTiny) d = kTiny;
-            if (std::abs(c) < kTiny) c = kTiny;
-            d = 1 / d;
-            factor = c * d;
-            fraction *= factor;
-        }
-        if (std::abs(factor - 1) < 1e-15) break;
-    }
-    return front * fraction / a;
-}
 
 // Steele, Lea, Flood, "Fast splittable pseudorandom number generators", OOPSLA 2014.
 uint64_t split_mix(uint64_t& state) {
@@ -57,21 +29,11 @@ double quantile(const std::vector<double>& sorted, double part) {
 }  // namespace
 
 double t_cumulative(double t, int degrees) {
-    const double v = degrees;
-    const double tail = 0.5 * incomplete_beta(v / 2, 0.5, v / (v + t * t));
-    return t > 0 ? 1 - tail : tail;
+    return cdf(boost::math::students_t(degrees), t);
 }
 
 double t_quantile(double p, int degrees) {
-    assert(p > 0 && p < 1 && degrees >= 1);
-    if (p < 0.5) return -t_quantile(1 - p, degrees);
-    double low = 0, high = 1;
-    while (t_cumulative(high, degrees) < p) high *= 2;
-    for (int i = 0; i < 200 && high - low > 1e-14 * high; ++i) {
-        const double middle = 0.5 * (low + high);
-        (t_cumulative(middle, degrees) < p ? low : high) = middle;
-    }
-    return 0.5 * (low + high);
+    return quantile(boost::math::students_t(degrees), p);
 }
 
 Paired paired_interval(const std::vector<double>& differences) {
@@ -123,28 +85,15 @@ std::vector<double> holm(const std::vector<double>& probabilities) {
 }
 
 double sign_probability(int positive, int negative) {
-    const int n = positive + negative;
-    double tail = 0;
-    for (int k = 0; k <= std::min(positive, negative); ++k)
-        tail += std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) -
-                         n * std::log(2.0));
-    return std::min(1.0, 2 * tail);
+    const boost::math::binomial fair(positive + negative, 0.5);
+    return std::min(1.0, 2 * cdf(fair, std::min(positive, negative)));
 }
 
 report::Interval share_interval(int successes, int n) {
-    assert(n > 0 && successes >= 0 && successes <= n);
-    // The share at which a beta distribution has `part` below it.
-    const auto quantile_of = [](double a, double b, double part) {
-        double low = 0, high = 1;
-        for (int i = 0; i < 60; ++i) {
-            const double middle = 0.5 * (low + high);
-            (incomplete_beta(a, b, middle) < part ? low : high) = middle;
-        }
-        return 0.5 * (low + high);
-    };
-    const double tail = (1 - kConfidence) / 2, k = successes;
-    return {successes == 0 ? 0 : quantile_of(k, n - k + 1, tail),
-            successes == n ? 1 : quantile_of(k + 1, n - k, 1 - tail)};
+    using boost::math::binomial;
+    const double tail = (1 - kConfidence) / 2;
+    return {binomial::find_lower_bound_on_p(n, successes, tail),
+            binomial::find_upper_bound_on_p(n, successes, tail)};
 }
 
 TileSums tile_sums(const ImageF& a, const ImageF& b, int tile_px) {

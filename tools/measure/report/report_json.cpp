@@ -2,7 +2,6 @@
 
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/lists.h"
-#include "tools/sequence/files/json.h"
 
 namespace postchain::report {
 namespace {
@@ -102,7 +101,7 @@ Json image(const StoredImage& image) {
 
 }  // namespace
 
-std::string report_as_json(const Report& report) {
+io::Json report_json(const Report& report) {
     Json metrics = Json::array();
     for (const MetricInfo& metric : report.metrics)
         metrics.push_back(
@@ -162,12 +161,12 @@ std::string report_as_json(const Report& report) {
         {"crops", crops},
         {"warnings", report.warnings},
         {"notes", report.notes}};
-    // A path may hold bytes that are not UTF-8; they must not end the report.
-    return io::json_text(json, 1) + "\n";
+    return json;
 }
 
 Status write_report_json(const Report& report) {
-    return report.write(report.folder + "/report.json", report_as_json(report));
+    return report.write(report.folder + "/report.json",
+                        io::json_text(report_json(report), 1) + "\n");
 }
 
 }  // namespace postchain::report

@@ -1,7 +1,6 @@
 #include "tools/measure/study/study_reader.h"
 
 #include <algorithm>
-#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -10,6 +9,7 @@
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "tools/measure/experiment/experiment.h"
+#include "tools/measure/study/questions.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::study {
@@ -31,26 +31,20 @@ bool is_path_word(const std::string& text) {
     return text.find_first_of("/.") == std::string::npos;
 }
 
-// A node as YAML on one line.
-std::string flow_of(const TextNode& node) {
-    if (node.is_list()) {
-        std::string text;
-        for (const TextNode& item : node.items) text += (text.empty() ? "" : ", ") + flow_of(item);
-        return "[" + text + "]";
-    }
-    if (node.is_map()) {
-        std::string text;
-        for (const TextEntry& entry : node.entries)
-            text +=
-                concat(text.empty() ? "" : ", ", flow_of(entry.key), ": ", flow_of(entry.value));
-        return "{" + text + "}";
-    }
-    if (node.is_null()) return "null";
-    // Text that flow style would read as something else is a string.
-    if (!node.quoted && node.text.find_first_of(",[]{}:#'") == std::string::npos) return node.text;
-    std::string text;
-    for (const char c : node.text) text += c == '\'' ? "''" : std::string(1, c);
-    return "'" + text + "'";
+// A list of passes as a chain file.
+TextNode chain_of_passes(const TextNode& list) {
+    TextNode scalar = list;
+    scalar.kind = TextNode::Kind::scalar;
+    scalar.items.clear();
+    const auto word = [&](const std::string& text) {
+        scalar.text = text;
+        return scalar;
+    };
+    TextNode chain = word("");
+    chain.kind = TextNode::Kind::map;
+    chain.entries = {{word("postchain"), word(std::to_string(kChainFileVersion))},
+                     {word("passes"), list}};
+    return chain;
 }
 
 // Rows of bench that a study sets itself.
@@ -95,7 +89,7 @@ class StudyReader {
             read_sweep(root);
         else
             read_chains(root);
-        read_margins(root);
+        read_margins(root, study_, reporter_);
         read_scenes(root);
         if (study_.scenes.size() * std::max<size_t>(study_.pairs.size(), 1) > kMaxTasks)
             error(root, "", concat("has more than ", kMaxTasks, " tasks"));
@@ -122,11 +116,7 @@ class StudyReader {
 
     // ---------------------------------------------------------------------------- chains
     std::optional<ChainText> chain_text(const TextNode& at, const std::string& path) {
-        // A list of passes, at its line of the study file.
-        if (at.is_list())
-            return ChainText{study_.file, concat(std::string(size_t(at.line - 1), '\n'),
-                                                 "{postchain: ", kChainFileVersion,
-                                                 ", passes: ", flow_of(at), "}")};
+        if (at.is_list()) return ChainText{study_.file, {}, false, chain_of_passes(at)};
         if (!at.is_scalar() || at.text.empty()) {
             error(at, path, at.describe() + " is not a chain's name, file or list of passes");
             return std::nullopt;
@@ -153,7 +143,7 @@ class StudyReader {
 
     std::optional<Chain> parsed(const TextNode& at, const std::string& path,
                                 const ChainText& text) {
-        ChainFile file = parse_chain(text.text, text.file_name, registry_);
+        ChainFile file = parse_chain(text, registry_);
         const Status status = file.status();
         for (auto& one : file.diagnostics) file_.diagnostics.push_back(std::move(one));
         if (!status.ok() || !hold_image(at, path, file.chain.camera)) return std::nullopt;
@@ -187,99 +177,7 @@ class StudyReader {
         if (study_.kind == report::Kind::bench)
             for (const auto& [name, chain] : study_.chains)
                 study_.variants.push_back({name, {}, chain.clone()});
-        if (study_.chains.size() == chains->entries.size()) read_questions(root);
-    }
-
-    std::optional<size_t> chain_of(const TextNode& at, const std::string& path) {
-        const auto names = study_.names();
-        const auto found = std::find(names.begin(), names.end(), at.text);
-        if (at.is_scalar() && found != names.end()) return size_t(found - names.begin());
-        error(at, path,
-              at.is_scalar() ? unknown_word("chain", at.text, names) : "is a chain's name");
-        return std::nullopt;
-    }
-
-    void read_questions(const TextNode& root) {
-        const TextNode* questions = root.find("questions");
-        if (!questions) {
-            for (size_t b = 1; b < study_.chains.size(); ++b)
-                for (size_t a = 0; a < b; ++a) study_.ask(a, b);
-            return;
-        }
-        if (!questions->is_list() || questions->items.empty())
-            return error(*questions, "questions", "is a list of pairs: [[lens, joint]]");
-        for (size_t i = 0; i < questions->items.size(); ++i) {
-            const TextNode& item = questions->items[i];
-            const std::string path = concat("questions[", i, "]");
-            const TextNode* pair = item.is_map() ? item.find("pair") : &item;
-            if (!pair || !pair->is_list() || pair->items.size() != 2) {
-                error(item, path,
-                      "is a pair of chains: [lens, joint], or {pair: [lens, joint], equal: time}");
-                continue;
-            }
-            const auto a = chain_of(pair->items[0], path), b = chain_of(pair->items[1], path);
-            const auto same = equal_of(item, path);
-            if (!a || !b || !same) continue;
-            const std::pair<size_t, size_t> asked(*a, *b), turned(*b, *a);
-            const int of_a = samples_of(study_.chains[*a].chain);
-            const int of_b = samples_of(study_.chains[*b].chain);
-            if (*a == *b) {
-                error(item, path, "compares a chain with itself");
-            } else if (std::count(study_.pairs.begin(), study_.pairs.end(), asked) +
-                       std::count(study_.pairs.begin(), study_.pairs.end(), turned)) {
-                error(item, path, "is asked twice");
-            } else if (*same == Equal::samples && of_a != of_b) {
-                error(item, path,
-                      concat("says equal samples, but the passes of ", study_.chains[*a].name,
-                             " take ", of_a, " and those of ", study_.chains[*b].name, " ", of_b,
-                             "; change samples of a pass"));
-            } else {
-                study_.ask(*a, *b, *same);
-            }
-        }
-    }
-
-    // Keys of a question that is a map.
-    std::optional<Equal> equal_of(const TextNode& item, const std::string& path) {
-        if (!item.is_map()) return Equal::unsaid;
-        bool good = true;
-        for (const auto& [key, value] : item.entries)
-            if (key.text != "pair" && key.text != "equal") {
-                error(key, path + "." + key.text, unknown_word("key", key.text, {"pair", "equal"}));
-                good = false;
-            }
-        const TextNode* equal = item.find("equal");
-        if (!good) return std::nullopt;
-        if (!equal) return Equal::unsaid;
-        for (const Equal one : {Equal::samples, Equal::time})
-            if (equal->is_scalar() && equal->text == name_of(one)) return one;
-        error(*equal, path + ".equal", "is samples or time");
-        return std::nullopt;
-    }
-
-    void read_margins(const TextNode& root) {
-        const TextNode* margins = root.find("margins");
-        if (!margins) return;
-        if (!margins->is_map())
-            return error(*margins, "margins", "is a map of metrics: {hdr_flip: 0.005, psnr: 0.4}");
-        std::vector<std::string> metrics;
-        for (const auto& metric : experiment::metric_columns(study_.kind, true))
-            metrics.push_back(metric.name);
-        for (const auto& [key, value] : margins->entries) {
-            const std::string path = "margins." + key.text;
-            if (std::find(metrics.begin(), metrics.end(), key.text) == metrics.end()) {
-                error(key, path, unknown_word("metric", key.text, metrics));
-                continue;
-            }
-            const auto read = value_of(value);
-            const auto* whole = read.ok() ? std::get_if<int64_t>(&*read) : nullptr;
-            const auto* number = read.ok() ? std::get_if<double>(&*read) : nullptr;
-            const double margin = whole ? double(*whole) : number ? *number : 0;
-            if (margin > 0 && std::isfinite(margin))
-                study_.margins[key.text] = margin;
-            else
-                error(value, path, "is a number above 0: a gain below it counts as no difference");
-        }
+        if (study_.chains.size() == chains->entries.size()) read_questions(root, study_, reporter_);
     }
 
     void read_sweep(const TextNode& root) {

@@ -242,7 +242,7 @@ Result<StudyReport> read_report(const Study& study, const StudyFolder& folder) {
     return make_report(study, results);
 }
 
-std::string report_as_json(const StudyReport& report) {
+io::Json report_json(const StudyReport& report) {
     Json variants = Json::array();
     for (size_t v = 0; v < report.variants.size(); ++v)
         variants.push_back({{"name", report.variants[v]}, {"chain", report.chain_texts[v]}});
@@ -297,19 +297,17 @@ std::string report_as_json(const StudyReport& report) {
                           {"best", table.best ? Json(report.variants[*table.best]) : Json()},
                           {"pairs", results}});
     }
-    return io::json_text({{"postchain_study_report", 1},
-                          {"kind", report::name_of(report.kind)},
-                          {"title", report.title},
-                          {"version", report.version},
-                          {"revisions", report.revisions},
-                          {"verdict", report.verdict()},
-                          {"variants", variants},
-                          {"pairs", pairs},
-                          {"scenes", scenes},
-                          {"tables", tables},
-                          {"notes", report.notes}},
-                         1) +
-           "\n";
+    return {{"postchain_study_report", 1},
+            {"kind", report::name_of(report.kind)},
+            {"title", report.title},
+            {"version", report.version},
+            {"revisions", report.revisions},
+            {"verdict", report.verdict()},
+            {"variants", variants},
+            {"pairs", pairs},
+            {"scenes", scenes},
+            {"tables", tables},
+            {"notes", report.notes}};
 }
 
 std::string report_as_csv(const StudyReport& report) {
@@ -411,11 +409,13 @@ std::string report_as_markdown(const StudyReport& report) {
 }
 
 Status write_report(const StudyReport& report, const StudyFolder& folder) {
-    const std::string json = report_as_json(report);
-    Status status = folder.write("report.json", json);
+    const Json json = report_json(report);
+    Status status = folder.write("report.json", io::json_text(json, 1) + "\n");
     if (status.ok()) status = folder.write("report.csv", report_as_csv(report));
     if (status.ok()) status = folder.write("report.md", report_as_markdown(report));
-    if (status.ok()) status = folder.write("index.html", page::with_data("study/page.html", json));
+    if (status.ok())
+        status =
+            folder.write("index.html", page::with_data("study/page.html", io::json_text(json)));
     return status;
 }
 

@@ -11,6 +11,7 @@
 
 #include "tools/measure/study/study_folder.h"
 #include "tools/measure/study/table.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::study {
 
@@ -49,7 +50,7 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
 // Errors: those of StudyFolder::result(); (input): a result is missing.
 Result<StudyReport> read_report(const Study& study, const StudyFolder& folder);
 
-std::string report_as_json(const StudyReport& report);
+io::Json report_json(const StudyReport& report);
 std::string report_as_csv(const StudyReport& report);
 std::string report_as_markdown(const StudyReport& report);
 

@@ -118,7 +118,7 @@ std::string tuned_chain_file(const Tuning& tuning) {
     return text + write_chain(tuning.chosen()->chain);
 }
 
-std::string tuning_as_json(const Tuning& tuning) {
+io::Json tuning_json(const Tuning& tuning) {
     using io::Json;
     const std::vector<size_t> front = tuning.walk.front();
     Json points = Json::array();
@@ -140,20 +140,19 @@ std::string tuning_as_json(const Tuning& tuning) {
     const auto or_null = [](const std::optional<double>& value) {
         return value ? Json(*value) : Json(nullptr);
     };
-    return io::json_text({{"postchain_tune", 1},
-                          {"version", tuning.version},
-                          {"input", tuning.input},
-                          {"frames", tuning.frames},
-                          {"reference", tuning.reference},
-                          {"with_truth", tuning.with_truth},
-                          {"device", tuning.device},
-                          {"timing", tuning.timing},
-                          {"budget_s", or_null(tuning.goal.budget_s)},
-                          {"error", or_null(tuning.goal.error)},
-                          {"outcome", outcome_text(tuning)},
-                          {"notes", doubts_of(tuning)},
-                          {"points", std::move(points)}}) +
-           "\n";
+    return {{"postchain_tune", 1},
+            {"version", tuning.version},
+            {"input", tuning.input},
+            {"frames", tuning.frames},
+            {"reference", tuning.reference},
+            {"with_truth", tuning.with_truth},
+            {"device", tuning.device},
+            {"timing", tuning.timing},
+            {"budget_s", or_null(tuning.goal.budget_s)},
+            {"error", or_null(tuning.goal.error)},
+            {"outcome", outcome_text(tuning)},
+            {"notes", doubts_of(tuning)},
+            {"points", std::move(points)}};
 }
 
 }  // namespace postchain::tune

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "tools/measure/tune/tune.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::tune {
 
@@ -16,7 +17,7 @@ std::string front_text(const Tuning& tuning);
 std::vector<std::string> doubts_of(const Tuning& tuning);
 // The chain file of the chosen chain, which must exist, with conditions and front as comments.
 std::string tuned_chain_file(const Tuning& tuning);
-// One object on one line; docs/tune.md lists its keys.
-std::string tuning_as_json(const Tuning& tuning);
+// docs/tune.md lists its keys.
+io::Json tuning_json(const Tuning& tuning);
 
 }  // namespace postchain::tune

@@ -7,7 +7,7 @@
 namespace postchain::tune {
 namespace {
 
-// Whether `a` makes `b` superfluous. Of equals the earlier one stays.
+// Whether `a` makes `b` superfluous. On a tie the earlier one stays.
 bool beats(const Measured& a, const Measured& b, bool a_is_earlier) {
     if (!a.error || !b.error) return false;
     const bool better = a.times.seconds < b.times.seconds || *a.error < *b.error;

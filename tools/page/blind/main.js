@@ -1,4 +1,4 @@
-// A blind comparison: pairs of images whose sides are drawn by lot, and the choices as CSV. The page
+// A blind comparison: pairs of images with random sides, and the choices as CSV. The page
 // has no names of chains; key.json beside it does.
 import { by_id, h, json_of } from "../shared/dom.js";
 import { counted } from "../shared/words.js";
@@ -58,7 +58,7 @@ function start() {
     return [
         h("h1", {}, "Which image is better?"),
         h("p", {}, `${counted(kit.trials.length, "pair")} of images follow. Each shows one frame, made in `
-            + "two ways; which side is which is drawn by lot for each pair. "
+            + "two ways; which side is which is random for each pair. "
             + (has_truth ? "Choose the one that is closer to the reference."
                 : "Choose the one that you would rather see in a film.")),
         h("ul", {},

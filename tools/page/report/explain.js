@@ -14,8 +14,8 @@ export const explain_intervals = (bootstrap) => h("details", { class: "explain",
         "side of 0 says that the difference does not come from a few places of these frames; it ",
         "says nothing about other frames."));
 
-export const kRelMse = "relMSE is no measure of these pictures where a bright edge lies a little " +
-    "beside its place: on a dark surface the error is divided by almost nothing, and a few such " +
-    "pixels decide the mean. It is never marked as worse; read HDR-FLIP and PSNR.";
+export const kRelMse = "relMSE misleads if a bright edge is slightly out of place: on a dark " +
+    "surface the error is divided by almost nothing, and a few such pixels decide the mean. It " +
+    "is never marked as worse; read HDR-FLIP and PSNR.";
 
 export const kWorse = "Underlined in red: worse than the unfiltered input.";

@@ -59,7 +59,7 @@ export class ImageStore {
                 else resolve(data.text);
             };
             addEventListener("message", listen);
-            parent.postMessage({ postchain_wants: id, asset }, "*");
+            parent.postMessage({ postchain_wants: id, asset, page: location.pathname }, "*");
         });
     }
 

@@ -11,6 +11,7 @@ import { fill_list } from "./list.js";
 import { kMagma } from "../viewer/magma.js";
 import { actions_of, kKeys } from "./actions.js";
 import { metric_name, model_of } from "./model.js";
+import { add_moves } from "../viewer/moves.js";
 import { overlay } from "../viewer/overlay.js";
 import { add_frames_plot, add_pareto } from "./plots.js";
 import { State } from "../viewer/state.js";
@@ -54,24 +55,11 @@ function start() {
     });
 
     const page = { model, store, state };
-    // Shows a source; the one shown before is the other half of the flip.
-    page.show = (key, more = {}) => {
-        if (!model.source(key)) return;
-        const before = state.get("show");
-        state.set({ show: key, ...(key === before ? {} : { last: before }), ...more });
-    };
-    page.flip = () => page.show(state.get("last"));
+    add_moves(page);
     page.step = (count) => {
         const at = model.sources.findIndex((s) => s.key === state.get("show"));
         page.show(model.sources[(at + count + model.sources.length) % model.sources.length].key);
     };
-    page.step_frame = (count) => {
-        const at = model.page_frames.indexOf(state.get("frame"));
-        const n = model.page_frames.length;
-        if (n) state.set({ frame: model.page_frames[(at + count + n) % n] });
-    };
-    const live = by_id("live");
-    page.say = (text) => (live.textContent = text);
 
     // Beside the name of the picture.
     page.note = (source) => {

@@ -3,6 +3,7 @@ import { by_id, h, settle } from "../shared/dom.js";
 import { milliseconds, number } from "../shared/words.js";
 import { fill_bar } from "../viewer/bar.js";
 import { bind_keys } from "../viewer/keys.js";
+import { add_moves } from "../viewer/moves.js";
 import { overlay } from "../viewer/overlay.js";
 import { half_to_float } from "../viewer/tone.js";
 import { Viewer } from "../viewer/viewer.js";
@@ -21,9 +22,8 @@ const kKeys = [
 
 let pictures, marks, focusing = false, took = "", plan = null;
 
-/** The camera of the plan: value, unit and origin by key; and the plan itself. */
+/** The camera of the plan: value, unit and origin by key. */
 export const resolved = () => plan?.resolved?.camera;
-export const planOf = () => plan;
 
 function sources_of(subject) {
     const frames = { get frames() { return model.page_frames; } };
@@ -220,19 +220,7 @@ function show_fault() {
 export function start_look() {
     pictures = new Pictures(page);
     page.pictures = pictures;
-    const live = by_id("live");
-    page.say = (text) => { live.textContent = text; };
-    page.show = (key, more = {}) => {
-        if (!model.source(key)) return;
-        const before = state.get("show");
-        state.set({ show: key, ...(key === before ? {} : { last: before }), ...more });
-    };
-    page.flip = () => page.show(state.get("last"));
-    page.step_frame = (by) => {
-        const frames = model.page_frames;
-        const at = frames.indexOf(state.get("frame"));
-        if (frames.length) state.set({ frame: frames[(at + by + frames.length) % frames.length] });
-    };
+    add_moves(page);
     page.note = () => (pictures.drafts && !model.subject?.job ? "draft" : "");
     marks = overlay(page);
     page.viewer = new Viewer(by_id("canvas"), model, pictures, state, {

@@ -22,11 +22,15 @@ export function open_report(path) {
 
 const is_below = (path) => /^[\w%~-][\w.%~-]*(\/[\w%~-][\w.%~-]*)*$/.test(path);
 
-async function text_of({ path }, id, asset) {
-    if (typeof asset !== "string")
-        return getText(address(`${path}/report/index.html`, { picture: id }));
+// `page`: the report in the frame, which may be one of a study.
+async function text_of({ path }, id, asset, page) {
+    const folder = new URL(`${path}/report/`, document.baseURI).pathname;
+    const name = String(page).slice(folder.length);
+    if (!String(page).startsWith(folder) || !is_below(name)) throw new Error("is not its page");
+    if (typeof asset !== "string") return getText(address(folder + name, { picture: id }));
     if (!is_below(asset)) throw new Error("its pictures are not in its folder");
-    return /^postchain_asset\("[^"]*","([^"]*)"\)/.exec(await getText(`${path}/report/${asset}`))[1];
+    const file = folder + name.replace(/[^/]*$/, asset);
+    return /^postchain_asset\("[^"]*","([^"]*)"\)/.exec(await getText(file))[1];
 }
 
 export function start_report() {
@@ -37,7 +41,7 @@ export function start_report() {
         if (source !== mine?.frame.contentWindow || !/^image-\d+$/.test(id)) return;
         const reply = { postchain_picture: id };
         try {
-            reply.text = await text_of(mine, id, data.asset);
+            reply.text = await text_of(mine, id, data.asset, data.page);
         } catch (error) {
             reply.why = error.message;
         }

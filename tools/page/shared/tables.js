@@ -13,7 +13,7 @@ export const scroll = (label, ...content) =>
 export const percent = (v) => `${100 * v}%`;
 
 // A difference and its interval as a dot and a line around `middle`, all in pixels of an svg;
-// `unit` is the length of 1. What lies beyond `end` is an arrow there.
+// `unit` is the length of 1. An arrow at `end` marks values beyond it.
 export function interval_marks({ mean, interval, middle, unit, end, y, radius, ink, width = 3 }) {
     const at = (v) => middle + limit(v * unit, -end, end);
     const side = Math.sign(mean);

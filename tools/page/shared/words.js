@@ -1,6 +1,6 @@
 // Numbers, times and metrics in words.
 
-// Three significant digits (or as told), no longer than a column: "0.123", "1.23e-7", "12 300".
+// `digits` significant digits, no longer than a column: "0.123", "1.23e-7", "12 300".
 export function number(v, digits = 3) {
     if (v === null || v === undefined) return "\u2013";
     if (!Number.isFinite(v)) return Number.isNaN(v) ? "NaN" : v > 0 ? "\u221e" : "\u2212\u221e";

@@ -1,5 +1,5 @@
 // The page of a study, from its report.json: the answer, the tables over all scenes, links to their
-// reports.
+// reports. The service shows pages without their pictures (?pictures=apart), and links keep that.
 import { by_id, h, json_of } from "../shared/dom.js";
 import { head, interval_marks, scroll } from "../shared/tables.js";
 import { counted, is_better, number, ranges, way_of } from "../shared/words.js";
@@ -114,7 +114,7 @@ function scenes() {
                 h("td", {}, ranges(scene.frames)), h("td", {}, `${scene.width}x${scene.height}`),
                 h("td", { class: "left" }, scene.truth),
                 h("td", { class: "left" }, scene.reports.flatMap((href, i) => [i > 0 && ", ",
-                    h("a", { href }, report.kind === "ab" ? questions[i] : "report")])),
+                    h("a", { href: href + location.search }, report.kind === "ab" ? questions[i] : "report")])),
             ])))))];
 }
 

@@ -13,7 +13,7 @@ export class PictureCache {
         return held.image;
     }
 
-    /** A promise of the picture with its name. make: called unless it is there or under way. */
+    /** A promise of the picture with its name. make: called if it is neither held nor under way. */
     load(name, make) {
         if (!this.#held.has(name)) {
             const held = { bytes: 0 };

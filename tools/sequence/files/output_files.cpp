@@ -193,9 +193,8 @@ Status OutputFiles::check_names() const {
         if (Status status = family_names(family); !status.ok()) return status;
     for (const OutputFolder& folder : folders_)
         if (const std::string input = input_in(folder_names_.name(folder.path)); !input.empty())
-            return usage(folder.path,
-                         concat("is the folder of ", folder.what, ", and ", input,
-                                ", which this job reads, lies in it; ", folder.remedy));
+            return usage(folder.path, concat("is the folder of ", folder.what, ", and ", input,
+                                             ", which this job reads, is in it; ", folder.remedy));
     return Status();
 }
 

@@ -1,5 +1,5 @@
 // The files that a job reads and writes, known before its first write, and the rules for replacing
-// files. Every verb that writes files uses them; docs/command.md, "What is written, and what is
+// files. Subcommands that write files use them; docs/command.md, "What is written, and what is
 // never replaced", has the rules for users.
 //
 //   inputs, outputs, --on-existing --check()--> Status, before the first write
@@ -76,7 +76,7 @@ class FolderNames {
 
 class OutputFiles {
   public:
-    // `choices`: values of the verb's --on-existing that messages recommend: "skip or overwrite".
+    // `choices`: values of its --on-existing that messages recommend: "skip or overwrite".
     explicit OutputFiles(OnExisting on_existing = OnExisting::fail,
                          std::string choices = "overwrite");
 

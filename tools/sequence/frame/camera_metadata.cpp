@@ -256,7 +256,7 @@ class Reader {
                 amount = *amount * *fps;
                 where = concat("expTime, ", rate);
             } else {
-                found.why = "seconds, and neither captureRate nor framesPerSecond is there";
+                found.why = "seconds, and the file has neither captureRate nor framesPerSecond";
                 amount.reset();
             }
         } else if (name == "cameraFarClip" && *amount >= kNoLimit) {

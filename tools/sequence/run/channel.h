@@ -41,7 +41,7 @@ class Channel {
         const std::lock_guard lock(mutex_);
         return closed_ && items_.empty();
     }
-    // The value that is taken next; null if none is there. Stays valid until this thread takes it.
+    // The value that is taken next; null if it is empty. Stays valid until this thread takes it.
     const T* front() {
         const std::lock_guard lock(mutex_);
         return items_.empty() ? nullptr : &items_.front();

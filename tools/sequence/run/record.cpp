@@ -18,8 +18,9 @@ std::string whole_path(const std::string& path) {
     return failed ? path : whole.lexically_normal().string();
 }
 
-// --input with absolute paths.
-std::string input_text(const io::InputSpec& input) {
+// --input with absolute paths, without the layer behind.
+std::string input_text(io::InputSpec input) {
+    input.patterns.erase(Role::behind);
     if (!input.separate_files()) return whole_path(input.color().text());
     std::string text;
     for (const auto& [role, pattern] : input.patterns)
@@ -59,7 +60,6 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
     Json given = Json::object();
     for (const auto& [key, value] : settings.given) {
         const auto* text = std::get_if<std::string>(&value);
-        if (key == "behind") continue;  // in the input's text
         if (key == "input")
             given[key] = input_text(settings.input);
         else if (text && (key == "camera" || key == "ocio" ||
@@ -68,6 +68,9 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
         else
             given[key] = io::json_of(value);
     }
+    if (const auto behind = settings.input.patterns.find(Role::behind);
+        behind != settings.input.patterns.end())
+        given["behind"] = whole_path(behind->second.text());
     Json inputs = Json::array();
     for (const auto& file : report.stamps)
         inputs.push_back({{"file", whole_path(file.path)}, {"bytes", file.bytes}});

@@ -158,7 +158,6 @@ std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& meta
                    before ? *before : continued(*now, *after),
                    after ? *after : continued(*now, *before),
                    display.pixel_aspect,
-                   !in_file,
                    before.has_value(),
                    after.has_value()};
     return views;

@@ -32,7 +32,6 @@ struct SkyView {
 struct SkyViews {
     SkyView now, before, after;
     double pixel_aspect = 1;
-    bool from_metadata = false;  // otherwise from the camera file
     // If false, that view is extrapolated from the other side.
     bool knows_before = true, knows_after = true;
 

@@ -147,8 +147,9 @@ void Connection::work() {
     };
     watch_client();
     // The task has its own copies: after a deadline the connection may go on to another request.
+    HelperThreads& pool = admitted_->match.route->reads_files ? shared_.disk_pool : shared_.pool;
     const bool taken =
-        shared_.pool.run([&shared = shared_, counted, admitted = *admitted_, request = request_] {
+        pool.run([&shared = shared_, counted, admitted = *admitted_, request = request_] {
             try {
                 shared.api.run(admitted, request, counted);
             } catch (const std::bad_alloc&) {
@@ -217,7 +218,7 @@ void Connection::send_source() {
     state_ = State::sending;
     content_ = {};
     deadline_in(shared_.settings.working);
-    const bool taken = shared_.pool.run([self = shared_from_this(), source = source_] {
+    const bool taken = shared_.disk_pool.run([self = shared_from_this(), source = source_] {
         auto part = source->next();
         asio::post(self->shared_.io, [self, part = std::move(part)]() mutable {
             if (self->state_ != State::sending) return;

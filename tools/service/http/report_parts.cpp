@@ -1,10 +1,7 @@
 #include "tools/service/http/report_parts.h"
 
 #include <fstream>
-#include <optional>
 #include <string_view>
-
-#include "chain/text.h"
 
 namespace postchain::service {
 namespace {
@@ -14,14 +11,16 @@ namespace {
 constexpr std::string_view kBegin = "<script type=\"text/plain\" id=\"image-";
 constexpr std::string_view kEnd = "</script>";
 
-// Calls `take` for each line, with its line feed, until it returns false.
+constexpr size_t kKeptPages = 8;
+
+// Calls take(line with its line feed, its offset) for each line.
 template <class Take>
 Status read_lines(const std::string& path, const Take& take) {
     std::ifstream file(path, std::ios::binary);
-    bool more = bool(file);
-    for (std::string line; more && std::getline(file, line);) {
+    uint64_t at = 0;
+    for (std::string line; file && std::getline(file, line); at += line.size()) {
         if (!file.eof()) line += '\n';
-        more = take(line);
+        take(line, at);
     }
     if (file.bad() || !file.is_open()) return Status(StatusCode::input, path + ": cannot be read");
     return Status();
@@ -31,26 +30,47 @@ Status read_lines(const std::string& path, const Take& take) {
 
 Result<std::string> page_without_pictures(const std::string& path) {
     std::string page;
-    const Status status = read_lines(path, [&](const std::string& line) {
+    const Status status = read_lines(path, [&](const std::string& line, uint64_t) {
         if (!line.starts_with(kBegin)) page += line;
-        return true;
     });
     if (!status.ok()) return status;
     return page;
 }
 
-Result<std::string> picture_in_page(const std::string& path, const std::string& id) {
-    const std::string begin = concat("<script type=\"text/plain\" id=\"", id, "\">");
-    std::optional<std::string> picture;
-    const Status status = read_lines(path, [&](const std::string& line) {
-        const size_t end = line.rfind(kEnd);
-        if (line.starts_with(begin) && line.starts_with(kBegin) && end != line.npos)
-            picture = line.substr(begin.size(), end - begin.size());
-        return !picture;
+Result<std::string> PagePictures::get(const std::string& path, const std::string& id) {
+    const auto page = indexed(io::FileStamp::of(path));
+    if (!page.ok()) return page.status();
+    const auto found = (*page)->places.find(id);
+    if (found == (*page)->places.end())
+        return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
+    const auto [at, bytes] = found->second;
+    std::string picture(bytes, 0);
+    std::ifstream file(path, std::ios::binary);
+    if (!file.seekg(std::streamoff(at)).read(picture.data(), std::streamsize(bytes)))
+        return Status(StatusCode::input, path + ": cannot be read");
+    if (Status status = (*page)->stamp.unchanged(); !status.ok()) return status;
+    return picture;
+}
+
+Result<std::shared_ptr<const PagePictures::Page>> PagePictures::indexed(
+    const io::FileStamp& stamp) {
+    {
+        const std::lock_guard lock(mutex_);
+        for (const auto& page : pages_)
+            if (page->stamp == stamp) return page;
+    }
+    const auto page = std::make_shared<Page>(Page{stamp, {}});
+    const Status status = read_lines(stamp.path, [&](const std::string& line, uint64_t at) {
+        const size_t begin = line.find("\">"), end = line.rfind(kEnd);
+        if (!line.starts_with(kBegin) || end == line.npos || begin > end) return;
+        const size_t name = kBegin.find("image-");
+        page->places[line.substr(name, begin - name)] = {at + begin + 2, end - begin - 2};
     });
     if (!status.ok()) return status;
-    if (picture) return *std::move(picture);
-    return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
+    const std::lock_guard lock(mutex_);
+    pages_.push_front(page);
+    if (pages_.size() > kKeptPages) pages_.pop_back();
+    return std::shared_ptr<const Page>(page);
 }
 
 }  // namespace postchain::service

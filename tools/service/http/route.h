@@ -42,9 +42,10 @@ struct Route {
     int status = 200;                          // on success
     std::vector<int> refusals = {};            // statuses besides those that any route has
     std::string type = "application/json";
-    std::string schema = {};  // name of the reply's schema; empty = none
-    bool streams = false;     // HEAD is not possible
-    bool at_once = false;     // the reply is immediate and needs no other thread
+    std::string schema = {};   // name of the reply's schema; empty = none
+    bool streams = false;      // HEAD is not possible
+    bool at_once = false;      // the reply is immediate and needs no other thread
+    bool reads_files = false;  // may wait for a disk: runs on Shared::disk_pool
 };
 
 // A handler that replies at the end of the call.

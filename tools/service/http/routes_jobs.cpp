@@ -58,7 +58,8 @@ void add_job_routes(std::vector<Route>& routes, Service& service) {
                       .body = "JobRequest",
                       .status = 202,
                       .refusals = {403, 409, 422},
-                      .schema = "Job"});
+                      .schema = "Job",
+                      .reads_files = true});
     routes.push_back(
         {.method = "GET",
          .path = "/v1/jobs",

@@ -73,7 +73,7 @@ Reply frame(const Service& service, const Call& call) {
     });
 }
 
-Reply report(const Service& service, const Call& call) {
+Reply report(const Service& service, PagePictures& pictures, const Call& call) {
     const std::string picture = call.query("picture");
     const bool apart = !call.query("pictures").empty();
     Reply reply = reply_to(
@@ -83,7 +83,7 @@ Reply report(const Service& service, const Call& call) {
             const auto text = !file.name.ends_with(".html")
                                   ? Result<std::string>(Status(StatusCode::input, "not a page"))
                               : apart ? page_without_pictures(file.path)
-                                      : picture_in_page(file.path, picture);
+                                      : pictures.get(file.path, picture);
             if (!text.ok())
                 return problem(404, "the report of job " + call.values[0] + " does not have this");
             Reply part;
@@ -144,7 +144,8 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .operation = "getFrame",
                       .summary = "A frame of a job, with its sidecar",
                       .handle = read(frame),
-                      .schema = "FrameDetail"});
+                      .schema = "FrameDetail",
+                      .reads_files = true});
     routes.push_back({.method = "GET",
                       .path = "/v1/jobs/{id}/events",
                       .operation = "followJob",
@@ -178,7 +179,8 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                  },
              .queries = image_queries(),
              .refusals = {403, 422},
-             .type = "image/png"});
+             .type = "image/png",
+             .reads_files = true});
     routes.push_back(
         {.method = "GET",
          .path = "/v1/jobs/{id}/thumbnail.png",
@@ -192,14 +194,16 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
              },
          .queries = image_queries(),
          .refusals = {403, 422},
-         .type = "image/png"});
+         .type = "image/png",
+         .reads_files = true});
     routes.push_back({.method = "GET",
                       .path = "/v1/jobs/{id}/frames/{n}/output",
                       .operation = "getOutput",
                       .summary = "The output of a finished frame",
                       .handle = read(output),
                       .refusals = {403},
-                      .type = "image/*"});
+                      .type = "image/*",
+                      .reads_files = true});
     routes.push_back({.method = "GET",
                       .path = "/v1/jobs/{id}/outputs.zip",
                       .operation = "getOutputs",
@@ -207,18 +211,21 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
                       .handle = read(outputs),
                       .queries = {{"frames", "a range, such as 1-24; default: all"}},
                       .refusals = {403},
-                      .type = "application/zip"});
+                      .type = "application/zip",
+                      .reads_files = true});
     routes.push_back(
         {.method = "GET",
          .path = "/v1/jobs/{id}/report/{name...}",
          .operation = "getReport",
          .summary = "A file of the report of an ab, bench or study job",
-         .handle = read(report),
+         .handle = replies([&service, pictures = std::make_shared<PagePictures>()](
+                               const Call& call) { return report(service, *pictures, call); }),
          .queries =
              {{"pictures", "apart: a page without its pictures", {"apart"}},
               {"picture", "the text of one picture of a page, by its id", {}, "image-[0-9]{1,9}"}},
          .refusals = {422},
-         .type = "*/*"});
+         .type = "*/*",
+         .reads_files = true});
 }
 
 }  // namespace postchain::service

@@ -35,7 +35,8 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
          }),
          .queries = {{"folder", "a folder of the roots; default: the root, or a list of them"}},
          .refusals = {403, 404},
-         .schema = "Folder"});
+         .schema = "Folder",
+         .reads_files = true});
     routes.push_back({.method = "GET",
                       .path = "/v1/chains",
                       .operation = "listChains",
@@ -47,7 +48,8 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                       }),
                       .queries = {{"file", "a chain file of the roots"}},
                       .refusals = {403, 404, 422},
-                      .schema = "Chains"});
+                      .schema = "Chains",
+                      .reads_files = true});
     routes.push_back({.method = "GET",
                       .path = "/v1/image",
                       .operation = "getInputFrame",
@@ -70,7 +72,8 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                               return queries;
                           }(),
                       .refusals = {403, 404, 422},
-                      .type = "image/png"});
+                      .type = "image/png",
+                      .reads_files = true});
     routes.push_back({.method = "POST",
                       .path = "/v1/plan",
                       .operation = "planFrames",
@@ -81,7 +84,8 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                               [](const std::string& text) { return json_reply(200, text); });
                       }),
                       .body = "PlanRequest",
-                      .refusals = {403, 422}});
+                      .refusals = {403, 422},
+                      .reads_files = true});
     routes.push_back({.method = "POST",
                       .path = "/v1/preview",
                       .operation = "previewFrame",
@@ -91,7 +95,8 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                                     const Respond& respond) { preview(service, call, respond); },
                       .body = "PreviewRequest",
                       .refusals = {403, 409, 422},
-                      .type = "image/png"});
+                      .type = "image/png",
+                      .reads_files = true});
     routes.push_back(
         {.method = "POST",
          .path = "/v1/chain/check",

@@ -29,7 +29,7 @@ class Loop {
         tick();
         shared_.io.run();
         shared_.service.on_event([](const Event&) {});
-        const size_t lost = shared_.pool.end();
+        const size_t lost = shared_.pool.end() + shared_.disk_pool.end();
         shared_.event_pool.join();
         return lost;
     }
@@ -179,7 +179,8 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     if (error)
         return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),
                                                  "; choose another port, or 0 for any free one"));
-    if (Status status = shared->pool.begin(); !status.ok()) return status;
+    for (HelperThreads* pool : {&shared->pool, &shared->disk_pool})
+        if (Status status = pool->begin(); !status.ok()) return status;
     return std::unique_ptr<Server>(new Server(std::move(shared)));
 }
 

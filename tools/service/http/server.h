@@ -1,6 +1,6 @@
 // The listening socket, and the thread that serves all connections.
 //
-//   accept --> Connection --> Api (a small pool; the service's threads for images) --> Connection
+//   accept --> Connection --> Api (small pools; the service's threads for images) --> Connection
 //   Service::on_event --> one query of the store --> EventLog --> every Connection that listens
 //
 // All sockets belong to the thread of run(), which never waits for a file, the store or GL. Every

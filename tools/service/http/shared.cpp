@@ -3,14 +3,16 @@
 namespace postchain::service {
 namespace {
 
-constexpr size_t kRequestThreads = 2;
+constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
+constexpr auto kPatience = std::chrono::seconds(20);
 
 }  // namespace
 
 Shared::Shared(const ServerSettings& given, Service& what)
     : settings(given),
       service(what),
-      pool(kRequestThreads, given.max_waiting + given.max_connections, std::chrono::seconds(20)),
+      pool(kStoreThreads, given.max_waiting + given.max_connections, kPatience),
+      disk_pool(kDiskThreads, given.max_waiting + given.max_connections, kPatience),
       api(what, given.guard, given.version, [this] { return metrics(); }),
       events(newest_event(what), given.kept_events) {}
 

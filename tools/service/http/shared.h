@@ -38,7 +38,8 @@ struct Shared {
     Service& service;
     boost::asio::io_context io{1};
     boost::asio::ip::tcp::acceptor acceptor{io};
-    HelperThreads pool;                      // calls of the service
+    HelperThreads pool;       // calls of the service that read its store only
+    HelperThreads disk_pool;  // calls that read files: a slow disk does not delay the others
     boost::asio::thread_pool event_pool{2};  // reads events from the store, and drains the service
     Api api;
     EventLog events;

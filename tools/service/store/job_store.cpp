@@ -8,7 +8,7 @@
 namespace postchain::service {
 namespace {
 
-// The reason that the owner may not have one more job of so many frames; empty = they may.
+// The reason that the owner may not have one more job of `new_frames`; empty = they may.
 std::string over_limit(Database& database, int new_frames, const User& owner) {
     Statement used(database,
                    "SELECT COUNT(*) FILTER (WHERE ended_ms = 0), SUM(frames - done - failed) "

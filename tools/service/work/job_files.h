@@ -21,7 +21,7 @@ struct ShownFrame {
 };
 Answer<ShownFrame> shown_frame(const Job& job, const JobFrame& frame, bool after,
                                const JobReader& reader);
-// The frame that stands for the job in a list: its last finished one after filtering, otherwise its
+// The frame that represents a job in a list: its last finished one after filtering, otherwise its
 // first one before.
 Answer<ShownFrame> shown_frame(const Job& job, const std::vector<JobFrame>& frames,
                                const JobReader& reader);

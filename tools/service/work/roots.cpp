@@ -131,7 +131,10 @@ Result<Roots> Roots::within(const std::vector<std::string>& folders) const {
 std::string Roots::shown(const std::string& path) const {
     const std::string& first = folders_.front();
     if (path == first) return ".";
-    return is_in(path, first) && first != "/" ? path.substr(first.size() + 1) : path;
+    if (!is_in(path, first) || first == "/") return path;
+    const std::string below = path.substr(first.size() + 1);
+    // "a=b.exr" would name a plane (InputSpec::parse).
+    return below[std::min(below.find_first_of("=/."), below.size())] == '=' ? "./" + below : below;
 }
 
 std::string Roots::shown_in(std::string text) const {

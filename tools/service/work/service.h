@@ -147,7 +147,7 @@ class Service {
     // An image of a job's frame before or after filtering. `done` is called once, on any thread.
     void frame_image(const User& user, const std::string& id, int frame, bool after,
                      const ImageWanted& wanted, std::function<void(Answer<Picture>)> done);
-    // An image that stands for the job in a list.
+    // An image that represents the job in a list.
     void job_image(const User& user, const std::string& id, const ImageWanted& wanted,
                    std::function<void(Answer<Picture>)> done);
     // An image of a frame of an input.

@@ -184,7 +184,7 @@ Status write_parts(const Report& report, const std::vector<Entry>& entries,
                    const std::optional<fs::path>& assets, io::AtomicFile& file) {
     const page::Halves halves = page::halves_of("report/page.html");
     if (auto status = write(file, halves.before); !status.ok()) return status;
-    const std::string data = page::data_element("report", report_as_json(report)) +
+    const std::string data = page::data_element("report", io::json_text(report_json(report))) +
                              page::data_element("manifest", manifest_of(entries, assets));
     if (auto status = write(file, data); !status.ok()) return status;
     Compared last;

@@ -1,0 +1,262 @@
+"""Slow, silent and many clients, a disk that hangs, and listeners, while other clients are served.
+
+usage: load_test.py SERVE_FAKE"""
+import json
+import re
+import socket
+import struct
+import time
+import unittest
+
+from attacked import Attacked, POST, PROGRAM
+from server import Events, Server, parse, read_all
+
+
+class Slow(Attacked):
+    settings = ["header=600", "body=600", "write=600", "heartbeat=300", "picture_bytes=40000000",
+                "event_bytes=50000", "kept_events=10"]
+
+    def closes(self, client, within):
+        start = time.monotonic()
+        client.settimeout(within)
+        try:
+            while client.recv(65536):
+                pass
+        except ConnectionResetError:
+            pass
+        except TimeoutError:
+            self.fail(f"still open after {within} s")
+        return time.monotonic() - start
+
+    def cut_off(self):
+        return int(re.search(rb"cut_off_total (\d+)", self.server.ask("GET", "/metrics")[2])[1])
+
+    def drip(self, client, data):
+        """Sends a byte every 0.1 s until the server closes."""
+        for i in range(60):
+            try:
+                client.sendall(data[i % len(data):][:1])
+            except (BrokenPipeError, ConnectionResetError):
+                return i
+            time.sleep(0.1)
+        return None
+
+    def test_silence(self):
+        with self.server.connect() as client:
+            self.closes(client, 3)
+
+    def test_header_in_drops(self):
+        with self.server.connect() as client:
+            self.assertIsNotNone(self.drip(client, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 20))
+
+    def test_body_in_drops(self):
+        with self.server.connect() as client:
+            client.sendall((POST + "Content-Length: 1000\r\n\r\n").encode())
+            self.assertIsNotNone(self.drip(client, b"x"))
+
+    def test_reader_that_does_not_read(self):
+        with self.server.connect() as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                           b"application/json\r\nContent-Length: 2\r\n\r\n{}")
+            time.sleep(1)
+            # 40 MB get a second per 64 KiB, so the deadline is far. Others are served.
+            self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 200)
+
+    def test_listener_that_does_not_read_is_cut_off_and_can_resume(self):
+        with self.server.connect() as client:
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+            client.sendall(b"GET /v1/events?after=0 HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            before = self.cut_off()
+            for _ in range(200):
+                self.server.ask("POST", "/v1/jobs", {})
+                if self.cut_off() > before:
+                    break
+            time.sleep(1.2)
+            self.assertGreater(self.cut_off(), before)
+        # A client that reconnects gets all events.
+        again = Events(self.server, "/v1/events?after=0")
+        self.assertEqual([again.next()[0] for _ in range(50)], list(range(1, 51)))
+        again.close()
+
+    def test_heartbeat(self):
+        listener = Events(self.server)
+        self.assertEqual(listener.next(3), ("", None))
+        listener.close()
+
+    def test_listener_that_talks(self):
+        listener = Events(self.server)
+        listener.client.sendall(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+        self.closes(listener.client, 3)
+        listener.close()
+
+
+class Late(Attacked):
+    """A request that hangs, as in a disk that does not answer, is answered."""
+    settings = ["working=500", "picture=3000"]
+
+    def test_it_is_told(self):
+        start = time.monotonic()
+        status, headers, body = self.server.ask("POST", "/v1/preview", {})
+        self.assertEqual((status, headers["retry-after"]), (503, "60"))
+        self.assertIn("a disk may hang", json.loads(body)["detail"])
+        self.assertLess(time.monotonic() - start, 2.5)
+
+    def test_lists_do_not_wait_for_disks(self):
+        clients = [self.server.connect() for _ in range(6)]
+        for client in clients:
+            client.sendall(b"GET /v1/browse?folder=slow HTTP/1.1\r\nHost: localhost\r\n"
+                           b"Connection: close\r\n\r\n")
+        for client in clients:
+            self.assertEqual(parse(read_all(client))[0], 503)  # its thread still hangs
+            client.close()
+        self.assertEqual(self.server.ask("GET", "/v1/jobs")[0], 200)
+
+
+class Crowds(Attacked):
+    settings = ["max_connections=40", "max_connections_per_address=30", "max_waiting=4",
+                "picture=700"]
+
+    def test_connections_of_one_address(self):
+        held = [self.server.connect() for _ in range(30)]
+        time.sleep(0.3)
+        status, headers, _ = self.server.ask("GET", "/healthz")
+        self.assertEqual((status, headers["retry-after"]), (429, "5"))
+        for client in held:
+            client.close()
+        time.sleep(0.5)
+
+    def test_connections_in_all(self):
+        held = []
+        for address in ["127.0.0.1", "127.0.0.2"]:
+            for _ in range(20):
+                client = socket.socket()
+                client.bind((address, 0))
+                client.connect(("127.0.0.1", self.server.port))
+                held.append(client)
+        time.sleep(0.3)
+        status, headers, _ = self.server.ask("GET", "/healthz")
+        self.assertEqual((status, headers["retry-after"]), (503, "5"))
+        # Further connections are closed without a reply, and nothing breaks.
+        for _ in range(300):
+            client = socket.socket()
+            client.bind(("127.0.0.3", 0))
+            client.connect(("127.0.0.1", self.server.port))
+            held.append(client)
+        for client in held:
+            client.close()
+        time.sleep(1)
+
+    def test_requests_that_wait(self):
+        clients = self.previews(12)
+        got = [parse(read_all(client)) for client in clients]
+        for client in clients:
+            client.close()
+        busy = [headers for status, headers, _ in got if status == 429]
+        self.assertEqual(len(busy), 8, [status for status, _, _ in got])
+        self.assertEqual({headers["retry-after"] for headers in busy}, {"1"})
+
+    def test_a_preview_ends_when_its_client_leaves(self):
+        [client] = self.previews(1)
+        time.sleep(0.2)
+        client.close()
+        for _ in range(100):
+            left = re.search(rb"postchain_fake_left (\d+)", self.server.ask("GET", "/metrics")[2])
+            if int(left[1]) > 0:
+                return
+            time.sleep(0.05)
+        self.fail("the preview went on")
+
+    def test_clients_that_vanish(self):
+        for _ in range(200):
+            client = self.server.connect()
+            client.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: loc")
+            client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+            client.close()
+        time.sleep(1)
+        metrics = self.server.ask("GET", "/metrics")[2]
+        self.assertEqual(int(re.search(rb"http_connections (\d+)", metrics)[1]), 1)
+
+
+class FullQueue(Attacked):
+    settings = ["max_queue=3"]
+
+    def test_it_says_when_to_come_back(self):
+        got = [self.server.ask("POST", "/v1/jobs", {}) for _ in range(5)]
+        self.assertEqual([status for status, _, _ in got], [202] * 3 + [429] * 2)
+        self.assertEqual(got[-1][1]["retry-after"], "7")
+
+
+class Following(Attacked):
+    """Listeners get every event once, from memory and from the store."""
+    settings = ["frame=3", "kept_events=20", "heartbeat=200"]
+
+    def test_resume(self):
+        for _ in range(10):
+            self.server.ask("POST", "/v1/jobs", {})
+        ids, last = [], 0
+        while len(ids) < 70:  # 10 jobs of 7 events, most of them no longer in memory
+            listener = Events(self.server, last=last)
+            for _ in range(9):
+                got = listener.next()
+                if got and got[0]:
+                    ids.append(got[0])
+                    last = got[0]
+                if len(ids) == 70:
+                    break
+            listener.close()
+        self.assertEqual(ids, list(range(1, 71)))
+
+    def test_a_job_s_own_events_end_with_it(self):
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        listener = Events(self.server, f"/v1/jobs/{job}/events")
+        types, last = [], 0
+        while True:
+            got = listener.next()
+            if got is None:
+                break
+            if got[1]:
+                self.assertEqual(got[1]["job"], job)
+                types.append(got[1]["type"])
+                last = got[0]
+        listener.close()
+        self.assertEqual(types, ["queued", "started"] + ["frame"] * 4 + ["done"])
+        status, _, body = self.server.ask("GET", f"/v1/jobs/{job}/events",
+                                          headers={"Last-Event-ID": str(last)})
+        self.assertEqual((status, body), (204, b""))
+
+    def test_many_listeners(self):
+        threads = self.server.threads()
+        listeners = [Events(self.server) for _ in range(200)]
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        self.assertEqual(self.server.threads(), threads)
+        for listener in listeners:
+            types = []
+            while not types or types[-1] != "done":
+                got = listener.next()
+                if got[1] and got[1]["job"] == job:
+                    types.append(got[1]["type"])
+            self.assertEqual(types, ["queued", "started"] + ["frame"] * 4 + ["done"])
+            listener.close()
+
+
+class Draining(unittest.TestCase):
+    def test_listeners_and_idle_clients_are_let_go(self):
+        server = Server([PROGRAM, "picture=500"])
+        listener, idle = Events(server), server.connect()
+        busy = server.connect()
+        busy.sendall(b"POST /v1/preview HTTP/1.1\r\nHost: localhost\r\nContent-Type: "
+                     b"application/json\r\nContent-Length: 2\r\n\r\n{}")
+        time.sleep(0.2)
+        start = time.monotonic()
+        self.assertEqual(server.stop(), 0)
+        self.assertLess(time.monotonic() - start, 4)
+        self.assertIsNone(listener.next())
+        status, headers, _ = parse(read_all(busy))
+        self.assertEqual((status, headers["connection"]), (200, "close"))
+        for client in (listener, idle, busy):
+            client.close()
+
+
+if __name__ == "__main__":
+    unittest.main()

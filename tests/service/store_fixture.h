@@ -1,0 +1,64 @@
+// A store in a folder of its own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tests/io/exr_files.h"
+#include "tools/service/store/job_store.h"
+
+namespace postchain::service {
+
+class StoreTest : public testing::Test {
+  protected:
+    void open(int attempts = 3) {
+        store_.reset();
+        auto opened = JobStore::open(path(), attempts);
+        ASSERT_TRUE(opened.ok()) << opened.status().message();
+        store_ = std::move(*opened);
+    }
+    // A store from a dump of an earlier version.
+    void make_store_of(const std::string& sql) {
+        ASSERT_FALSE(sql.empty());
+        sqlite3* old = nullptr;
+        ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);
+        EXPECT_EQ(sqlite3_exec(old, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+        sqlite3_close(old);
+    }
+    std::string path() const { return folder_.path("store.db"); }
+    std::string refusal() const {
+        const auto opened = JobStore::open(path(), 3);
+        return opened.ok() ? "opened" : opened.status().message();
+    }
+    std::string add(int priority = 0, const std::string& key = "") {
+        const auto added = store_->add({JobKind::run, "{}", priority, key}, 100);
+        EXPECT_TRUE(added.ok());
+        return added->job.id;
+    }
+    // A running job with the waiting frames 1..count.
+    std::string running(int count) {
+        const std::string id = add();
+        EXPECT_EQ(*store_->start(id), 1);
+        std::vector<JobFrame> frames;
+        for (int frame = 1; frame <= count; ++frame) {
+            frames.emplace_back();
+            frames.back().frame = frame;
+            frames.back().output = "o";
+        }
+        EXPECT_TRUE(store_->enter_frames(id, frames).ok());
+        return id;
+    }
+    std::vector<Event> events(const std::string& id) { return *store_->events(id, 0, 100); }
+    std::vector<FrameToDo> to_do(const std::string& id) { return *store_->to_do(id); }
+    JobFrame frame(const std::string& id, int number) { return **store_->frame(id, number); }
+    Job job(const std::string& id) { return **store_->job(id); }
+
+    test::TempFolder folder_;
+    std::unique_ptr<JobStore> store_;
+};
+
+}  // namespace postchain::service

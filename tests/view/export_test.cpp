@@ -1,0 +1,92 @@
+// Files that a session writes.
+#include "tools/apps/view/export.h"
+
+#include <sys/stat.h>
+
+#include <cstdlib>
+
+#include "tests/view/session_fixture.h"
+
+namespace postchain::view {
+namespace {
+
+namespace fs = std::filesystem;
+using test::write_text;
+
+class ExportTest : public SessionTest {
+  protected:
+    ExportJob job_of(ExportKind kind, const std::string& name) {
+        ExportJob job;
+        job.kind = kind;
+        job.path = path(name);
+        job.frames = session_->frames();
+        for (const int frame : job.frames)
+            job.chains[frame] = std::make_shared<const Chain>(session_->document().chain_at(frame));
+        job.run = session_->settings().run;
+        job.context.device = egl::ContextOptions::kSoftware;
+        return job;
+    }
+    Status write(const ExportJob& job) {
+        return run_export(job, stop_, [&](int done) { done_ = done; });
+    }
+    std::atomic<bool> stop_ = false;
+    int done_ = 0;
+};
+
+TEST_F(ExportTest, FramesAreThoseOfRun) {
+    open();
+    settle();
+    fs::create_directory(path("out"));
+    const ExportJob job = job_of(ExportKind::frames, "out/o.####.exr");
+    ASSERT_TRUE(write(job).ok());
+    EXPECT_EQ(done_, 3);
+    EXPECT_EQ(test::read_color(path("out/o.0002.exr")).data, as_run(2).data);
+    EXPECT_EQ(write(job).code(), StatusCode::output) << "not without replace";
+    fs::remove(path("out/o.0001.exr"));
+    EXPECT_EQ(write(job).code(), StatusCode::output);
+    EXPECT_FALSE(fs::exists(path("out/o.0001.exr"))) << "nothing is written";
+    EXPECT_EQ(write(job_of(ExportKind::frames, "in.####.exr")).code(), StatusCode::usage);
+}
+
+TEST_F(ExportTest, ImagesAndSheet) {
+    open();
+    settle();
+    ASSERT_TRUE(write(job_of(ExportKind::png, "shown.png")).ok());
+    ASSERT_TRUE(write(job_of(ExportKind::sheet, "sheet.png")).ok());
+    for (const char* name : {"shown.png", "sheet.png"})
+        EXPECT_TRUE(test::read_text(path(name)).starts_with("\x89PNG")) << name;
+    EXPECT_EQ(write(job_of(ExportKind::png, "shown.png")).code(), StatusCode::output);
+    stop_ = true;
+    EXPECT_EQ(write(job_of(ExportKind::sheet, "other.png")).code(), StatusCode::canceled);
+}
+
+// A command in the place of ffmpeg, which writes its words and the number of bytes that it got.
+TEST_F(ExportTest, AMovieIsWrittenByFfmpeg) {
+    open();
+    settle();
+    const std::string path_before = std::getenv("PATH");
+    fs::create_directory(path("bin"));
+    setenv("PATH", path("bin").c_str(), 1);
+    const Status missing = write(job_of(ExportKind::movie, "movie.mp4"));
+    setenv("PATH", path_before.c_str(), 1);
+    EXPECT_EQ(missing.code(), StatusCode::output);
+    EXPECT_NE(missing.message().find("install ffmpeg"), std::string::npos) << missing.message();
+    EXPECT_FALSE(fs::exists(path("movie.mp4")));
+
+    write_text(path("bin/ffmpeg"), "#!/bin/sh\necho \"$@\"\nwc -c\n");
+    chmod(path("bin/ffmpeg").c_str(), 0755);
+    setenv("PATH", (path("bin") + ":" + path_before).c_str(), 1);
+    const Status written = write(job_of(ExportKind::movie, "movie.mp4"));
+    write_text(path("bin/ffmpeg"), "#!/bin/sh\ncat >/dev/null\nexit 1\n");
+    const Status failed = write(job_of(ExportKind::movie, "other.mp4"));
+    setenv("PATH", path_before.c_str(), 1);
+    ASSERT_TRUE(written.ok()) << written.message();
+    const std::string text = test::read_text(path("movie.mp4"));
+    EXPECT_NE(text.find("-video_size 64x48 -framerate 24"), std::string::npos) << text;
+    EXPECT_NE(text.find(std::to_string(3 * 3 * 64 * 48)), std::string::npos) << text;
+    EXPECT_EQ(failed.code(), StatusCode::output);
+    EXPECT_FALSE(fs::exists(path("other.mp4")));
+}
+
+}  // namespace
+}  // namespace postchain::view

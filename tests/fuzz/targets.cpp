@@ -77,6 +77,11 @@ void ask_part(io::PixelFile& file, int index) {
             full.push_back(channel.name);
         }
     }
+    if (part.deep) {
+        file.flattening.behind = true;
+        require_reason(file.read_part(index).status());
+        file.flattening.behind = false;
+    }
     const Result<io::PartPixels> pixels = file.read_part(index);
     require_reason(pixels.status());
     if (!pixels.ok()) return;

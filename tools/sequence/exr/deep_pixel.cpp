@@ -38,9 +38,12 @@ double mean_transmittance(double u) {
 
 void DeepPixel::composite(bool behind) {
     for (DeepSample& sample : samples_) make_valid(sample);
-    std::sort(samples_.begin(), samples_.end(), [](const DeepSample& a, const DeepSample& b) {
+    const auto before = [](const DeepSample& a, const DeepSample& b) {
         return std::tie(a.front, a.back, a.index) < std::tie(b.front, b.back, b.index);
-    });
+    };
+    // As most files are written.
+    if (!std::is_sorted(samples_.begin(), samples_.end(), before))
+        std::sort(samples_.begin(), samples_.end(), before);
     weights_.assign(samples_.size(), 0);
     surface_ = -1;
     if (samples_.empty()) return;
@@ -66,6 +69,16 @@ void DeepPixel::composite(bool behind) {
         weigh(first, end);
     }
     surface_ = int64_t(samples_[find_surface(first, end)].index);
+}
+
+std::optional<size_t> DeepPixel::shown_alone() const {
+    std::optional<size_t> alone;
+    for (size_t i = 0; i < weights_.size(); ++i) {
+        if (weights_[i] == 0) continue;
+        if (alone || weights_[i] != 1) return {};
+        alone = i;
+    }
+    return alone;
 }
 
 void DeepPixel::weigh(size_t first, size_t end) {

@@ -11,6 +11,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace postchain::io {
@@ -42,6 +43,8 @@ class DeepPixel {
     // the pixel's alpha.
     double weight(size_t index) const { return weights_[index]; }
     size_t size() const { return samples_.size(); }
+    // The only sample with a weight, if that is 1.
+    std::optional<size_t> shown_alone() const;
     // The sample with the pixel's depth, by index in the file; -1 if there is none.
     int64_t surface() const { return surface_; }
 

@@ -223,22 +223,29 @@ class DeepReader {
             values.push_back({layout_.channels[i].type, row});
             row += size_t(ends[width - 1]) * channels_.sizes[i];
         }
+        std::vector<std::byte*> to;
+        for (const PartPixels::Plane* plane : channels_.planes)
+            to.push_back(plane ? plane->bytes.get() +
+                                     place_in_plane(*plane, pixels_.window, area.min_x, y)
+                               : nullptr);
         for (size_t x = 0; x < width; ++x) {
             const size_t first = x == 0 ? 0 : size_t(ends[x - 1]);
             gather(values, first, size_t(ends[x]) - first, pixel.samples());
             pixel.composite(behind_);
+            const std::optional<size_t> alone = pixel.shown_alone();
             for (size_t i = 0; i < values.size(); ++i) {
-                const PartPixels::Plane* plane = channels_.planes[i];
-                if (plane == nullptr) continue;
-                std::byte* to = plane->bytes.get() +
-                                place_in_plane(*plane, pixels_.window, area.min_x + int(x), y);
-                if (channels_.is_color[i])
-                    put_color(pixel, values[i], first, to);
-                else if (pixel.surface() >= 0)
-                    std::memcpy(to, values[i].at(first + size_t(pixel.surface())),
+                if (to[i] == nullptr) continue;
+                const bool color = channels_.is_color[i];
+                if (color && !alone)
+                    put_color(pixel, values[i], first, to[i]);
+                else if (color || pixel.surface() >= 0)
+                    // A value that is shown alone keeps its bits.
+                    std::memcpy(to[i],
+                                values[i].at(first + (color ? *alone : size_t(pixel.surface()))),
                                 channels_.sizes[i]);
                 else
-                    put_nothing(i, values[i].type, to);
+                    put_nothing(i, values[i].type, to[i]);
+                to[i] += channels_.sizes[i];
             }
         }
     }
@@ -255,22 +262,13 @@ class DeepReader {
         }
     }
 
-    // A value that is shown alone keeps its bits.
     static void put_color(const DeepPixel& pixel, const Values& values, size_t first,
                           std::byte* to) {
         double sum = 0;
-        const std::byte* alone = nullptr;
-        size_t shown = 0;
-        for (size_t i = 0; i < pixel.size(); ++i) {
-            const double weight = pixel.weight(i);
-            if (weight == 0) continue;
-            if (++shown == 1 && weight == 1) alone = values.at(first + i);
-            sum += weight * double(values.value(first + i));
-        }
-        if (shown == 1 && alone)
-            std::memcpy(to, alone, size_t(bytes_of(values.type)));
-        else
-            store(sum, values.type, to);
+        for (size_t i = 0; i < pixel.size(); ++i)
+            if (const double weight = pixel.weight(i); weight != 0)
+                sum += weight * double(values.value(first + i));
+        store(sum, values.type, to);
     }
 
     void put_nothing(size_t channel, PixelType type, std::byte* to) const {

@@ -41,13 +41,13 @@ FilePart rgba(Imf::PixelType type = Imf::HALF) {
     return part;
 }
 
-TEST_F(InputTest, DeepIsRefusedByName) {
+TEST_F(InputTest, DeepWithoutDepthIsRefused) {
     FilePart part = rgba(Imf::FLOAT);
     part.name = "deep image";
     part.deep = true;
     part.compression = Imf::ZIPS_COMPRESSION;
     write_file(in(1), {part});
-    expect_refused(4, {"deep"});
+    expect_refused(4, {"part 0 'deep image'", "is deep without a channel Z", "flatten"});
 }
 
 TEST_F(InputTest, LuminanceChromaIsRefusedByName) {

@@ -40,6 +40,25 @@ void write_seeds(const std::string& folder) {
                      .channels = {{"Z", Imf::FLOAT}},
                      .compression = Imf::ZIPS_COMPRESSION,
                      .deep = true}});
+    for (int i = 0; i < 3; ++i)
+        for (const int tile : {0, 4})
+            write(std::string("deep_") + kCompressions[i] + (tile ? "_tiled" : ""),
+                  {{.channels = {{"R"},
+                                 {"G"},
+                                 {"B"},
+                                 {"A"},
+                                 {"Z", Imf::FLOAT},
+                                 {"ZBack", Imf::FLOAT},
+                                 {"id", Imf::UINT}},
+                    .compression = Imf::Compression(i),
+                    .tile = tile,
+                    .deep = true,
+                    .samples = [](int x, int y, size_t channel) {
+                        std::vector<float> values;
+                        for (int s = 0; s < (x + y) % 4; ++s)
+                            values.push_back(channel > 3 ? float(2 + s + (channel == 5)) : 0.5F);
+                        return values;
+                    }}});
     write("cycles", {{.channels = {{"ViewLayer.Combined.R"},
                                    {"ViewLayer.Combined.G"},
                                    {"ViewLayer.Combined.B"},

@@ -77,10 +77,14 @@ void ask_part(io::PixelFile& file, int index) {
             full.push_back(channel.name);
         }
     }
+    if (part.deep) {
+        file.flattening.behind = true;
+        require_reason(file.read_part(index).status());
+        file.flattening.behind = false;
+    }
     const Result<io::PartPixels> pixels = file.read_part(index);
     require_reason(pixels.status());
     if (!pixels.ok()) return;
-    require(!part.deep, "a deep part is refused");
     require(pixels->planes.size() == part.channels.size(), "every channel is read");
     const ImageF image = pixels->interleaved(full, pixels->window);
     require(image.width == part.data_window.width() && image.height == part.data_window.height(),

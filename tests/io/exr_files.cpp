@@ -10,6 +10,8 @@
 #include <ImfPartType.h>
 #include <ImfTiledOutputPart.h>
 #include <OpenImageIO/deepdata.h>
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
 #include <half.h>
@@ -110,20 +112,32 @@ std::unique_ptr<PartPlanes> planes_of(const FilePart& part, const Imath::Box2i& 
     return planes;
 }
 
+std::string stored_bytes(Imf::PixelType type, float value) {
+    const uint32_t bits = type == Imf::HALF    ? half(value).bits()
+                          : type == Imf::FLOAT ? std::bit_cast<uint32_t>(value)
+                                               : uint32_t(value);
+    return std::string(reinterpret_cast<const char*>(&bits), type == Imf::HALF ? 2 : 4);
+}
+
 void write_deep(Imf::MultiPartOutputFile& out, int index, const FilePart& part) {
     const Imath::Box2i& w = part.data;
     const int width = w.max.x - w.min.x + 1;
     const int height = w.max.y - w.min.y + 1;
     const size_t pixels = size_t(width) * height;
     std::vector<unsigned> counts(pixels);
-    std::vector<std::vector<float>> samples(part.channels.size() * pixels);
+    std::vector<std::string> samples(part.channels.size() * pixels);
     std::vector<std::vector<char*>> pointers(part.channels.size(), std::vector<char*>(pixels));
     for (size_t p = 0; p < pixels; ++p) {
         counts[p] = unsigned(p % 4);
         for (size_t c = 0; c < part.channels.size(); ++c) {
-            std::vector<float>& values = samples[c * pixels + p];
+            std::vector<float> values;
             for (unsigned s = 0; s < counts[p]; ++s) values.push_back(float(s * 10 + c));
-            pointers[c][p] = reinterpret_cast<char*>(values.data());
+            if (part.samples)
+                values = part.samples(w.min.x + int(p) % width, w.min.y + int(p) / width, c);
+            counts[p] = unsigned(values.size());
+            std::string& bytes = samples[c * pixels + p];
+            for (const float value : values) bytes += stored_bytes(part.channels[c].type, value);
+            pointers[c][p] = bytes.data();
         }
     }
     Imf::DeepFrameBuffer buffer;
@@ -134,9 +148,11 @@ void write_deep(Imf::MultiPartOutputFile& out, int index, const FilePart& part) 
     buffer.insertSampleCountSlice(Imf::Slice(Imf::UINT, origin(counts.data(), sizeof(unsigned)),
                                              sizeof(unsigned), sizeof(unsigned) * width));
     for (size_t c = 0; c < part.channels.size(); ++c) {
-        buffer.insert(part.channels[c].name,
-                      Imf::DeepSlice(Imf::FLOAT, origin(pointers[c].data(), sizeof(char*)),
-                                     sizeof(char*), sizeof(char*) * width, sizeof(float)));
+        buffer.insert(
+            part.channels[c].name,
+            Imf::DeepSlice(part.channels[c].type, origin(pointers[c].data(), sizeof(char*)),
+                           sizeof(char*), sizeof(char*) * width,
+                           part.channels[c].type == Imf::HALF ? 2 : 4));
     }
     if (part.tile > 0) {
         Imf::DeepTiledOutputPart to(out, index);
@@ -245,6 +261,20 @@ int oiio_parts(const std::string& path) {
     int n = 0;
     while (in != nullptr && in->seek_subimage(n, 0)) ++n;
     return n;
+}
+
+std::vector<float> oiio_flattened(const std::string& path, const std::string& channel) {
+    const OIIO::ImageBuf deep(path);
+    const OIIO::ImageBuf flat = OIIO::ImageBufAlgo::flatten(deep);
+    const int index = flat.spec().channelindex(channel);
+    if (flat.has_error() || index < 0) {
+        ADD_FAILURE() << path << ": " << flat.geterror();
+        return {};
+    }
+    std::vector<float> values;
+    for (OIIO::ImageBuf::ConstIterator<float> pixel(flat); !pixel.done(); ++pixel)
+        values.push_back(pixel[index]);
+    return values;
 }
 
 std::string oiio_deep(const std::string& path, int part) {

@@ -35,6 +35,8 @@ struct FilePart {
     int tile = 0;  // side of a tile, 0 = scanlines
     Imf::LevelMode levels = Imf::ONE_LEVEL;
     bool deep = false;
+    // Values of a deep pixel's samples in one channel; as many in every channel.
+    std::function<std::vector<float>(int x, int y, size_t channel)> samples = {};
     bool special_values = false;  // Inf and NaN with a payload in float channels
     bool repeating = false;       // pixels that every compression makes smaller
     std::function<void(Imf::Header&)> edit = {};
@@ -59,6 +61,8 @@ const OiioChannel& named(const std::vector<OiioChannel>& channels, const std::st
 // name and value of every attribute, with windows and compression.
 std::vector<std::string> oiio_attributes(const std::string& path, int part = 0);
 int oiio_parts(const std::string& path);
+// The flattened channel of a deep part of one file, by ImageBufAlgo::flatten().
+std::vector<float> oiio_flattened(const std::string& path, const std::string& channel);
 // Sample counts and values of a deep part, as text.
 std::string oiio_deep(const std::string& path, int part);
 

@@ -164,7 +164,7 @@ std::string read_error(const std::string& path, const ChannelAssignment& roles,
     return frame.status().message();
 }
 
-TEST(BadInput, DeepPartsForANeededRole) {
+TEST(BadInput, DeepPartsWithoutDepthOrOneAlpha) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
     FilePart deep{.name = "beauty",
@@ -173,11 +173,15 @@ TEST(BadInput, DeepPartsForANeededRole) {
                   .deep = true};
     write_file(path, {deep});
     EXPECT_THAT(read_error(path, {{Role::color, {0, {"R", "G", "B"}}}}),
-                AllOf(HasSubstr("deep"), HasSubstr("'beauty'")));
-    EXPECT_THAT(read_error(path, {}), HasSubstr("deep"));
+                AllOf(HasSubstr("is deep without a channel Z"), HasSubstr("'beauty'")));
     deep.tile = 4;
     write_file(path, {deep});
     EXPECT_THAT(read_error(path, {{Role::color, {0, {"R", "G", "B"}}}}), HasSubstr("deep"));
+    deep.channels = {{"R"}, {"AR"}, {"Z", Imf::FLOAT}};
+    write_file(path, {deep});
+    EXPECT_THAT(
+        read_error(path, {{Role::color, {0, {"R", "R", "R"}}}}),
+        HasSubstr("an alpha for each color (AR), which cannot be read; write one alpha, A"));
     Result<ExrFile> file = ExrFile::open(path);
     ASSERT_TRUE(file.ok());
     EXPECT_FALSE(file->read_part(0).ok());

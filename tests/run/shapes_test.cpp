@@ -231,7 +231,10 @@ TEST(RefusedShapes, SayWhy) {
                   .channels = {{"A", Imf::FLOAT}, {"R", Imf::FLOAT}},
                   .compression = Imf::ZIPS_COMPRESSION,
                   .deep = true};
-    FilePart deep_tiles = deep;
+    FilePart unsorted = deep;
+    unsorted.channels = {
+        {"A", Imf::FLOAT}, {"B", Imf::FLOAT}, {"G", Imf::FLOAT}, {"R", Imf::FLOAT}};
+    FilePart deep_tiles = unsorted;
     deep_tiles.tile = 8;
     const FilePart data{.name = "data", .channels = {{"Z", Imf::FLOAT}}};
     const FilePart layers{.name = "flat",
@@ -242,9 +245,10 @@ TEST(RefusedShapes, SayWhy) {
     };
     for (const Case& one : std::vector<Case>{
              {{layers, deep}, "several layers"},  // being deep is not the fault
-             {{deep}, "flatten it"},
-             {{deep_tiles}, "flatten it"},
-             {{deep, data}, "flatten it"},
+             {{deep}, "R, G, B"},
+             {{unsorted}, "is deep without a channel Z, by which samples are sorted"},
+             {{deep_tiles}, "flatten the file"},
+             {{deep, data}, "R, G, B"},
              {{{.channels = {{"Y"}, {"RY", Imf::HALF, 2}, {"BY", Imf::HALF, 2}},
              .data = {{0, 0}, {15, 7}}}},
               "luminance-chroma"},

@@ -38,6 +38,8 @@ void add_scene(CLI::App& subcommand, Options& options, SceneOptions& scene) {
         ->check(CLI::Range(0, 1 << 20))
         ->capture_default_str();
     subcommand.add_flag("--behind", scene.behind, "also render the layer behind, for run --behind");
+    subcommand.add_flag("--deep", scene.deep,
+                        "also write deep files with the frame and the layer behind");
     add_on_existing(subcommand, "if an output file exists", scene.on_existing);
     add_settings(subcommand, camera_parameters(), "", &scene.camera);
     add_device(subcommand, options);
@@ -49,6 +51,7 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
     request.folder = scene.folder;
     request.truth_samples = scene.truth_samples;
     request.behind = scene.behind;
+    request.deep = scene.deep;
     request.camera = scene.camera;
     request.on_existing = scene.on_existing;
     auto size = parse_size(scene.size);

@@ -12,6 +12,7 @@ struct SceneOptions {
     std::string frames = "1-8";
     int truth_samples = 0;
     bool behind = false;
+    bool deep = false;
     io::OnExisting on_existing = io::OnExisting::fail;
     Camera camera;  // overrides the scene's
 };

@@ -1,10 +1,13 @@
 #include "tools/measure/scenes/scene.h"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <set>
 #include <system_error>
 
@@ -13,6 +16,7 @@
 #include "tools/measure/scenes/still.h"
 #include "tools/measure/scenes/wheels.h"
 #include "tools/measure/scenes/zoom.h"
+#include "tools/sequence/exr/deep_writer.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/sequence.h"
@@ -65,7 +69,7 @@ RenderSettings settings_of(const SceneRequest& request, const SceneModel& model,
     settings.samples = is_truth(picture)          ? request.truth_samples
                        : picture == Picture::gbuf ? 1
                                                   : request.sharp_samples;
-    settings.behind = picture == Picture::behind;
+    settings.behind = picture == Picture::behind || picture == Picture::deep;
     const bool shutter = picture == Picture::mb || picture == Picture::both;
     settings.shutter_frames = shutter ? model.shutter_frames : 0;
     settings.lens = picture == Picture::dof || picture == Picture::both;
@@ -131,6 +135,43 @@ Status write_picture(const std::string& path, const ScenePlanes& planes, Picture
     return io::write_planes_exr(path, file, options).status();
 }
 
+// A sample of `sharp`, as an opaque surface or with what its alpha lets through of `behind`, then
+// one of `behind`. A pixel that hides nothing has one sample.
+io::DeepSamples deep_samples(const ScenePlanes& sharp, const ScenePlanes& behind) {
+    io::DeepSamples samples{sharp.color.width, sharp.color.height, {}, {}};
+    for (const char* name : {"R", "G", "B", "A"})
+        samples.channels.push_back({name, io::PixelType::half, {}});
+    for (const char* name : {"Z", "motion.x", "motion.y", "motion_back.x", "motion_back.y"})
+        samples.channels.push_back({name, io::PixelType::float32, {}});
+    const auto add = [&](const ScenePlanes& planes, size_t pixel, const std::array<float, 4>& color,
+                         float depth) {
+        const float* v = &planes.vectors.data[4 * pixel];
+        const float values[] = {color[0], color[1], color[2], color[3], depth,
+                                -v[2],    v[3],     -v[0],    v[1]};
+        for (size_t c = 0; c < std::size(values); ++c)
+            samples.channels[c].values.push_back(values[c]);
+    };
+    for (size_t pixel = 0; pixel < sharp.color.pixels(); ++pixel) {
+        std::array<float, 4> front, back;
+        std::copy_n(&sharp.color.data[4 * pixel], 4, front.begin());
+        std::copy_n(&behind.color.data[4 * pixel], 4, back.begin());
+        const bool hides = front != back || sharp.depth.data[pixel] != behind.depth.data[pixel];
+        if (hides && back[3] > 0 && front[3] < 1) {
+            // front + (1 - alpha) back = sharp
+            const float alpha = (front[3] - back[3]) / (1 - back[3]);
+            for (size_t c = 0; c < 3; ++c) front[c] -= (1 - alpha) * back[c];
+            front[3] = alpha;
+        }
+        // Of two surfaces that touch, the one in front stays in front.
+        const float depth = sharp.depth.data[pixel],
+                    next = std::nextafter(depth, std::numeric_limits<float>::max());
+        add(sharp, pixel, front, depth);
+        if (hides) add(behind, pixel, back, std::max(behind.depth.data[pixel], next));
+        samples.counts.push_back(hides ? 2 : 1);
+    }
+    return samples;
+}
+
 std::string picture_path(const SceneRequest& request, Picture picture, int frame) {
     const auto pattern = io::PathPattern::parse(concat("/", name_of(picture), ".####.exr"));
     return request.folder + pattern->format(frame);
@@ -185,6 +226,8 @@ const char* name_of(Picture picture) {
             return "sharp";
         case Picture::behind:
             return "behind";
+        case Picture::deep:
+            return "deep";
         case Picture::mb:
             return "mb";
         case Picture::dof:
@@ -326,6 +369,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                                                 request.truth_samples));
     std::vector<Picture> pictures = {Picture::gbuf, Picture::sharp};
     if (request.behind) pictures.push_back(Picture::behind);
+    if (request.deep) pictures.push_back(Picture::deep);
     if (request.truth_samples > 0)
         pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
     const io::OutputFiles files = files_of(request, pictures);
@@ -344,6 +388,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
     total *= double(request.frames.size());
 
     for (int frame : request.frames) {
+        ScenePlanes sharp, behind;  // for `deep`
         for (Picture picture : pictures) {
             Progress progress;
             if (callback)
@@ -352,13 +397,23 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                 };
             if (progress && !progress(0))
                 return Status(StatusCode::canceled, "stopped while writing a scene");
-            auto planes = render_image(renderer, request, *model, frame, picture, progress);
+            const bool rendered = picture == Picture::deep && request.behind;
+            auto planes = rendered
+                              ? Result<ScenePlanes>(std::move(behind))
+                              : render_image(renderer, request, *model, frame, picture, progress);
             if (!planes.ok()) return planes.status();
             const std::string path = picture_path(request, picture, frame);
             const auto permit = files.permit(path);
             if (!permit.ok()) return permit.status();
-            if (Status status = write_picture(path, *planes, picture, *permit); !status.ok())
+            if (Status status = picture == Picture::deep
+                                    ? io::write_deep_exr(path, deep_samples(sharp, *planes),
+                                                         {.on_existing = *permit})
+                                          .status()
+                                    : write_picture(path, *planes, picture, *permit);
+                !status.ok())
                 return status;
+            if (picture == Picture::sharp) sharp = std::move(*planes);
+            if (picture == Picture::behind) behind = std::move(*planes);
             before += cost(picture);
         }
     }

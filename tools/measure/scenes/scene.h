@@ -1,9 +1,9 @@
 // The generated scenes of `postchain scene`: sequences with depth, motion vectors and ground truth,
 // without an external renderer.
 //
-//   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, behind] [, mb, dof, both] .####.exr,
-//   camera.json
-//                                          [, aperture.exr]
+//   NAME -> SceneModel -> SceneRenderer -> DIR/gbuf, sharp [, behind] [, deep]
+//                                          [, mb, dof, both] .####.exr,
+//                                          camera.json [, aperture.exr]
 //
 // Files follow the `cycles` convention (docs/frame.md); docs/scenes.md describes each plane. An
 // image depends only on scene, size, frame number and sample counts, so that any split of a
@@ -36,6 +36,7 @@ struct SceneRequest {
     int truth_samples = 0;   // per pixel of each ground truth; 0 = none
     int sharp_samples = 16;  // per pixel of `sharp`
     bool behind = false;     // also `behind`, of as many
+    bool deep = false;       // also `deep`, of both
     // f_stop, aperture, sensor_width_mm, near_clip, far_clip and shutter_frames replace the scene's
     // values; focal_length_mm and focus_distance do so in every frame. Scenes are in meters:
     // another meters_per_unit is a usage error. An aperture image must already be loaded.
@@ -47,6 +48,7 @@ enum class Picture {
     gbuf,    // one sample at the pixel center, with depth and motion vectors
     sharp,   // mean over the pixel: color and vectors; depth at the center, aliased
     behind,  // like sharp, without the object that each pixel's center shows: the layer behind
+    deep,    // sharp and behind as samples of one deep file
     mb,      // ground truth of the shutter, pinhole; color only
     dof,     // ground truth of the lens, instantaneous; color only
     both,    // ground truth of shutter and lens; color only
@@ -61,7 +63,8 @@ Result<SceneModel> model_for(const SceneRequest& request);
 
 Camera camera_at(const SceneModel& model, double frame);
 
-// Errors: those of model_for() and SceneRenderer::render(); (usage): ground truth with 0 samples.
+// Planes of Picture::deep are those of `behind`. Errors: those of model_for() and
+// SceneRenderer::render(); (usage): ground truth with 0 samples.
 Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& request, int frame,
                                  Picture picture, const Progress& progress = {});
 

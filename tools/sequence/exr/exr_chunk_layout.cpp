@@ -6,29 +6,45 @@
 #include <algorithm>
 #include <bit>
 
+#include "chain/text.h"
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/exr_part_check.h"
 
 namespace postchain::io {
 
-std::optional<ChunkLayout> ChunkLayout::of(const Imf::Header& header) {
+namespace {
+
+ChunkLayout layout_of(const Imf::Header& header, bool tiled) {
     ChunkLayout layout;
-    layout.tiled = header.hasTileDescription();
-    if (header.hasType() && header.type() != (layout.tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE))
-        return {};
+    layout.tiled = tiled;
     const Imf::Compression compression = header.compression();
     layout.packed = compression == Imf::ZIP_COMPRESSION || compression == Imf::ZIPS_COMPRESSION;
-    if (!layout.packed && compression != Imf::NO_COMPRESSION) return {};
-    if (std::endian::native != std::endian::little) return {};
     layout.window = window_of(header.dataWindow());
-    layout.columns = layout.tiled ? int(header.tileDescription().xSize) : layout.window.width();
-    layout.rows = layout.tiled ? int(header.tileDescription().ySize)
-                               : lines_of_chunk(int(header.compression()));
+    layout.columns = tiled ? int(header.tileDescription().xSize) : layout.window.width();
+    layout.rows =
+        tiled ? int(header.tileDescription().ySize) : lines_of_chunk(int(header.compression()));
+    layout.whole_chunk_pixels = uint64_t(layout.columns) * uint64_t(layout.rows);
     layout.columns = std::min(layout.columns, layout.window.width());
     layout.rows = std::min(layout.rows, layout.window.height());
     layout.from_bottom = header.lineOrder() == Imf::DECREASING_Y;
     layout.channels = channels_in(header);
     return layout;
+}
+
+}  // namespace
+
+std::optional<ChunkLayout> ChunkLayout::of(const Imf::Header& header) {
+    const bool tiled = header.hasTileDescription();
+    if (header.hasType() && header.type() != (tiled ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE))
+        return {};
+    const ChunkLayout layout = layout_of(header, tiled);
+    if (!layout.packed && header.compression() != Imf::NO_COMPRESSION) return {};
+    if (std::endian::native != std::endian::little) return {};
+    return layout;
+}
+
+ChunkLayout ChunkLayout::of_deep(const Imf::Header& header) {
+    return layout_of(header, header.type() == Imf::DEEPTILE);
 }
 
 Window ChunkLayout::area(size_t chunk) const {
@@ -58,6 +74,18 @@ size_t ChunkLayout::most_bytes() const {
     for (const ExrChannel& c : channels)
         sum += most(columns, c.x_sampling) * most(rows, c.y_sampling) * size_t(bytes_of(c.type));
     return sum;
+}
+
+ChunkRange ChunkLayout::chunks_with(const Window& lines) const {
+    const auto row_of = [&](int y) { return size_t(y - window.min_y) / size_t(rows); };
+    const size_t first = row_of(lines.min_y), last = row_of(lines.max_y);
+    return {first * size_t(across()), (last - first + 1) * size_t(across())};
+}
+
+std::string ChunkLayout::name(size_t chunk) const {
+    const Window there = area(chunk);
+    return tiled ? concat("tile ", there.text())
+                 : concat("lines ", there.min_y, " to ", there.max_y);
 }
 
 size_t ChunkLayout::nth_written(size_t n) const {

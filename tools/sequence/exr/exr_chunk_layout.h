@@ -11,11 +11,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::io {
+
+struct ChunkRange {
+    size_t first = 0;
+    size_t count = 0;
+};
 
 struct ChunkLayout {
     Window window;                     // the part's data window
@@ -23,12 +29,15 @@ struct ChunkLayout {
     bool tiled = false;
     int columns = 0;  // largest width of a chunk, pixels
     int rows = 0;
-    bool packed = false;       // ZIP or ZIPS
-    bool from_bottom = false;  // DECREASING_Y: the last lines are first in the file
+    uint64_t whole_chunk_pixels = 0;  // of a tile that the data window does not cut
+    bool packed = false;              // ZIP or ZIPS
+    bool from_bottom = false;         // DECREASING_Y: the last lines are first in the file
 
     // Empty for parts that OpenEXR reads and writes: deep parts, unknown types, other compressions,
     // and every part on a big-endian machine.
     static std::optional<ChunkLayout> of(const Imf::Header& header);
+    // The chunks of a deep part. The sizes in bytes are those of one sample for each pixel.
+    static ChunkLayout of_deep(const Imf::Header& header);
 
     int across() const { return (window.width() + columns - 1) / columns; }
     int down() const { return (window.height() + rows - 1) / rows; }
@@ -37,6 +46,9 @@ struct ChunkLayout {
     Window area(size_t chunk) const;
     size_t bytes(const Window& area) const;
     size_t most_bytes() const;  // size of the largest chunk
+    // The chunks with at least one line of `window`, which has a line of the layout's.
+    ChunkRange chunks_with(const Window& window) const;
+    std::string name(size_t chunk) const;  // "lines 0 to 15", "tile (0, 0)-(63, 63)"
     // Index of the `n`-th chunk to write.
     size_t nth_written(size_t n) const;
 

@@ -36,8 +36,8 @@ class ChunkReader {
         const size_t bytes = layout_.bytes(area);
         uint64_t at = source_.offsets[chunk];
         size_t packed = 0;
-        if (Status s = read_head(chunk, area, bytes, at, packed); !s.ok()) return s;
-        if (!read_at(at, scratch.packed.get(), packed)) return cut();
+        if (Status s = read_head(chunk, bytes, at, packed); !s.ok()) return s;
+        if (!source_.read_at(at, scratch.packed.get(), packed)) return chunk_is_cut();
         const auto* from = reinterpret_cast<const uint8_t*>(scratch.packed.get());
         if (packed == bytes) {
             layout_.each_row(area, [&](const ChunkLayout::Row& row) {
@@ -46,7 +46,7 @@ class ChunkReader {
             return {};
         }
         if (!scratch.inflater->unpack(scratch.packed.get(), packed, scratch.unpacked.get(), bytes))
-            return damaged("its packed bytes cannot be unpacked");
+            return chunk_is_damaged("its packed bytes cannot be unpacked");
         auto* words = reinterpret_cast<uint8_t*>(scratch.unpacked.get());
         from_differences(words, bytes);
         // Every sample is one or two words.
@@ -58,59 +58,16 @@ class ChunkReader {
         return {};
     }
 
-    std::string name(size_t chunk) const {
-        const Window area = layout_.area(chunk);
-        return layout_.tiled ? concat("tile ", area.text())
-                             : concat("lines ", area.min_y, " to ", area.max_y);
-    }
-
   private:
-    static Status damaged(const char* what) {
-        return Status(StatusCode::input, concat("damaged: ", what, "; copy or render it again"));
-    }
-    static Status cut() {
-        return Status(StatusCode::input, "truncated: the file ends in it; copy or render it again");
-    }
-
-    // False if the file ends too early.
-    bool read_at(uint64_t at, void* to, size_t count) const {
-        auto* bytes = static_cast<char*>(to);
-        while (count > 0) {
-            const ssize_t n = ::pread(source_.fd, bytes, count, off_t(at));
-            if (n < 0 && errno == EINTR) continue;
-            if (n <= 0) return false;
-            bytes += n;
-            at += uint64_t(n);
-            count -= size_t(n);
-        }
-        return true;
-    }
-
-    // Reads and checks the header of a chunk: part, line or tile with its level, size. Moves `at`
-    // behind it.
-    Status read_head(size_t chunk, const Window& area, size_t bytes, uint64_t& at,
-                     size_t& packed) const {
-        int32_t expected[5];
-        size_t count = 0;
-        if (source_.part) expected[count++] = *source_.part;
-        if (layout_.tiled) {
-            expected[count++] = int32_t(chunk % size_t(layout_.across()));
-            expected[count++] = int32_t(chunk / size_t(layout_.across()));
-            expected[count++] = 0;
-            expected[count++] = 0;
-        } else {
-            expected[count++] = area.min_y;
-        }
-        int32_t head[6];
-        const size_t head_bytes = (count + 1) * sizeof(int32_t);
-        if (!read_at(at, head, head_bytes)) return cut();
-        if (!std::equal(expected, expected + count, head))
-            return damaged("another chunk is in its place");
-        at += head_bytes;
+    // Reads and checks the header of a chunk. Moves `at` behind it.
+    Status read_head(size_t chunk, size_t bytes, uint64_t& at, size_t& packed) const {
+        if (Status s = source_.check_place(layout_, chunk, at); !s.ok()) return s;
+        int32_t size;
+        if (!source_.read_at(at, &size, sizeof(size))) return chunk_is_cut();
+        at += sizeof(size);
         // A chunk that would have grown is stored unpacked.
-        const int32_t size = head[count];
         if (size < 0 || uint64_t(size) > bytes || (!layout_.packed && uint64_t(size) != bytes))
-            return damaged("its size is wrong");
+            return chunk_is_damaged("its size is wrong");
         packed = size_t(size);
         return {};
     }
@@ -131,17 +88,53 @@ class ChunkReader {
 
 }  // namespace
 
+Status chunk_is_damaged(const char* what) {
+    return Status(StatusCode::input, concat("damaged: ", what, "; copy or render it again"));
+}
+
+Status chunk_is_cut() {
+    return Status(StatusCode::input, "truncated: the file ends in it; copy or render it again");
+}
+
+bool ChunkSource::read_at(uint64_t at, void* to, size_t count) const {
+    auto* bytes = static_cast<char*>(to);
+    while (count > 0) {
+        const ssize_t n = ::pread(fd, bytes, count, off_t(at));
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) return false;
+        bytes += n;
+        at += uint64_t(n);
+        count -= size_t(n);
+    }
+    return true;
+}
+
+Status ChunkSource::check_place(const ChunkLayout& layout, size_t chunk, uint64_t& at) const {
+    int32_t expected[5];
+    size_t count = 0;
+    if (part) expected[count++] = *part;
+    if (layout.tiled) {
+        expected[count++] = int32_t(chunk % size_t(layout.across()));
+        expected[count++] = int32_t(chunk / size_t(layout.across()));
+        expected[count++] = 0;
+        expected[count++] = 0;
+    } else {
+        expected[count++] = layout.area(chunk).min_y;
+    }
+    int32_t head[5];
+    if (!read_at(at, head, count * sizeof(int32_t))) return chunk_is_cut();
+    if (!std::equal(expected, expected + count, head))
+        return chunk_is_damaged("another chunk is in its place");
+    at += count * sizeof(int32_t);
+    return {};
+}
+
 Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPixels& pixels) {
     if (source.offsets.size() < layout.count())
         return Status(StatusCode::input, "damaged header: a wrong number of chunks");
-    // Whole rows of chunks with at least one line in the window.
-    const auto row_of = [&](int y) {
-        return size_t(y - layout.window.min_y) / size_t(layout.rows);
-    };
-    const size_t first = row_of(pixels.window.min_y) * size_t(layout.across());
-    const size_t end = (row_of(pixels.window.max_y) + 1) * size_t(layout.across());
+    const ChunkRange chunks = layout.chunks_with(pixels.window);
     WorkerPool& pool = WorkerPool::shared();
-    std::vector<UnpackBuffers> scratch(std::min(pool.slots(), end - first));
+    std::vector<UnpackBuffers> scratch(std::min(pool.slots(), chunks.count));
     const size_t most = layout.most_bytes();
     for (UnpackBuffers& s : scratch) {
         s.packed = std::make_unique_for_overwrite<std::byte[]>(most);
@@ -150,9 +143,9 @@ Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPix
         s.inflater = std::make_unique<Inflater>();
     }
     const ChunkReader reader(source, layout, pixels);
-    return pool.run(end - first, scratch.size(), [&](size_t index, size_t slot) {
-        Status status = reader.read(first + index, scratch[slot]);
-        return status.ok() ? status : status.at(reader.name(first + index));
+    return pool.run(chunks.count, scratch.size(), [&](size_t index, size_t slot) {
+        Status status = reader.read(chunks.first + index, scratch[slot]);
+        return status.ok() ? status : status.at(layout.name(chunks.first + index));
     });
 }
 

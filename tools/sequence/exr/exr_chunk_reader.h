@@ -19,7 +19,16 @@ struct ChunkSource {
     int fd = -1;
     std::span<const uint64_t> offsets;  // the part's table of chunks, from scan_header()
     std::optional<int> part;            // part number; only for multi-part files
+
+    // False if the file ends too early.
+    bool read_at(uint64_t at, void* to, size_t count) const;
+    // Reads and checks the begin of a chunk, its part and its line or tile, and moves `at` behind
+    // it. Errors (input): truncated, another chunk is there.
+    Status check_place(const ChunkLayout& layout, size_t chunk, uint64_t& at) const;
 };
+
+Status chunk_is_damaged(const char* what);
+Status chunk_is_cut();
 
 // Fills the planes of `pixels`, which are channels of the layout. At least one line of its window
 // must be in the layout's window. Errors (input), with the lines or the tile: damaged, truncated;

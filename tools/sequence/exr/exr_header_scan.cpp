@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/sequence/exr/deep_reader.h"
 #include "tools/sequence/exr/exr_part_check.h"
 
 namespace postchain::io {
@@ -213,6 +214,24 @@ Status read_header(Cursor& in, const ReadLimits& limits, PartSizes& part, bool& 
     }
 }
 
+// Checks the stated size of a deep chunk's samples, and adds its memory.
+Status check_deep_chunk(const PartSizes& part, uint64_t packed, uint64_t unpacked,
+                        const ReadLimits& limits, uint64_t& flattening) {
+    if (unpacked / most_packed(part.compression) > packed)
+        return input_error(concat("damaged: a deep chunk states ", std::to_string(unpacked),
+                                  " bytes of samples, but has ", std::to_string(packed),
+                                  " in the file; copy or render it again"));
+    if (unpacked > limits.max_chunk_bytes)
+        return input_error(concat("a deep ", part.tiled ? "tile" : "line", " takes ",
+                                  std::to_string(unpacked >> 20), " MiB; the limit is ",
+                                  std::to_string(limits.max_chunk_bytes >> 20),
+                                  " MiB; write it with fewer samples or smaller tiles"));
+    uint64_t bytes = 0;
+    for (const PartSizes::Channel& channel : part.channels) bytes += uint64_t(channel.bytes);
+    flattening = std::max(flattening, flattening_bytes(packed, unpacked, bytes));
+    return {};
+}
+
 }  // namespace
 
 Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& limits) {
@@ -246,7 +265,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         if (!multi_part) break;
     }
     if (parts.empty()) return input_error("damaged header: no image in the file");
-    HeaderFacts facts{multi_part, parts[0].type.has_value(), {}, {}};
+    HeaderFacts facts{multi_part, parts[0].type.has_value(), {}, {}, {}};
     uint64_t least_bytes = 0;
     for (size_t i = 0; i < parts.size(); ++i) {
         const std::string place =
@@ -260,6 +279,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
         if (needs->chunks * 8 > file_bytes) return truncated();
         facts.forms.push_back({parts[i].known, parts[i].tiled, parts[i].deep});
         std::vector<uint64_t>& chunks = facts.chunks.emplace_back();
+        uint64_t& flattening = facts.flattening.emplace_back(0);
         for (uint64_t c = 0; c < needs->chunks; ++c) {
             const uint64_t offset = in.number(8);
             if (!in.good()) return truncated();
@@ -274,13 +294,16 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
             chunk.skip((multi_part ? 4 : 0) + (parts[i].tiled ? 16 : 4));
             const uint64_t counts = chunk.number(8);
             const uint64_t samples = chunk.number(8);
-            chunk.number(8);
+            const uint64_t unpacked = chunk.number(8);
             if (!chunk.good() || counts > file_bytes - chunk.at() ||
                 samples > file_bytes - chunk.at() - counts) {
                 return at_place(
                     input_error("truncated: a deep chunk is larger than the file; copy or render "
                                 "it again"));
             }
+            if (Status s = check_deep_chunk(parts[i], samples, unpacked, limits, flattening);
+                !s.ok())
+                return at_place(s);
         }
     }
     return facts;

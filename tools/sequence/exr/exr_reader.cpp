@@ -17,6 +17,7 @@
 #include <cstring>
 #include <mutex>
 
+#include "tools/sequence/exr/deep_reader.h"
 #include "tools/sequence/exr/exr_attributes.h"
 #include "tools/sequence/exr/exr_chunk_reader.h"
 #include "tools/sequence/exr/exr_internal.h"
@@ -105,6 +106,7 @@ Result<ExrFile> ExrFile::open(const std::string& path, const ReadLimits& limits)
                 path, "incomplete: its writer did not finish; wait for it or render it again");
         }
         file.parts_.push_back(part_of(impl.file->header(i)));
+        file.parts_.back().flattening_bytes = impl.facts.flattening[size_t(i)];
     }
     return file;
 } catch (...) {
@@ -120,11 +122,19 @@ int ExrFile::rows_at_once(int part) const {
 Status ExrFile::read_planes(PartPixels& pixels) try {
     const int part = pixels.part;
     const ExrPart& info = parts()[size_t(part)];
-    if (const auto layout = ChunkLayout::of(impl_->file->header(part))) {
-        if (Status s = read_chunks(chunk_source(*impl_, part), *layout, pixels); !s.ok())
-            return s.at(parts().size() > 1 ? concat(path(), ": part ", part, " '", info.name, "'")
-                                           : path());
-        return {};
+    const Imf::Header& header = impl_->file->header(part);
+    const auto place = [&](const Status& s) {
+        return s.at(parts().size() > 1 ? concat(path(), ": part ", part, " '", info.name, "'")
+                                       : path());
+    };
+    if (info.deep) {
+        const Status s = read_deep_part(chunk_source(*impl_, part), ChunkLayout::of_deep(header),
+                                        ExrMethod(header.compression()), flattening, pixels);
+        return s.ok() ? s : place(s);
+    }
+    if (const auto layout = ChunkLayout::of(header)) {
+        const Status s = read_chunks(chunk_source(*impl_, part), *layout, pixels);
+        return s.ok() ? s : place(s);
     }
     const Imf::FrameBuffer buffer = frame_buffer_of(planes_of(pixels));
     if (info.tiled) {

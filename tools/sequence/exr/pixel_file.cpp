@@ -1,6 +1,7 @@
 #include "tools/sequence/exr/pixel_file.h"
 
 #include <algorithm>
+#include <bit>
 #include <memory>
 #include <numeric>
 
@@ -31,6 +32,31 @@ PartPixels::Plane make_plane(const ExrChannel& channel, const Window& w) {
     return plane;
 }
 
+// Errors (input), without the place.
+Status check_deep(const ExrPart& part, const Flattening& flattening) {
+    if (std::endian::native != std::endian::little)
+        return input_error("is deep, which is read on little-endian machines only; flatten it");
+    for (const ExrChannel& c : part.channels)
+        if (c.x_sampling != 1 || c.y_sampling != 1)
+            return input_error(concat("channel ", c.name,
+                                      " of deep samples is subsampled; write it "
+                                      "at full size"));
+    if (part.find(flattening.depth) == nullptr)
+        return input_error(concat("is deep without a channel ", flattening.depth,
+                                  ", by which samples are sorted; write the distance of each "
+                                  "sample, or flatten the file; it has: ",
+                                  joined(part.channels)));
+    if (part.find(flattening.alpha) == nullptr)
+        for (const char* name : {"AR", "AG", "AB", "RA", "GA", "BA"})
+            if (part.find(name))
+                return input_error(concat("is deep with an alpha for each color (", name,
+                                          "), which cannot be read; write one alpha, A"));
+    if (part.compression != "none" && part.compression != "rle" && part.compression != "zips")
+        return input_error(concat("is deep with compression ", part.compression,
+                                  "; deep samples are packed with none, rle or zips"));
+    return {};
+}
+
 }  // namespace
 
 const ExrChannel* ExrPart::find(std::string_view channel) const {
@@ -53,9 +79,8 @@ Status PixelFile::check_channels(int part, const std::vector<std::string>& chann
     const ExrPart& p = parts()[size_t(part)];
     const std::string place =
         p.name.empty() ? path() : concat(path(), ": part ", part, " '", p.name, "'");
-    if (p.deep) {
-        return input_error(place, "is deep (many samples per pixel); flatten it before filtering");
-    }
+    if (p.deep)
+        if (Status s = check_deep(p, flattening); !s.ok()) return s.at(place);
     for (const std::string& name : channels) {
         const ExrChannel* c = p.find(name);
         if (c == nullptr) {
@@ -79,9 +104,9 @@ Status PixelFile::check_channels(int part, const std::vector<std::string>& chann
 }
 
 Status PixelFile::explain_no_color() const try {
-    // If there is flat color, neither is the reason.
+    // If there is other color, it is not the reason.
     for (const ExrPart& p : parts()) {
-        if (p.deep || p.luminance_chroma()) continue;
+        if (p.luminance_chroma()) continue;
         for (const ExrChannel& c : p.channels)
             if (base_name(c.name) == "R") return {};
     }
@@ -91,12 +116,6 @@ Status PixelFile::explain_no_color() const try {
                                               "); convert it to R, G, B before filtering"));
         }
     }
-    for (const ExrPart& p : parts()) {
-        if (p.deep) {
-            return input_error(path(),
-                               "is deep (many samples per pixel); flatten it before filtering");
-        }
-    }
     return {};
 } catch (...) {
     return status_of_exception(path());
@@ -104,9 +123,8 @@ Status PixelFile::explain_no_color() const try {
 
 Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>& channels,
                                         const std::optional<Window>& area) try {
-    if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep) {
-        return check_channels(part, {});
-    }
+    if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep)
+        if (Status s = check_channels(part, {}); !s.ok()) return s;
     const ExrPart& info = parts()[size_t(part)];
     PartPixels pixels;
     pixels.part = part;

@@ -14,6 +14,7 @@
 
 #include "chain/image.h"
 #include "chain/status.h"
+#include "tools/sequence/exr/flattening.h"
 #include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::io {
@@ -44,6 +45,7 @@ struct ExrPart {
     std::optional<std::array<float, 8>> chromaticities;  // red, green, blue, white x and y
     std::map<std::string, std::string> attributes;       // every attribute as text
     bool deep = false;
+    uint64_t flattening_bytes = 0;  // of a deep part: memory of each thread that reads it
     bool tiled = false;
     bool mip_mapped = false;  // more than one level
 
@@ -61,17 +63,19 @@ class PixelFile {
     const std::vector<ExrPart>& parts() const { return parts_; }
     uint64_t file_bytes() const { return bytes_; }
 
-    // Why these channels of this part cannot be filtered (deep, luminance-chroma, subsampled,
-    // unknown), or ok.
+    // Why these channels of this part cannot be filtered (luminance-chroma, subsampled, unknown;
+    // deep samples without depth, or of a compression or alpha that cannot be read), or ok.
     Status check_channels(int part, const std::vector<std::string>& channels) const;
-    // Why the file has no color that can be filtered (luminance-chroma, deep); ok when neither
-    // explains it.
+    // Why the file has no color that can be filtered (luminance-chroma); ok if that is not it.
     Status explain_no_color() const;
 
-    // Reads the named channels of a flat part, or all if `channels` is empty, in one pass over the
-    // part. Subsampled channels stay subsampled. Mip-mapped parts: level 0. With `area`: at least
-    // its rows that are in the part, in whole tiles. Errors (input): deep part, unknown channel,
-    // damaged or truncated data.
+    // How deep parts are read as flat ones; changed before the first read.
+    Flattening flattening;
+
+    // Reads the named channels of a part, or all if `channels` is empty, in one pass over the part.
+    // Subsampled channels stay subsampled, deep parts are flattened. Mip-mapped parts: level 0.
+    // With `area`: at least its rows that are in the part, in whole tiles. Errors (input): unknown
+    // channel, deep samples as in check_channels(), damaged or truncated data.
     Result<PartPixels> read_part(int part, const std::vector<std::string>& channels = {},
                                  const std::optional<Window>& area = {});
     // Height of a block of lines or a tile, which are decoded as a whole.

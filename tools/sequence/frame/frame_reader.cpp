@@ -21,6 +21,15 @@ bool count_fits(Role role, size_t count) {
     return count == size_t(channels_of(role));
 }
 
+// A layer with R, G and B that is not a cryptomatte's.
+bool has_color(const ExrPart& part) {
+    return std::any_of(part.channels.begin(), part.channels.end(), [&](const ExrChannel& c) {
+        const std::string layer = c.name.substr(0, c.name.rfind('.') + 1);
+        return c.name == layer + "R" && part.find(layer + "G") && part.find(layer + "B") &&
+               layer.find("rypto") == std::string::npos;
+    });
+}
+
 template <class File>
 Result<std::shared_ptr<PixelFile>> shared(Result<File> file) {
     if (!file.ok()) return file.status();
@@ -68,12 +77,18 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
 }
 
 FileChannels channels_of(const PixelFile& file) {
+    const auto color_in = [&](bool deep_parts) {
+        return std::any_of(file.parts().begin(), file.parts().end(), [&](const ExrPart& part) {
+            return part.deep == deep_parts && has_color(part);
+        });
+    };
+    const bool deep = color_in(true) && (file.flattening.behind || !color_in(false));
     FileChannels channels;
     for (const ExrPart& part : file.parts()) {
         PartChannels& p = channels.parts.emplace_back();
         p.name = part.name;
         p.view = part.view;
-        if (!part.deep)
+        if (part.deep ? deep : !(deep && file.flattening.behind))
             for (const ExrChannel& c : part.channels) p.channels.push_back(c.name);
         if (channels.views.empty()) channels.views = part.views;
     }

@@ -51,7 +51,8 @@ struct OpenFrame {
 Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame_number,
                              const ReadLimits& limits = {}, std::optional<Transfer> transfer = {});
 
-// The names that profiles match. Deep parts cannot be filtered, so their channels are left out.
+// The names that profiles match. Channels of deep parts are left out if a flat part has color; for
+// the layer behind (Flattening::behind) those of flat parts are, if a deep part has color.
 FileChannels channels_of(const PixelFile& file);
 
 // A window for planes that differs from color's data window, and the convention for pixels outside

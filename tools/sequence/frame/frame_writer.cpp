@@ -50,8 +50,16 @@ Imf::Header color_header(const Imf::Header& from, const std::vector<std::string>
         left_out.push_back(name);
         notes.push_back(concat("attribute ", name, " left out: it described the unfiltered file"));
     }
-    if (!keep_type) left_out.push_back("type");
+    const bool deep = from.hasType() && Imf::isDeepData(from.type());
+    if (deep) {
+        left_out.insert(left_out.end(),
+                        {"chunkCount", "version", "maxSamplesPerPixel", "deepImageState"});
+        notes.push_back("deep samples flattened: the output has one value for each pixel");
+    }
+    if (!keep_type || deep) left_out.push_back("type");
     Imf::Header header = without(from, left_out);
+    if (keep_type && deep)
+        header.setType(from.type() == Imf::DEEPTILE ? Imf::TILEDIMAGE : Imf::SCANLINEIMAGE);
     for (const auto& [name, value] : options.attributes) {
         header.insert(name, Imf::StringAttribute(value));
     }

@@ -5,6 +5,8 @@
 //     a layer's part  as color's part, if an extra layer in it is filtered
 //     other parts     chunk by chunk as stored (copyPixels): flat, tiled, mip-mapped and deep alike
 //
+// A deep part of color becomes a flat one, with every channel as it was read.
+//
 // If no color value has changed, and the compression is lossy and the input's, the chunks of
 // color's part are copied too: encoding them again would add an error.
 //

@@ -12,7 +12,8 @@ namespace postchain::sequence {
 namespace {
 
 // Only its planes are used: mattes and cryptomattes are the frame's.
-SourceSettings without_mattes(SourceSettings settings) {
+SourceSettings settings_of_behind(SourceSettings settings) {
+    settings.behind = true;
     settings.layers.mattes.clear();
     settings.layers.cryptomatte = CryptomatteChoice::keep;
     settings.layers.fill_mask.clear();
@@ -26,7 +27,10 @@ Status check_roles(const std::string& path, const FrameHeader& behind, RoleSet n
     for (const auto& [role, names] : behind.match.missing)
         if (lacking.has(role)) text += concat("; ", name_of(role), " was looked for as ", names);
     return Status(StatusCode::input,
-                  text + "; render it with the channels that the frame has, or filter without it");
+                  text + (color_part(behind).deep
+                              ? "; write them into the deep file, a value for each sample"
+                              : "; render it with the channels that the frame has, or filter "
+                                "without it"));
 }
 
 }  // namespace
@@ -37,7 +41,7 @@ Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::strin
     behind.number = frame.number;
     behind.files = {{Role::color, path}};
     behind.stamps.push_back(io::FileStamp::of(path));
-    auto header = open_source_frame(without_mattes(settings), behind.files, frame.number);
+    auto header = open_source_frame(settings_of_behind(settings), behind.files, frame.number);
     if (!header.ok()) return header.status();
     const io::Window own = color_part(frame.header).display_window,
                      its = color_part(*header).display_window;
@@ -76,7 +80,7 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
         frame.warnings.push_back(concat("filtered without the layer behind: ", why));
         return Status();
     }
-    auto source = read_source_frame(without_mattes(settings), behind.header, behind.planes,
+    auto source = read_source_frame(settings_of_behind(settings), behind.header, behind.planes,
                                     io::Keep::nothing);
     if (!source.ok()) return source.status();
     if (frame.strict_fault.ok()) frame.strict_fault = source->strict_fault;

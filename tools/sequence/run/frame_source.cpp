@@ -130,6 +130,35 @@ const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
     return writer.profile;
 }
 
+// How color's part, which is deep, is flattened: by the channels of this profile.
+Status set_flattening(const Profile& profile, FrameHeader& header) {
+    io::PixelFile& file = header.files.color_file();
+    const RoleChannels& color = header.match.roles.at(Role::color);
+    io::Flattening& flattening = file.flattening;
+    if (color.channels.size() == 4) flattening.alpha = color.channels[3];
+    const auto depth = header.assignment.find(Role::inverse_depth);
+    const bool own = depth != header.assignment.end() && depth->second.part == color.part &&
+                     !header.files.files.contains(Role::inverse_depth);
+    if (own) {
+        const DepthEncoding encoding = header.match.options.depth;
+        if (encoding == DepthEncoding::inverse || encoding == DepthEncoding::reverse ||
+            encoding == DepthEncoding::reverse_infinite)
+            return Status(StatusCode::input,
+                          concat(file.path(), ": is deep, and its depth decreases with distance (",
+                                 "profile ", profile.name,
+                                 "); deep samples are sorted by a depth that increases: write the "
+                                 "distance, or use a profile that says so (--profile)"));
+        flattening.depth = depth->second.channels[0];
+    }
+    std::set<std::string> names(color.channels.begin(), color.channels.end());
+    for (const FileLayer& layer :
+         find_layers(io::channels_of(file), header.match, data_names(profile)))
+        if (layer.is_color() && layer.channels.part == color.part)
+            names.insert(layer.channels.channels.begin(), layer.channels.channels.end());
+    flattening.color = std::move(names);
+    return Status();
+}
+
 // 64-bit arithmetic, because a header may state any window.
 bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
@@ -162,7 +191,7 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     auto opened = io::open_frame(own, frame, {}, settings.input_transfer);
     if (!opened.ok()) return opened.status();
     auto header = header_of(settings, std::move(*opened));
-    if (header.ok()) header->has_behind = has_behind;
+    if (header.ok() && has_behind) header->has_behind = true;
     return header;
 }
 
@@ -170,6 +199,7 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
     const int frame = files.frame_number;
     FrameHeader header;
     header.files = std::move(files);
+    for (const auto& [role, file] : header.files.files) file->flattening.behind = settings.behind;
     const io::PixelFile& color_file = header.files.color_file();
     auto writer = writer_of(settings, header.files);
     if (!writer.ok()) {
@@ -203,6 +233,12 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
     header.warnings = header.layers.warnings;
 
     const auto& part = color_part(header);
+    if (part.deep) {
+        if (Status status = set_flattening(profile_of(settings, *writer, header.match), header);
+            !status.ok())
+            return status;
+        header.has_behind = !settings.behind;
+    }
     header.window = part.data_window;
     if (settings.data_window == DataWindow::grow) {
         const io::Window whole = part.data_window.united(part.display_window);

@@ -36,6 +36,7 @@ enum class DataWindow {
 
 struct SourceSettings {
     std::optional<Profile> profile;  // none = detected from channel names
+    bool behind = false;             // deep samples: those behind each pixel's surface
     std::string layer;               // empty = the only one
     std::string view;                // empty = the default one; kAllViews: FrameHeader::match
     bool all_views = false;          // kAllViews may be chosen
@@ -61,7 +62,7 @@ struct FrameHeader {
     std::optional<SkyViews> sky;      // if matrices exist and motion vectors are made from them
     bool looked_for_cameras = false;  // in the files of the frames before and after
     bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
-    bool has_behind = false;          // a file of the layer behind is given
+    bool has_behind = false;          // a file of the layer behind is given, or color is deep
     bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
     std::optional<Zoom> zoom;         // to add to the file's motion vectors
     std::string zoom_left_out;        // warning: the file's vectors lack a zoom

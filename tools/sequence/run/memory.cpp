@@ -9,6 +9,7 @@
 #include <fstream>
 #include <map>
 
+#include "tools/sequence/exr/worker_pool.h"
 #include "tools/sequence/run/cryptomatte_filter.h"
 
 namespace postchain::sequence {
@@ -73,6 +74,13 @@ uint64_t frame_bytes(const FrameHeader& header, RoleSet present, io::Keep keep, 
                 stored += uint64_t(part.data_window.width()) * part_rows *
                           uint64_t(io::bytes_of(channel->type));
     }
+    // Each thread holds a chunk of deep samples.
+    uint64_t deep = 0;
+    for (const auto& [role, where] : header.assignment)
+        if (present.has(role))
+            deep = std::max(
+                deep, header.files.file_of(role).parts()[size_t(where.part)].flattening_bytes);
+    stored += deep * io::WorkerPool::shared().slots();
     const uint64_t layers =
         present.has(Role::layers) ? header.layers.filtered.size() * pixels * 4 * sizeof(float) : 0;
     planes += layers;

@@ -61,16 +61,27 @@ Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::s
     inputs.frame = *entry;
     for (Neighbor neighbor : kNeighbors)
         if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
-    const auto path = files.find(Role::behind);
-    if (path == files.end()) return inputs;
+    // A file of its own, or the deep file of color.
+    const auto own = files.find(Role::behind);
+    const bool given = own != files.end();
+    if (!given && !inputs.frame->header.has_behind) return inputs;
+    const std::string& path = given ? own->second : files.at(Role::color);
     if (!inputs.frame->planes.has(Role::behind)) {
-        inputs.warnings.push_back(concat(path->second,
-                                         ": not read: no pass of the chain takes light from the "
-                                         "layer behind on this frame (inverse warps do)"));
+        if (given)
+            inputs.warnings.push_back(
+                concat(path,
+                       ": not read: no pass of the chain takes light from the layer behind "
+                       "on this frame (inverse warps do)"));
         return inputs;
     }
-    auto behind = open_behind(settings_, path->second, *inputs.frame);
-    if (!behind.ok()) return behind.status();
+    auto behind = open_behind(settings_, path, *inputs.frame);
+    if (!behind.ok() && (given || behind.status().code() == StatusCode::memory))
+        return behind.status();
+    if (!behind.ok()) {
+        inputs.warnings.push_back(
+            concat("filtered without the layer behind: ", behind.status().message()));
+        return inputs;
+    }
     inputs.behind = std::make_shared<const OpenedFrame>(std::move(*behind));
     return inputs;
 }
@@ -86,7 +97,7 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     for (const auto& [role, path] : entry->files) entry->stamps.push_back(io::FileStamp::of(path));
     auto header = open_source_frame(settings_, entry->files, number);
     if (!header.ok()) return header.status();
-    header->has_behind = input_.patterns.contains(Role::behind);
+    if (input_.patterns.contains(Role::behind)) header->has_behind = true;
     entry->planes = planes_to_read(*header, planes_of_(*header));
     entry->header = std::move(*header);
     window_[number] = entry;

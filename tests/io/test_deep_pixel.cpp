@@ -1,0 +1,191 @@
+// Compositing of a deep pixel: closed forms of opacity, surfaces and what is behind them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tools/sequence/exr/deep_pixel.h"
+
+namespace postchain::io {
+namespace {
+
+using testing::DoubleEq;
+using testing::DoubleNear;
+using testing::ElementsAre;
+
+struct Sample {
+    double front, back, alpha;
+};
+
+Sample at(double depth, double alpha) {
+    return {depth, depth, alpha};
+}
+
+struct Composited {
+    std::vector<double> weights;
+    int64_t surface = -1;
+    double alpha = 0;
+};
+
+Composited composite(const std::vector<Sample>& samples, bool behind = false) {
+    DeepPixel pixel;
+    for (size_t i = 0; i < samples.size(); ++i)
+        pixel.samples().push_back({float(samples[i].front), float(samples[i].back),
+                                   float(samples[i].alpha), uint32_t(i)});
+    pixel.composite(behind);
+    Composited result;
+    result.surface = pixel.surface();
+    for (size_t i = 0; i < samples.size(); ++i) {
+        result.weights.push_back(pixel.weight(i));
+        result.alpha += pixel.weight(i) * samples[i].alpha;
+    }
+    return result;
+}
+
+TEST(DeepPixel, FrontSamplesHideThoseBehindInAnyOrder) {
+    EXPECT_THAT(composite({at(1, .25), at(2, .5), at(3, 1), at(4, 1)}).weights,
+                ElementsAre(1, .75, .375, 0));
+    EXPECT_THAT(composite({at(4, 1), at(2, .5), at(3, 1), at(1, .25)}).weights,
+                ElementsAre(0, .75, .375, 1));
+    EXPECT_EQ(composite({}).surface, -1);
+}
+
+TEST(DeepPixel, TheSurfaceIsWhereHalfTheOpacityIsReached) {
+    EXPECT_EQ(composite({at(1, .6), at(3, 1)}).surface, 0);
+    EXPECT_EQ(composite({at(1, .4), at(3, 1)}).surface, 1);
+    EXPECT_EQ(composite({at(1, .5), at(3, 1)}).surface, 0);
+    EXPECT_EQ(composite({at(1, .3)}).surface, 0);                       // hair before nothing
+    EXPECT_EQ(composite({at(1, .1), at(2, .3)}).surface, 1);            // the most of what is there
+    EXPECT_EQ(composite({at(1, .2), at(2, .2), at(3, 1)}).surface, 2);  // two veils
+    EXPECT_EQ(composite({at(2, 0)}).surface, 0);  // clear, but its depth is known
+}
+
+TEST(DeepPixel, BehindASurfaceIsTheNext) {
+    // An edge that covers most of the pixel, one that covers less, an opaque surface.
+    EXPECT_THAT(composite({at(1, .6), at(3, 1)}, true).weights, ElementsAre(0, 1));
+    const Composited veiled = composite({at(1, .4), at(3, 1), at(5, .5), at(6, 1)}, true);
+    EXPECT_THAT(veiled.weights, ElementsAre(0, 0, 1, .5));
+    EXPECT_EQ(veiled.surface, 2);
+    EXPECT_THAT(composite({at(9, 1), at(1, 1)}, true).weights, ElementsAre(1, 0));
+}
+
+// Slices of one surface, as of a slope in the pixel, are no layers.
+TEST(DeepPixel, SlicesOfOneSurfaceBelongTogether) {
+    const std::vector<Sample> slope = {at(3, .25), at(3.1, 1 / 3.), at(3.2, .5), at(3.3, 1)};
+    EXPECT_EQ(composite(slope).surface, 1);
+    std::vector<Sample> wall = slope;
+    wall.push_back(at(3.35, 1));  // behind what is opaque, however close
+    EXPECT_THAT(composite(wall, true).weights, ElementsAre(0, 0, 0, 0, 1));
+    wall[3].alpha = .5;
+    wall.push_back(at(7, 1));
+    EXPECT_THAT(composite(wall, true).weights, ElementsAre(0, 0, 0, 0, 0, 1));
+    // A gap of more than 5 %.
+    EXPECT_THAT(composite({at(3, .6), at(3.16, 1)}, true).weights, ElementsAre(0, 1));
+    EXPECT_THAT(composite({at(3, .6), at(3.14, 1), at(5, 1)}, true).weights, ElementsAre(0, 0, 1));
+}
+
+TEST(DeepPixel, WithNothingBehindASurfaceIsShownAgain) {
+    const Composited again = composite({at(1, .3), at(3, 1)}, true);
+    EXPECT_THAT(again.weights, ElementsAre(0, 1));  // without the veil
+    EXPECT_EQ(again.surface, 1);
+    // Through an edge the file says that nothing is there.
+    const Composited clear = composite({at(1, .6)}, true);
+    EXPECT_THAT(clear.weights, ElementsAre(0));
+    EXPECT_EQ(clear.surface, -1);
+}
+
+TEST(DeepPixel, VolumesThatOverlapMixByDensity) {
+    // One volume twice: twice the optical depth, in equal shares.
+    const Composited twice = composite({{1, 2, .5}, {1, 2, .5}});
+    EXPECT_THAT(twice.alpha, DoubleNear(.75, 1e-12));
+    EXPECT_THAT(twice.weights[0], DoubleNear(.75, 1e-12));
+    // [0, 2] and [1, 3]: each half has the transmittance t = sqrt(1/2); in the middle both are.
+    const double t = std::sqrt(.5);
+    const Composited partly = composite({{0, 2, .5}, {1, 3, .5}});
+    EXPECT_THAT(partly.alpha, DoubleNear(.75, 1e-12));
+    // Opacity of a: 1 - t, then half of t (1 - t^2); b: that, then t^3 (1 - t).
+    const double shared = t * (1 - t * t) / 2;
+    EXPECT_THAT(partly.weights[0] * .5, DoubleNear(1 - t + shared, 1e-12));
+    EXPECT_THAT(partly.weights[1] * .5, DoubleNear(shared + t * t * t * (1 - t), 1e-12));
+    // A surface in the middle of a volume hides its far half.
+    const Composited inside = composite({{1, 3, .75}, at(2, 1)});
+    EXPECT_THAT(inside.weights[0] * .75, DoubleNear(.5, 1e-12));
+    EXPECT_THAT(inside.weights[1], DoubleNear(.5, 1e-12));
+    // Light without opacity, spread over a volume: its near half is seen before the surface.
+    EXPECT_THAT(composite({{1, 3, 0}, at(2, 1)}).weights[0], DoubleNear(.5, 1e-12));
+    // Volumes that touch are one after the other.
+    EXPECT_THAT(composite({{1, 2, .5}, {2, 3, .5}}).weights, ElementsAre(1, .5));
+}
+
+TEST(DeepPixel, SurfacesAtOneDepthMix) {
+    const Composited both = composite({at(1, .5), at(1, .5), at(2, 1)});
+    EXPECT_THAT(both.weights[0], DoubleNear(.75, 1e-12));
+    EXPECT_THAT(both.weights[1], DoubleNear(.75, 1e-12));
+    EXPECT_THAT(both.weights[2], DoubleNear(.25, 1e-12));
+    EXPECT_THAT(composite({at(1, 1), at(1, 1)}).weights, ElementsAre(.5, .5));
+    EXPECT_THAT(composite({at(1, 1), at(1, .5)}).weights, ElementsAre(1, 0));
+}
+
+// The split of volumes by hand, into slices so thin that their order does not matter.
+TEST(DeepPixel, AgreesWithThinSlices) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int n = 0; n < 20; ++n) {
+        std::vector<Sample> samples;
+        for (int i = 0; i < 6; ++i) {
+            const double front = unit(random) * 4;
+            samples.push_back(
+                {front, i % 3 ? front + .2 + unit(random) : front, unit(random) * .9});
+            samples.back().front = double(float(samples.back().front));
+            samples.back().back = double(float(samples.back().back));
+            samples.back().alpha = double(float(samples.back().alpha));
+        }
+        constexpr int kSlices = 20000;
+        std::vector<double> weights(samples.size());
+        double through = 1;
+        for (int slice = 0; slice < kSlices; ++slice) {
+            const double low = 6. * slice / kSlices, high = 6. * (slice + 1) / kSlices;
+            for (size_t i = 0; i < samples.size(); ++i) {
+                const Sample& s = samples[i];
+                double part = 0, alpha = 0;
+                if (s.front == s.back) {
+                    if (s.front < low || s.front >= high) continue;
+                    part = 1;
+                    alpha = s.alpha;
+                } else {
+                    const double length =
+                        std::max(0., std::min(high, s.back) - std::max(low, s.front));
+                    alpha = 1 - std::pow(1 - s.alpha, length / (s.back - s.front));
+                    part = alpha / s.alpha;
+                }
+                weights[i] += through * part;
+                through *= 1 - alpha;
+            }
+        }
+        const Composited result = composite(samples);
+        for (size_t i = 0; i < samples.size(); ++i)
+            EXPECT_THAT(result.weights[i], DoubleNear(weights[i], 1e-3)) << n << " " << i;
+        EXPECT_THAT(result.alpha, DoubleNear(1 - through, 1e-9));
+    }
+}
+
+TEST(DeepPixel, ValuesThatMeanNothingDoNoHarm) {
+    const double inf = std::numeric_limits<double>::infinity(), nan = std::nan("");
+    for (const double depth : {nan, inf, -inf, 0., -1., 3e38})
+        for (const double back : {nan, inf, -inf, 0., 1e-30})
+            for (const double alpha : {nan, -1., 0., .5, 2., inf})
+                for (const bool behind : {false, true}) {
+                    const Composited odd =
+                        composite({{depth, back, alpha}, at(1, .5), {depth, back, alpha}}, behind);
+                    for (const double weight : odd.weights)
+                        EXPECT_TRUE(weight >= 0 && weight <= 1)
+                            << depth << " " << back << " " << alpha << ": " << weight;
+                }
+    EXPECT_EQ(composite({at(nan, 1), at(5, 1)}).surface, 1);  // NaN: farther than all
+    EXPECT_THAT(composite({at(1, 3), at(2, 1)}).weights, ElementsAre(1, 0));
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,269 @@
+// Deep parts as flat ones: against OpenImageIO's flatten, and files that are damaged.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+#include "tests/io/exr_files.h"
+#include "tests/io/largest_allocation.h"
+#include "tools/sequence/exr/exr_reader.h"
+
+namespace postchain::io {
+namespace {
+
+using test::FilePart;
+using test::MemoryFile;
+using test::read_text;
+using test::TempFolder;
+using test::write_file;
+using testing::AllOf;
+using testing::HasSubstr;
+
+// Up to five sorted samples in each pixel, and none in some; the last one may be opaque.
+FilePart deep_part(const std::string& name = {}) {
+    FilePart part{.name = name,
+                  .channels = {{"A", Imf::HALF},
+                               {"B", Imf::FLOAT},
+                               {"G", Imf::HALF},
+                               {"R", Imf::HALF},
+                               {"Z", Imf::FLOAT},
+                               {"id", Imf::UINT}},
+                  .data = {{-3, 5}, {27, 24}},
+                  .display = {{0, 0}, {31, 31}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    part.samples = [](int x, int y, size_t channel) {
+        std::minstd_rand random(unsigned(1000 + x * 64 + y));
+        random.discard(5);
+        const size_t count = random() % 6;
+        std::vector<float> values;
+        for (size_t s = 0; s < count; ++s) {
+            const float alpha =
+                s + 1 == count && random() % 2 ? 1.0F : float(random() % 15) / 16.0F;
+            const float color[] = {alpha, 2 * alpha, alpha / 2, alpha * float(s + 1)};
+            values.push_back(channel < 4    ? color[channel]
+                             : channel == 4 ? 1 + float(s) * 1.5F + float(random() % 8) / 16
+                                            : float(7 * s + 1));
+            if (channel < 4) random();
+        }
+        return values;
+    };
+    return part;
+}
+
+Result<PartPixels> read(const std::string& path, bool behind = false, int part = 0) {
+    Result<ExrFile> file = ExrFile::open(path);
+    if (!file.ok()) return file.status();
+    file->flattening.behind = behind;
+    return file->read_part(part);
+}
+
+std::vector<float> values_of(const PartPixels& pixels, const std::string& channel) {
+    return pixels.interleaved({channel}, pixels.window).data;
+}
+
+class DeepFiles : public testing::TestWithParam<std::tuple<Imf::Compression, int>> {};
+
+TEST_P(DeepFiles, FlattenAsOpenImageIoDoes) {
+    const auto [compression, tile] = GetParam();
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = deep_part();
+    part.compression = compression;
+    part.tile = tile;
+    write_file(path, {part});
+    const auto pixels = read(path);
+    ASSERT_TRUE(pixels.ok()) << pixels.status().message();
+    for (const char* channel : {"R", "G", "B", "A"}) {
+        const std::vector<float> own = values_of(*pixels, channel),
+                                 theirs = test::oiio_flattened(path, channel);
+        ASSERT_EQ(own.size(), theirs.size());
+        for (size_t i = 0; i < own.size(); ++i)
+            ASSERT_NEAR(own[i], theirs[i], (*channel == 'B' ? 1e-6 : 1e-3) * std::abs(theirs[i]))
+                << channel << " " << i;
+    }
+    // Depth and id are one sample's.
+    const std::vector<float> depth = values_of(*pixels, "Z"), id = values_of(*pixels, "id");
+    size_t i = 0;
+    for (int y = 5; y <= 24; ++y)
+        for (int x = -3; x <= 27; ++x, ++i) {
+            const std::vector<float> depths = part.samples(x, y, 4);
+            const auto found = std::find(depths.begin(), depths.end(), depth[i]);
+            if (depths.empty())
+                ASSERT_TRUE(depth[i] == 1e10F && id[i] == 0) << x << " " << y;
+            else
+                ASSERT_EQ(id[i], float(7 * (found - depths.begin()) + 1)) << x << " " << y;
+        }
+}
+
+// A part of the lines has the values of the whole.
+TEST_P(DeepFiles, AreReadInRows) {
+    const auto [compression, tile] = GetParam();
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part = deep_part("deep");
+    part.compression = compression;
+    part.tile = tile;
+    write_file(path,
+               {FilePart{.name = "flat", .channels = {{"R"}}, .display = part.display}, part});
+    auto file = ExrFile::open(path);
+    ASSERT_TRUE(file.ok());
+    for (const bool behind : {false, true}) {
+        file->flattening.behind = behind;
+        const auto whole = file->read_part(1);
+        const auto rows = file->read_part(1, {"R", "Z"}, Window{-3, 11, 27, 14});
+        ASSERT_TRUE(whole.ok() && rows.ok());
+        EXPECT_LT(rows->window.height(), whole->window.height());
+        for (const char* channel : {"R", "Z"})
+            EXPECT_EQ(whole->interleaved({channel}, rows->window).data, values_of(*rows, channel));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Compressions, DeepFiles,
+                         testing::Combine(testing::Values(Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION,
+                                                          Imf::ZIPS_COMPRESSION),
+                                          testing::Values(0, 8)));
+
+TEST(DeepReader, ShowsWhatIsBehind) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"A"}, {"R"}, {"Z", Imf::FLOAT}, {"motion.x", Imf::FLOAT}},
+                  .data = {{0, 0}, {3, 0}},
+                  .display = {{0, 0}, {3, 0}},
+                  .compression = Imf::RLE_COMPRESSION,
+                  .deep = true};
+    // An edge before a wall; a wall before another, from back to front; a wall; nothing.
+    const std::vector<std::vector<std::array<float, 4>>> pixels = {
+        {{.75F, 3, 1, 10}, {1, 8, 4, -1}}, {{1, 5, 9, 2}, {1, 6, 4, 3}}, {{1, 7, 4, 1}}, {}};
+    part.samples = [&](int x, int, size_t channel) {
+        std::vector<float> values;
+        for (const auto& sample : pixels[size_t(x)]) values.push_back(sample[channel]);
+        return values;
+    };
+    write_file(path, {part});
+    const auto front = read(path), behind = read(path, true);
+    ASSERT_TRUE(front.ok() && behind.ok());
+    using V = std::vector<float>;
+    EXPECT_EQ(values_of(*front, "R"), (V{5, 6, 7, 0}));
+    EXPECT_EQ(values_of(*front, "A"), (V{1, 1, 1, 0}));
+    EXPECT_EQ(values_of(*front, "Z"), (V{1, 4, 4, 1e10F}));
+    EXPECT_EQ(values_of(*front, "motion.x"), (V{10, 3, 1, 0}));
+    EXPECT_EQ(values_of(*behind, "R"), (V{8, 5, 7, 0}));
+    EXPECT_EQ(values_of(*behind, "A"), (V{1, 1, 1, 0}));
+    EXPECT_EQ(values_of(*behind, "Z"), (V{4, 9, 4, 1e10F}));
+    EXPECT_EQ(values_of(*behind, "motion.x"), (V{-1, 2, 1, 0}));
+}
+
+// A half that overflows is infinite, as in a flat file; a hidden NaN does not count.
+TEST(DeepReader, KeepsValuesThatAreNotFinite) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"A"}, {"R"}, {"Z", Imf::FLOAT}},
+                  .data = {{0, 0}, {2, 0}},
+                  .display = {{0, 0}, {2, 0}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    const std::vector<std::vector<std::array<float, 3>>> pixels = {
+        {{.5F, 60000, 1}, {1, 60000, 2}}, {{1, 1, 1}, {1, NAN, 2}}, {{.5F, NAN, NAN}}};
+    part.samples = [&](int x, int, size_t channel) {
+        std::vector<float> values;
+        for (const auto& sample : pixels[size_t(x)]) values.push_back(sample[channel]);
+        return values;
+    };
+    write_file(path, {part});
+    const auto pixel = read(path);
+    ASSERT_TRUE(pixel.ok());
+    const std::vector<float> red = values_of(*pixel, "R");
+    EXPECT_EQ(red[0], INFINITY);
+    EXPECT_EQ(red[1], 1);
+    EXPECT_TRUE(std::isnan(red[2]));
+    EXPECT_TRUE(std::isnan(values_of(*pixel, "Z")[2]));
+}
+
+// Every end of the file, and every byte of its chunks changed: an error that names the place, or
+// other values, but never more memory than the file accounts for.
+TEST(DeepReader, DamagedFilesAreRefused) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    for (const int tile : {0, 8})
+        for (const auto compression :
+             {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION}) {
+            FilePart part = deep_part();
+            part.data = {{0, 0}, {8, 3}};
+            part.compression = compression;
+            part.tile = tile;
+            write_file(path, {part});
+            const std::string whole = read_text(path);
+            MemoryFile file;
+            for (size_t length = 0; length < whole.size(); length += 3) {
+                file.set(std::string_view(whole).substr(0, length));
+                const auto cut = read(file.path());
+                ASSERT_FALSE(cut.ok()) << length;
+                ASSERT_EQ(cut.status().code(), StatusCode::input);
+            }
+            test::forget_allocations();
+            size_t refused = 0;
+            for (size_t at = whole.size() * 2 / 5; at < whole.size(); ++at)
+                for (const int bits : {1, 128, 255}) {
+                    std::string bytes = whole;
+                    bytes[at] = char(bytes[at] ^ bits);
+                    file.set(bytes);
+                    const auto result = read(file.path());
+                    if (result.ok()) continue;
+                    ++refused;
+                    ASSERT_EQ(result.status().code(), StatusCode::input);
+                }
+            EXPECT_GT(refused, 50u);
+            EXPECT_LT(test::largest_allocation(), size_t(4) << 20);
+        }
+}
+
+// What a chunk states of itself.
+TEST(DeepReader, ImpossibleSizesAreRefusedBeforeTheyAreAllocated) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"A", Imf::FLOAT}, {"R", Imf::FLOAT}, {"Z", Imf::FLOAT}},
+                  .data = {{0, 0}, {3, 0}},
+                  .display = {{0, 0}, {3, 0}},
+                  .compression = Imf::NO_COMPRESSION,
+                  .deep = true};
+    part.samples = [](int, int, size_t) { return std::vector<float>{1, 2}; };
+    write_file(path, {part});
+    const std::string whole = read_text(path);
+    // One chunk: line, three sizes, four running sums, eight samples of twelve bytes.
+    const size_t sizes = whole.size() - 8 * 12 - 16 - 24;
+    const auto with = [&](size_t at, auto value) {
+        std::string bytes = whole;
+        std::memcpy(bytes.data() + at, &value, sizeof(value));
+        return bytes;
+    };
+    MemoryFile file;
+    const auto error_of = [&](const std::string& bytes) {
+        file.set(bytes);
+        test::forget_allocations();
+        const auto result = read(file.path());
+        EXPECT_LT(test::largest_allocation(), size_t(4) << 20);
+        EXPECT_EQ(result.status().code(), StatusCode::input);
+        return result.status().message();
+    };
+    EXPECT_THAT(error_of(with(sizes + 16, uint64_t(1) << 43)),
+                AllOf(HasSubstr("a deep chunk states 8796093022208 bytes of samples"),
+                      HasSubstr("has 96 in the file"), HasSubstr("copy or render it again")));
+    EXPECT_THAT(error_of(with(sizes, uint64_t(12))), HasSubstr("lines 0 to 0: damaged: its size"));
+    EXPECT_THAT(error_of(with(sizes + 24, int32_t(-1))), HasSubstr("are no running sums"));
+    EXPECT_THAT(error_of(with(sizes + 28, int32_t(1))), HasSubstr("are no running sums"));
+    EXPECT_THAT(error_of(with(sizes + 36, int32_t(2000000000))),
+                HasSubstr("its sample counts and the size of its samples differ"));
+    EXPECT_THAT(error_of(with(sizes - 4, int32_t(7))), HasSubstr("another chunk is in its place"));
+
+    ReadLimits limits;
+    limits.max_chunk_bytes = 64;
+    file.set(whole);
+    EXPECT_THAT(ExrFile::open(file.path(), limits).status().message(),
+                HasSubstr("write it with fewer samples or smaller tiles"));
+}
+
+}  // namespace
+}  // namespace postchain::io

@@ -1,0 +1,263 @@
+// Deep files as input and as the layer behind: they give the result of the frame and the layer in
+// two flat files.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/io/exr_files.h"
+#include "tests/run/fixture.h"
+#include "tools/measure/scenes/scene.h"
+#include "tools/sequence/exr/exr_reader.h"
+
+namespace postchain::sequence {
+namespace {
+
+namespace fs = std::filesystem;
+using test::FilePart;
+using test::TempFolder;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+// Rendered once for each scene: three frames, their layers behind, and both as deep files.
+std::string in_scene(const std::string& scene, const std::string& name) {
+    static const TempFolder folder;
+    const std::string path = folder.path(scene);
+    if (!fs::exists(path)) {
+        auto renderer = scenes::SceneRenderer::create();
+        scenes::SceneRequest request;
+        request.name = scene;
+        request.folder = path;
+        request.width = 160;
+        request.height = 90;
+        request.frames = {1, 2, 3};
+        request.behind = request.deep = true;
+        EXPECT_TRUE(renderer.ok() && scenes::write_scene(**renderer, request).ok());
+    }
+    return path + "/" + name;
+}
+
+class DeepTest : public SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        settings_.on_existing = io::OnExisting::overwrite;
+        frames("2");
+        chain_ = test::chain_of("joint_blur", {{"samples", int64_t(32)}});
+        // Rendered before the executor's context is made.
+        in_scene("crossing", "");
+        scene("wheels");
+    }
+    void scene(const std::string& name) {
+        scene_ = name;
+        settings_.source.camera = *load_camera(in_scene(name, "camera.json"));
+    }
+    void read(const std::string& color, const std::string& behind = {}) {
+        settings_.input = *io::InputSpec::parse(color);
+        if (!behind.empty())
+            settings_.input.patterns.insert_or_assign(Role::behind,
+                                                      *io::PathPattern::parse(behind));
+    }
+    std::string shot(const std::string& name) const { return in_scene(scene_, name + ".####.exr"); }
+    FrameReport go() {
+        FrameReport last;
+        const auto summary = run_sequence(
+            chain_, settings_, test::executor(), "renderer",
+            [&](const FrameReport& report, const RunProgress&) { last = report; }, nullptr);
+        if (!summary.ok()) last.status = summary.status();
+        return last;
+    }
+    ImageF result() {
+        const FrameReport report = go();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        EXPECT_THAT(report.warnings, Not(Contains(HasSubstr("without the layer"))));
+        return test::read_color(out(2));
+    }
+    // The last result.
+    bool reads_layer() const {
+        return sidecar(2).dump().find("second_surfaces") != std::string::npos;
+    }
+    std::string failure() {
+        const FrameReport report = go();
+        EXPECT_FALSE(report.status.ok());
+        return report.status.message();
+    }
+    std::string scene_;
+};
+
+// Every pixel of this scene is opaque: the flattened frame is `sharp`, and what is behind `behind`.
+TEST_F(DeepTest, IsTheFrameAndItsLayerBehind) {
+    read(shot("sharp"), shot("behind"));
+    const ImageF two = result();
+    read(shot("sharp"));
+    const ImageF alone = result();
+    read(shot("deep"));
+    const ImageF deep = result();
+    size_t off = 0;
+    for (size_t i = 0; i < two.data.size(); ++i) off += deep.data[i] != two.data[i];
+    EXPECT_EQ(off, 0u);
+    EXPECT_NE(deep.data, alone.data);
+    EXPECT_TRUE(reads_layer());
+    read(shot("sharp"), shot("deep"));
+    EXPECT_EQ(result().data, two.data);
+}
+
+// A hole with alpha 0 and a pane of alpha 0.5. Color is the sum of two halves, which are rounded.
+// At the rim of the hole a pixel that hides nothing has one sample that is not opaque: there the
+// deep file says that nothing is behind, and `behind` shows the rim again.
+TEST_F(DeepTest, IsCompositedWhereItIsNotOpaque) {
+    scene("crossing");
+    const auto color_of = [&](const std::string& name) {
+        const std::map<Role, std::string> files = {{Role::color, in_scene(scene_, name)}};
+        auto header = open_source_frame({}, files, 2);
+        auto frame = read_source_frame({}, *header, {}, io::Keep::nothing);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        return frame->planes.at(Role::color);
+    };
+    const auto flat = color_of("sharp.0002.exr"), flattened = color_of("deep.0002.exr");
+    for (size_t i = 0; i < flat->data.size(); ++i)
+        ASSERT_NEAR(flattened->data[i], flat->data[i], 2e-3 * std::abs(flat->data[i])) << i;
+    read(shot("sharp"), shot("behind"));
+    const ImageF two = result();
+    read(shot("deep"));
+    const ImageF deep = result();
+    size_t off = 0;
+    for (size_t i = 0; i < two.data.size(); ++i)
+        off += std::abs(deep.data[i] - two.data[i]) > 2e-3F * (1 + std::abs(two.data[i]));
+    EXPECT_LT(double(off), 0.01 * double(two.data.size()));
+}
+
+TEST_F(DeepTest, IsWrittenFlat) {
+    read(shot("deep"));
+    const FrameReport report = go();
+    ASSERT_TRUE(report.status.ok()) << report.status.message();
+    EXPECT_THAT(sidecar(2).dump(), HasSubstr("deep samples flattened"));
+    const auto in = io::ExrFile::open(in_scene(scene_, "deep.0002.exr")),
+               flat = io::ExrFile::open(out(2));
+    ASSERT_TRUE(in.ok() && flat.ok());
+    const io::ExrPart& part = flat->parts()[0];
+    EXPECT_EQ(part.type, "scanlineimage");
+    EXPECT_FALSE(part.deep);
+    EXPECT_EQ(part.compression, "zips");
+    EXPECT_EQ(part.channels, in->parts()[0].channels);
+    for (const char* name : {"maxSamplesPerPixel", "version"})
+        EXPECT_FALSE(part.attributes.contains(name)) << name;
+    // Read by another program: depth is the frame's.
+    const auto depth = test::named(test::oiio_channels(out(2)), "Z");
+    EXPECT_EQ(depth.bytes, test::named(test::oiio_channels(in_scene(scene_, "sharp.0002.exr")),
+                                       "ViewLayer.Depth.Z")
+                               .bytes);
+}
+
+// Each sample as a part of its own would be: a flat part goes first, and for the layer behind the
+// deep one.
+TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
+    const std::vector<test::FileChannel> channels = {{"A"},
+                                                     {"B"},
+                                                     {"G"},
+                                                     {"R"},
+                                                     {"Z", Imf::FLOAT},
+                                                     {"motion.x", Imf::FLOAT},
+                                                     {"motion.y", Imf::FLOAT}};
+    FilePart flat{.name = "flat", .channels = channels};
+    FilePart deep{
+        .name = "deep", .channels = channels, .compression = Imf::ZIPS_COMPRESSION, .deep = true};
+    deep.samples = [](int, int, size_t channel) {
+        if (channel == 4) return std::vector<float>{2, 5};
+        return std::vector<float>{channel == 0 ? 1.0F : 0.5F, 1};
+    };
+    test::write_file(at("both.0002.exr"), {flat, deep});
+    const std::map<Role, std::string> files = {{Role::color, at("both.0002.exr")}};
+    SourceSettings settings;
+    const auto front = open_source_frame(settings, files, 2);
+    settings.behind = true;
+    const auto behind = open_source_frame(settings, files, 2);
+    ASSERT_TRUE(front.ok() && behind.ok());
+    EXPECT_EQ(color_part(*front).name, "flat");
+    EXPECT_FALSE(front->has_behind);
+    EXPECT_EQ(color_part(*behind).name, "deep");
+    const auto frame =
+        read_source_frame(settings, *behind, {Role::inverse_depth}, io::Keep::nothing);
+    ASSERT_TRUE(frame.ok()) << frame.status().message();
+    EXPECT_EQ(frame->planes.at(Role::inverse_depth)->data[0], 0.2F);
+    EXPECT_EQ(frame->planes.at(Role::color)->data[0], 1);
+}
+
+// The deep file has no vectors of its own: the frame is filtered with those of another file, the
+// layer behind would stand still.
+TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
+    FilePart deep{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
+                  .data = {{0, 0}, {159, 89}},
+                  .display = {{0, 0}, {159, 89}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    deep.samples = [](int x, int, size_t channel) {
+        if (channel == 4) return std::vector<float>{1, 5};
+        const float color = x % 16 < 8 ? 1 : 0.25F;
+        return std::vector<float>{channel == 0 ? 1 : color, 1};
+    };
+    settings_.source.camera_motion = CameraMotion::none;  // none are made from matrices
+    test::write_file(at("d.0002.exr"), {deep});
+    const std::string vectors = in_scene(scene_, "sharp.####.exr");
+    settings_.input = *io::InputSpec::parse(
+        concat("color=", at("d.####.exr"), ",motion=", vectors, ",motion_back=", vectors));
+    const FrameReport report = go();
+    EXPECT_TRUE(report.status.ok()) << report.status.message();
+    EXPECT_FALSE(reads_layer());
+    EXPECT_THAT(report.warnings,
+                Contains(testing::AllOf(
+                    HasSubstr("filtered without the layer behind: "),
+                    HasSubstr("d.0002.exr: the layer behind has no motion, motion_back"),
+                    HasSubstr("write them into the deep file, a value for each sample"))));
+    read(shot("sharp"), at("d.####.exr"));
+    EXPECT_THAT(failure(), HasSubstr("d.0002.exr: the layer behind has no motion, motion_back"));
+    // Without vectors at all it is read: depth of field needs none.
+    chain_ =
+        test::chain_of("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(16)}});
+    read(at("d.####.exr"));
+    EXPECT_THAT(go().warnings, Not(Contains(HasSubstr("without the layer"))));
+    EXPECT_TRUE(reads_layer());
+}
+
+TEST_F(DeepTest, ChainsThatReadNoLayerBehindDecodeItOnce) {
+    chain_ = test::chain_of("fxaa", {});
+    read(shot("deep"));
+    const FrameReport report = go();
+    EXPECT_TRUE(report.status.ok());
+    EXPECT_THAT(report.warnings, Not(Contains(HasSubstr("not read"))));
+    EXPECT_FALSE(reads_layer());
+}
+
+TEST_F(DeepTest, MemoryOfItsSamplesCounts) {
+    FilePart deep{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
+                  .data = {{0, 0}, {15, 1}},
+                  .display = {{0, 0}, {15, 1}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    deep.samples = [](int, int, size_t) { return std::vector<float>(20000, .5F); };
+    test::write_file(at("d.0002.exr"), {deep});
+    chain_ = test::chain_of("fxaa", {});
+    read(at("d.####.exr"));
+    settings_.source.max_memory = 4 << 20;
+    const std::string message = failure();
+    EXPECT_THAT(message, HasSubstr("d.0002.exr: this frame needs "));
+    EXPECT_THAT(message, HasSubstr("of memory, but --max-memory allows 4.0 MiB"));
+    settings_.source.max_memory = 0;
+    EXPECT_TRUE(go().status.ok());
+}
+
+// Samples are sorted by distance.
+TEST_F(DeepTest, DepthThatDecreasesIsRefused) {
+    auto profile = builtin_profiles()[0];
+    for (const Profile& one : builtin_profiles())
+        if (one.name == "generic") profile = one;
+    for (auto& source : profile.roles.at(Role::inverse_depth))
+        source.depth = DepthEncoding::reverse;
+    settings_.source.profile = profile;
+    read(shot("deep"));
+    EXPECT_THAT(failure(), HasSubstr("is deep, and its depth decreases with distance"));
+}
+
+}  // namespace
+}  // namespace postchain::sequence

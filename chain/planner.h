@@ -13,9 +13,9 @@ namespace postchain {
 
 struct PlanOptions {
     Precision precision = Precision::fp32;
-    bool elide = true;                // false: no rule is used
-    std::set<std::string> rules_off;  // rules on by default that are not used
-    std::set<std::string> rules_on;   // other rules that are used
+    bool elide = true;                     // false: no rule is used
+    std::set<std::string> rules_off = {};  // rules on by default that are not used
+    std::set<std::string> rules_on = {};   // other rules that are used
     RoleSet outputs = {Role::color};
 
     bool uses(const ElisionRule& rule) const;

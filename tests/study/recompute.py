@@ -3,7 +3,8 @@
 
     tests/study/recompute.py STUDY            the study's folder: from tasks/*.json
     tests/study/recompute.py report.json      from the gains of its scenes
-    tests/study/recompute.py STUDY --table    a Markdown table of the questions, for docs/results/
+    tests/study/recompute.py STUDY --table    Markdown tables of the questions, the chains, and the
+                                              scenes by HDR-FLIP, for docs/results/
 
 It shares no code with postchain: Student's t comes from the finite sums of Abramowitz and Stegun 26.7.3
 and 26.7.4, quantiles from bisection. Prints each question by HDR-FLIP, and on stderr every figure that
@@ -189,6 +190,33 @@ def print_table(report, found):
         print(f"| `{pair['b']}` against `{pair['a']}` | {condition(pair)} | " + " | ".join(cells) + " |")
 
 
+def print_chains(report):
+    """Errors of each chain: means over families."""
+    tables = [(table, name, digits) for metric, name, digits in TABLE
+              for table in report["tables"] if table["metric"] == metric]
+    print("\n| chain | " + " | ".join(name for _, name, _ in tables) + " |")
+    print("|---" * (1 + len(tables)) + "|")
+    for i, chain in enumerate(report["variants"]):
+        cells = []
+        for table, _, digits in tables:
+            families = {}
+            for scene in table["scenes"]:
+                families.setdefault(scene["family"], []).append(scene["means"][i])
+            cells.append(f"{mean(map(mean, families.values())):.{digits}f}".removeprefix("0"))
+        print(f"| `{chain['name']}` | " + " | ".join(cells) + " |")
+
+
+def print_scenes(report, gains):
+    """gains: {scene: gain of each pair} by HDR-FLIP."""
+    print("\n| scene | family | " + " | ".join(f"`{pair['b']}` against `{pair['a']}`"
+                                             for pair in report["pairs"]) + " |")
+    print("|---" * (2 + len(report["pairs"])) + "|")
+    for scene in report["scenes"]:
+        if scene["name"] in gains:
+            cells = ["" if gain is None else short(gain, 4) for gain in gains[scene["name"]]]
+            print(f"| {scene['name']} | {scene['family']} | " + " | ".join(cells) + " |")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -199,11 +227,11 @@ def main():
     report = json.loads((path / "report.json" if path.is_dir() else path).read_text(encoding="utf8"))
     of_tasks = gains_of_tasks(path, report) if path.is_dir() else None
     differences = checked = 0
-    found = {}
+    found, by_scene = {}, {}
     for table in report["tables"]:
         gains = of_tasks[table["metric"]] if of_tasks else \
             {scene["name"]: scene["gains"] for scene in table["scenes"]}
-        found[table["metric"]] = results(table, gains)
+        found[table["metric"]], by_scene[table["metric"]] = results(table, gains), gains
         for stated, one in zip(table["pairs"], found[table["metric"]]):
             for key, value in one.items():
                 checked += 1
@@ -213,6 +241,8 @@ def main():
                           f"{stated[key]} in the report, {value} recomputed", file=sys.stderr)
     if options.table:
         print_table(report, found)
+        print_chains(report)
+        print_scenes(report, by_scene.get("hdr_flip", {}))
     else:
         margin = next((table["pairs"][0]["margin"] for table in report["tables"]
                        if table["metric"] == "hdr_flip"), None)

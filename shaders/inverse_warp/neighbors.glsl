@@ -74,9 +74,9 @@ vec2 pixel_before(vec2 p, vec2 d) {
 // a bit each: from the farthest surface visited in the neighbor nearer in time and in the other one
 // (bits 0 and 1), if this frame shows nothing; from each start surface that this frame may hide in
 // the neighbor nearer in time (bits 2 ..). If the farthest surface visited is behind the first, comes
-// almost to the pixel, or comes from beyond the border, nothing behind it counts. Edge pixels, which mix two surfaces, count
-// only if nothing else is found. A search ends at a pixel that no search may find or that is not
-// nearer than what was found.
+// almost to the pixel, or comes from beyond the border, nothing behind it counts. Edge pixels, which
+// mix two surfaces, count only if nothing else is found. A search ends at a pixel that no search may
+// find or that is not nearer than what was found.
 //
 // All searches are one loop, a visit each time: lanes do not wait for each other's searches.
 Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {

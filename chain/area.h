@@ -30,6 +30,7 @@ struct Extent {
 // A rectangle of pixels, blocks, tiles or work groups; by default the frame's pixels.
 struct Area {
     Extent x, y;
+    bool twice = false;  // along the frame's shorter axis
 
     static constexpr Area fixed(int width, int height) {
         return {{.per = 0, .times = width}, {.per = 0, .times = height}};
@@ -52,8 +53,16 @@ struct Area {
         more.y.times *= rows;
         return more;
     }
+    // Two of this area, side by side along the frame's shorter axis: devices limit the longer.
+    constexpr Area two() const {
+        Area both = *this;
+        both.twice = true;
+        return both;
+    }
     constexpr std::array<int, 2> of(const FrameSize& frame) const {
-        return {x.of(frame.width, frame.tile_px), y.of(frame.height, frame.tile_px)};
+        const bool wide = frame.width >= frame.height;
+        return {x.of(frame.width, frame.tile_px) * (twice && !wide ? 2 : 1),
+                y.of(frame.height, frame.tile_px) * (twice && wide ? 2 : 1)};
     }
     bool operator==(const Area&) const = default;
 };

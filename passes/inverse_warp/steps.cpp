@@ -248,9 +248,6 @@ class Planner : private SurfacePlanner {
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
         defines["STARTS"] = std::to_string(settings_.search.starts);
-        // 32 and more, so that a GPU does not keep them in registers (put_off.glsl).
-        defines["PUT_OFF"] = std::to_string(
-            std::clamp(std::max(settings_.samples, settings_.more_samples), 32, 128));
         defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint.made >= 0);

@@ -61,8 +61,8 @@ Step SurfacePlanner::make_block_step(const std::string& name) const {
 }
 
 TextureId SurfacePlanner::add_surfaces() {
-    Packed packed = {planner_.texture("surfaces", surface_format(),
-                                      second_layer_ ? Area().times(1, 2) : Area())};
+    Packed packed = {
+        planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};
     add_packed(packed);
     add_shown(packed);
     if (second_layer_) add_second_surfaces(packed.surfaces);
@@ -71,7 +71,7 @@ TextureId SurfacePlanner::add_surfaces() {
 
 void SurfacePlanner::add_second_surfaces(TextureId surfaces) {
     Step step = make_surface_step("second_surfaces");
-    step.program.defines["LOWER"] = flag(true);
+    step.program.defines["SECOND_HALF"] = flag(true);
     step.program.defines["SECOND_LAYER"] = "1";
     step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
     step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
@@ -83,7 +83,7 @@ TextureId SurfacePlanner::add_surfaces_of(const std::vector<Neighbor>& neighbors
                                           TextureId surfaces_here) {
     if (neighbors.empty()) return -1;
     const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
-                                                Area().times(1, int(neighbors.size())));
+                                                neighbors.size() == 2 ? Area().two() : Area());
     for (const Neighbor neighbor : neighbors) {
         Packed packed = {surfaces, neighbor, neighbor != neighbors.front(), surfaces_here};
         add_packed(packed);
@@ -96,7 +96,7 @@ TextureId SurfacePlanner::add_surfaces_of(const std::vector<Neighbor>& neighbors
 Step SurfacePlanner::make_surface_step_of(const Packed& packed, const std::string& name) const {
     Step step = make_surface_step(name);
     step.name += suffix_of(packed.neighbor);
-    step.program.defines["LOWER"] = flag(packed.lower);
+    step.program.defines["SECOND_HALF"] = flag(packed.second_half);
     return step;
 }
 

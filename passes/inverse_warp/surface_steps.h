@@ -20,10 +20,10 @@ class SurfacePlanner {
   protected:
     SurfacePlanner(PassPlanner& planner, const Settings& settings);
 
-    // With a layer behind also its surfaces, below those of the frame.
+    // With a layer behind also its surfaces, in the texture's second half.
     TextureId add_surfaces();
-    // Surfaces of the neighbors, in their order, one below the other. Those that this frame hides
-    // are left out if the light has changed around them.
+    // Surfaces of the neighbors, a half of the texture each if there are two. Those that this frame
+    // hides are left out if the light has changed around them.
     TextureId add_surfaces_of(const std::vector<Neighbor>& neighbors, TextureId surfaces_here);
 
     // A step over all pixels.
@@ -47,10 +47,10 @@ class SurfacePlanner {
     struct Packed {
         TextureId surfaces = -1;
         std::optional<Neighbor> neighbor = {};
-        bool lower = false;    // half of `surfaces`
-        TextureId here = -1;   // with a neighbor: surfaces of this frame
-        TextureId marks = -1;  // of squares
-        TextureId light = -1;  // with a neighbor
+        bool second_half = false;  // of `surfaces`
+        TextureId here = -1;       // with a neighbor: surfaces of this frame
+        TextureId marks = -1;      // of squares
+        TextureId light = -1;      // with a neighbor
     };
     // A step over all pixels of this frame or of a neighbor.
     Step make_surface_step_of(const Packed& packed, const std::string& name) const;

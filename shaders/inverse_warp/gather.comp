@@ -28,7 +28,6 @@
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
-// PUT_OFF: the most samples put off at a time
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
 // TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: which layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list

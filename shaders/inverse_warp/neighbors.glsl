@@ -24,8 +24,8 @@ const float kClosePx = 2.5;    // of a surface that comes almost to p, along eac
 
 Surface surface_in(int frame, ivec2 x) {
 #if BEFORE || AFTER
-    const ivec2 below = ivec2(0, kBefore && frame > 0 ? uniforms.size.y : 0);
-    return unpack_surface(texelFetch(neighbor_surfaces, x + below, 0));
+    const ivec2 at = kBefore && frame > 0 ? x + second_half() : x;
+    return unpack_surface(texelFetch(neighbor_surfaces, at, 0));
 #else
     return not_there();
 #endif

@@ -1,9 +1,8 @@
 // Samples that the search of this frame does not settle are put off until all samples of a set have
 // searched: the lanes whose samples are settled do not wait for the others. What the search has
 // found is kept in two words a sample, and taken up again from the surface at the pixel kept.
-//
-// PUT_OFF: the most samples put off at a time
-const int kMaxPutOff = PUT_OFF;
+
+const int kMaxPutOff = 32;
 // x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,
 // eight hidden ones, the bits below, the sample's number. One more than needed: Mesa keeps arrays of
 // up to 256 bytes in a GPU's registers, of which the gather has none left.

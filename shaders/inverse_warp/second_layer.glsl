@@ -14,7 +14,7 @@ const int kFirstPlaneOfLayers = 3;  // color, inverse depth and motion come befo
 
 // Below 0: nothing is known behind the pixel.
 Surface second_surface(ivec2 x) {
-    return unpack_surface(texelFetch(surfaces, x + ivec2(0, uniforms.size.y), 0));
+    return unpack_surface(texelFetch(surfaces, x + second_half(), 0));
 }
 
 // Searches from surface `begin`, for a surface nearer than `nearest` and no farther than the

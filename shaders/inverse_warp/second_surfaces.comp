@@ -1,7 +1,7 @@
 #version 450 core
-// Packs the surfaces of the layer behind (chain/behind.h), below those of the frame.
+// Packs the surfaces of the layer behind (chain/behind.h), beside those of the frame.
 //
-//   behind -> surfaces, the lower half
+//   behind -> surfaces, the second half
 //
 // SECOND_LAYER: defined
 #include "common/work_group.glsl"

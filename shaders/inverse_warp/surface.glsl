@@ -26,6 +26,12 @@ float radius_px(float inverse_depth) {
 }
 #endif
 
+// From the first half of a texture of two frames' surfaces to the second: Area::two().
+ivec2 second_half() {
+    const ivec2 size = uniforms.size;
+    return size.x >= size.y ? ivec2(0, size.y) : ivec2(size.x, 0);
+}
+
 // Without MOTION a, b and w are 0; without LENS R is 0.
 struct Surface {
     float inverse_depth;

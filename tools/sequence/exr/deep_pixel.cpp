@@ -71,6 +71,12 @@ void DeepPixel::composite(bool behind) {
     surface_ = int64_t(samples_[find_surface(first, end)].index);
 }
 
+double DeepPixel::alpha() const {
+    double sum = 0;
+    for (const DeepSample& sample : samples_) sum += weights_[sample.index] * double(sample.alpha);
+    return sum;
+}
+
 std::optional<size_t> DeepPixel::shown_alone() const {
     std::optional<size_t> alone;
     for (size_t i = 0; i < weights_.size(); ++i) {

@@ -236,7 +236,9 @@ class DeepReader {
             for (size_t i = 0; i < values.size(); ++i) {
                 if (to[i] == nullptr) continue;
                 const bool color = channels_.is_color[i];
-                if (color && !alone)
+                if (color && i == channels_.alpha)
+                    store(pixel.alpha(), values[i].type, to[i]);
+                else if (color && !alone)
                     put_color(pixel, values[i], first, to[i]);
                 else if (color || pixel.surface() >= 0)
                     // A value that is shown alone keeps its bits.

@@ -69,6 +69,8 @@ struct Unpacked {
 
     std::byte* hold(size_t count) {
         if (count > room) {
+            bytes.reset();  // so that both are never allocated together
+            room = 0;
             bytes = std::make_unique_for_overwrite<std::byte[]>(count);
             room = count;
         }
@@ -84,7 +86,7 @@ struct DeepBuffers {
     DeepPixel pixel;
 };
 
-// What the channels of the part are for.
+// How each channel of the part is used.
 struct DeepChannels {
     std::vector<size_t> sizes;                     // bytes of a sample, by channel
     std::vector<const PartPixels::Plane*> planes;  // by channel; null: not wanted

@@ -37,10 +37,8 @@ Composited composite(const std::vector<Sample>& samples, bool behind = false) {
     pixel.composite(behind);
     Composited result;
     result.surface = pixel.surface();
-    for (size_t i = 0; i < samples.size(); ++i) {
-        result.weights.push_back(pixel.weight(i));
-        result.alpha += pixel.weight(i) * samples[i].alpha;
-    }
+    result.alpha = pixel.alpha();
+    for (size_t i = 0; i < samples.size(); ++i) result.weights.push_back(pixel.weight(i));
     return result;
 }
 
@@ -182,6 +180,8 @@ TEST(DeepPixel, ValuesThatMeanNothingDoNoHarm) {
                     for (const double weight : odd.weights)
                         EXPECT_TRUE(weight >= 0 && weight <= 1)
                             << depth << " " << back << " " << alpha << ": " << weight;
+                    EXPECT_TRUE(odd.alpha >= 0 && odd.alpha <= 1 + 1e-12)
+                        << depth << " " << back << " " << alpha << ": " << odd.alpha;
                 }
     EXPECT_EQ(composite({at(nan, 1), at(5, 1)}).surface, 1);  // NaN: farther than all
     EXPECT_THAT(composite({at(1, 3), at(2, 1)}).weights, ElementsAre(1, 0));

@@ -156,6 +156,28 @@ TEST(DeepReader, ShowsWhatIsBehind) {
     EXPECT_EQ(values_of(*behind, "motion.x"), (V{-1, 2, 1, 0}));
 }
 
+TEST(DeepReader, AlphaIsClampedIn0To1) {
+    const TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    FilePart part{.channels = {{"A"}, {"R"}, {"Z", Imf::FLOAT}},
+                  .data = {{0, 0}, {3, 0}},
+                  .display = {{0, 0}, {3, 0}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    const std::vector<std::vector<float>> alphas = {{1.5F}, {-.5F, 1}, {NAN, .5F}, {INFINITY, 1}};
+    part.samples = [&](int x, int, size_t channel) {
+        std::vector<float> values = alphas[size_t(x)];
+        for (size_t i = 0; i < values.size() && channel > 0; ++i)
+            values[i] = channel == 1 ? .25F : 1 + float(i);
+        return values;
+    };
+    write_file(path, {part});
+    const auto pixels = read(path);
+    ASSERT_TRUE(pixels.ok());
+    EXPECT_EQ(values_of(*pixels, "A"), (std::vector<float>{1, 1, .5F, 1}));
+    EXPECT_EQ(values_of(*pixels, "R"), (std::vector<float>{.25F, .5F, .5F, .25F}));
+}
+
 // A half that overflows is infinite, as in a flat file; a hidden NaN does not count.
 TEST(DeepReader, KeepsValuesThatAreNotFinite) {
     const TempFolder folder;

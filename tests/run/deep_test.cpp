@@ -184,6 +184,32 @@ TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
     EXPECT_EQ(frame->planes.at(Role::color)->data[0], 1);
 }
 
+// A file without color (deep opacity), and one with r, g and b: their deep channels count.
+TEST_F(DeepTest, ChannelsOfADeepPartAreReadUnlessAFlatOneHasColor) {
+    const auto depth_of = [&](const std::string& name, const std::vector<std::string>& colors,
+                              Role role) {
+        FilePart deep{.channels = {{"A"}, {"Z", Imf::FLOAT}},
+                      .data = {{0, 0}, {159, 89}},
+                      .display = {{0, 0}, {159, 89}},
+                      .compression = Imf::ZIPS_COMPRESSION,
+                      .deep = true};
+        for (const std::string& color : colors) deep.channels.push_back({color});
+        deep.samples = [](int, int, size_t channel) {
+            return channel == 1 ? std::vector<float>{2, 5} : std::vector<float>{.75F, 1};
+        };
+        test::write_file(at(name), {deep});
+        std::map<Role, std::string> files = {{Role::color, in_scene(scene_, "sharp.0002.exr")}};
+        files[role] = at(name);
+        auto header = open_source_frame({}, files, 2);
+        if (!header.ok()) return concat(header.status().message());
+        const auto frame = read_source_frame({}, *header, {Role::inverse_depth}, io::Keep::nothing);
+        return frame.ok() ? concat(frame->planes.at(Role::inverse_depth)->data[0])
+                          : frame.status().message();
+    };
+    EXPECT_EQ(depth_of("z.exr", {}, Role::inverse_depth), "0.5");
+    EXPECT_EQ(depth_of("rgb.exr", {"b", "g", "r"}, Role::color), "0.5");
+}
+
 // The deep file has no vectors of its own: the frame is filtered with those of another file, the
 // layer behind would stand still.
 TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
@@ -197,21 +223,25 @@ TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
         const float color = x % 16 < 8 ? 1 : 0.25F;
         return std::vector<float>{channel == 0 ? 1 : color, 1};
     };
-    settings_.source.camera_motion = CameraMotion::none;  // none are made from matrices
     test::write_file(at("d.0002.exr"), {deep});
     const std::string vectors = in_scene(scene_, "sharp.####.exr");
-    settings_.input = *io::InputSpec::parse(
-        concat("color=", at("d.####.exr"), ",motion=", vectors, ",motion_back=", vectors));
-    const FrameReport report = go();
-    EXPECT_TRUE(report.status.ok()) << report.status.message();
-    EXPECT_FALSE(reads_layer());
-    EXPECT_THAT(report.warnings,
-                Contains(testing::AllOf(
-                    HasSubstr("filtered without the layer behind: "),
-                    HasSubstr("d.0002.exr: the layer behind has no motion, motion_back"),
-                    HasSubstr("write them into the deep file, a value for each sample"))));
-    read(shot("sharp"), at("d.####.exr"));
-    EXPECT_THAT(failure(), HasSubstr("d.0002.exr: the layer behind has no motion, motion_back"));
+    // The camera file has matrices. The camera's vectors are not those of moving objects.
+    for (const CameraMotion made : {CameraMotion::missing, CameraMotion::none}) {
+        settings_.source.camera_motion = made;
+        settings_.input = *io::InputSpec::parse(
+            concat("color=", at("d.####.exr"), ",motion=", vectors, ",motion_back=", vectors));
+        const FrameReport report = go();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        EXPECT_FALSE(reads_layer());
+        EXPECT_THAT(report.warnings,
+                    Contains(testing::AllOf(
+                        HasSubstr("filtered without the layer behind: "),
+                        HasSubstr("d.0002.exr: the layer behind has no motion, motion_back"),
+                        HasSubstr("write them into the deep file, a value for each sample"))));
+        read(shot("sharp"), at("d.####.exr"));
+        EXPECT_THAT(failure(),
+                    HasSubstr("d.0002.exr: the layer behind has no motion, motion_back"));
+    }
     // Without vectors at all it is read: depth of field needs none.
     chain_ =
         test::chain_of("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(16)}});

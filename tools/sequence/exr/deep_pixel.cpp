@@ -41,7 +41,7 @@ void DeepPixel::composite(bool behind) {
     const auto before = [](const DeepSample& a, const DeepSample& b) {
         return std::tie(a.front, a.back, a.index) < std::tie(b.front, b.back, b.index);
     };
-    // As most files are written.
+    // Most files are sorted already.
     if (!std::is_sorted(samples_.begin(), samples_.end(), before))
         std::sort(samples_.begin(), samples_.end(), before);
     weights_.assign(samples_.size(), 0);
@@ -50,7 +50,7 @@ void DeepPixel::composite(bool behind) {
     size_t first = 0, end = samples_.size();
     weigh(first, end);
     if (behind) {
-        // The samples of the surface, then what is left.
+        // Skips the samples of the surface.
         const size_t surface = find_surface(first, end);
         size_t next = surface;
         double through = 1, depth = double(samples_[surface].back);
@@ -69,6 +69,12 @@ void DeepPixel::composite(bool behind) {
         weigh(first, end);
     }
     surface_ = int64_t(samples_[find_surface(first, end)].index);
+}
+
+double DeepPixel::alpha() const {
+    double sum = 0;
+    for (const DeepSample& sample : samples_) sum += weights_[sample.index] * double(sample.alpha);
+    return sum;
 }
 
 std::optional<size_t> DeepPixel::shown_alone() const {
@@ -138,7 +144,7 @@ void DeepPixel::weigh_overlapping(size_t first, size_t end) {
             const double per_alpha =
                 sample.alpha > 0 ? optical_depth(sample.alpha) / double(sample.alpha) : 1;
             weights_[sample.index] = per_alpha / length * (shown - shown_[event.sample]);
-            // No rest of the subtraction stays.
+            // Removes what rounding leaves.
             densities = --volumes == 0 ? 0 : std::max(0.0, densities - density(sample));
             ++e;
         } else {

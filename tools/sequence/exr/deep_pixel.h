@@ -39,9 +39,10 @@ class DeepPixel {
     // count as infinite, alpha counts as 0 to 1, NaN as 0. Sorts samples().
     void composite(bool behind);
 
-    // Factors of the samples' premultiplied values, by index in the file. Their sum over alphas is
-    // the pixel's alpha.
+    // Factors of the samples' premultiplied values, by index in the file.
     double weight(size_t index) const { return weights_[index]; }
+    // The pixel's alpha, 0 to 1.
+    double alpha() const;
     size_t size() const { return samples_.size(); }
     // The only sample with a weight, if that is 1.
     std::optional<size_t> shown_alone() const;

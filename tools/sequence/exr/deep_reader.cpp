@@ -69,6 +69,8 @@ struct Unpacked {
 
     std::byte* hold(size_t count) {
         if (count > room) {
+            bytes.reset();  // so that both are never allocated together
+            room = 0;
             bytes = std::make_unique_for_overwrite<std::byte[]>(count);
             room = count;
         }
@@ -84,7 +86,7 @@ struct DeepBuffers {
     DeepPixel pixel;
 };
 
-// What the channels of the part are for.
+// How each channel of the part is used.
 struct DeepChannels {
     std::vector<size_t> sizes;                     // bytes of a sample, by channel
     std::vector<const PartPixels::Plane*> planes;  // by channel; null: not wanted
@@ -236,7 +238,9 @@ class DeepReader {
             for (size_t i = 0; i < values.size(); ++i) {
                 if (to[i] == nullptr) continue;
                 const bool color = channels_.is_color[i];
-                if (color && !alone)
+                if (color && i == channels_.alpha)
+                    store(pixel.alpha(), values[i].type, to[i]);
+                else if (color && !alone)
                     put_color(pixel, values[i], first, to[i]);
                 else if (color || pixel.surface() >= 0)
                     // A value that is shown alone keeps its bits.

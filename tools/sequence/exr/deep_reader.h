@@ -3,9 +3,9 @@
 //   table of chunks --> pread, sizes checked --> unpack --> samples of a pixel --DeepPixel-->
 //   planes
 //
-// One line or tile of samples is in memory for each thread of WorkerPool, never a whole part. Every
-// statement of the file is checked as in exr_chunk_reader.h: sample counts grow along a line and
-// add up to the stated number of bytes.
+// One line or tile of samples is in memory for each thread of WorkerPool, never a whole part. The
+// file is checked as in exr_chunk_reader.h: sample counts grow along a line and add up to the
+// stated number of bytes.
 #pragma once
 
 #include "chain/status.h"

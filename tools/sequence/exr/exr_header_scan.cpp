@@ -31,7 +31,9 @@ Status truncated() {
 // Reads forward through the file; `good` becomes false at its end.
 class Cursor {
   public:
-    Cursor(int fd, uint64_t file_bytes, uint64_t at = 0) : fd_(fd), size_(file_bytes), at_(at) {}
+    // Reads from `at` on, `ahead` bytes at a time.
+    Cursor(int fd, uint64_t file_bytes, uint64_t at = 0, size_t ahead = size_t(1) << 16)
+        : fd_(fd), size_(file_bytes), at_(at), ahead_(ahead) {}
 
     bool bytes(void* to, size_t count) {
         if (!good_ || at_ + count > size_) return good_ = false;
@@ -76,7 +78,7 @@ class Cursor {
 
   private:
     bool fill() {
-        buffer_.resize(size_t(1) << 16);
+        buffer_.resize(ahead_);
         ssize_t n;
         do n = ::pread(fd_, buffer_.data(), buffer_.size(), off_t(at_));
         while (n < 0 && errno == EINTR);
@@ -87,6 +89,7 @@ class Cursor {
     int fd_;
     uint64_t size_;
     uint64_t at_;
+    size_t ahead_;
     uint64_t start_ = 0;
     std::vector<char> buffer_;
     bool good_ = true;
@@ -289,7 +292,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
             }
             chunks.push_back(offset);
             if (!parts[i].deep || offset == 0) continue;  // 0: never written, refused later
-            Cursor chunk(fd, file_bytes, offset);
+            Cursor chunk(fd, file_bytes, offset, 3 * sizeof(uint64_t));
             // Part, line or tile, then the sizes of sample counts and samples.
             chunk.skip((multi_part ? 4 : 0) + (parts[i].tiled ? 16 : 4));
             const uint64_t counts = chunk.number(8);

@@ -11,8 +11,8 @@ struct Flattening {
     bool behind = false;      // only the samples behind the pixel's surface (deep_pixel.h)
     std::string depth = "Z";  // the channel that orders samples; "ZBack" is a volume's far end
     std::string alpha = "A";  // without it every sample is opaque
-    // Channels that are composited; of the others a pixel has the value of its surface. Empty:
-    // those that are named R, G, B or A in their layer.
+    // Composited channels. In all others a pixel has the value of its surface. Empty: those named
+    // R, G, B or A in their layer.
     std::optional<std::set<std::string>> color = {};
 
     bool is_color(const std::string& channel) const {

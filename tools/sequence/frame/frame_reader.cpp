@@ -21,11 +21,15 @@ bool count_fits(Role role, size_t count) {
     return count == size_t(channels_of(role));
 }
 
-// A layer with R, G and B that is not a cryptomatte's.
+// A layer with R, G and B, or r, g and b, that is not a cryptomatte's.
 bool has_color(const ExrPart& part) {
     return std::any_of(part.channels.begin(), part.channels.end(), [&](const ExrChannel& c) {
         const std::string layer = c.name.substr(0, c.name.rfind('.') + 1);
-        return c.name == layer + "R" && part.find(layer + "G") && part.find(layer + "B") &&
+        const auto has = [&](const char* green, const char* blue) {
+            return part.find(layer + green) && part.find(layer + blue);
+        };
+        return ((c.name == layer + "R" && has("G", "B")) ||
+                (c.name == layer + "r" && has("g", "b"))) &&
                layer.find("rypto") == std::string::npos;
     });
 }
@@ -82,7 +86,7 @@ FileChannels channels_of(const PixelFile& file) {
             return part.deep == deep_parts && has_color(part);
         });
     };
-    const bool deep = color_in(true) && (file.flattening.behind || !color_in(false));
+    const bool deep = file.flattening.behind ? color_in(true) : !color_in(false);
     FileChannels channels;
     for (const ExrPart& part : file.parts()) {
         PartChannels& p = channels.parts.emplace_back();

@@ -20,8 +20,13 @@ SourceSettings settings_of_behind(SourceSettings settings) {
     return settings;
 }
 
-Status check_roles(const std::string& path, const FrameHeader& behind, RoleSet needed) {
-    const RoleSet lacking = needed - roles_in_files(behind) - RoleSet{Role::layers};
+Status check_roles(const std::string& path, const FrameHeader& behind, const FrameHeader& frame,
+                   RoleSet needed) {
+    RoleSet present = roles_in_files(behind) | RoleSet{Role::layers};
+    // Objects whose samples have no vectors would get those of the camera alone.
+    if (color_part(behind).deep && behind.makes_motion && !frame.makes_motion)
+        present = present - RoleSet{Role::motion, Role::motion_back};
+    const RoleSet lacking = needed - present;
     if (lacking.empty()) return Status();
     std::string text = concat(path, ": the layer behind has no ", lacking.text());
     for (const auto& [role, names] : behind.match.missing)
@@ -52,7 +57,8 @@ Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::strin
     constexpr RoleSet kPlanes = {Role::inverse_depth, Role::motion, Role::motion_back,
                                  Role::layers};
     const RoleSet needed = (frame.planes & kPlanes) | RoleSet{Role::inverse_depth};
-    if (Status status = check_roles(path, *header, needed); !status.ok()) return status;
+    if (Status status = check_roles(path, *header, frame.header, needed); !status.ok())
+        return status;
     FrameLayers layers = frame.header.layers;
     layers.filtered_cryptomattes = 0;
     if (const auto lacking = layers_lacking(layers, header->layers); !lacking.empty())

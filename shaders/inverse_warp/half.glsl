@@ -1,9 +1,7 @@
 // The place of a pixel's surface in a texture of two halves: the frame before and the one after, if both
 // are searched; this frame and the layer behind.
 //
-// SECOND_HALF: 1: this step does the second half
-#include "inverse_warp/surface.glsl"
-
+// SECOND_HALF: 1: this step does the second half. After surface.glsl.
 ivec2 in_half(ivec2 p) {
     return p + SECOND_HALF * second_half();
 }

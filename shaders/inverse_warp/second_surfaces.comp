@@ -6,8 +6,9 @@
 // SECOND_LAYER: defined
 #include "common/work_group.glsl"
 
-#include "inverse_warp/half.glsl"
 #include "inverse_warp/planes.glsl"
+
+#include "inverse_warp/half.glsl"
 
 layout(binding = 0) writeonly uniform uimage2D surfaces;
 

@@ -1,4 +1,4 @@
-// What this frame shows of a neighbor's surfaces. Their light is compared in cells of kLightCellPx.
+// Finds a neighbor's surfaces in this frame, and compares their light in cells of kLightCellPx.
 //
 // FRAME: -1: the frame before, 1: the frame after
 #include "inverse_warp/frames.glsl"
@@ -9,7 +9,7 @@ const float kOneMotionPx = 1.0, kOneMotion = 0.5;  // pixels, parts of the path
 
 const float kFarther = 1.02;  // inverse depths beyond this ratio are farther
 
-// What this frame shows at the place of a neighbor's surface.
+// This frame at the place of a neighbor's surface.
 struct Here {
     ivec2 at;
     bool inside;

@@ -242,7 +242,7 @@ TEST(DeepReader, DamagedFilesAreRefused) {
         }
 }
 
-// What a chunk states of itself.
+// The sizes that a chunk states.
 TEST(DeepReader, ImpossibleSizesAreRefusedBeforeTheyAreAllocated) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");

@@ -162,7 +162,7 @@ io::DeepSamples deep_samples(const ScenePlanes& sharp, const ScenePlanes& behind
             for (size_t c = 0; c < 3; ++c) front[c] -= (1 - alpha) * back[c];
             front[3] = alpha;
         }
-        // Of two surfaces that touch, the one in front stays in front.
+        // Keeps the order of two surfaces that touch.
         const float depth = sharp.depth.data[pixel],
                     next = std::nextafter(depth, std::numeric_limits<float>::max());
         add(sharp, pixel, front, depth);

@@ -58,9 +58,7 @@ class Behind:
     def setUp(self):
         if not shutil.which(self.program, path="/usr/sbin:/usr/bin:/sbin:/bin"):
             self.skipTest(f"{self.program} is not installed")
-        self.folder = tempfile.TemporaryDirectory()
-        self.addCleanup(self.folder.cleanup)
-        self.path = pathlib.Path(self.folder.name)
+        self.path = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.server = Server([PROGRAM, "frame=300", "trust_own=1", "base=1", "heartbeat=60000"])
         self.addCleanup(self.server.stop)
         port = free_port()

@@ -25,9 +25,7 @@ JOB = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera
 
 class Serve(unittest.TestCase):
     def setUp(self):
-        self.folder = tempfile.TemporaryDirectory()
-        self.path = pathlib.Path(self.folder.name)
-        self.addCleanup(self.folder.cleanup)
+        self.path = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def command(self, *more):
         return [PROGRAM, "serve", "--root", str(self.path), "--store", str(self.path / "jobs.sqlite"),

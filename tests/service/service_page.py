@@ -50,8 +50,7 @@ def values_of(data):
 class OnTheService(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.path = pathlib.Path(cls.folder.name)
+        cls.path = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         subprocess.run([PROGRAM, "scene", "wheels", "-o", str(cls.path / "shots"), "--frames", "1-3",
                         "--size", "160x90", "--device", "software", "-q"], check=True)
         (cls.path / "broken").mkdir()
@@ -71,7 +70,6 @@ class OnTheService(unittest.TestCase):
     def tearDownClass(cls):
         cls.browser.close()
         assert cls.server.stop() == 143
-        cls.folder.cleanup()
 
     def setUp(self):
         self.browser.size(1280, 900)

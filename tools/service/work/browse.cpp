@@ -19,10 +19,6 @@ constexpr size_t kMaxNames = 5000;  // of each kind in a reply
 constexpr size_t kMaxRead = 100;    // text files of a folder that are read
 constexpr uintmax_t kMaxText = 1 << 18;
 
-Problem not_found(const std::string& detail) {
-    return {Problem::Kind::not_found, detail, {}, 0};
-}
-
 // "10-13,20"
 std::string ranges_of(const std::vector<int>& frames) {
     std::string text;

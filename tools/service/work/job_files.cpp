@@ -25,10 +25,6 @@ std::string type_of(const std::string& name) {
     return "";
 }
 
-Problem not_found(const std::string& detail) {
-    return {Problem::Kind::not_found, detail};
-}
-
 ResultFile file_at(const std::string& path) {
     const std::string name = fs::path(path).filename().string();
     const std::string type = type_of(name);

@@ -16,6 +16,10 @@ Problem problem_of(const Status& status, const Roots& roots) {
     }
 }
 
+Problem not_found(const std::string& detail) {
+    return {Problem::Kind::not_found, detail};
+}
+
 Problem refusal(Problem::Kind kind, Diagnostics diagnostics) {
     const auto is_error = [](const Diagnostic& one) { return one.severity == Severity::error; };
     const auto first = std::find_if(diagnostics.begin(), diagnostics.end(), is_error);

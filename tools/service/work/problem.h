@@ -30,6 +30,8 @@ struct Problem {
 template <class T>
 using Answer = std::variant<T, Problem>;
 
+Problem not_found(const std::string& detail);
+
 // An error of a request's work: without paths outside the roots.
 Problem problem_of(const Status& status, const Roots& roots);
 

@@ -1,24 +1,14 @@
 #include "tools/service/work/service.h"
 
-#include <atomic>
 #include <filesystem>
-#include <type_traits>
 
 #include "config/describe.h"
 #include "config/schema.h"
 #include "tools/sequence/run/device.h"
-#include "tools/service/store/job_store.h"
 #include "tools/service/work/browse.h"
-#include "tools/service/work/disk_check.h"
-#include "tools/service/work/helper_threads.h"
-#include "tools/service/work/job_files.h"
-#include "tools/service/work/job_log.h"
-#include "tools/service/work/job_request.h"
 #include "tools/service/work/planned.h"
-#include "tools/service/work/preview.h"
-#include "tools/service/work/previews.h"
-#include "tools/service/work/readers.h"
 #include "tools/service/work/remote_backend.h"
+#include "tools/service/work/service_state.h"
 #include "tools/service/work/submission.h"
 #include "tools/service/work/worker.h"
 
@@ -26,16 +16,19 @@ namespace postchain::service {
 namespace {
 
 constexpr size_t kMaxKeyBytes = 255;
-constexpr size_t kMaxThumbnails = 256;  // waiting
 
-// The functions below run in answer(): these helpers throw a Problem.
-template <class Work>
-auto answer(const Work& work) -> Answer<std::invoke_result_t<Work>> {
-    try {
-        return work();
-    } catch (const Problem& refused) {
-        return refused;
-    }
+void check_priority(const User& user, int priority) {
+    if (priority > user.max_priority)
+        throw Problem{Problem::Kind::forbidden,
+                      concat("priority: the largest of ", user.name, " is ", user.max_priority)};
+}
+
+// Those of the roots, and the store's.
+std::vector<std::string> folders_of(const ServiceSettings& settings) {
+    std::vector<std::string> folders = settings.roots.folders();
+    const auto beside = std::filesystem::path(settings.store).parent_path();
+    folders.push_back(beside.empty() ? "." : beside.string());
+    return folders;
 }
 
 // Does the work, which calls `done` later unless it throws a Problem.
@@ -48,138 +41,7 @@ void refuse(const std::function<void(Answer<Picture>)>& done, const Work& work) 
     }
 }
 
-template <class T>
-T stored(Result<T> found) {
-    if (!found.ok())
-        throw Problem{Problem::Kind::unavailable, found.status().message(), {}, kRetryAfterS};
-    return std::move(*found);
-}
-
-template <class T>
-T taken(Answer<T> got) {
-    if (const auto* refused = std::get_if<Problem>(&got)) throw *refused;
-    return std::get<T>(std::move(got));
-}
-
-void check_priority(const User& user, int priority) {
-    if (priority > user.max_priority)
-        throw Problem{Problem::Kind::forbidden,
-                      concat("priority: the largest of ", user.name, " is ", user.max_priority)};
-}
-
-std::vector<std::string> folders_of(const ServiceSettings& settings) {
-    std::vector<std::string> folders = settings.roots.folders();
-    const auto beside = std::filesystem::path(settings.store).parent_path();
-    folders.push_back(beside.empty() ? "." : beside.string());
-    return folders;
-}
-
 }  // namespace
-
-struct Service::State {
-    State(const ServiceSettings& s, const PassRegistry& r, const egl::ContextOptions& device)
-        : settings(s),
-          registry(r),
-          reader(settings.roots, registry, settings.version, settings.threads),
-          readers(reader, *settings.users),
-          counters(settings.version),
-          thumbnails(1, kMaxThumbnails),
-          previews(device, registry, gate),
-          disks(folders_of(settings)) {}
-
-    const ServiceSettings settings;
-    const PassRegistry& registry;
-    const JobReader reader;
-    const Readers readers;
-    Counters counters;
-    std::unique_ptr<JobStore> store;
-    std::unique_ptr<JobLog> log;
-    HelperThreads thumbnails;
-    DeviceGate gate;
-    Previews previews;
-    DiskCheck disks;
-    std::unique_ptr<Backend> backend;
-    std::atomic<bool> draining = false;
-    std::mutex listener_mutex;
-    std::function<void(const Event&)> listener;
-
-    // A job of the store with the remaining time of the running job, or its place in the queue.
-    Job shown(Job job, const QueuePlaces& places) const {
-        job.remaining_s = backend->remaining_s(job.id);
-        const auto place = places.find(job.id);
-        if (place != places.end()) job.place = place->second;
-        return job;
-    }
-    Job shown(Job job) const {
-        if (job.state != JobState::queued) return shown(std::move(job), {});
-        const auto places = store->places();
-        return shown(std::move(job), places.ok() ? *places : QueuePlaces());
-    }
-
-    void hear(const Event& event) {
-        log->enter(event);
-        const std::lock_guard lock(listener_mutex);
-        if (listener) listener(event);
-    }
-
-    // Throw a Problem.
-    Job known(const std::string& id) const {
-        auto job = stored(store->job(id));
-        if (!job) throw Problem{Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'"};
-        return shown(std::move(*job));
-    }
-    JobFrame known(const std::string& id, int frame) const {
-        known(id);
-        auto found = stored(store->frame(id, frame));
-        if (!found)
-            throw Problem{Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)};
-        return std::move(*found);
-    }
-    JobReader reader_of(const User& user) const {
-        auto own = readers.of(user);
-        if (!own.ok()) throw Problem{Problem::Kind::forbidden, own.status().message()};
-        return std::move(*own);
-    }
-
-    // Sends an image of a file from another thread. `find` returns the file for a reader; it and
-    // the arguments of this may throw a Problem.
-    template <class Find>
-    void show(const User& user, const ImageWanted& wanted,
-              const std::function<void(Answer<Picture>)>& done, const Find& find) {
-        const auto image = [wanted, reader = reader_of(user), find] {
-            try {
-                const ShownFrame shown = taken(find(reader));
-                auto bytes = image_of(shown.path, shown.frame, shown.source, wanted);
-                if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
-                return Picture{wanted.type, std::move(*bytes)};
-            } catch (const Problem&) {
-                throw;
-            } catch (...) {
-                throw problem_of(status_of_exception("the image"), reader.roots());
-            }
-        };
-        if (!thumbnails.run([done, image] { done(answer(image)); }))
-            throw Problem{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
-    }
-
-    // Changes a job that the user may change with `work`, which returns false if its state does not
-    // allow it.
-    template <class Work>
-    Job change(const User& user, const std::string& id, const std::string& why_not,
-               const Work& work) {
-        Job job = known(id);
-        if (!user.admin && job.owner != user.name)
-            throw Problem{
-                Problem::Kind::forbidden,
-                concat("job ", id, " is of ", job.owner.empty() ? "another user" : job.owner,
-                       "; only its owner and administrators may change it")};
-        if (!work(job))
-            throw Problem{Problem::Kind::conflict,
-                          concat("job ", id, " is ", name_of(job.state), why_not)};
-        // A job that was just removed is returned as it was.
-        return shown(stored(store->job(id)).value_or(std::move(job)));
-    }
-};
 
 Service::Service(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
@@ -198,7 +60,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
     auto device = sequence::context_options_of(settings.device, settings.threads, settings.warn);
     if (!device.ok()) return device.status();
-    auto state = std::make_unique<State>(settings, registry, *device);
+    auto state = std::make_unique<State>(settings, registry, *device, folders_of(settings));
     auto store = JobStore::open(settings.store, settings.attempts, settings.keep);
     if (!store.ok()) return store.status();
     state->store = std::move(*store);
@@ -378,6 +240,21 @@ Answer<std::vector<Event>> Service::events(const std::string& id, int64_t after,
     });
 }
 
+Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
+                                        const std::string& name) const {
+    return answer(
+        [&] { return taken(report_file_of(state_->known(id), name, state_->reader_of(user))); });
+}
+
+Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
+                                                 int last) const {
+    return answer([&] {
+        state_->known(id);
+        return taken(outputs_of(stored(state_->store->frames(id)), first, last,
+                                state_->reader_of(user).roots()));
+    });
+}
+
 void Service::on_event(std::function<void(const Event&)> listener) {
     const std::lock_guard lock(state_->listener_mutex);
     state_->listener = std::move(listener);
@@ -429,21 +306,6 @@ Answer<std::string> Service::browse(const User& user, const std::string& folder)
 
 Answer<std::string> Service::chains(const User& user, const std::string& file) const {
     return answer([&] { return taken(chains_of(file, state_->reader_of(user).roots())); });
-}
-
-Answer<ResultFile> Service::report_file(const User& user, const std::string& id,
-                                        const std::string& name) const {
-    return answer(
-        [&] { return taken(report_file_of(state_->known(id), name, state_->reader_of(user))); });
-}
-
-Answer<std::vector<ResultFile>> Service::outputs(const User& user, const std::string& id, int first,
-                                                 int last) const {
-    return answer([&] {
-        state_->known(id);
-        return taken(outputs_of(stored(state_->store->frames(id)), first, last,
-                                state_->reader_of(user).roots()));
-    });
 }
 
 Answer<std::string> Service::plan(const User& user, const std::string& body) {

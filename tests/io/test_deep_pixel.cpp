@@ -57,6 +57,7 @@ TEST(DeepPixel, TheSurfaceIsWhereHalfTheOpacityIsReached) {
     EXPECT_EQ(composite({at(1, .3)}).surface, 0);                       // hair before nothing
     EXPECT_EQ(composite({at(1, .1), at(2, .3)}).surface, 1);            // the most of what is there
     EXPECT_EQ(composite({at(1, .2), at(2, .2), at(3, 1)}).surface, 2);  // two veils
+    EXPECT_EQ(composite({at(1, .4), at(2, .1)}).surface, 0);            // half of what is there
     EXPECT_EQ(composite({at(2, 0)}).surface, 0);  // clear, but its depth is known
 }
 

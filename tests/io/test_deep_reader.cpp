@@ -183,12 +183,18 @@ TEST(DeepReader, KeepsValuesThatAreNotFinite) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
     FilePart part{.channels = {{"A"}, {"R"}, {"Z", Imf::FLOAT}},
-                  .data = {{0, 0}, {2, 0}},
-                  .display = {{0, 0}, {2, 0}},
+                  .data = {{0, 0}, {6, 0}},
+                  .display = {{0, 0}, {6, 0}},
                   .compression = Imf::ZIPS_COMPRESSION,
                   .deep = true};
     const std::vector<std::vector<std::array<float, 3>>> pixels = {
-        {{.5F, 60000, 1}, {1, 60000, 2}}, {{1, 1, 1}, {1, NAN, 2}}, {{.5F, NAN, NAN}}};
+        {{.5F, 60000, 1}, {1, 60000, 2}},
+        {{1, 1, 1}, {1, NAN, 2}},
+        {{.5F, NAN, NAN}},
+        {{.5F, NAN, 1}, {1, 1, 2}},
+        {{0, 8, 1}, {1, 65504, 2}},  // 65512 is nearer to 65504 than to 65536
+        {{.5F, 1, 1}, {1, 1, 2}, {1, NAN, 3}},
+        {{1, -0.0F, 1}}};
     part.samples = [&](int x, int, size_t channel) {
         std::vector<float> values;
         for (const auto& sample : pixels[size_t(x)]) values.push_back(sample[channel]);
@@ -202,6 +208,10 @@ TEST(DeepReader, KeepsValuesThatAreNotFinite) {
     EXPECT_EQ(red[1], 1);
     EXPECT_TRUE(std::isnan(red[2]));
     EXPECT_TRUE(std::isnan(values_of(*pixel, "Z")[2]));
+    EXPECT_TRUE(std::isnan(red[3]));
+    EXPECT_EQ(red[4], 65504);
+    EXPECT_EQ(red[5], 1.5F);
+    EXPECT_TRUE(std::signbit(red[6])) << "the bits of a sample that is shown alone";
 }
 
 // Every end of the file, and every byte of its chunks changed: an error that names the place, or
@@ -226,7 +236,7 @@ TEST(DeepReader, DamagedFilesAreRefused) {
                 ASSERT_EQ(cut.status().code(), StatusCode::input);
             }
             test::forget_allocations();
-            size_t refused = 0;
+            size_t refused = 0, unpacked = 0;
             for (size_t at = whole.size() * 2 / 5; at < whole.size(); ++at)
                 for (const int bits : {1, 128, 255}) {
                     std::string bytes = whole;
@@ -235,9 +245,12 @@ TEST(DeepReader, DamagedFilesAreRefused) {
                     const auto result = read(file.path());
                     if (result.ok()) continue;
                     ++refused;
+                    unpacked +=
+                        result.status().message().find("cannot be unpacked") != std::string::npos;
                     ASSERT_EQ(result.status().code(), StatusCode::input);
                 }
             EXPECT_GT(refused, 50u);
+            EXPECT_EQ(unpacked > 10, compression != Imf::NO_COMPRESSION) << unpacked;
             EXPECT_LT(test::largest_allocation(), size_t(4) << 20);
         }
 }

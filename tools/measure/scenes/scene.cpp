@@ -1,17 +1,15 @@
 #include "tools/measure/scenes/scene.h"
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <limits>
 #include <set>
 #include <system_error>
 
 #include "tools/measure/scenes/crossing.h"
+#include "tools/measure/scenes/deep_samples.h"
 #include "tools/measure/scenes/poles.h"
 #include "tools/measure/scenes/still.h"
 #include "tools/measure/scenes/wheels.h"
@@ -133,43 +131,6 @@ Status write_picture(const std::string& path, const ScenePlanes& planes, Picture
     io::WriteOptions options;
     options.on_existing = on_existing;
     return io::write_planes_exr(path, file, options).status();
-}
-
-// A sample of `sharp`, as an opaque surface or with what its alpha lets through of `behind`, then
-// one of `behind`. A pixel that hides nothing has one sample.
-io::DeepSamples deep_samples(const ScenePlanes& sharp, const ScenePlanes& behind) {
-    io::DeepSamples samples{sharp.color.width, sharp.color.height, {}, {}};
-    for (const char* name : {"R", "G", "B", "A"})
-        samples.channels.push_back({name, io::PixelType::half, {}});
-    for (const char* name : {"Z", "motion.x", "motion.y", "motion_back.x", "motion_back.y"})
-        samples.channels.push_back({name, io::PixelType::float32, {}});
-    const auto add = [&](const ScenePlanes& planes, size_t pixel, const std::array<float, 4>& color,
-                         float depth) {
-        const float* v = &planes.vectors.data[4 * pixel];
-        const float values[] = {color[0], color[1], color[2], color[3], depth,
-                                -v[2],    v[3],     -v[0],    v[1]};
-        for (size_t c = 0; c < std::size(values); ++c)
-            samples.channels[c].values.push_back(values[c]);
-    };
-    for (size_t pixel = 0; pixel < sharp.color.pixels(); ++pixel) {
-        std::array<float, 4> front, back;
-        std::copy_n(&sharp.color.data[4 * pixel], 4, front.begin());
-        std::copy_n(&behind.color.data[4 * pixel], 4, back.begin());
-        const bool hides = front != back || sharp.depth.data[pixel] != behind.depth.data[pixel];
-        if (hides && back[3] > 0 && front[3] < 1) {
-            // front + (1 - alpha) back = sharp
-            const float alpha = (front[3] - back[3]) / (1 - back[3]);
-            for (size_t c = 0; c < 3; ++c) front[c] -= (1 - alpha) * back[c];
-            front[3] = alpha;
-        }
-        // Keeps the order of two surfaces that touch.
-        const float depth = sharp.depth.data[pixel],
-                    next = std::nextafter(depth, std::numeric_limits<float>::max());
-        add(sharp, pixel, front, depth);
-        if (hides) add(behind, pixel, back, std::max(behind.depth.data[pixel], next));
-        samples.counts.push_back(hides ? 2 : 1);
-    }
-    return samples;
 }
 
 std::string picture_path(const SceneRequest& request, Picture picture, int frame) {

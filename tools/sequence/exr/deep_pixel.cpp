@@ -15,7 +15,7 @@ enum EventKind { kEnds, kPoint, kBegins };
 void make_valid(DeepSample& sample) {
     if (std::isnan(sample.front)) sample.front = kInfinity;
     sample.alpha = std::isnan(sample.alpha) ? 0 : std::clamp(sample.alpha, 0.0F, 1.0F);
-    // An opaque volume is seen at its front alone.
+    // Only the front of an opaque volume is seen.
     if (!(sample.back > sample.front) || std::isinf(sample.back - sample.front) ||
         sample.alpha == 1)
         sample.back = sample.front;
@@ -27,6 +27,19 @@ bool is_behind(const DeepSample& sample, double depth) {
 
 double optical_depth(float alpha) {
     return -std::log1p(-double(alpha));
+}
+
+// Its limit for an alpha of 0 is 1.
+double depth_per_alpha(const DeepSample& sample) {
+    return sample.alpha > 0 ? optical_depth(sample.alpha) / double(sample.alpha) : 1;
+}
+
+double length_of(const DeepSample& volume) {
+    return double(volume.back) - double(volume.front);
+}
+
+double density_of(const DeepSample& volume) {
+    return optical_depth(volume.alpha) / length_of(volume);
 }
 
 // (1 - exp(-u)) / u
@@ -103,8 +116,8 @@ void DeepPixel::weigh(size_t first, size_t end) {
     }
 }
 
-// Between two events the light of a volume is seen in proportion to its density. `shown` is the
-// integral of what is transmitted, so that each volume's share is a difference of two values.
+// Overlapping samples, as events in the order of their depth. Between two events the light of a
+// volume is seen in proportion to its density.
 void DeepPixel::weigh_overlapping(size_t first, size_t end) {
     events_.clear();
     shown_.resize(samples_.size());
@@ -120,59 +133,65 @@ void DeepPixel::weigh_overlapping(size_t first, size_t end) {
     std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) {
         return std::tie(a.at, a.kind, a.sample) < std::tie(b.at, b.kind, b.sample);
     });
-    const auto density = [](const DeepSample& sample) {
-        return optical_depth(sample.alpha) / (double(sample.back) - double(sample.front));
-    };
-    double through = 1, shown = 0, densities = 0, at = 0;
-    size_t volumes = 0;
+    Ray ray;
     for (size_t e = 0; e < events_.size();) {
-        const Event& event = events_[e];
-        if (volumes > 0) {
-            const double depth = densities * (event.at - at);
-            shown += through * mean_transmittance(depth) * (event.at - at);
-            through *= std::exp(-depth);
+        advance(ray, events_[e].at);
+        if (events_[e].kind == kPoint) {
+            e = pass_points(ray, e);
+            continue;
         }
-        at = event.at;
-        const DeepSample& sample = samples_[event.sample];
-        if (event.kind == kBegins) {
-            shown_[event.sample] = shown;
-            densities += density(sample);
-            ++volumes;
-            ++e;
-        } else if (event.kind == kEnds) {
-            const double length = double(sample.back) - double(sample.front);
-            const double per_alpha =
-                sample.alpha > 0 ? optical_depth(sample.alpha) / double(sample.alpha) : 1;
-            weights_[sample.index] = per_alpha / length * (shown - shown_[event.sample]);
-            // Removes what rounding leaves.
-            densities = --volumes == 0 ? 0 : std::max(0.0, densities - density(sample));
-            ++e;
-        } else {
-            size_t last = e, opaque = 0;
-            double depth = 0;
-            for (; last < events_.size() && events_[last].at == event.at &&
-                   events_[last].kind == kPoint;
-                 ++last) {
-                const float alpha = samples_[events_[last].sample].alpha;
-                if (alpha == 1)
-                    ++opaque;
-                else
-                    depth += optical_depth(alpha);
-            }
-            for (size_t i = e; i < last; ++i) {
-                const DeepSample& one = samples_[events_[i].sample];
-                double share = 0;  // of opaque surfaces only, if there are some
-                if (opaque > 0)
-                    share = one.alpha == 1 ? 1 / double(opaque) : 0;
-                else
-                    share = mean_transmittance(depth) *
-                            (one.alpha > 0 ? optical_depth(one.alpha) / double(one.alpha) : 1);
-                weights_[one.index] = through * share;
-            }
-            through = opaque > 0 ? 0 : through * std::exp(-depth);
-            e = last;
-        }
+        if (events_[e].kind == kBegins)
+            begin_volume(ray, events_[e].sample);
+        else
+            end_volume(ray, events_[e].sample);
+        ++e;
     }
+}
+
+void DeepPixel::advance(Ray& ray, double to) {
+    if (ray.volumes > 0) {
+        const double depth = ray.density * (to - ray.at);
+        ray.shown += ray.through * mean_transmittance(depth) * (to - ray.at);
+        ray.through *= std::exp(-depth);
+    }
+    ray.at = to;
+}
+
+void DeepPixel::begin_volume(Ray& ray, size_t i) {
+    shown_[i] = ray.shown;
+    ray.density += density_of(samples_[i]);
+    ++ray.volumes;
+}
+
+void DeepPixel::end_volume(Ray& ray, size_t i) {
+    const DeepSample& sample = samples_[i];
+    weights_[sample.index] = depth_per_alpha(sample) / length_of(sample) * (ray.shown - shown_[i]);
+    // Removes rounding errors.
+    ray.density = --ray.volumes == 0 ? 0 : std::max(0.0, ray.density - density_of(sample));
+}
+
+size_t DeepPixel::pass_points(Ray& ray, size_t first) {
+    size_t end = first, opaque = 0;
+    double depth = 0;
+    for (; end < events_.size() && events_[end].at == ray.at && events_[end].kind == kPoint;
+         ++end) {
+        const float alpha = samples_[events_[end].sample].alpha;
+        if (alpha == 1)
+            ++opaque;
+        else
+            depth += optical_depth(alpha);
+    }
+    for (size_t e = first; e < end; ++e) {
+        const DeepSample& sample = samples_[events_[e].sample];
+        double share = 0;  // opaque surfaces hide the others
+        if (opaque == 0)
+            share = mean_transmittance(depth) * depth_per_alpha(sample);
+        else if (sample.alpha == 1)
+            share = 1 / double(opaque);
+        weights_[sample.index] = ray.through * share;
+    }
+    ray.through = opaque > 0 ? 0 : ray.through * std::exp(-depth);
+    return end;
 }
 
 size_t DeepPixel::find_surface(size_t first, size_t end) const {

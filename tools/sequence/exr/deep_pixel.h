@@ -54,6 +54,21 @@ class DeepPixel {
     void weigh_overlapping(size_t first, size_t end);
     size_t find_surface(size_t first, size_t end) const;
 
+    // The light that reaches the camera from a depth.
+    struct Ray {
+        double at = 0;       // depth
+        double through = 1;  // transmitted to it
+        // Integral of `through` over depth: a volume's share is the difference of two values.
+        double shown = 0;
+        double density = 0;  // optical depth per unit of depth, of all volumes at this depth
+        size_t volumes = 0;
+    };
+    static void advance(Ray& ray, double to);
+    void begin_volume(Ray& ray, size_t i);
+    void end_volume(Ray& ray, size_t i);
+    // All surfaces at the depth of the event `first`. Returns the first event behind them.
+    size_t pass_points(Ray& ray, size_t first);
+
     std::vector<DeepSample> samples_;
     std::vector<double> weights_;
     int64_t surface_ = -1;
@@ -64,7 +79,7 @@ class DeepPixel {
         uint32_t sample;
     };
     std::vector<Event> events_;
-    std::vector<double> shown_;  // per sample, at its front
+    std::vector<double> shown_;  // Ray::shown at the front of each sample
 };
 
 }  // namespace postchain::io

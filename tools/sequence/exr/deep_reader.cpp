@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
@@ -19,8 +18,7 @@ namespace postchain::io {
 namespace {
 
 constexpr float kNoDepth = 1e10F;  // as in Blender
-constexpr uint16_t kHalfInfinity = 0x7c00, kHalfNan = 0x7e00;
-constexpr float kMaxHalf = 65504;
+constexpr uint16_t kHalfInfinity = 0x7c00;
 
 // A channel's values of one line.
 struct Values {
@@ -54,12 +52,7 @@ void store(double value, PixelType type, std::byte* to) {
         return;
     }
     uint16_t bits;
-    if (std::isnan(number))
-        bits = kHalfNan;
-    else if (std::abs(number) > kMaxHalf)
-        bits = uint16_t(kHalfInfinity | (std::signbit(number) ? 0x8000 : 0));
-    else
-        floats_to_halves(&number, 1, &bits);
+    floats_to_halves(&number, 1, &bits);
     std::memcpy(to, &bits, sizeof(bits));
 }
 
@@ -169,11 +162,11 @@ class DeepReader {
                               buffers.samples, values);
             !s.ok())
             return s;
+        // A chunk is one line, or a tile: all of it is in the window, which has whole tiles.
         const size_t width = size_t(area.width());
         for (int y = area.min_y; y <= area.max_y; ++y) {
             const int32_t* row = ends.data() + size_t(y - area.min_y) * width;
-            if (y >= pixels_.window.min_y && y <= pixels_.window.max_y)
-                flatten(area, y, row, values, buffers.pixel);
+            flatten(area, y, row, values, buffers.pixel);
             values += size_t(row[width - 1]) * channels_.sample_bytes;
         }
         return {};

@@ -39,22 +39,13 @@ EncodedChannel encode(const DeepChannel& channel, const std::vector<uint32_t>& c
     return encoded;
 }
 
-}  // namespace
-
-Result<WriteReport> write_deep_exr(const std::string& path, const DeepSamples& samples,
-                                   const WriteOptions& options) try {
+Status write_samples(const std::string& path, const DeepSamples& samples,
+                     const WriteOptions& options, WriteReport& report) {
     const size_t count = std::accumulate(samples.counts.begin(), samples.counts.end(), size_t(0));
     bool fits = samples.counts.size() == size_t(samples.width) * size_t(samples.height);
     for (const DeepChannel& channel : samples.channels)
         fits = fits && channel.values.size() == count && channel.type != PixelType::uint32;
     if (!fits) return Status(StatusCode::internal, concat(path, ": the deep samples do not fit"));
-    WriteReport report;
-    Result<bool> skipped = skipped_already(path, options.on_existing);
-    if (!skipped.ok()) return skipped.status();
-    if (*skipped) {
-        report.skipped = true;
-        return report;
-    }
     Imf::Header header(samples.width, samples.height);
     header.setType(Imf::DEEPSCANLINE);
     header.compression() = Imf::ZIPS_COMPRESSION;
@@ -74,16 +65,21 @@ Result<WriteReport> write_deep_exr(const std::string& path, const DeepSamples& s
             Imf::DeepSlice(imf_type(channel.type), reinterpret_cast<char*>(to.pixels.data()),
                            sizeof(char*), sizeof(char*) * width, size_t(bytes_of(channel.type))));
     }
-    const auto write = [&](Imf::OStream& stream) -> Result<Packer> {
+    return write_exr_file(path, options, report, [&](Imf::OStream& stream) -> Result<Packer> {
         Imf::DeepScanLineOutputFile out(stream, header, Imf::globalThreadCount());
         out.setFrameBuffer(buffer);
         out.writePixels(samples.height);
         return Packer::openexr;
-    };
-    if (Status s = write_exr_file(path, options, report, write); !s.ok()) return s;
-    return report;
-} catch (...) {
-    return status_of_exception(path);
+    });
+}
+
+}  // namespace
+
+Result<WriteReport> write_deep_exr(const std::string& path, const DeepSamples& samples,
+                                   const WriteOptions& options) {
+    return write_unless_kept(path, options.on_existing, [&](WriteReport& report) {
+        return write_samples(path, samples, options, report);
+    });
 }
 
 }  // namespace postchain::io

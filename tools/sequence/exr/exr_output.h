@@ -44,4 +44,20 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
 Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
                       const std::function<Result<Packer>(Imf::OStream&)>& write);
 
+// Calls `write`, which may throw, unless a file at `path` exists already and is kept. Errors
+// (output): the file exists and is not replaced; those of `write`.
+template <class Write>  // Status(WriteReport&)
+Result<WriteReport> write_unless_kept(const std::string& path, OnExisting on_existing,
+                                      const Write& write) try {
+    const Result<bool> kept = skipped_already(path, on_existing);
+    if (!kept.ok()) return kept.status();
+    WriteReport report;
+    report.skipped = *kept;
+    if (!*kept)
+        if (Status s = write(report); !s.ok()) return s;
+    return report;
+} catch (...) {
+    return status_of_exception(path);
+}
+
 }  // namespace postchain::io

@@ -36,7 +36,8 @@ EncodeCounts encode_channels(const std::vector<EncodeTarget>& targets);
 // With `refuse`: an error (output) with `path` and the counts, if any pixel was refused.
 Status check_counts(const std::string& path, const EncodeCounts& counts, HalfOverflow policy);
 
-// 16-bit patterns of `count` floats that lie within +-kMaxHalf. Source: IEEE 754 binary16.
+// 16-bit patterns of `count` floats, rounded to the nearest: IEEE 754 binary16. Values that are too
+// large become infinite, NaN stays NaN.
 void floats_to_halves(const float* from, size_t count, uint16_t* to);
 void halves_to_floats(const uint16_t* from, size_t count, float* to);
 

@@ -89,25 +89,16 @@ PlanesFile file_of(const ImageF& image, const std::vector<std::string>& names) {
 }  // namespace
 
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
-                                     const WriteOptions& options) try {
-    WriteReport report;
-    Result<bool> skipped = skipped_already(path, options.on_existing);
-    if (!skipped.ok()) return skipped.status();
-    if (*skipped) {
-        report.skipped = true;
-        return report;
-    }
-    const auto encoded = encode_planes(path, file, options);
-    if (!encoded.ok()) return encoded.status();
-    report.overflow_pixels = encoded->counts.overflow_pixels;
-    report.nonfinite_pixels = encoded->counts.nonfinite_pixels;
-    const auto write = [&](Imf::OStream& stream) {
-        return write_encoded(stream, *encoded, file, options);
-    };
-    if (Status s = write_exr_file(path, options, report, write); !s.ok()) return s;
-    return report;
-} catch (...) {
-    return status_of_exception(path);
+                                     const WriteOptions& options) {
+    return write_unless_kept(path, options.on_existing, [&](WriteReport& report) -> Status {
+        const auto encoded = encode_planes(path, file, options);
+        if (!encoded.ok()) return encoded.status();
+        report.overflow_pixels = encoded->counts.overflow_pixels;
+        report.nonfinite_pixels = encoded->counts.nonfinite_pixels;
+        return write_exr_file(path, options, report, [&](Imf::OStream& stream) {
+            return write_encoded(stream, *encoded, file, options);
+        });
+    });
 }
 
 Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std::string>& names) {

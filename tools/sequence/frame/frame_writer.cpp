@@ -254,23 +254,13 @@ std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>&
     return names;
 }
 
-}  // namespace
-
-Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options,
-                                   const std::vector<FilteredLayer>& layers) try {
-    WriteReport report;
+Status write_new(const std::string& path, InputFrame& frame, const ImageF& color,
+                 const WriteOptions& options, const std::vector<FilteredLayer>& layers,
+                 WriteReport& report) {
     if (frame.kept == nullptr || color.width != frame.description.width ||
         color.height != frame.description.height || color.channels != 4) {
         return Status(StatusCode::internal, concat(path, ": color does not fit the frame"));
     }
-    Result<bool> skipped = skipped_already(path, options.on_existing);
-    if (!skipped.ok()) return skipped.status();
-    if (*skipped) {
-        report.skipped = true;
-        return report;
-    }
-
     const int color_part = frame.kept->part;
     const RoleChannels& source = frame.assignment.at(Role::color);
     if (Status s = check_rewritable(frame.files.color_file(), source, options); !s.ok()) return s;
@@ -363,10 +353,17 @@ Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, c
                 planes[int(i)] = std::move(anew->second.planes);
         return write_multi_part(stream, written, planes, *input.file, copied);
     };
-    if (Status s = write_exr_file(path, options, report, write); !s.ok()) return s;
-    return report;
-} catch (...) {
-    return status_of_exception(path);
+    return write_exr_file(path, options, report, write);
+}
+
+}  // namespace
+
+Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) {
+    return write_unless_kept(path, options.on_existing, [&](WriteReport& report) {
+        return write_new(path, frame, color, options, layers, report);
+    });
 }
 
 }  // namespace postchain::io

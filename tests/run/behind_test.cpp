@@ -62,16 +62,8 @@ class BehindTest : public SequenceTest {
     void behind(const std::string& path) {
         settings_.input.patterns.insert_or_assign(Role::behind, *io::PathPattern::parse(path));
     }
-    FrameReport go() {
-        FrameReport last;
-        const auto summary = run_sequence(
-            chain_, settings_, test::executor(), "renderer",
-            [&](const FrameReport& report, const RunProgress&) { last = report; }, nullptr);
-        if (!summary.ok()) last.status = summary.status();
-        return last;
-    }
     double psnr_to(const char* truth) {
-        const FrameReport report = go();
+        const FrameReport report = last_frame();
         EXPECT_TRUE(report.status.ok()) << report.status.message();
         const auto pair =
             metrics::pair_of(test::read_color(out(2)), test::read_color(in_scene(truth)));
@@ -87,7 +79,7 @@ class BehindTest : public SequenceTest {
         return both;
     }
     std::string failure() {
-        const FrameReport report = go();
+        const FrameReport report = last_frame();
         EXPECT_FALSE(report.status.ok());
         return report.status.message();
     }
@@ -107,7 +99,7 @@ TEST_F(BehindTest, BringsTheFrameCloserToGroundTruth) {
 TEST_F(BehindTest, TakesThePlaceOfEstimates) {
     settings_.source.layers.fill_mask = "fill";
     const auto estimated = [&] {
-        EXPECT_TRUE(go().status.ok());
+        EXPECT_TRUE(last_frame().status.ok());
         auto file = io::ExrFile::open(out(2));
         EXPECT_TRUE(file.ok());
         const auto share = file->read_channels(0, {"fill.background"});
@@ -125,7 +117,7 @@ TEST_F(BehindTest, TakesThePlaceOfEstimates) {
 TEST_F(BehindTest, IsReadOnlyForTheFrameItself) {
     fs::copy_file(in_scene("behind.0002.exr"), at("behind.0002.exr"));
     behind(at("behind.####.exr"));
-    EXPECT_TRUE(go().status.ok());
+    EXPECT_TRUE(last_frame().status.ok());
     const auto written = sidecar(2);
     EXPECT_FALSE(written["plan"].contains("missing_neighbors")) << written["plan"];
     EXPECT_EQ(written["inputs"].size(), 4u) << written["inputs"];
@@ -137,7 +129,7 @@ TEST_F(BehindTest, IsWaitedForOnlyForTheFrameItself) {
     fs::copy_file(in_scene("behind.0002.exr"), at("behind.0002.exr"));
     behind(at("behind.####.exr"));
     settings_.watch = Watch{.idle_s = 10};
-    EXPECT_TRUE(go().status.ok());
+    EXPECT_TRUE(last_frame().status.ok());
     EXPECT_FALSE(sidecar(2)["plan"].contains("missing_neighbors")) << sidecar(2)["plan"];
     frames("2-3");
     settings_.watch = Watch{.idle_s = 1};
@@ -152,18 +144,18 @@ TEST_F(BehindTest, IsNotReplaced) {
 }
 
 TEST_F(BehindTest, DecidesWhatIsMadeAgain) {
-    EXPECT_TRUE(go().status.ok());
+    EXPECT_TRUE(last_frame().status.ok());
     settings_.on_existing = io::OnExisting::skip;
-    EXPECT_EQ(go().outcome, Outcome::skipped);
+    EXPECT_EQ(last_frame().outcome, Outcome::skipped);
     behind(in_scene("behind.####.exr"));
-    EXPECT_EQ(go().outcome, Outcome::written);
-    EXPECT_EQ(go().outcome, Outcome::skipped);
+    EXPECT_EQ(last_frame().outcome, Outcome::written);
+    EXPECT_EQ(last_frame().outcome, Outcome::skipped);
 }
 
 TEST_F(BehindTest, IsLeftAloneByChainsThatDoNotReadIt) {
     blur("fxaa", {});
     behind(in_scene("behind.####.exr"));
-    const FrameReport report = go();
+    const FrameReport report = last_frame();
     EXPECT_TRUE(report.status.ok());
     EXPECT_THAT(report.warnings, ::testing::Contains(HasSubstr("behind.0002.exr: not read")));
     EXPECT_THAT(sidecar(2).dump(), ::testing::Not(HasSubstr("second_surfaces")));

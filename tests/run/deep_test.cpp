@@ -60,16 +60,8 @@ class DeepTest : public SequenceTest {
                                                       *io::PathPattern::parse(behind));
     }
     std::string shot(const std::string& name) const { return in_scene(scene_, name + ".####.exr"); }
-    FrameReport go() {
-        FrameReport last;
-        const auto summary = run_sequence(
-            chain_, settings_, test::executor(), "renderer",
-            [&](const FrameReport& report, const RunProgress&) { last = report; }, nullptr);
-        if (!summary.ok()) last.status = summary.status();
-        return last;
-    }
     ImageF result() {
-        const FrameReport report = go();
+        const FrameReport report = last_frame();
         EXPECT_TRUE(report.status.ok()) << report.status.message();
         EXPECT_THAT(report.warnings, Not(Contains(HasSubstr("without the layer"))));
         return test::read_color(out(2));
@@ -79,7 +71,7 @@ class DeepTest : public SequenceTest {
         return sidecar(2).dump().find("second_surfaces") != std::string::npos;
     }
     std::string failure() {
-        const FrameReport report = go();
+        const FrameReport report = last_frame();
         EXPECT_FALSE(report.status.ok());
         return report.status.message();
     }
@@ -130,7 +122,7 @@ TEST_F(DeepTest, IsCompositedWhereItIsNotOpaque) {
 
 TEST_F(DeepTest, IsWrittenFlat) {
     read(shot("deep"));
-    const FrameReport report = go();
+    const FrameReport report = last_frame();
     ASSERT_TRUE(report.status.ok()) << report.status.message();
     EXPECT_THAT(sidecar(2).dump(), HasSubstr("deep samples flattened"));
     const auto in = io::ExrFile::open(in_scene(scene_, "deep.0002.exr")),
@@ -150,6 +142,25 @@ TEST_F(DeepTest, IsWrittenFlat) {
                                .bytes);
 }
 
+// OpenEXR writes no part without a type into a file of several.
+TEST_F(DeepTest, IsWrittenFlatBesideOtherParts) {
+    FilePart deep{.name = "beauty",
+                  .channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    const FilePart data{.name = "data", .channels = {{"id", Imf::UINT}}};
+    test::write_file(at("d.0002.exr"), {deep, data});
+    chain_ = test::chain_of("fxaa", {});
+    read(at("d.####.exr"));
+    const FrameReport report = last_frame();
+    ASSERT_TRUE(report.status.ok()) << report.status.message();
+    const auto flat = io::ExrFile::open(out(2));
+    ASSERT_TRUE(flat.ok()) << flat.status().message();
+    ASSERT_EQ(flat->parts().size(), 2u);
+    EXPECT_EQ(flat->parts()[0].type, "scanlineimage");
+    EXPECT_EQ(flat->parts()[1].type, "scanlineimage");
+}
+
 // Each sample as a part of its own would be: a flat part goes first, and for the layer behind the
 // deep one.
 TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
@@ -163,6 +174,9 @@ TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
     FilePart flat{.name = "flat", .channels = channels};
     FilePart deep{
         .name = "deep", .channels = channels, .compression = Imf::ZIPS_COMPRESSION, .deep = true};
+    // As some programs name color.
+    FilePart small = flat;
+    for (size_t i : {1, 2, 3}) small.channels[i].name = std::string(1, "bgr"[i - 1]);
     deep.samples = [](int, int, size_t channel) {
         if (channel == 4) return std::vector<float>{2, 5};
         return std::vector<float>{channel == 0 ? 1.0F : 0.5F, 1};
@@ -182,6 +196,11 @@ TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
     ASSERT_TRUE(frame.ok()) << frame.status().message();
     EXPECT_EQ(frame->planes.at(Role::inverse_depth)->data[0], 0.2F);
     EXPECT_EQ(frame->planes.at(Role::color)->data[0], 1);
+
+    test::write_file(at("small.0002.exr"), {small, deep});
+    const auto named = open_source_frame({}, {{Role::color, at("small.0002.exr")}}, 2);
+    ASSERT_TRUE(named.ok()) << named.status().message();
+    EXPECT_EQ(color_part(*named).name, "flat");
 }
 
 // A file without color (deep opacity), and one with r, g and b: their deep channels count.
@@ -230,7 +249,7 @@ TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
         settings_.source.camera_motion = made;
         settings_.input = *io::InputSpec::parse(
             concat("color=", at("d.####.exr"), ",motion=", vectors, ",motion_back=", vectors));
-        const FrameReport report = go();
+        const FrameReport report = last_frame();
         EXPECT_TRUE(report.status.ok()) << report.status.message();
         EXPECT_FALSE(reads_layer());
         EXPECT_THAT(report.warnings,
@@ -246,14 +265,14 @@ TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
     chain_ =
         test::chain_of("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(16)}});
     read(at("d.####.exr"));
-    EXPECT_THAT(go().warnings, Not(Contains(HasSubstr("without the layer"))));
+    EXPECT_THAT(last_frame().warnings, Not(Contains(HasSubstr("without the layer"))));
     EXPECT_TRUE(reads_layer());
 }
 
 TEST_F(DeepTest, ChainsThatReadNoLayerBehindDecodeItOnce) {
     chain_ = test::chain_of("fxaa", {});
     read(shot("deep"));
-    const FrameReport report = go();
+    const FrameReport report = last_frame();
     EXPECT_TRUE(report.status.ok());
     EXPECT_THAT(report.warnings, Not(Contains(HasSubstr("not read"))));
     EXPECT_FALSE(reads_layer());
@@ -274,7 +293,7 @@ TEST_F(DeepTest, MemoryOfItsSamplesCounts) {
     EXPECT_THAT(message, HasSubstr("d.0002.exr: this frame needs "));
     EXPECT_THAT(message, HasSubstr("of memory, but --max-memory allows 4.0 MiB"));
     settings_.source.max_memory = 0;
-    EXPECT_TRUE(go().status.ok());
+    EXPECT_TRUE(last_frame().status.ok());
 }
 
 // Samples are sorted by distance.

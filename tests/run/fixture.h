@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -31,6 +32,18 @@ class SequenceTest : public testing::Test {
         settings_.input = *spec;
     }
     void frames(const char* text) { settings_.frames = *io::FrameRange::parse(text); }
+    Result<RunSummary> go(const FrameObserver& observer = {},
+                          const std::atomic<bool>* stop = nullptr) {
+        return run_sequence(chain_, settings_, test::executor(), "renderer", observer, stop);
+    }
+    // The report on a run's last frame, or the run's error.
+    FrameReport last_frame() {
+        FrameReport last;
+        const auto summary =
+            go([&](const FrameReport& report, const RunProgress&) { last = report; });
+        if (!summary.ok()) last.status = summary.status();
+        return last;
+    }
     nlohmann::json sidecar(int frame) const {
         return nlohmann::json::parse(test::read_text(out(frame) + ".json"), nullptr, false);
     }

@@ -60,10 +60,9 @@ class NeighborsTest : public SequenceTest {
     }
     RunSummary go() {
         reports_.clear();
-        auto summary = run_sequence(
-            chain_, settings_, test::executor(), "renderer",
-            [&](const FrameReport& report, const RunProgress&) { reports_[report.frame] = report; },
-            nullptr);
+        auto summary = SequenceTest::go([&](const FrameReport& report, const RunProgress&) {
+            reports_[report.frame] = report;
+        });
         EXPECT_TRUE(summary.ok()) << summary.status().message();
         return summary.ok() ? *summary : RunSummary();
     }

@@ -37,10 +37,6 @@ class RunnerTest : public SequenceTest {
         ASSERT_TRUE(parsed.status().ok()) << parsed.status().message();
         chain_ = std::move(parsed.chain);
     }
-    Result<RunSummary> go(const FrameObserver& observer = {},
-                          const std::atomic<bool>* stop = nullptr) {
-        return run_sequence(chain_, settings_, test::executor(), "renderer", observer, stop);
-    }
 };
 
 TEST_F(RunnerTest, ReportsEveryFrameInOrderAndStaysBounded) {

@@ -237,7 +237,7 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
 }
 
 // Cycles leaves a zoom out of its motion vectors.
-TEST(Source, AZoomIsAddedIfAskedForAndOtherwiseNamedInFilesOfCycles) {
+TEST(Source, AZoomIsAddedInFilesOfCyclesAndIfAskedFor) {
     TempFolder folder;
     const Planes planes = make_planes(24, 16);
     Planes still_planes = planes;  // only the lens moves
@@ -265,33 +265,30 @@ TEST(Source, AZoomIsAddedIfAskedForAndOtherwiseNamedInFilesOfCycles) {
     };
     const char* zooms = R"({"1": {"focal_length_mm": 40}, "2": {"focal_length_mm": 50}})";
     const char* still = R"({"1": {"focal_length_mm": 40}, "2": {"focal_length_mm": 40}})";
-    const std::string text = said(read(CameraMotion::missing, true, zooms));
-    EXPECT_NE(
-        text.find("f.exr: the lens zooms, which Cycles leaves out of its motion vectors (up to "
-                  "3.6 px per frame); --camera-motion zoom adds it"),
-        std::string::npos)
-        << text;
-    EXPECT_EQ(said(read(CameraMotion::missing, false, zooms)), "");
-    EXPECT_EQ(said(read(CameraMotion::missing, true, still)), "");
-    EXPECT_EQ(said(read(CameraMotion::none, true, zooms)), "");
-    EXPECT_EQ(said(read(CameraMotion::zoom, true, still)), "");
-    EXPECT_NE(said(read(CameraMotion::zoom, true, "{}")).find("adds no zoom"), std::string::npos);
-
-    const SourceFrame frame = read(CameraMotion::zoom, false, zooms);
-    EXPECT_EQ(said(frame), "");
-    EXPECT_EQ(frame.surface_health.zoom_motion_added, uint64_t(24 * 16));
-    const ImageF& motion = *frame.planes.at(Role::motion);
-    for (int y = 0; y < 16; ++y)
-        for (int x = 0; x < 24; ++x) {
-            const double at[] = {x + 0.5 - 12, y + 0.5 - 8};
-            for (int c = 0; c < 2; ++c)
-                ASSERT_NEAR(motion.at(x, y, c),
-                            1.25 * double(planes.motion.at(x, y, c)) + 0.25 * at[c], 1e-5);
-        }
+    using enum CameraMotion;
+    EXPECT_NE(said(read(zoom, true, "{}")).find("adds no zoom"), std::string::npos);
+    for (const CameraMotion wanted : {none, missing, sky, zoom, all})
+        for (const bool of_cycles : {true, false})
+            for (const char* lens : {zooms, still}) {
+                SCOPED_TRACE(concat(int(wanted), of_cycles ? " Cycles " : " other ", lens));
+                const SourceFrame frame = read(wanted, of_cycles, lens);
+                EXPECT_EQ(said(frame).find("zoom"), std::string::npos) << said(frame);
+                const bool added = lens == zooms && wanted != none && (of_cycles || wanted == zoom);
+                EXPECT_EQ(frame.surface_health.zoom_motion_added, added ? 24u * 16 : 0u);
+                const ImageF& motion = *frame.planes.at(Role::motion);
+                for (int y = 0; y < 16; ++y)
+                    for (int x = 0; x < 24; ++x)
+                        for (int c = 0; c < 2; ++c) {
+                            const double own = planes.motion.at(x, y, c);
+                            const double at = c == 0 ? x + 0.5 - 12 : y + 0.5 - 8;
+                            ASSERT_NEAR(motion.at(x, y, c), added ? 1.25 * own + 0.25 * at : own,
+                                        1e-5);
+                        }
+            }
     all_still = true;
-    EXPECT_NE(said(read(CameraMotion::missing, true, zooms)).find("every motion vector is zero"),
+    EXPECT_NE(said(read(missing, false, zooms)).find("every motion vector is zero"),
               std::string::npos);
-    EXPECT_EQ(said(read(CameraMotion::zoom, true, zooms)), "");
+    EXPECT_EQ(said(read(missing, true, zooms)), "");
 }
 
 // Straight alpha is multiplied on input and divided on output; pixels with alpha 0 are unchanged.

@@ -1,14 +1,11 @@
 #include "tools/sequence/run/camera_motion.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <string_view>
 
 namespace postchain::sequence {
 namespace {
-
-constexpr double kZoomsPx = 0.5;  // per frame, in the corners
 
 // Camera of frame `number` of the same sequence, read from its color file.
 std::optional<io::CameraMetadata> metadata_of_frame(const SourceSettings& settings, int part,
@@ -66,25 +63,14 @@ void find_zoom(const SourceSettings& settings, const io::CameraMetadata& metadat
     if (header.makes_motion || wanted == CameraMotion::none ||
         !header.assignment.contains(Role::motion))
         return;
-    std::optional<Zoom> zoom;
-    if (settings.camera)
-        zoom = zoom_of(*settings.camera, metadata.camera, frame, display, settings.cuts);
-    if (wanted == CameraMotion::zoom) {
-        header.zoom = zoom;
-        if (!settings.camera || !settings.camera->zooms())
-            header.warnings.push_back(
-                concat(header.files.color_file().path(),
-                       ": --camera-motion zoom adds no zoom: no camera file states focal_length_mm "
-                       "frame by frame; add it under `frames`, or use --camera-motion sky"));
-    } else if (zoom && zoom->largest_px(display) > kZoomsPx && is_from_cycles(color_part(header))) {
-        char text[160];
-        std::snprintf(
-            text, sizeof text,
-            "the lens zooms, which Cycles leaves out of its motion vectors (up to %.1f px "
-            "per frame); --camera-motion zoom adds it",
-            zoom->largest_px(display));
-        header.zoom_left_out = text;
-    }
+    const bool zooms = settings.camera && settings.camera->zooms();
+    if (zooms && (wanted == CameraMotion::zoom || is_from_cycles(color_part(header))))
+        header.zoom = zoom_of(*settings.camera, metadata.camera, frame, display, settings.cuts);
+    if (wanted == CameraMotion::zoom && !zooms)
+        header.warnings.push_back(
+            concat(header.files.color_file().path(),
+                   ": --camera-motion zoom adds no zoom: no camera file states focal_length_mm "
+                   "frame by frame; add it under `frames`, or use --camera-motion sky"));
 }
 
 // Why a camera matrix is available but yields no motion vectors: "worldToCamera (singular)". Empty

@@ -65,7 +65,6 @@ struct FrameHeader {
     bool has_behind = false;          // a file of the layer behind is given, or color is deep
     bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
     std::optional<Zoom> zoom;         // to add to the file's motion vectors
-    std::string zoom_left_out;        // warning: the file's vectors lack a zoom
     std::vector<io::FoundAttribute> camera_attributes;  // of color's part
     FrameLayers layers;                                 // of color's file
     std::vector<std::string> warnings;                  // one line each

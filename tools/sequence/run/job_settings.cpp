@@ -236,9 +236,9 @@ ParameterTable job_parameters(const PassRegistry& registry) {
         .choice(
             "camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "zoom", "all"},
             {.help = "make motion vectors from depth and camera matrices; missing: if the frames "
-                     "have none; sky: also for sky pixels whose vectors are zero; zoom: "
-                     "like sky, and add the zoom, which Cycles leaves out; all: instead of the "
-                     "frames' own",
+                     "have none, and the zoom, which Cycles leaves out; sky: also for sky pixels "
+                     "whose vectors are zero; zoom: like sky, and add the zoom to the vectors of "
+                     "any renderer; all: instead of the frames' own",
              .group = kInputGroup})
         .text("max_memory", &JobSettings::max_memory,
               {.unit = "SIZE",

@@ -163,11 +163,6 @@ std::optional<SkyViews> sky_views(const CameraFile* file, const MetadataOf& meta
     return views;
 }
 
-double Zoom::largest_px(const Display& display) const {
-    return std::max(std::abs(before - 1), std::abs(after - 1)) *
-           std::hypot(0.5 * display.width, 0.5 * display.height);
-}
-
 std::optional<Zoom> zoom_of(const CameraFile& file, const Camera& metadata, int frame,
                             const Display& display, const std::set<int>& cuts) {
     const auto now = focal_px_in(file, metadata, frame, display);

@@ -17,9 +17,10 @@ namespace postchain::sequence {
 // Which motion vectors are made from the camera.
 enum class CameraMotion {
     none,
-    missing,  // all if the file has none; with a camera file, those of the sky too
+    missing,  // all if the file has none; with a camera file, those of the sky and the zoom that
+              // Cycles leaves out too
     sky,      // also those of the sky, from the matrices in the frames' metadata
-    zoom,     // like sky; also adds the zoom to the file's vectors, for renderers that leave it out
+    zoom,     // like sky; also adds the zoom to the vectors of any renderer
     all,      // every one, replacing the file's
 };
 
@@ -43,9 +44,6 @@ struct SkyViews {
 // Focal lengths of the frames before and after, divided by that of this frame.
 struct Zoom {
     double before = 1, after = 1;
-
-    // Largest distance that a still point in the frame moves, pixels per frame.
-    double largest_px(const Display& display) const;
 };
 
 // Camera of a frame's file; empty if it states none.

@@ -268,8 +268,6 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
                  ? "every motion vector is zero or the sentinel: there will be no motion blur"
                  : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
                    "vectors when its own motion blur is on; switch it off)");
-    if (frame.description.planes.has(Role::motion) && !header.zoom_left_out.empty())
-        warn(header.zoom_left_out);
     if (findings.half_depth)
         warn(
             "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "

@@ -73,11 +73,19 @@ void store(Cell cell, ivec2 at, float pixels) {
     imageStore(background_depth, at, vec4(cell.inverse_depth, cell.weight / pixels, 0.0, 0.0));
 }
 
+ivec2 corner(int i) {
+    return ivec2(i & 1, i >> 1);
+}
+
+// Compilers do not unroll a loop over bits: llvmpipe compiles it sooner, and runs it in the same time.
 Cell merge_pixels(ivec2 at) {
-    Cell cell = pixel(at);
-    cell = merge(cell, pixel(at + ivec2(1, 0)));
-    cell = merge(cell, pixel(at + ivec2(0, 1)));
-    return merge(cell, pixel(at + ivec2(1, 1)));
+    Cell cell = empty();
+    uint left = 15u;
+    do {
+        cell = merge(cell, pixel(at + corner(findLSB(left))));
+        left &= left - 1u;
+    } while (left != 0u);
+    return cell;
 }
 
 // Cells of the work group's squares; then those of 8 px and 16 px, each at its first square.
@@ -86,8 +94,11 @@ shared Cell cells[kSquares];
 // The four cells of half the edge, which is so many squares.
 Cell merge_cells(ivec2 first, int edge) {
     Cell cell = empty();
-    for (int i = 0; i < 4; ++i)
-        cell = merge(cell, cells[index_of(first + edge * ivec2(i & 1, i >> 1))]);
+    uint left = 15u;
+    do {
+        cell = merge(cell, cells[index_of(first + edge * corner(findLSB(left)))]);
+        left &= left - 1u;
+    } while (left != 0u);
     return cell;
 }
 
@@ -100,7 +111,7 @@ void main() {
         // Tested at the end: a software renderer runs a body once more to find the test at its start.
         int i = 0;
         do {
-            const ivec2 at = 2 * square + ivec2(i & 1, i >> 1);
+            const ivec2 at = 2 * square + corner(i);
             const Cell of_2 = merge_pixels(2 * at);
             store(of_2, at, 4.0);
             of_4 = merge(of_4, of_2);

@@ -41,14 +41,12 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
     return behind;
 }
 
-// The color at `x` of a hidden surface, from the cells on both sides of what hides it.
-vec4 color_behind(uvec2 sides, vec2 x, Plane plane) {
+// The cells on both sides of what hides a surface, by their distance to the position `x`.
+Cells cells_behind(uvec2 sides, vec2 x) {
     const ivec2 a = unpack_cell(sides.x), b = unpack_cell(sides.y);
     const vec2 way = vec2(b - a);
     precise const float share =
         clamp(precise_dot(0.5 * x - vec2(a), way) / max(precise_dot(way, way), 1.0), 0.0, 1.0);
-    const vec4 first = fetch(WIDE(background_color, background_layers), plane, a);
-    const vec4 second = fetch(WIDE(background_color, background_layers), plane, b);
-    precise const vec4 mean = first + share * (second - first);
-    return mean;
+    // The first color's difference to itself is 0, whatever its weight.
+    return Cells(ivec2[4](a, b, a, a), float[4](1.0, share, 0.0, 0.0), 1.0);
 }

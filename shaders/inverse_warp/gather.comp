@@ -186,12 +186,12 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
         do {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
-            const Search here = search(pixel, now, begin);
+            Search here = search(pixel, now, begin);
+            if (here.nearest_edge)
+                here.nearest.at = at_edge(here.nearest_at, here.nearest.at,
+                                          here.nearest.inverse_depth, here.nearest.path, pixel.p, now);
             if (is_settled(now, here)) {
                 Found shown = here.nearest;
-                if (here.nearest_edge)
-                    shown.at = at_edge(here.nearest_at, shown.at, shown.inverse_depth, shown.path,
-                                       pixel.p, now);
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out
                 accumulate(sums, pixel, now, seen(shown, shown.at));
             } else {

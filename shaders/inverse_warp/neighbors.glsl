@@ -49,11 +49,18 @@ vec2 displacement_from_neighbor(Surface s, Sample at) {
     return d;
 }
 
-// Is this surface, which the sample sees, beyond the border of a neighbor? What that shows may be
-// behind it.
-bool is_beyond(int frame, Surface s, vec2 p, Sample now) {
-    s.b = vec2(0.0);
-    precise const vec2 at = floor(p - displacement_from_neighbor(s, seen_from(frame, now)) + 0.5);
+// A search begins with the straight part of the displacement: a parabola about this frame is not one
+// about the neighbor.
+vec2 straight_from_neighbor(Surface s, Sample at) {
+    precise vec2 d = s.a * at.u;
+    if (kLens) d += s.radius * at.lens;
+    return d;
+}
+
+// Is this surface, which the sample sees at this time of a neighbor, beyond the neighbor's border? What
+// that shows may be behind it.
+bool is_beyond(Surface s, vec2 p, Sample then) {
+    precise const vec2 at = floor(p - straight_from_neighbor(s, then) + 0.5);
     return at != inside_of(at);
 }
 
@@ -85,26 +92,29 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const bool covered = here.shows_behind || (!shown && comes_close(here, pixel.p, now));
     const uint from_far = shown ? 0u : (kBefore && kAfter ? 3u : 1u);
+    const Sample at_nearer = seen_from(nearer, now), at_other = seen_from(-nearer, now);
+    const bool limited = covered || (!shown && is_beyond(here.far, pixel.p, at_nearer));
+    const bool limited_other = covered || (!shown && is_beyond(here.far, pixel.p, at_other));
     uint searches = here.occluded_starts << 2 | from_far;
-    int frame = nearer, steps = 0;
-    float farthest = 0.0;
+    int steps = 0;
+    bool other = false;
     Sample then = now;
     vec2 x = pixel.p;
     if (searches != 0u) do {
         if (steps == 0) {
             const int search = findLSB(searches);
             searches &= searches - 1u;
-            frame = search == 1 ? -nearer : nearer;
-            then = seen_from(frame, now);
+            other = search == 1;
+            then.u = other ? at_other.u : at_nearer.u;
+            then.bend = other ? at_other.bend : at_nearer.bend;
             Surface begin = here.far;
             for (int i = 0; i < STARTS; ++i)
                 if (i + 2 == search) begin = pixel.starts[i];
             if (begin.inverse_depth <= nearest.inverse_depth * ratio) continue;
-            begin.b = vec2(0.0);  // a parabola about this frame is not one about the neighbor
-            x = pixel_before(pixel.p, displacement_from_neighbor(begin, then));
-            const bool limited = covered || (!shown && is_beyond(frame, here.far, pixel.p, now));
-            farthest = limited ? here.far.inverse_depth : 0.0;
+            x = pixel_before(pixel.p, straight_from_neighbor(begin, then));
         }
+        const int frame = other ? -nearer : nearer;
+        const float farthest = (other ? limited_other : limited) ? here.far.inverse_depth : 0.0;
         const Surface s = surface_in(frame, ivec2(x));
         const vec2 d = displacement_from_neighbor(s, then);
         const vec2 next = pixel_before(pixel.p, d);

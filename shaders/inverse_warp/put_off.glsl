@@ -8,7 +8,8 @@ const int kMaxPutOff = 32;
 // up to 256 bytes in a GPU's registers, of which the gather has none left.
 uvec2 kept[kMaxPutOff + 1];
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
-const int kNumber = 19;  // its first bit
+const uint kAtX = 1u << 19, kAtY = 1u << 20;  // the color is read at the pixel along this axis
+const int kNumber = 21;                       // its first bit
 
 // Does the search of this frame settle what the sample sees? Not if it found nothing, or if this
 // frame may hide a nearer start surface that a neighbor or the layer behind shows, or that
@@ -23,6 +24,8 @@ void put_off(int i, int number, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const uint bits = here.occluded_starts | here.hidden_starts << 8 | (shown ? kShown : 0u) |
                       (here.nearest.beyond ? kBeyond : 0u) |
+                      (here.nearest.at.x == here.nearest_at.x ? kAtX : 0u) |
+                      (here.nearest.at.y == here.nearest_at.y ? kAtY : 0u) |
                       (here.shows_behind ? kShowsBehind : 0u) | uint(number) << kNumber;
     kept[i] = uvec2(pack_cell(ivec2(shown ? here.nearest_at : here.far_at)), bits);
 }
@@ -39,9 +42,8 @@ Search taken_up(int i, Pixel pixel, Sample now) {
     if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
                                 pixel.p);
-        if (surface.edge)
-            here.nearest.at =
-                at_edge(at, here.nearest.at, surface.inverse_depth, surface.a, pixel.p, now);
+        if ((bits & kAtX) != 0u) here.nearest.at.x = at.x;
+        if ((bits & kAtY) != 0u) here.nearest.at.y = at.y;
     }
     here.far = surface;
     here.far_at = at;

@@ -65,11 +65,12 @@ bool may_have_other_light(ivec2 square) {
     const ivec2 cell = kSquarePx * square / kLightCellPx;
     const ivec2 last = (uniforms.size - 1) / kLightCellPx;
     bool differs = false;
-    for (int i = 0; i < 25; ++i) {
-        const ivec2 at = cell + ivec2(i % 5, i / 5) - kRings;
-        const vec4 l = texelFetch(light, clamp(at, ivec2(0), last), 0);
+    ivec2 offset = ivec2(-kRings);
+    do {
+        const vec4 l = texelFetch(light, clamp(cell + offset, ivec2(0), last), 0);
         differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kLeastDifference);
-    }
+        offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
+    } while (!differs && offset.y <= kRings);
     return differs;
 }
 #endif
@@ -105,10 +106,12 @@ ivec2 shown_at(ivec2 p) {
 // than its own?
 bool is_edge(ivec2 p, float inverse_depth) {
     bool edge = false;
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 at = nearest_inside(p + kAround[i]), from = shown_at(at);
-        edge = edge || (at != from && !one_depth(stored_depth_at(from), inverse_depth));
-    }
+    uint left = 15u;
+    do {
+        const ivec2 at = nearest_inside(p + kAround[findLSB(left)]), from = shown_at(at);
+        edge = at != from && !one_depth(stored_depth_at(from), inverse_depth);
+        left &= left - 1u;
+    } while (!edge && left != 0u);
     return edge;
 }
 

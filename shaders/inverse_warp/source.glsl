@@ -13,11 +13,13 @@ struct Source {
 const int kBehind = 2, kFill = 3;
 
 vec4 color_from(Source source, Plane plane) {
-    if (source.kind == kBehind) return color_behind(source.cells, source.at, plane);
     if (source.kind == kSecondLayer) return second_color(source.at, plane);
-    if (source.kind != kFill) return color_in(source.kind, source.at, plane);
+    if (source.kind < kBehind) return color_in(source.kind, source.at, plane);
     const vec4 far = fetch(WIDE(color, layers), plane, unpack_cell(source.cells.y));
-    return background_at(source.at, uintBitsToFloat(source.cells.x), plane, far);
+    Cells cells = cells_behind(source.cells, source.at);
+    if (source.kind == kFill)
+        cells = background_cells(source.at, uintBitsToFloat(source.cells.x));
+    return color_of(cells, plane, far);
 }
 
 // Channels of the fill mask. The layer behind counts as a neighbor.

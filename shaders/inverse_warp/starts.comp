@@ -48,19 +48,27 @@ bool reaches(Surface s, ivec2 offset) {
     return all(greaterThanEqual(reach_of(s), gap));
 }
 
+// Longest reach of the three surfaces of a block, px.
+float longest_of_block(ivec2 block) {
+    float longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        const uvec4 bits = texelFetch(block_surfaces, ivec2(3 * block.x + k, block.y), 0);
+        const vec2 reach = reach_of(unpack_surface(bits));
+        longest = max(longest, max(reach.x, reach.y));
+    }
+    return longest;
+}
+
 // Blocks on each side whose surfaces reach a block on this frame. uniforms.ring is an upper limit
 // of it, by bounds that an engine's frame does not have.
 shared uint longest_reach;  // bits, px
 int find_ring() {
     if (gl_LocalInvocationIndex == 0u) longest_reach = 0u;
     barrier();
-    const int columns = 3 * uniforms.blocks.x;
+    const ivec2 blocks = uniforms.blocks;
     float longest = 0.0;
-    for (int i = int(gl_LocalInvocationIndex); i < columns * uniforms.blocks.y; i += kThreads) {
-        const uvec4 bits = texelFetch(block_surfaces, ivec2(i % columns, i / columns), 0);
-        const vec2 reach = reach_of(unpack_surface(bits));
-        longest = max(longest, max(reach.x, reach.y));
-    }
+    for (int i = int(gl_LocalInvocationIndex); i < blocks.x * blocks.y; i += kThreads)
+        longest = max(longest, longest_of_block(ivec2(i % blocks.x, i / blocks.x)));
     atomicMax(longest_reach, floatBitsToUint(longest));
     barrier();
     // A float beyond the integers' range is limited first.

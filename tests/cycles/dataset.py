@@ -30,6 +30,7 @@ MIN_SAMPLES = 192  # lamps that few samples hit are found before a pixel counts 
 SHARP_SAMPLES = 96
 TRUTH = [("both", 11), ("both", 12), ("mb", 11), ("dof", 11)]
 HALVES = "ab"
+BEHIND_FRAME = 11
 PEERS = ["peer_vectorblur_best", "peer_defocus", "peer_both_best"]
 PEER_FRAME = 11
 MANIFEST = pathlib.Path(__file__).with_name("manifest.json")
@@ -40,6 +41,7 @@ def jobs():
     scene in turn."""
     yield ([f"sharp.{frame:04d}.exr" for frame in FRAMES], None,
            ["--kinds", "sharp", "--frames", f"{FRAMES[0]}-{FRAMES[-1]}"])
+    yield [f"behind.{BEHIND_FRAME:04d}.exr"], None, ["--kinds", "behind", "--frames", str(BEHIND_FRAME)]
     for kind, frame in TRUTH:
         for half in HALVES:
             yield ([f"{kind}_{half}.{frame:04d}.exr"], None,

@@ -38,17 +38,13 @@ for kind, frame in request.images_to_render(options):
 class Dataset(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        images = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(images.cleanup)
-        cls.images = images.name
+        cls.images = cls.enterClassContext(tempfile.TemporaryDirectory())
         for half, value in (("a", 0.25), ("b", 0.75), ("None", 1)):
             subprocess.run(["oiiotool", "--pattern", f"constant:color={value},{value},{value}", "4x4",
                             "3", "-d", "half", "-o", f"{cls.images}/{half}.exr"], check=True)
 
     def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.out = pathlib.Path(temporary.name)
+        self.out = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.log = self.out / "log"
         self.blender = self.out / "blender"
         self.blender.write_text(BLENDER.format(python=sys.executable, scripts=str(SCRIPTS),
@@ -66,10 +62,11 @@ class Dataset(unittest.TestCase):
     def test_valuable_images_of_all_scenes_come_first_and_whole_ones_stay(self):
         code, made, _ = self.run_it("glass", "rain")
         self.assertEqual(code, 0)
-        self.assertEqual(made[:10], [
+        self.assertEqual(made[:12], [
             *(f"{scene}/sharp.00{frame}.exr" for scene in ("glass", "rain") for frame in range(10, 14)),
+            "glass/behind.0011.exr", "rain/behind.0011.exr",
             "glass/both_a.0011.exr", "rain/both_a.0011.exr"])
-        self.assertEqual(len(made), 2 * (4 + 8))
+        self.assertEqual(len(made), 2 * (4 + 1 + 8))
         self.assertEqual(self.run_it("glass", "rain")[:2], (0, []))
         (self.out / "rain" / "mb_b.0011.exr").unlink()
         self.assertEqual(self.run_it("glass", "rain")[:2], (0, ["rain/mb_b.0011.exr"]))
@@ -82,20 +79,20 @@ class Dataset(unittest.TestCase):
 
     def test_a_limit_ends_early_and_a_failure_does_not_stop_the_rest(self):
         code, made, _ = self.run_it("glass", "--limit", "2")
-        self.assertEqual((code, made[4:]), (3, ["glass/both_a.0011.exr"]))
+        self.assertEqual((code, made[4:]), (3, ["glass/behind.0011.exr"]))
         written = json.loads((self.out / "manifest.json").read_text())
         self.assertEqual({"glass": sorted(pathlib.Path(name).name for name in made)},
                          {scene: sorted(files) for scene, files in written.items()})
         code, made, printed = self.run_it("glass", FAILS="mb")
         self.assertEqual(code, 1)
-        self.assertEqual(len(made), 5)
+        self.assertEqual(len(made), 6)
         self.assertIn("--kinds mb --frames 11 --half a: FAILED", printed)
         self.assertIn("no mb", printed)
 
     def test_check_names_files_that_are_not_those_of_the_manifest(self):
         self.run_it("glass")
         written = json.loads((self.out / "manifest.json").read_text())
-        self.assertEqual(len(written["glass"]), 4 + 8 + 4 + 3)  # no JSON from this Blender
+        self.assertEqual(len(written["glass"]), 4 + 1 + 8 + 4 + 3)  # no JSON from this Blender
         dataset.MANIFEST = self.out / "manifest.json"
         self.assertEqual(dataset.check(self.out), 0)
         (self.out / "glass" / "sharp.0010.exr").write_bytes(b"x")

@@ -9,11 +9,15 @@ from math import radians
 import bpy
 
 import model
+import peel
 import request
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools", "blender",
                              "postchain_blender"))
 import camera  # noqa: E402
+
+
+FILTER_PX = {"gbuf": 0.01, request.BEHIND: 1.0}  # of box filters
 
 
 class View:
@@ -93,9 +97,6 @@ def _set_up(options, bounces):
 def _set_kind(kind, frame, options, lens):
     shutter, opened, planes = request.KINDS[request.like(kind)]
     scene = bpy.context.scene
-    for thing in scene.objects:
-        thing.visible_camera = not (kind == request.BEHIND
-                                    and request.is_in_front(thing.name, options))
     render, cycles, layer = scene.render, scene.cycles, scene.view_layers[0]
     scene.frame_set(frame)
     render.use_motion_blur = shutter
@@ -104,8 +105,10 @@ def _set_kind(kind, frame, options, lens):
     cycles.samples = {"gbuf": 1, "sharp": options.sharp_samples}.get(request.like(kind), options.samples)
     cycles.use_adaptive_sampling = not planes
     cycles.seed = request.seed_of(kind, frame, options.half)
-    cycles.pixel_filter_type = "BOX" if kind == "gbuf" else "BLACKMAN_HARRIS"
-    cycles.filter_width = 0.01 if kind == "gbuf" else 1.5  # pixels; Blender's least and default
+    # gbuf: the pixel's center, by Blender's least width; behind: the pixel alone, because what the
+    # adjacent pixel hides may be another surface.
+    cycles.pixel_filter_type = "BOX" if kind in FILTER_PX else "BLACKMAN_HARRIS"
+    cycles.filter_width = FILTER_PX.get(kind, 1.5)
     image = render.image_settings
     image.file_format = "OPEN_EXR_MULTILAYER" if planes else "OPEN_EXR"
     image.color_mode = "RGBA" if planes or options.transparent else "RGB"
@@ -138,8 +141,12 @@ def render_scene(name, view, options, bounces=0):
                                                           options.blend))
         return
     camera.write(os.path.join(options.out, "camera.json"), scene, frames)
+    peeled = None
     for kind, frame in request.images_to_render(options):
         start = time.monotonic()
+        if kind == request.BEHIND:
+            peeled = peeled or peel.Peel(*options.size)
+            peeled.show(os.path.join(options.out, request.file_name("sharp", frame)))
         _set_kind(kind, frame, options, lens)
         path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame, options.half))
         bpy.context.scene.render.filepath = path + ".tmp"

@@ -3,7 +3,6 @@
 Imports nothing of Blender, so that tests run it in a plain interpreter.
 """
 import argparse
-import fnmatch
 import os
 
 # name: (shutter open, lens open, depth and vectors). In the order in which they are rendered.
@@ -14,7 +13,7 @@ KINDS = {
     "mb": (True, False, False),
     "dof": (False, True, False),
 }
-BEHIND = "behind"  # like sharp, without the objects of --front; only if asked for
+BEHIND = "behind"  # what the surfaces of sharp hide; last, because it reads sharp; only if asked for
 HALVES = {"a": 1, "b": 2}
 FPS = 24
 SHUTTER_FRAMES = 0.5
@@ -69,8 +68,6 @@ def parse_options(arguments, description):
                         help="1-12 by default")
     parser.add_argument("--kinds", type=checked(parse_kinds), default=list(KINDS),
                         help="any of " + ",".join([*KINDS, BEHIND]) + "; all but behind by default")
-    parser.add_argument("--front", metavar="NAMES", default="", help="objects that the kind behind "
-                        "leaves out: names and patterns, twig*,crate")
     parser.add_argument("--samples", type=int, default=256, help="of ground truth, at most")
     parser.add_argument("--min-samples", type=int, default=64, help="of ground truth, at least")
     parser.add_argument("--half", choices=list(HALVES), help="ground truth of other seeds, as "
@@ -82,15 +79,7 @@ def parse_options(arguments, description):
     parser.add_argument("--transparent", action="store_true",
                         help="alpha, premultiplied, instead of the sky (dancers: and the stage)")
     parser.add_argument("--blend", metavar="FILE", help="save the scene as OUT/FILE, render nothing")
-    options = parser.parse_args(arguments)
-    if BEHIND in options.kinds and not options.front:
-        parser.error("--kinds behind: --front names the objects that it leaves out")
-    return options
-
-
-def is_in_front(name, options):
-    """Does the kind behind leave out the object of this name?"""
-    return any(fnmatch.fnmatchcase(name, pattern) for pattern in options.front.split(","))
+    return parser.parse_args(arguments)
 
 
 def like(kind):

@@ -33,17 +33,14 @@ class Request(unittest.TestCase):
 
     def test_a_bad_option_ends_with_a_usage_error(self):
         for arguments in ([], ["out", "--frames", "5-3"], ["out", "--size", "640"],
-                          ["out", "--kinds", "x"], ["out", "--kinds", "sharp,behind"]):
+                          ["out", "--kinds", "x"]):
             with contextlib.redirect_stderr(io.StringIO()), self.assertRaises(SystemExit) as end:
                 request.parse_options(arguments, "a scene")
             self.assertEqual(end.exception.code, 2, arguments)
 
-    def test_behind_leaves_out_what_is_in_front(self):
-        options = request.parse_options(["out", "--kinds", "behind,sharp", "--front", "crate,*_twig"],
-                                        "a scene")
+    def test_behind_comes_after_sharp_if_asked_for(self):
+        options = request.parse_options(["out", "--kinds", "behind,sharp"], "a scene")
         self.assertEqual(options.kinds, ["sharp", "behind"])
-        self.assertEqual([name for name in ("crate", "crates", "near_twig", "twig")
-                          if request.is_in_front(name, options)], ["crate", "near_twig"])
         self.assertEqual(request.seed_of("behind", 6), request.seed_of("sharp", 6))
         self.assertNotIn("behind", request.parse_options(["out"], "a scene").kinds)
 

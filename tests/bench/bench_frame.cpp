@@ -14,11 +14,6 @@
 
 namespace postchain::bench {
 
-void fail(const std::string& text) {
-    std::fprintf(stderr, "%s\n", text.c_str());
-    std::exit(1);
-}
-
 void require(const Status& status) {
     if (!status.ok()) fail(status.message());
 }
@@ -169,30 +164,16 @@ std::string device_text(const gl::Device& device) {
         "; threads: ", threads ? threads : std::to_string(std::thread::hardware_concurrency()));
 }
 
-Settings take_settings(int& argc, char** argv, int iterations) {
-    Settings settings{.iterations = iterations, .only = {}};
-    int kept = 1;
-    for (int i = 1; i < argc; ++i) {
-        char only[64] = {};
-        if (std::sscanf(argv[i], "--size=%dx%d", &settings.width, &settings.height) == 2) continue;
-        if (std::sscanf(argv[i], "--iterations=%d", &settings.iterations) == 1) continue;
-        if (std::sscanf(argv[i], "--only=%63[^\n]", only) == 1) {
-            settings.only = only;
-            continue;
-        }
-        argv[kept++] = argv[i];
-    }
-    argc = kept;
-    if (settings.width < 1 || settings.height < 1 || settings.iterations < 1)
-        fail("--size=WIDTHxHEIGHT and --iterations=N need numbers above 0");
-    return settings;
+Settings take_settings(Arguments& arguments, int iterations) {
+    const auto [width, height] = arguments.size(1280, 720);
+    return {width, height, arguments.count("--iterations", iterations),
+            arguments.text("--only").value_or("")};
 }
 
 Settings parse_settings(int argc, char** argv, int iterations) {
-    const Settings settings = take_settings(argc, argv, iterations);
-    if (argc > 1)
-        fail(concat("unknown argument ", argv[1],
-                    "; known are --size=WIDTHxHEIGHT --iterations=N --only=PART_OF_NAME"));
+    Arguments arguments(argc, argv, kSettingsUsage);
+    Settings settings = take_settings(arguments, iterations);
+    arguments.none();
     return settings;
 }
 

@@ -10,11 +10,11 @@
 #include "chain/gl/texture_pool.h"
 #include "chain/plan.h"
 #include "chain/status.h"
+#include "tests/bench/arguments.h"
 
 namespace postchain::bench {
 
-// Prints the error and ends the program.
-[[noreturn]] void fail(const std::string& text);
+// Ends the program if it is an error.
 void require(const Status& status);
 
 template <class T>
@@ -42,14 +42,15 @@ const std::vector<std::string>& scenes();
 BenchFrame make_frame(const std::string& scene, int width, int height);
 
 struct Settings {
-    int width = 1280;
-    int height = 720;
+    int width;
+    int height;
     int iterations;    // runs or pairs
     std::string only;  // substring of a row's name; empty = all
 };
-// Removes --size=WIDTHxHEIGHT, --iterations=N and --only=PART_OF_NAME from the arguments and parses
-// them.
-Settings take_settings(int& argc, char** argv, int iterations);
+inline constexpr const char* kSettingsUsage =
+    "[--size=WIDTHxHEIGHT] [--iterations=N] [--only=PART_OF_NAME]";
+Settings take_settings(Arguments& arguments, int iterations);
+// For a program without other arguments.
 Settings parse_settings(int argc, char** argv, int iterations);
 
 // A frame's planes as textures, each in the requested format; uploaded once per format.

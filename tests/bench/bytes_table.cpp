@@ -6,7 +6,6 @@
 //
 // --halves: color, motion and intermediate planes are half; depth is fp32. Needs no GL.
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -14,16 +13,13 @@
 #include "chain/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
+#include "tests/bench/arguments.h"
 #include "tests/bench/engine_frame.h"
 
 namespace {
 
 using namespace postchain;
-
-[[noreturn]] void fail(const std::string& text) {
-    std::fprintf(stderr, "bytes_table: %s\n", text.c_str());
-    std::exit(2);
-}
+using bench::fail;
 
 FrameDescription described(int width, int height, bool halves) {
     FrameDescription frame = bench::engine_frame(width, height);
@@ -73,23 +69,12 @@ void print(const std::string& name, const Plan& plan, bool halves) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    int width = 1920, height = 1080;
-    bool halves = false;
-    std::vector<std::string> chains;
-    for (int i = 1; i < argc; ++i) {
-        const std::string argument = argv[i];
-        if (argument == "--halves")
-            halves = true;
-        else if (argument.rfind("--size=", 0) == 0) {
-            if (std::sscanf(argument.c_str(), "--size=%dx%d", &width, &height) != 2 || width < 1 ||
-                height < 1)
-                fail(argument + ": --size=WIDTHxHEIGHT");
-        } else if (argument.rfind("--", 0) == 0)
-            fail(argument + ": not an option; bytes_table [--halves] [--size=WxH] CHAIN...");
-        else
-            chains.push_back(argument);
-    }
-    if (chains.empty()) fail("give a chain: bytes_table [--halves] [--size=WxH] CHAIN...");
+    const char* usage = "bytes_table [--halves] [--size=WIDTHxHEIGHT] CHAIN...";
+    bench::Arguments arguments(argc, argv, usage);
+    const bool halves = arguments.flag("--halves");
+    const auto [width, height] = arguments.size(1920, 1080);
+    const std::vector<std::string> chains = arguments.words();
+    if (chains.empty()) fail(std::string("give a chain: ") + usage, 2);
     for (const std::string& chain : chains)
         print(chain, plan_of(chain, described(width, height, halves), halves), halves);
     return 0;

@@ -16,11 +16,18 @@ def read(path):
     return np.asarray(source.read_image("float")), source.spec()
 
 
-def write(path, pixels, names):
+def renderer_of(spec):
+    """Attributes that name Cycles as the renderer: without them no zoom is added to its vectors."""
+    return {one.name: one.value for one in spec.extra_attribs if one.name.startswith("cycles.")}
+
+
+def write(path, pixels, names, attributes=None):
     """Float EXR."""
     spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
     spec.channelnames = tuple(names)
     spec["compression"] = "zip"
+    for name, value in (attributes or {}).items():
+        spec.attribute(name, value)
     target = oiio.ImageOutput.create(str(path))
     target.open(str(path), spec)
     target.write_image(np.ascontiguousarray(pixels, np.float32))

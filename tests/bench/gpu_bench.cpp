@@ -12,10 +12,8 @@
 // more along edges. MiB are the textures of one run, apart from the frame's own planes.
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <map>
-#include <string_view>
 
 #include "chain/egl/context.h"
 #include "chain/plan_bytes.h"
@@ -278,26 +276,19 @@ class Table : public benchmark::BenchmarkReporter {
     const Bench& bench_;
 };
 
-bool take_steps(int& argc, char** argv) {
-    const auto end = std::remove_if(argv + 1, argv + argc, [](const char* word) {
-        return std::string_view(word) == "--steps";
-    });
-    const bool steps = end != argv + argc;
-    argc = int(end - argv);
-    return steps;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Settings settings = take_settings(argc, argv, 11);
-    const bool steps = take_steps(argc, argv);
-    benchmark::Initialize(&argc, argv);
-    if (benchmark::ReportUnrecognizedArguments(argc, argv)) {
-        std::fprintf(stderr,
-                     "also: --size=WIDTHxHEIGHT --iterations=N --only=PART_OF_NAME --steps\n");
-        return 2;
-    }
+    Arguments arguments(argc, argv, "");
+    const Settings settings = take_settings(arguments, 11);
+    const bool steps = arguments.flag("--steps");
+    std::vector<std::string> rest = arguments.rest();
+    std::vector<char*> words = {argv[0]};
+    for (std::string& word : rest) words.push_back(word.data());
+    int count = int(words.size());
+    benchmark::Initialize(&count, words.data());
+    if (benchmark::ReportUnrecognizedArguments(count, words.data()))
+        fail(concat("also: ", kSettingsUsage, " --steps"), 2);
     const auto context = require(egl::Context::create());
     Bench bench(settings, steps, context->device());
     std::printf("%s\n", device_text(context->device()).c_str());

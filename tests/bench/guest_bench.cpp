@@ -5,25 +5,21 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <postchain/postchain.hpp>
-#include <string_view>
 #include <vector>
 
 #include "chain/egl/context.h"
+#include "tests/bench/arguments.h"
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
 
 namespace postchain::test {
 namespace {
 
-constexpr int kFramesOfARepeat = 200;
+using bench::fail;
 
-[[noreturn]] void stop(const char* message) {
-    std::fprintf(stderr, "%s\n", message);
-    std::exit(1);
-}
+constexpr int kFramesOfARepeat = 200;
 
 struct NamedChain {
     const char* name;
@@ -39,13 +35,13 @@ struct Value {
 // The values of the shipped chain of that name (config/chains).
 NamedChain make_chain(const char* name, const char* passes, std::initializer_list<Value> values) {
     NamedChain made{name, pc::chain(passes)};
-    if (!made.chain) stop(pc_create_error());
+    if (!made.chain) fail(pc_create_error());
     for (const auto& [pass, key, value] : values) {
         char* end = nullptr;
         const double number = std::strtod(value, &end);
         const pc_result result = *end ? pc_chain_set_text(made.chain.get(), pass, key, value)
                                       : pc_chain_set_number(made.chain.get(), pass, key, number);
-        if (result != PC_OK) stop(pc_chain_error(made.chain.get()));
+        if (result != PC_OK) fail(pc_chain_error(made.chain.get()));
     }
     return made;
 }
@@ -114,15 +110,15 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
     auto info = pc::create_info();
     info.state = state;
     const pc::Instance guest = pc::create(info);
-    if (!guest) stop(pc_create_error());
+    if (!guest) fail(pc_create_error());
     const auto run = [&](int i) {
         kind.change(frame, chain.chain.get(), i);
         if (pc_run(guest.get(), chain.chain.get(), &frame, nullptr) != PC_OK)
-            stop(pc_last_error(guest.get()));
+            fail(pc_last_error(guest.get()));
     };
     kind.change(frame, chain.chain.get(), 0);
     if (pc_prepare(guest.get(), chain.chain.get(), &frame, 1) != PC_OK)
-        stop(pc_last_error(guest.get()));
+        fail(pc_last_error(guest.get()));
     silence_gl(true);
     for (int i = 0; i < kFramesOfARepeat; ++i) run(i);
 
@@ -159,15 +155,11 @@ void measure(const NamedChain& chain, pc_state state, const Kind& kind, pc_frame
 
 int main(int argc, char** argv) {
     using namespace postchain::test;
-    int repeats = 200;
-    for (int i = 1; i < argc; ++i) {
-        const std::string_view word = argv[i];
-        if (word.starts_with("--repeats=")) repeats = std::atoi(word.substr(10).data());
-        if (!word.starts_with("--repeats=") || repeats < 1)
-            stop("usage: guest_bench [--repeats=200]");
-    }
+    postchain::bench::Arguments arguments(argc, argv, "guest_bench [--repeats=200]");
+    const int repeats = arguments.count("--repeats", 200);
+    arguments.none();
     const auto context = postchain::egl::Context::create();
-    if (!context.ok()) stop(context.status().message().c_str());
+    if (!context.ok()) fail(context.status().message());
     const pc_frame frame = make_frame(1920, 1080);
     std::printf(
         "pc_run() on a GL that does nothing, 1920x1080; microseconds of the quickest and of "

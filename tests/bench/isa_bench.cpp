@@ -21,6 +21,7 @@
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tests/bench/amd_compiler.h"
+#include "tests/bench/arguments.h"
 #include "tests/bench/engine_frame.h"
 
 namespace {
@@ -31,11 +32,6 @@ namespace fs = std::filesystem;
 
 constexpr int kSkipped = 77;
 constexpr size_t kLargest = 3;
-
-[[noreturn]] void fail(const std::string& text, int code) {
-    std::fprintf(stderr, "isa_bench: %s\n", text.c_str());
-    std::exit(code);
-}
 
 // Removed with its content, by exit() too.
 class Folder {
@@ -126,17 +122,10 @@ Row row_of(const Program& program, const std::vector<std::unique_ptr<AmdCompiler
 }  // namespace
 
 int main(int argc, char** argv) {
-    std::vector<std::string> generations, chains;
-    bool steps = false;
-    for (int i = 1; i < argc; ++i) {
-        const std::string argument = argv[i], option = "--generation=";
-        if (argument == "--steps")
-            steps = true;
-        else if (argument.starts_with(option))
-            generations.push_back(argument.substr(option.size()));
-        else
-            chains.push_back(argument);
-    }
+    Arguments arguments(argc, argv, "isa_bench [--generation=NAME]... [--steps] [CHAIN...]");
+    std::vector<std::string> generations = arguments.texts("--generation");
+    const bool steps = arguments.flag("--steps");
+    std::vector<std::string> chains = arguments.words();
     if (chains.empty()) chains = shipped_chains();
     if (generations.empty()) generations = {"vega10", "navi21", "gfx1100"};
     if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)

@@ -7,7 +7,6 @@
 // --steps: every step. Needs no GL. Fails if a band is longer than 100 ms.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -15,20 +14,17 @@
 #include "chain/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
+#include "tests/bench/arguments.h"
 #include "tests/bench/engine_frame.h"
 
 namespace {
 
 using namespace postchain;
 using bench::engine_frame;
+using bench::fail;
 
 constexpr double kMostMs = 100;
 constexpr double kTapsPerMs = kBandTaps / 50;
-
-[[noreturn]] void fail(const std::string& text) {
-    std::fprintf(stderr, "longest_dispatch: %s\n", text.c_str());
-    std::exit(2);
-}
 
 struct Row {
     std::string name;
@@ -68,20 +64,11 @@ std::vector<Row> rows_of(const std::string& chain, const FrameDescription& frame
 }  // namespace
 
 int main(int argc, char** argv) {
-    int width = 3840, height = 2160;
-    bool steps = false;
-    std::vector<std::string> chains;
-    for (int i = 1; i < argc; ++i) {
-        const std::string argument = argv[i];
-        if (argument == "--steps")
-            steps = true;
-        else if (argument.rfind("--size=", 0) == 0) {
-            if (std::sscanf(argument.c_str(), "--size=%dx%d", &width, &height) != 2 || width < 1 ||
-                height < 1)
-                fail(argument + ": --size=WIDTHxHEIGHT");
-        } else
-            chains.push_back(argument);
-    }
+    bench::Arguments arguments(argc, argv,
+                               "longest_dispatch [--size=WIDTHxHEIGHT] [--steps] [CHAIN...]");
+    const auto [width, height] = arguments.size(3840, 2160);
+    const bool steps = arguments.flag("--steps");
+    std::vector<std::string> chains = arguments.words();
     if (chains.empty()) chains = shipped_chains();
     bool good = true;
     std::printf(

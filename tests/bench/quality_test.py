@@ -21,9 +21,7 @@ POSTCHAIN = sys.argv.pop(1)
 
 class Quality(unittest.TestCase):
     def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.data = pathlib.Path(temporary.name)
+        self.data = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.scene = self.data / "wheels"
         subprocess.run([POSTCHAIN, "scene", "wheels", "-o", self.scene, "--size", "64x36", "--frames",
                         "11", "--truth-samples", "16"], check=True, capture_output=True)

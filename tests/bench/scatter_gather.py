@@ -192,7 +192,7 @@ def depth_of_field(color, depth, camera, constants):
 
 
 def filtered(path, camera_path, number, constants):
-    """(pixels of all channels, their names)."""
+    """(pixels of all channels, their names, attributes of the renderer)."""
     pixels, spec = frames.read(path)
     names = list(spec.channelnames)
     color = frames.columns(names, "Combined.RGB")
@@ -200,7 +200,7 @@ def filtered(path, camera_path, number, constants):
     camera = frames.Camera.of(camera_path, number)
     result = pixels.copy()
     result[..., color] = depth_of_field(pixels[..., color], depth, camera, constants)
-    return result, names
+    return result, names, frames.renderer_of(spec)
 
 
 def main():

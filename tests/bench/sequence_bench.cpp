@@ -25,19 +25,17 @@
 #include <string>
 #include <vector>
 
+#include "tests/bench/arguments.h"
+
 namespace {
 
 namespace fs = std::filesystem;
 using Words = std::vector<std::string>;
+using postchain::bench::fail;
 
 constexpr int kFrames = 24;
 constexpr int kLongRun = 1000;
 constexpr int kShortRun = 10;
-
-[[noreturn]] void fail(const std::string& text) {
-    std::fprintf(stderr, "sequence_bench: %s\n", text.c_str());
-    std::exit(1);
-}
 
 struct Cost {
     double wall_s = 0;
@@ -291,33 +289,18 @@ void compare_memory(const Setup& setup) {
 
 int main(int argc, char** argv) {
     Setup setup;
-    Words files;
-    const auto usage = [] {
-        fail(
-            "usage: sequence_bench [--pairs N] [--command POSTCHAIN] [--run WORD]... "
-            "[--copy-level N] [A.exr B.exr --camera FILE]");
-    };
-    for (int i = 1; i < argc; ++i) {
-        const std::string word = argv[i];
-        if (word.rfind("--", 0) != 0) {
-            files.push_back(word);
-        } else if (i + 1 == argc) {
-            usage();
-        } else if (word == "--pairs") {
-            setup.pairs = std::max(1, std::atoi(argv[++i]));
-        } else if (word == "--command") {
-            setup.command = argv[++i];
-        } else if (word == "--run") {
-            setup.run_words.push_back(argv[++i]);
-        } else if (word == "--copy-level") {
-            setup.copy_level = argv[++i];
-        } else if (word == "--camera") {
-            setup.camera = argv[++i];
-        } else {
-            usage();
-        }
-    }
-    if (!files.empty() && (files.size() != 2 || setup.camera.empty())) usage();
+    const char* usage =
+        "sequence_bench [--pairs N] [--command POSTCHAIN] [--run WORD]... [--copy-level N] "
+        "[A.exr B.exr --camera FILE]";
+    postchain::bench::Arguments arguments(argc, argv, usage);
+    setup.pairs = arguments.count("--pairs", setup.pairs);
+    setup.command = arguments.text("--command").value_or(setup.command);
+    setup.run_words = arguments.texts("--run");
+    setup.copy_level = arguments.text("--copy-level").value_or(setup.copy_level);
+    setup.camera = arguments.text("--camera").value_or("");
+    const Words files = arguments.words();
+    if (!files.empty() && (files.size() != 2 || setup.camera.empty()))
+        fail(std::string("give two files and a camera: ") + usage, 2);
     setup.folder = scratch_folder();
     std::atexit(remove_scratch_folder);
     try {

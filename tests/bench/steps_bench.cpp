@@ -4,14 +4,15 @@
 //   frames --plan--> steps --between the debug groups of the executor: glFinish, CPU clock--> ms
 //
 //   steps_bench [--input=PATTERN [--frames=RANGE] [--camera=FILE]] [--size=WIDTHxHEIGHT]
-//               [--iterations=N] [--steps] [--json=FILE] [CHAIN...]
+//               [--iterations=N] [--steps] [--first] [--json=FILE] [CHAIN...]
 //
 // CHAIN: a chain file, a shipped chain, or a pass with its defaults; default: motion_blur,
 // depth_of_field and the shipped chains. `guertin` (the report's motion blur, 25 samples) and
 // `paper` are always measured. Without --input: the synthetic frame `mixed` of gpu_bench, without
 // neighbors. Chains alternate in each iteration. A step's time is the least of its iterations on
 // each frame, then the mean over the frames; all bands of a step count. --steps: a table of the
-// steps too.
+// steps too. --first: and one of each step's first dispatch, in which a software renderer compiles
+// (MESA_SHADER_CACHE_DISABLE=1).
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -201,30 +202,18 @@ nlohmann::ordered_json json_of(const std::vector<Measured>& all, const std::stri
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Settings settings = take_settings(argc, argv, 3);
-    Input input;
-    std::string json;
-    bool steps = false;
+    Arguments arguments(argc, argv,
+                        concat("steps_bench [--input=FRAMES [--frames=1-4] [--camera=FILE]] ",
+                               kSettingsUsage, " [--steps] [--first] [--json=FILE] [CHAIN...]"));
+    const Settings settings = take_settings(arguments, 3);
+    const Input input = {arguments.text("--input").value_or(""),
+                         arguments.text("--frames").value_or(""),
+                         arguments.text("--camera").value_or("")};
+    const std::string json = arguments.text("--json").value_or("");
+    const bool steps = arguments.flag("--steps"), first = arguments.flag("--first");
     std::vector<std::string> names = {"guertin", "paper"};
-    for (int i = 1; i < argc; ++i) {
-        const std::string word = argv[i];
-        const auto value = [&](const std::string& option, std::string& into) {
-            if (!word.starts_with(option)) return false;
-            into = word.substr(option.size());
-            return true;
-        };
-        if (value("--input=", input.pattern) || value("--frames=", input.frames) ||
-            value("--camera=", input.camera) || value("--json=", json))
-            continue;
-        if (word == "--steps")
-            steps = true;
-        else if (word.starts_with("--"))
-            fail(word +
-                 ": unknown option; known are --input --frames --camera --size --iterations "
-                 "--steps --json");
-        else if (std::find(names.begin(), names.end(), word) == names.end())
-            names.push_back(word);
-    }
+    for (const std::string& word : arguments.words())
+        if (std::find(names.begin(), names.end(), word) == names.end()) names.push_back(word);
     if (names.size() == 2)
         for (const char* name : {"motion_blur", "depth_of_field", "fast", "balanced", "best"})
             names.push_back(name);
@@ -241,9 +230,10 @@ int main(int argc, char** argv) {
     const std::vector<Frame> frames = input.pattern.empty()
                                           ? synthetic_frame(settings.width, settings.height)
                                           : frames_of(input, wanted);
-    // The first run compiles.
+    // The first run compiles. A program that an earlier chain has too is compiled there.
     for (Measured& one : all) {
         measure(one, 0, frames[0], executor);
+        if (first) print_steps({one.name + ", first dispatch", {}, one.steps, one.of_frames});
         one.of_frames.clear();
     }
     for (int i = 0; i < settings.iterations; ++i)

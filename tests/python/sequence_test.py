@@ -209,14 +209,17 @@ sys.exit(7)
 
 
 def test_scene(tmp_path):
-    command("scene", "wheels", "-o", tmp_path / "a", "--size", "32x18", "--frames", "1")
+    command("scene", "wheels", "-o", tmp_path / "a", "--size", "32x18", "--frames", "1", "--behind",
+            "--deep")
     reports = []
-    postchain.scene("wheels", tmp_path / "b", size=(32, 18), frames=1, progress=reports.append)
+    postchain.scene("wheels", tmp_path / "b", size=(32, 18), frames=1, behind=True, deep=True,
+                    progress=reports.append)
     names = sorted(path.name for path in (tmp_path / "a").iterdir())
+    assert {"behind.0001.exr", "deep.0001.exr"} < set(names)
     assert names == sorted(path.name for path in (tmp_path / "b").iterdir())
     for name in names:
         assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
-    assert reports[-1]["frame"] == 1 and reports[-1]["picture"] == "sharp"
+    assert reports[-1]["frame"] == 1 and reports[-1]["picture"] == "deep"
     for kind, words, arguments, settings in [
             (postchain.UsageError, "wheels", ("wheel", tmp_path / "c"), {}),
             (postchain.UsageError, "camera: is a str; give a dict", ("wheels", tmp_path / "c"),

@@ -2,6 +2,9 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <tuple>
+#include <utility>
+
 #include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"
@@ -127,21 +130,30 @@ void add_measurements(py::module_& module) {
         "Writes a generated scene into a folder: EXR frames with depth and motion vectors, "
         "camera.json,\nand with `truth_samples` ground truth (mb, dof, both).\n\nname:" +
         names +
-        "\nframes: \"1-8\", or numbers\ncamera: a dict of values that replace the scene's\n"
+        "\nframes: \"1-8\", or numbers\nbehind: also writes the layer behind, for "
+        "run_sequence(behind=)"
+        "\ndeep: also writes deep files with the frame and the layer behind\ncamera: a dict of "
+        "values that replace the scene's\n"
         "progress: called with a dict; returns False to end";
     module.def(
         "scene",
         [](const std::string& name, const py::object& folder, std::pair<int, int> size,
-           const py::object& frames, int truth_samples, const std::string& on_existing,
-           const py::object& camera, const std::string& device, const py::object& progress,
-           const py::object& stop) {
-            write_scene(name, path_of(folder, "folder"), size, frames, truth_samples, on_existing,
-                        camera, device, {progress, stop});
+           const py::object& frames, int truth_samples, bool behind, bool deep,
+           const std::string& on_existing, const py::object& camera, const std::string& device,
+           const py::object& progress, const py::object& stop) {
+            scenes::SceneRequest request;
+            request.name = name;
+            request.folder = path_of(folder, "folder");
+            std::tie(request.width, request.height) = size;
+            request.truth_samples = truth_samples;
+            request.behind = behind;
+            request.deep = deep;
+            write_scene(std::move(request), frames, on_existing, camera, device, {progress, stop});
         },
         py::arg("name"), py::arg("folder"), py::kw_only(),
         py::arg("size") = std::pair<int, int>(640, 360), py::arg("frames") = "1",
-        py::arg("truth_samples") = 0, py::arg("on_existing") = "fail",
-        py::arg("camera") = py::none(), py::arg("device") = "auto",
+        py::arg("truth_samples") = 0, py::arg("behind") = false, py::arg("deep") = false,
+        py::arg("on_existing") = "fail", py::arg("camera") = py::none(), py::arg("device") = "auto",
         py::arg("progress") = py::none(), py::arg("stop") = py::none(), scene_text.c_str());
 }
 

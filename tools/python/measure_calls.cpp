@@ -4,7 +4,6 @@
 #include "config/camera_file.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/temporal.h"
-#include "tools/measure/scenes/scene.h"
 #include "tools/python/array_file.h"
 #include "tools/python/errors.h"
 #include "tools/python/job.h"
@@ -221,20 +220,14 @@ py::dict diff(const py::object& reference, const py::object& test, const DiffReq
     return result;
 }
 
-void write_scene(const std::string& name, const std::string& folder, std::pair<int, int> size,
-                 const py::object& frames, int truth_samples, const std::string& on_existing,
-                 const py::object& camera, const std::string& device, const Callbacks& callbacks) {
+void write_scene(scenes::SceneRequest request, const py::object& frames,
+                 const std::string& on_existing, const py::object& camera,
+                 const std::string& device, const Callbacks& callbacks) {
     callbacks.check();
-    scenes::SceneRequest request;
-    request.name = name;
-    request.folder = folder;
-    const auto [width, height] = size;
+    const int width = request.width, height = request.height;
     if (width < 1 || height < 1 || width > io::kMaxSide || height > io::kMaxSide)
         raise(Status(StatusCode::usage,
                      concat("size: ", width, "x", height, ": sides are 1..", io::kMaxSide)));
-    request.width = width;
-    request.height = height;
-    request.truth_samples = truth_samples;
     const Parameter& row = *job_parameters().find("frames");
     const auto text = std::get<std::string>(parameter_value(frames, row));
     request.frames = value_of(io::FrameRange::parse(text)).frames;

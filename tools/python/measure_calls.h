@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/measure/scenes/scene.h"
 #include "tools/python/sequence_calls.h"
 
 namespace postchain::python {
@@ -25,10 +26,9 @@ struct DiffRequest {
 pybind11::dict diff(const pybind11::object& reference, const pybind11::object& test,
                     const DiffRequest& request, const pybind11::kwargs& settings);
 
-// Writes a generated scene. `size`: width and height. Raises.
-void write_scene(const std::string& name, const std::string& folder, std::pair<int, int> size,
-                 const pybind11::object& frames, int truth_samples, const std::string& on_existing,
-                 const pybind11::object& camera, const std::string& device,
-                 const Callbacks& callbacks);
+// Writes a generated scene. `request`: all but frames, on_existing and camera. Raises.
+void write_scene(scenes::SceneRequest request, const pybind11::object& frames,
+                 const std::string& on_existing, const pybind11::object& camera,
+                 const std::string& device, const Callbacks& callbacks);
 
 }  // namespace postchain::python

@@ -17,9 +17,7 @@ BLENDER = None
 
 class Addon(unittest.TestCase):
     def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.folder = temporary.name
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
 
     def test_inside_blender_and_on_a_farm(self):
         printed = BLENDER.run(self.folder, "-b", "-P", launch.HERE / "inside.py", "--", self.folder)

@@ -13,8 +13,8 @@ import bpy
 from . import camera
 
 MISSING = ("the command `postchain` was not found: install the package postchain, or build it and run "
-           "`cmake --install build --prefix ~/.local`; or give its path in Preferences, Add-ons, "
-           "postchain")
+           "`cmake --install build --component command --prefix ~/.local`; or give its path in "
+           "Preferences, Add-ons, postchain")
 
 
 class CommandError(Exception):

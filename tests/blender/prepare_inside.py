@@ -1,0 +1,124 @@
+"""Inside Blender: Prepare, Put Back, and the settings that they refuse."""
+import os
+
+import bpy
+
+from addon_case import Case, addon
+
+
+class Prepare(Case):
+    def state(self):
+        image, layer = self.scene.render.image_settings, self.scene.view_layers[0]
+        return (image.file_format, image.color_depth, image.exr_codec, layer.use_pass_z,
+                layer.use_pass_vector, layer.use_pass_cryptomatte_object, layer.pass_cryptomatte_depth,
+                self.scene.render.use_motion_blur, self.scene.eevee.use_motion_blur,
+                self.scene.camera.data.dof.use_dof)
+
+    PREPARED = ("OPEN_EXR_MULTILAYER", "32", "ZIP", True, True, True, 6, False, False, False)
+
+    def prepare(self):
+        self.scene.postchain.cryptomatte = True
+        self.scene.eevee.use_motion_blur = True
+        self.scene.render.image_settings.color_depth = "16"  # PNG's
+        before = self.state()
+        bpy.ops.postchain.prepare()
+        self.assertEqual(self.state(), self.PREPARED)
+        texts = [change.text for change in self.scene.postchain.changes]
+        self.assertIn("lens: depth of field off", texts)
+        return before
+
+    def test_sets_and_puts_back(self):
+        before = self.prepare()
+        self.assertEqual(addon().prepare.missing(self.scene), [])
+        self.assertEqual(bpy.ops.postchain.prepare(), {"FINISHED"})  # changes nothing more
+        bpy.ops.postchain.put_back()
+        self.assertEqual(self.state(), before)
+        self.assertFalse(bpy.ops.postchain.put_back.poll())
+
+    def test_twice_keeps_the_first_values(self):
+        before = self.prepare()
+        self.scene.camera.data.dof.use_dof = True
+        self.scene.render.image_settings.file_format = "OPEN_EXR"
+        bpy.ops.postchain.prepare()
+        self.assertEqual(self.state(), self.PREPARED)
+        bpy.ops.postchain.put_back()
+        self.assertEqual(self.state(), before)
+
+    def test_state_is_in_the_file(self):
+        before = self.prepare()
+        os.makedirs(self.folder, exist_ok=True)
+        path = os.path.join(self.folder, "prepared.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.scene = bpy.context.scene
+        self.assertEqual(self.state(), self.PREPARED)
+        bpy.ops.postchain.put_back()
+        self.assertEqual(self.state(), before)
+
+    def test_undo(self):
+        bpy.ops.ed.undo_push(message="before")
+        before = self.prepare()
+        bpy.ops.ed.undo_push(message="Prepare")
+        bpy.ops.ed.undo()
+        self.scene = bpy.context.scene
+        self.assertNotEqual(self.state(), self.PREPARED)
+        self.assertEqual(len(self.scene.postchain.changes), 0)
+        bpy.ops.ed.redo()
+        self.scene = bpy.context.scene
+        self.assertEqual(self.state(), self.PREPARED)
+        bpy.ops.postchain.put_back()
+        self.assertEqual(self.state(), before)
+
+    def test_later_changes_are_kept(self):
+        self.prepare()
+        self.scene.view_layers[0].use_pass_vector = False
+        self.scene.camera.data.name = "renamed"
+        bpy.ops.postchain.put_back()
+        self.assertFalse(self.scene.view_layers[0].use_pass_vector)
+        self.assertTrue(self.scene.camera.data.dof.use_dof)
+        self.assertEqual(self.scene.render.image_settings.file_format, "PNG")
+
+    def test_every_camera_of_the_markers(self):
+        second = self.scene.camera.copy()
+        second.data = self.scene.camera.data.copy()
+        self.scene.collection.objects.link(second)
+        self.scene.timeline_markers.new("cut", frame=2).camera = second
+        bpy.ops.postchain.prepare()
+        self.assertFalse(second.data.dof.use_dof)
+        bpy.ops.postchain.put_back()
+        self.assertTrue(second.data.dof.use_dof)
+
+
+class Problems(Case):
+    def test_settings_that_cannot_be_filtered(self):
+        render = self.scene.render
+        render.engine = "BLENDER_WORKBENCH"
+        self.fails(bpy.ops.postchain.prepare, "Workbench has neither depth nor motion vectors")
+        render.engine = "BLENDER_EEVEE"
+        self.says("EEVEE has no motion vectors", wrong=bpy.app.version < (4, 2, 0))
+        self.scene.postchain.order = "LENS"
+        self.assertEqual(self.problems(), [])
+        self.scene.postchain.order = "JOINT"
+        render.engine = "CYCLES"
+        render.use_border = render.use_crop_to_border = True
+        self.says("Crop to Render Region off", wrong=True)
+        render.use_border = False
+        dof = self.scene.camera.data.dof
+        dof.keyframe_insert("use_dof", frame=1)
+        self.says("switched by an animation", wrong=True)
+        self.scene.camera.data.animation_data_clear()
+        dof.aperture_ratio = 0.05
+        self.says("outside 0.1 to 10", wrong=True)
+        dof.aperture_ratio, dof.focus_distance = 1, 0
+        self.says("focuses at distance 0", wrong=True)
+        dof.focus_distance = 8
+        self.scene.sequence_editor_create().sequences.new_scene("s", self.scene, 1, 1)
+        self.says("Sequencer off", wrong=True)
+        render.use_sequencer = False
+        self.assertEqual(self.problems(), [])
+        self.scene.cycles.motion_blur_position = "END"
+        self.says("not Center on Frame", wrong=False)
+        self.scene.camera.data.shift_y = 0.1
+        self.says("shifted lens", wrong=False)
+        render.pixel_aspect_x = 2
+        self.says("pixel aspect", wrong=False)

@@ -35,9 +35,7 @@ def share_at(f):
 class Blind(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        cls.addClassCleanup(cls.temporary.cleanup)
-        cls.folder = pathlib.Path(cls.temporary.name)
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         subprocess.run([POSTCHAIN, "scene", "wheels", "-o", cls.folder / "in", "--size", "48x27",
                         "--frames", "1-4", "--truth-samples", "2"], check=True, capture_output=True)
         cls.sides = [f"plain={cls.folder}/in/sharp.####.exr", f"streaks={cls.folder}/in/mb.####.exr",

@@ -15,16 +15,11 @@ PROGRAM = None
 class Check(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
-        cls.path = pathlib.Path(cls.folder.name)
+        cls.path = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.call(0, "scene", "wheels", "-o", "in", "--frames", "1-8", "--size", "64x36",
                  "--device", "software", "-q")
         cls.run_chain("good", "fast")
         cls.run_chain("png", "fast", "--overflow", "clamp", name="o.####.png")
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.folder.cleanup()
 
     @classmethod
     def call(cls, code, *words):

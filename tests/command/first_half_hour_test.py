@@ -40,16 +40,15 @@ def missing_line(lines, printed):
 
 class Transcript(unittest.TestCase):
     def setUp(self):
-        temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(temporary.cleanup)
-        self.work = pathlib.Path(temporary.name, "work")
-        programs = pathlib.Path(temporary.name, "programs")
+        temporary = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+        self.work = temporary / "work"
+        programs = temporary / "programs"
         for folder in (self.work, programs):
             folder.mkdir()
         (programs / "postchain").symlink_to(PROGRAM)
         self.environment = dict(os.environ, PATH=f"{programs}:{os.environ['PATH']}", PWD=str(self.work))
         for name in ("SCRIPTS", "CONFIG"):
-            folder = pathlib.Path(temporary.name, name.lower())
+            folder = temporary / name.lower()
             folder.mkdir()
             self.environment[f"BLENDER_USER_{name}"] = str(folder)
         if BLENDER:

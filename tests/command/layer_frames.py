@@ -29,9 +29,7 @@ class Frames(unittest.TestCase):
     postchain = ""  # the command
 
     def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(self.temporary.cleanup)
-        self.folder = self.temporary.name
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
 
     def run_on(self, pattern, chain, *options, code=0):
         done = subprocess.run(

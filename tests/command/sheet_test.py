@@ -25,9 +25,7 @@ def shown(value):
 
 class Sheet(unittest.TestCase):
     def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(self.temporary.cleanup)
-        self.folder = pathlib.Path(self.temporary.name)
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
 
     def write(self, name, color, width=WIDTH, height=HEIGHT):
         """color: three numbers, or a function of x and y."""

@@ -51,20 +51,13 @@ def by_rename(path, data, pause=0.3):
 class Watch(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.scene = tempfile.TemporaryDirectory()
-        cls.rendered = pathlib.Path(cls.scene.name)
+        cls.rendered = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         subprocess.run([POSTCHAIN, "scene", "wheels", "--size", "64x36", "--frames", "1-5", "-o",
                         cls.rendered, "-q"], check=True)
         cls.data = {n: (cls.rendered / f"sharp.{n:04}.exr").read_bytes() for n in FRAMES}
 
-    @classmethod
-    def tearDownClass(cls):
-        cls.scene.cleanup()
-
     def setUp(self):
-        self.temporary = tempfile.TemporaryDirectory()
-        self.addCleanup(self.temporary.cleanup)
-        self.folder = pathlib.Path(self.temporary.name)
+        self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         (self.folder / "in").mkdir()
 
     def frame(self, number):

@@ -20,7 +20,7 @@ std::vector<NamedChain> some_modes() {
 
 TestFrame lit(TestFrame frame) {
     frame.description = describe(frame.planes);
-    add_lights(frame, 2);
+    add_lights(frame, kLayersPerStep);
     return frame;
 }
 
@@ -63,7 +63,7 @@ TEST(Elision, ByOneColorHoldsWithoutLayersAlone) {
     frame.description.bounds = describe(frame.planes).bounds;
     ASSERT_TRUE(frame.description.bounds.one_color);
     TestFrame with = frame;
-    add_lights(with, 2);
+    add_lights(with, kLayersPerStep);
     for (const NamedChain& one : some_modes()) {
         SCOPED_TRACE(one.name);
         EXPECT_TRUE(make_plan(one.chain, frame.description)->steps.empty());

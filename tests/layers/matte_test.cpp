@@ -27,7 +27,7 @@ TEST(Mattes, OfZeroChangeNoBit) {
 TEST(Mattes, OfOneLeaveEveryBitAsItIs) {
     for (const bool lights : {false, true}) {
         TestFrame frame = bright_frame(67, 45);
-        if (lights) add_lights(frame, 2);
+        if (lights) add_lights(frame, kLayersPerStep);
         for (const NamedChain& one : every_mode()) {
             TestFrame held = frame;
             add_matte(held, ImageF(67, 45, 1, 1.0f), one.chain.links.size());
@@ -164,7 +164,7 @@ TEST(Mattes, AgreeWithTheReferenceAndLightsStillSum) {
     TestFrame frame = bright_frame(45, 37);
     TestFrame neighbored = frame;
     add_neighbors(neighbored);
-    for (TestFrame* one : {&frame, &neighbored}) add_lights(*one, 2);
+    for (TestFrame* one : {&frame, &neighbored}) add_lights(*one, kLayersPerStep);
     for (const int soft_px : {0, 1, 4}) {
         for (const NamedChain& one : every_mode()) {
             for (TestFrame held : {frame, neighbored}) {

@@ -29,8 +29,8 @@ TEST(Layers, LightsSumToTheFilteredColorInEveryMode) {
     TestFrame alone = bright_frame(67, 45);
     TestFrame neighbored = alone;
     add_neighbors(neighbored);
-    add_lights(alone, 3);
-    add_lights(neighbored, 3);
+    add_lights(alone, kLayersPerStep);
+    add_lights(neighbored, kLayersPerStep);
     for (const NamedChain& one : every_mode()) {
         expect_sum(one, alone, "alone");
         const RoleSet usable = one.chain.optional();
@@ -52,7 +52,7 @@ TEST(Layers, AnyNumberOfThemSums) {
     append(chains.back().chain, "fxaa");
     chains.push_back({"gilham, guertin", chain_of("depth_of_field", {{"method", "gilham"}})});
     append(chains.back().chain, "motion_blur", {{"mode", "guertin"}});
-    for (const int count : {1, kLayersPerStep + 1, 2 * kLayersPerStep + 3}) {
+    for (const int count : {1, 2, kLayersPerStep + 1, 2 * kLayersPerStep + 3}) {
         TestFrame frame = bright_frame(40, 31);
         add_lights(frame, count);
         for (const NamedChain& one : chains) expect_sum(one, frame, "count");
@@ -144,8 +144,8 @@ TEST(Layers, AgreeWithTheReferenceInEveryMode) {
     TestFrame alone = bright_frame(45, 37);
     TestFrame neighbored = alone;
     add_neighbors(neighbored);
-    add_lights(alone, 2);
-    add_lights(neighbored, 2);
+    add_lights(alone, kLayersPerStep);
+    add_lights(neighbored, kLayersPerStep);
     for (const NamedChain& one : every_mode()) {
         for (const TestFrame* frame : {&alone, &neighbored}) {
             if (frame == &neighbored && one.chain.optional().of(Neighbor::before).empty()) continue;

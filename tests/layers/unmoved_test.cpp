@@ -90,7 +90,7 @@ TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
         TestFrame frame = bright_frame(67, 45);
         if (rich) {
             add_motion_back(frame);
-            add_lights(frame, 2);
+            add_lights(frame, kLayersPerStep);
         }
         const TestFrame still = at_rest(frame, matte);
         for (const UnmovedChain& one : unmoved_chains()) {
@@ -113,7 +113,7 @@ TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
 TEST(Unmoved, OfZeroChangesNoBit) {
     TestFrame frame = bright_frame(67, 45);
     add_neighbors(frame);
-    add_lights(frame, 2);
+    add_lights(frame, kLayersPerStep);
     for (const UnmovedChain& one : unmoved_chains()) {
         const TestFrame held = with_matte(frame, ImageF(67, 45, 1), one.mattes);
         const FramePlanes a = filter(plain(one.chain), frame.description, frame.planes);
@@ -295,7 +295,7 @@ TEST(Unmoved, AgreesWithTheReferenceAndLightsStillSum) {
     TestFrame frame = bright_frame(45, 37);
     TestFrame neighbored = frame;
     add_neighbors(neighbored);
-    for (TestFrame* one : {&frame, &neighbored}) add_lights(*one, 2);
+    for (TestFrame* one : {&frame, &neighbored}) add_lights(*one, kLayersPerStep);
     for (const int soft_px : {0, 1, 4})
         for (const UnmovedChain& one : unmoved_chains())
             for (const TestFrame& given : {frame, neighbored}) {

@@ -68,17 +68,16 @@ STRESS = {
 class Documents(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.folder = tempfile.TemporaryDirectory()
+        cls.folder = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
         cls.browser = Browser([])
         cls.browser.size(1400, 900)
 
     @classmethod
     def tearDownClass(cls):
         cls.browser.close()
-        cls.folder.cleanup()
 
     def open(self, name, data):
-        path = pathlib.Path(self.folder.name) / f"{name}.html"
+        path = self.folder / f"{name}.html"
         subprocess.run([CMAKE, f"-DROOT={SOURCES}", f"-DPAGE={name}/page.html", f"-DOUTPUT={path}",
                         "-P", SOURCES / "bundle.cmake"], check=True)
         text = json.dumps(data).replace("<", "\\u003c")

@@ -1,0 +1,108 @@
+// The executor on textures of a host, which reads nothing back.
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include "chain/gl/transfers.h"
+#include "tests/chain/executor_support.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain {
+namespace {
+
+using test::Execute;
+
+// A GL texture of the size, as a host would hand one in.
+class HostTexture {
+  public:
+    HostTexture(int width, int height) {
+        glCreateTextures(GL_TEXTURE_2D, 1, &name_);
+        glTextureStorage2D(name_, 1, GL_RGBA32F, width, height);
+    }
+    ~HostTexture() { glDeleteTextures(1, &name_); }
+    GLuint name() const { return name_; }
+
+  private:
+    GLuint name_ = 0;
+};
+
+// A window that is dragged: run() reads nothing back, and still frees unused sizes.
+TEST_F(Execute, RunGivesUnusedSizesBackToo) {
+    const auto own = make_executor({.frames_kept = 3});
+    Executor& executor = *own;
+    for (int size = 1; size <= 101; ++size) {
+        const HostTexture color(size, 3);
+        ASSERT_TRUE(executor.run(two_steps(size, 3), {{Role::color, color.name()}}).ok());
+        // Two textures a size, of the frame under way and the three before.
+        EXPECT_LE(executor.counters().textures_alive, 2u * 4u) << size;
+    }
+    EXPECT_EQ(executor.counters().texture_allocations, 2u * 101u);
+}
+
+// An engine has the frame before at hand, and never the one after.
+TEST_F(Execute, RunTakesThePlanesOfAPreviousFrame) {
+    const Chain chain = test::chain_of("echo");
+    FrameDescription frame;
+    frame.width = frame.display_width = 20;
+    frame.height = frame.display_height = 10;
+    frame.planes = {Role::color, Role::color_before};
+    const auto plan = make_plan(chain, frame);
+    ASSERT_TRUE(plan.ok());
+    EXPECT_EQ(plan->reads, frame.planes);
+    const HostTexture color(20, 10), before(20, 10);
+    const float now[4] = {1, 0.5f, 0, 1}, then[4] = {0, 0.5f, 4, 1};
+    glClearTexImage(color.name(), 0, GL_RGBA, GL_FLOAT, now);
+    glClearTexImage(before.name(), 0, GL_RGBA, GL_FLOAT, then);
+    Executor& executor = test::executor();
+    const auto out =
+        executor.run(*plan, {{Role::color, color.name()}, {Role::color_before, before.name()}});
+    ASSERT_TRUE(out.ok()) << out.status().message();
+    const auto pixels = gl::Transfers().download(out->at(Role::color), Format::rgba32f, 20, 10);
+    ASSERT_TRUE(pixels.ok());
+    EXPECT_EQ(pixels->at(19, 9, 0), 1.5f);
+    EXPECT_EQ(pixels->at(19, 9, 1), 0.625f);
+    EXPECT_EQ(pixels->at(19, 9, 2), -1.0f);
+    EXPECT_FALSE(executor.run(*plan, {{Role::color, color.name()}}).ok());
+}
+
+// Neither where it allocates nor in the steady state.
+TEST_F(Execute, AnErrorThatAHostLeftPendingDoesNotFailARun) {
+    const HostTexture color(12, 3);
+    for (int again = 0; again < 2; ++again) {
+        glEnable(0xffff);  // GL_INVALID_ENUM
+        const auto out = executor_->run(two_steps(12, 3), {{Role::color, color.name()}});
+        EXPECT_TRUE(out.ok()) << out.status().message();
+        EXPECT_EQ(glGetError(), GLenum(GL_INVALID_ENUM)) << "the flag is the host's; run " << again;
+    }
+    glEnable(0xffff);
+    FramePlanes in;
+    in[Role::color] = test::noise_image(12, 3, 4, 7);
+    EXPECT_TRUE(executor_->filter(two_steps(12, 3), in).ok());
+}
+
+// Color is scaled into a, then into b. If the host's b is its color, writing waits for the reads.
+TEST_F(Execute, AHostsTexturesOfOneNameAreOneStorage) {
+    gl::ProgramCache programs({}, folder_.string());
+    gl::TexturePool pool;
+    gl::RunObjects objects;
+    Plan plan = two_steps(20, 10);
+    plan.steps[1].bindings[0].texture = 0;
+    for (size_t t : {1, 2}) plan.textures[t].imported = true;
+    auto compiled = gl::CompiledPlan::make(plan, pool, programs, objects, false);
+    ASSERT_TRUE(compiled.ok()) << compiled.status().message();
+    const HostTexture color(20, 10), a(20, 10), b(20, 10);
+    const auto barriers = [&](unsigned first, unsigned second) {
+        compiled->import(0, color.name());
+        compiled->import(1, first, GL_RGBA32F);
+        compiled->import(2, second, GL_RGBA32F);
+        EXPECT_TRUE(compiled->run(objects).ok());
+        return compiled->barriers();
+    };
+    EXPECT_EQ(barriers(a.name(), b.name()), 0u);
+    EXPECT_EQ(barriers(a.name(), color.name()), 1u) << "color is read by the first step";
+    EXPECT_EQ(barriers(a.name(), a.name()), 1u) << "both write one texture";
+    EXPECT_EQ(barriers(b.name(), a.name()), 0u);
+}
+
+}  // namespace
+}  // namespace postchain

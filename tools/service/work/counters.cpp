@@ -116,6 +116,10 @@ Counters::Counters(const std::string& version) : families_(std::make_unique<Fami
     for (const auto outcome : {sequence::Outcome::written, sequence::Outcome::skipped,
                                sequence::Outcome::missing, sequence::Outcome::failed})
         families_->frames.Add({{"result", name_of(outcome)}});
+    // With 0, so that a rate counts the first job of a kind too.
+    for (const auto kind : {JobKind::run, JobKind::ab, JobKind::bench, JobKind::study})
+        for (const auto state : {JobState::done, JobState::failed, JobState::canceled})
+            families_->ended.Add({{"kind", name_of(kind)}, {"state", name_of(state)}});
     families_->start.Set(double(now_ms()) * 1e-3);
 }
 

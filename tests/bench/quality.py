@@ -5,7 +5,7 @@
                            [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
 Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb, dof and
-both (ground truth), camera.json and, for the peers, peer_*.####.exr. FRAME is 10 if none is given. SET may also
+both (ground truth), camera.json and, for the rows that need them, peer_*.####.exr and behind.####.exr. FRAME is 10 if none is given. SET may also
 be a file of --json, whose scenes and rows are merged with the others. A cell is PSNR (dB, after x/(1+x) and
 gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the repeats of the passes' total time, relative to the
 table's first chain.
@@ -34,6 +34,7 @@ import quality_tables
 import rims
 
 BASELINE = "scatter_gather"  # a stage of a chain: scatter_gather.py
+BEHIND = " --behind"  # after a chain: with the layer behind
 MOTION = [
     ("`guertin`, 25 samples", "motion_blur: {mode: guertin}"),
     ("`guertin`, 401 samples", "motion_blur: {mode: guertin, samples: 401}"),
@@ -81,6 +82,8 @@ BOTH = [
     ("`balanced`: `joint_blur`, 32 samples, then FXAA", "balanced"),
     ("`joint_blur`, 128 samples", "joint_blur: {samples: 128}"),
     ("`best`: `joint_blur`, 128 samples, 8 starts", "best"),
+    ("`balanced` with the layer behind", f"balanced{BEHIND}"),
+    ("`best` with the layer behind", f"best{BEHIND}"),
 ]
 TABLES = {"motion": MOTION, "lens": LENS, "both": BOTH}
 
@@ -117,7 +120,8 @@ def stages(chain):
 def run_chain(options, chain, scene, frame, folder):
     """Filters the frame into folder; ms of all passes, 0 with the baseline."""
     source, milliseconds = scene / "sharp.####.exr", 0
-    for stage in stages(chain):
+    behind = ["--behind", scene / "behind.####.exr"] if chain.endswith(BEHIND) else []
+    for stage in stages(chain.removesuffix(BEHIND)):
         out = folder / ("out2.####.exr" if source == folder / "out.####.exr" else "out.####.exr")
         if stage == BASELINE:
             number = f"{frame:04d}"
@@ -126,7 +130,7 @@ def run_chain(options, chain, scene, frame, folder):
                  "-o", str(out).replace("####", number))
         else:
             call(options.postchain, "run", chain_path(stage, folder), "-i", source,
-                 "--camera", scene / "camera.json", "--frames", frame, "-o", out,
+                 "--camera", scene / "camera.json", "--frames", frame, "-o", out, *behind,
                  "--on-existing", "overwrite", "-q")
             sidecar = json.loads((out.parent / f"{out.name.replace('####', f'{frame:04d}')}.json").read_text())
             milliseconds += sum(one["ms"] for one in sidecar["times_ms"]["passes"])
@@ -218,11 +222,13 @@ def table(options, data, frame, name, folder):
             if options.row and not any(text in label for text in options.row):
                 continue
             out, least = scene / f"{chain}.{frame:04d}.exr", 0
-            if not chain.startswith("peer_"):
-                out, least = filtered(options, chain, scene, frame, folder)
-            elif not out.exists():
-                print(f"{out} is missing", file=sys.stderr)
+            needed = scene / f"behind.{frame:04d}.exr" if chain.endswith(BEHIND) else \
+                out if chain.startswith("peer_") else None
+            if needed and not needed.exists():
+                print(f"{needed} is missing", file=sys.stderr)
                 continue
+            if needed != out:
+                out, least = filtered(options, chain, scene, frame, folder)
             psnr, hdr_flip, ssim = errors(options, scene / f"{truth}.{frame:04d}.exr", out)
             figure = {**common, "row": label, "chain": chain, "psnr": psnr, "hdr_flip": hdr_flip,
                       "ssim": ssim, "ms": least}

@@ -71,6 +71,17 @@ class Quality(unittest.TestCase):
         self.assertEqual(figures[0]["psnr"], 200)
         self.assertIn("| Blender's Vector Blur", printed)
 
+    def test_rows_with_the_layer_behind_need_it(self):
+        row = ["--table", "both", "--row", "`best`"]
+        printed, figures = self.run_it(*row)
+        self.assertEqual(len(figures), 1)
+        self.assertRegex(printed, "behind.0011.exr is missing")
+        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", self.scene, "--size", "64x36", "--frames", "11",
+                        "--truth-samples", "16", "--behind"], check=True, capture_output=True)
+        printed, figures = self.run_it(*row)
+        self.assertIn("| `best` with the layer behind | ", printed)
+        self.assertGreater(figures[1]["psnr"], figures[0]["psnr"])
+
     def test_the_baseline_is_a_stage_among_passes(self):
         blur = "motion_blur: {mode: guertin}"
         self.assertEqual(quality.stages(f"{blur} ; fxaa: {{}} ; {quality.BASELINE} ; {blur}"),

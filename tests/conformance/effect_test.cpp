@@ -133,8 +133,8 @@ class Effect : public Conformance {
                 row && !(value == ParameterValue()))
                 excluded.insert(row->excludes);
         Values all = values;
-        for (const auto& one : suited())
-            if (!excluded.contains(one.first)) all.insert(one);
+        for (const auto& value : suited())
+            if (!excluded.contains(value.first)) all.insert(value);
         for (const auto& [key, value] : all)
             if (const Parameter* row = type.parameters->find(key))
                 row->set(pass.parameters(), value);

@@ -57,8 +57,9 @@ TEST(PixelAspect, DiscIsRoundOnTheDisplay) {
         // Nothing lies beyond the ellipse, apart from denoising.
         for (int y = 0; y < 129; ++y)
             for (int x = 0; x < 129; ++x)
-                if (std::hypot((x - 64) / (rx + 3), (y - 64) / (ry + 3)) > 1)
+                if (std::hypot((x - 64) / (rx + 3), (y - 64) / (ry + 3)) > 1) {
                     ASSERT_LE(out.at(x, y), 1e-6) << aspect << ": " << x << ", " << y;
+                }
     }
 }
 

@@ -22,17 +22,18 @@ void* operator new(size_t size, const std::nothrow_t&) noexcept {
 void* operator new[](size_t size) {
     return operator new(size);
 }
-void operator delete(void* memory) noexcept {
+// Not inlined: g++ 12 would take free() for a mismatch with the operator new of a caller beside it.
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
     std::free(memory);
 }
 void operator delete(void* memory, size_t) noexcept {
-    std::free(memory);
+    operator delete(memory);
 }
 void operator delete[](void* memory) noexcept {
-    std::free(memory);
+    operator delete(memory);
 }
 void operator delete[](void* memory, size_t) noexcept {
-    std::free(memory);
+    operator delete(memory);
 }
 
 namespace postchain::test {

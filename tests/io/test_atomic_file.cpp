@@ -51,7 +51,9 @@ TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
     test::write_text(path, "old");
     ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
     const bool is_root = ::geteuid() == 0;
-    if (is_root) ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
+    if (is_root) {
+        ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
+    }
     const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0;
     ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::overwrite).ok());
     EXPECT_EQ(read_text(path), "new");

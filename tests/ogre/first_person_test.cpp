@@ -90,7 +90,7 @@ TEST(FirstPerson, MaskKeepsTheWeapon) {
 // Focus goes from the sails to the wall in some frames, and ends where a lens that is set to the
 // wall's distance is. The scene stands still.
 TEST(FirstPerson, FocusIsPulled) {
-    constexpr char kLens[] = "postchain: 1\npasses: [depth_of_field]\n";
+    constexpr char kLensAlone[] = "postchain: 1\npasses: [depth_of_field]\n";
     View view(288, 162);
     view.guest().adjust = [](pc_frame& frame) {
         frame.focus_seconds = 0.06f;
@@ -111,12 +111,12 @@ TEST(FirstPerson, FocusIsPulled) {
     EXPECT_GT(far, 8);
     const auto fixed = [&](double distance) {
         view.guest().lens.focus_distance = float(distance);
-        view.set_chain(kLens);
+        view.set_chain(kLensAlone);
         return view.draw(kPan);
     };
     const ImageF at_sails = fixed(near), at_wall = fixed(far);
 
-    pc_chain* chain = view.set_chain(kLens);
+    pc_chain* chain = view.set_chain(kLensAlone);
     const auto focus_at = [&](const double(&place)[2]) {
         EXPECT_EQ(pc_chain_set_point(chain, 0, "focus_at", place[0], place[1]), PC_OK)
             << pc_error();

@@ -110,8 +110,9 @@ TEST_F(BrowseTest, ChainsWithTheirValues) {
     const Json shipped = json(chains_of("", roots({"root"})))["chains"];
     ASSERT_GE(shipped.size(), 5u);
     for (const Json& one : shipped)
-        if (one["name"] == "balanced")
+        if (one["name"] == "balanced") {
             EXPECT_EQ(one["chain"]["passes"][0]["joint_blur"]["samples"], 32);
+        }
     const Json own = json(chains_of("shots/own.yaml", roots({"root"})))["chains"];
     EXPECT_EQ(own[0]["chain"], Json({{"postchain", 1}, {"passes", {"fxaa"}}}));
     EXPECT_EQ(own[0]["text"], "postchain: 1\npasses: [fxaa]\n");

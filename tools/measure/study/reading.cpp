@@ -29,9 +29,9 @@ std::optional<std::string> Reading::text(const TextNode& map, const std::string&
 }
 
 bool Reading::hold_image(const TextNode& at, const std::string& path, Camera& camera) {
-    const std::string file = camera.aperture_image.file();
-    if (file.empty()) return true;
-    auto resolved = paths.file(file);
+    const std::string image = camera.aperture_image.file();
+    if (image.empty()) return true;
+    auto resolved = paths.file(image);
     if (!resolved.ok()) {
         error(at, path, "its aperture_image: " + resolved.status().message());
         return false;

@@ -1,5 +1,7 @@
 #include "tools/service/work/json_body.h"
 
+#include <tuple>
+
 #include "config/reporter.h"
 #include "config/text_check.h"
 #include "tools/sequence/files/json.h"
@@ -13,7 +15,7 @@ TextTree read_json_body(const std::string& text) {
     if (!tree.root.is_map())
         reporter.error(tree.root, "", "a request is a JSON object, not " + tree.root.describe());
     try {
-        (void)io::Json::parse(text);
+        std::ignore = io::Json::parse(text);
     } catch (const io::Json::parse_error& error) {
         const TextPlace place = place_at(text, error.byte > 0 ? error.byte - 1 : 0);
         reporter.add(Severity::error, place.line, place.column, "", "not valid JSON from here on");

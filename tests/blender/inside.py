@@ -60,7 +60,7 @@ class Shot(Case):
 
 scenes.install()
 tests = unittest.defaultTestLoader.loadTestsFromNames(
-    ["__main__", "prepare_inside", "camera_inside", "filter_inside", "chain_inside"])
+    ["__main__", "prepare_inside", "camera_inside", "filter_inside", "chain_inside", "behind_inside"])
 if not unittest.TextTestRunner().run(tests).wasSuccessful():
     raise SystemExit(1)
 print("\nOK\n", flush=True)

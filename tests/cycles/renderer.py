@@ -9,12 +9,12 @@ from math import radians
 import bpy
 
 import model
-import peel
 import request
 
 sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools", "blender",
                              "postchain_blender"))
 import camera  # noqa: E402
+import peel  # noqa: E402
 
 
 FILTER_PX = {"gbuf": 0.01, request.BEHIND: 1.0}  # of box filters
@@ -146,7 +146,7 @@ def render_scene(name, view, options, bounces=0):
         start = time.monotonic()
         if kind == request.BEHIND:
             peeled = peeled or peel.Peel(*options.size)
-            peeled.show(os.path.join(options.out, request.file_name("sharp", frame)))
+            peeled.show(peel.depths_of(os.path.join(options.out, request.file_name("sharp", frame))))
         _set_kind(kind, frame, options, lens)
         path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame, options.half))
         bpy.context.scene.render.filepath = path + ".tmp"

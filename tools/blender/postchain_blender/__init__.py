@@ -12,7 +12,7 @@ bl_info = {
 
 import bpy  # noqa: E402
 
-from . import camera, command, compare, filter, panel, prepare, properties  # noqa: E402,F401
+from . import behind, camera, command, compare, filter, panel, prepare, properties  # noqa: E402,F401
 
 
 class POSTCHAIN_preferences(bpy.types.AddonPreferences):
@@ -32,7 +32,7 @@ class POSTCHAIN_preferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "device")
 
 
-CLASSES = (POSTCHAIN_preferences, *prepare.CLASSES, *filter.CLASSES, *compare.CLASSES, *panel.CLASSES)
+CLASSES = (POSTCHAIN_preferences, *prepare.CLASSES, *filter.CLASSES, *behind.CLASSES, *compare.CLASSES, *panel.CLASSES)
 
 
 def register():

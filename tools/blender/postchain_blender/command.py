@@ -2,6 +2,7 @@
 import collections
 import json
 import os
+import pathlib
 import queue
 import re
 import shutil
@@ -69,6 +70,27 @@ def postchain(title, arguments):
     device = own.device if own else "auto"
     return Step(title, [path(), *arguments, "--device", device, "--progress", "openjd", "--log-format",
                         "json"], progress)
+
+
+def blender(title, call, images):
+    """A Blender of its own runs a call of this package, as text, on a copy of the file, which stays as it
+    is and usable meanwhile. images: how many the call saves."""
+    copy = os.path.join(bpy.app.tempdir, "postchain.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
+    package = pathlib.Path(__file__).resolve().parent
+    script = (f"import bpy, sys; sys.path.insert(0, {str(package.parent)!r}); "
+              f"import {package.name} as addon; "
+              f"hasattr(bpy.types.Scene, 'postchain') or addon.register(); addon.{call}")
+    saved = []
+
+    def progress(line):
+        if line.startswith("Saved:"):
+            saved.append(line)
+        share = samples_done(line)
+        return ((len(saved) + share) / images, f"image {len(saved) + 1} of {images}"
+                ) if share is not None else None
+    return Step(title, [bpy.app.binary_path, "-b", copy, "--python-exit-code", "1", "--python-expr",
+                        script], progress)
 
 
 def message_of(text):

@@ -72,38 +72,18 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
                    "--repeats", "1"]
         if len([layer for layer in scene.view_layers if layer.use]) > 1:
             measure += ["--layer", filtering.view_layer(scene)]
-        return [self._render_step(frame, scene.postchain.truth_samples),
+        call = f"compare.render({self._folder!r}, {frame}, {scene.postchain.truth_samples})"
+        return [command.blender("Render", call, images=4),
                 command.postchain("Measure", measure)]
 
     def _at(self, name):
         return os.path.join(self._folder, name)
-
-    def _render_step(self, frame, samples):
-        """Another Blender renders a copy of the file, which stays as it is and usable meanwhile."""
-        copy = self._at("scene.blend")
-        bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
-        package = pathlib.Path(__file__).resolve().parent
-        script = (f"import bpy, sys; sys.path.insert(0, {str(package.parent)!r}); "
-                  f"import {package.name} as addon; "
-                  "hasattr(bpy.types.Scene, 'postchain') or addon.register(); "
-                  f"addon.compare.render({self._folder!r}, {frame}, {samples})")
-        rendered = []
-
-        def progress(line):
-            if line.startswith("Saved:"):
-                rendered.append(line)
-            share = command.samples_done(line)
-            return ((len(rendered) + share) / 4, f"image {len(rendered) + 1} of 4"
-                    ) if share is not None else None
-        return command.Step("Render", [bpy.app.binary_path, "-b", copy, "--python-exit-code", "1",
-                                       "--python-expr", script], progress)
 
     def done(self, context, job):
         with open(self._at("report/report.json"), encoding="utf-8") as file:
             variants = json.load(file)["variants"]
         rows = [[variant["name"]] + [form.format(variant["metrics"][key]["mean"])
                                      for key, (_, form) in SHOWN.items()] for variant in variants]
-        os.remove(self._at("scene.blend"))
         job.warnings.clear()  # the report has them
         page = self._at("report/index.html")
         scene = bpy.data.scenes.get(self._scene)

@@ -41,6 +41,19 @@ def on_disk(pattern):
     return found
 
 
+def layer_behind(path):
+    """Path or pattern of the layer behind, for that of a frame: in a folder beside it."""
+    folder, name = os.path.split(path)
+    return os.path.join(folder, "behind", name)
+
+
+def without_layer_behind(pattern, frames):
+    """Those frames of a pattern that lack their layer behind, or are newer."""
+    there, layers = on_disk(pattern), on_disk(layer_behind(pattern))
+    return [frame for frame in frames if frame not in layers
+            or os.path.getmtime(layers[frame]) < os.path.getmtime(there[frame])]
+
+
 def ranges(frames):
     """The value of --frames."""
     return ",".join(str(frame) for frame in frames)
@@ -51,6 +64,25 @@ def check(scene):
     errors = [text for wrong, text in prepare.problems(scene, **properties.blurs(scene)) if wrong]
     if errors:
         raise command.CommandError("; ".join(errors))
+
+
+def check_rendered(pattern, frames):
+    """Raises CommandError if a frame has no file."""
+    there = on_disk(pattern)
+    missing = [frame for frame in frames if frame not in there]
+    if missing:
+        raise command.CommandError(
+            f"{len(missing)} of {len(frames)} frames have not been rendered (first: "
+            f"{missing[0]}): render the animation to {pattern}, or change the frame range")
+
+
+def check_layer_behind(pattern, frames):
+    """Raises CommandError if a frame lacks its layer behind."""
+    lacking = without_layer_behind(pattern, frames)
+    if lacking:
+        raise command.CommandError(
+            f"{len(lacking)} of {len(frames)} frames have no layer behind, or one older than the frame (first: "
+            f"{lacking[0]}): press Render Layer Behind, or switch Layer behind off")
 
 
 def check_format(scene):
@@ -85,8 +117,9 @@ def runs(shot, chain):
     return found
 
 
-def steps(scene, pattern, output, frames):
-    """The calls of the command for frames of the files of a pattern."""
+def steps(scene, pattern, behind, output, frames):
+    """The calls of the command for frames of the files of a pattern. behind: pattern of the layer behind, or
+    None."""
     chain = properties.chain(scene)
     shots = camera.write(beside(output, "camera.json"), scene, frames)
     found = []
@@ -103,6 +136,8 @@ def steps(scene, pattern, output, frames):
                          "-o", output, "--on-existing", scene.postchain.existing]
             if len([layer for layer in scene.view_layers if layer.use]) > 1:
                 arguments += ["--layer", view_layer(scene)]
+            if behind:
+                arguments += ["--behind", behind]
             if scene.render.use_multiview:
                 arguments += ["--view", "all"]
             if scene.postchain.cryptomatte:
@@ -133,19 +168,17 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
         scene = context.scene
         check(scene)
         check_format(scene)
-        pattern = files(scene)
+        pattern, behind = files(scene), None
         folder = output_folder(scene)
         if self.source == "RENDER":
             frames = [scene.frame_current]
             pattern = self._save_render(scene, frames[0])
         else:
             frames = camera.scene_frames(scene)
-            there = on_disk(pattern)
-            missing = [frame for frame in frames if frame not in there]
-            if missing:
-                raise command.CommandError(
-                    f"{len(missing)} of {len(frames)} frames have not been rendered (first: "
-                    f"{missing[0]}): render the animation to {pattern}, or change the frame range")
+            check_rendered(pattern, frames)
+            if scene.postchain.behind:
+                check_layer_behind(pattern, frames)
+                behind = layer_behind(pattern)
         self._input, self._frames = pattern, frames
         check_motion(scene, on_disk(pattern)[frames[0]])
         self._output = os.path.join(folder, os.path.basename(pattern))
@@ -153,7 +186,7 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
             raise command.CommandError(f"the folder {folder} is that of the render: choose another "
                                        "output folder in the panel")
         os.makedirs(folder, exist_ok=True)
-        return steps(scene, pattern, self._output, frames)
+        return steps(scene, pattern, behind, self._output, frames)
 
     @staticmethod
     def _save_render(scene, frame):

@@ -52,6 +52,9 @@ class POSTCHAIN_PT_main(_Panel, bpy.types.Panel):
         column.prop(settings, "output")
         column.prop(settings, "existing")
         column.prop(settings, "result")
+        row = column.row(align=True)
+        row.prop(settings, "behind")
+        row.operator("postchain.behind", text="Render", icon="RENDERLAYERS")
         row = layout.row(align=True)
         row.scale_y = 1.3
         row.operator("postchain.filter", text="Filter Sequence", icon="SEQUENCE").source = "SEQUENCE"

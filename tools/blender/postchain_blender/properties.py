@@ -192,6 +192,8 @@ def _settings_class(passes):
         cryptomatte: bpy.props.BoolProperty(
             name="Cryptomatte", description="Prepare also switches on object cryptomattes, and Filter "
                                             "blurs their coverage like the image")
+        behind: bpy.props.BoolProperty(
+            name="Layer behind", description="Filter also reads what Render Layer Behind has written")
         output: bpy.props.StringProperty(
             name="Output", subtype="DIR_PATH", default="//filtered",
             description="Folder of the filtered frames; // is the folder of this file")

@@ -1,0 +1,130 @@
+"""Shows the first surface behind the one that each pixel of a frame shows: materials become transparent
+to the camera down to the frame's depth. Shadows, reflections and what glass refracts stay. Imports nothing
+else of this package.
+"""
+import bpy
+import numpy as np
+
+ONE_SURFACE = 1.1  # adjacent pixels whose depths differ by less show one surface,
+TOLERANCE = 1.005  # and so do depths that differ by less along a ray
+CLOSED = "postchain_closed"  # an attribute of faces
+
+
+def depths_of(path, layer="ViewLayer"):
+    """Of a multilayer file; rows from the top, meters along the camera's axis. Raises ImportError, or
+    OSError if the file or its depth cannot be read."""
+    import OpenImageIO  # Blender brings it since 3.5
+    image = OpenImageIO.ImageBuf(path)
+    channel = image.spec().channelnames.index(f"{layer}.Depth.Z") \
+        if f"{layer}.Depth.Z" in image.spec().channelnames else None
+    if channel is None or image.has_error:
+        raise OSError(f"{path}: {image.geterror() or f'no channel {layer}.Depth.Z'}")
+    return OpenImageIO.ImageBufAlgo.channels(image, (channel,)).get_pixels()[:, :, 0]
+
+
+def depths_to_peel(depths):
+    """In each pixel the depth of its surface's farthest point there: a pixel is wider than a point, and
+    its surface may be slanted."""
+    height, width = depths.shape
+    framed = np.pad(depths, 1, mode="edge")
+    farthest = depths.copy()
+    for y in range(3):
+        for x in range(3):
+            beside = framed[y:y + height, x:x + width]
+            farthest = np.where(beside < depths * ONE_SURFACE, np.maximum(farthest, beside), farthest)
+    return farthest * TOLERANCE
+
+
+def mark_closed_parts(mesh):
+    """Sets the attribute `closed` of the faces of a mesh to 1 in connected parts without an open edge:
+    their back faces are insides. Sheets are seen from both sides."""
+    part = list(range(len(mesh.vertices)))
+
+    def part_of(vertex):
+        while part[vertex] != vertex:
+            part[vertex] = vertex = part[part[vertex]]
+        return vertex
+
+    faces_of = np.zeros(len(mesh.edges), int)
+    for polygon in mesh.polygons:
+        for key in polygon.loop_indices:
+            faces_of[mesh.loops[key].edge_index] += 1
+        for vertex in polygon.vertices:
+            part[part_of(vertex)] = part_of(polygon.vertices[0])
+    is_open = {part_of(mesh.edges[edge].vertices[0]) for edge in np.flatnonzero(faces_of == 1)}
+    former = mesh.attributes.get(CLOSED)
+    if former:
+        mesh.attributes.remove(former)
+    mesh.attributes.new(CLOSED, "FLOAT", "FACE").data.foreach_set(
+        "value", [float(part_of(polygon.vertices[0]) not in is_open) for polygon in mesh.polygons])
+
+
+def _give_materials():
+    """Surfaces without one are shown in a default material, which cannot become transparent."""
+    default = bpy.data.materials.new("postchain_default")
+    for thing in bpy.data.objects:
+        if not getattr(thing.data, "materials", True):
+            thing.data.materials.append(default)
+        for slot in thing.material_slots:
+            slot.material = slot.material or default
+    for material in bpy.data.materials:
+        if not material.use_nodes and not material.is_grease_pencil:
+            material.use_nodes = True
+
+
+def _node(tree, kind, inputs=None, **properties):
+    """inputs: of the node, by name or index, as sockets or values."""
+    node = tree.nodes.new(kind)
+    for name, value in properties.items():
+        setattr(node, name, value)
+    for name, value in (inputs or {}).items():
+        if isinstance(value, bpy.types.NodeSocket):
+            tree.links.new(value, node.inputs[name])
+        else:
+            node.inputs[name].default_value = value
+    return node.outputs
+
+
+def _math(tree, operation, *inputs):
+    return _node(tree, "ShaderNodeMath", dict(enumerate(inputs)), operation=operation)[0]
+
+
+class Peel:
+    """Changes the materials of the file once; show() selects a frame of width x height pixels."""
+
+    def __init__(self, width, height):
+        self.image = bpy.data.images.new("peel", width, height, float_buffer=True, is_data=True)
+        self.image.use_half_precision = False
+        _give_materials()
+        for mesh in bpy.data.meshes:
+            mark_closed_parts(mesh)
+        for material in bpy.data.materials:
+            if material.use_nodes:
+                self._make_transparent(material.node_tree)
+
+    def _make_transparent(self, tree):
+        output = tree.get_output_node("CYCLES")
+        if output is None or not output.inputs["Surface"].is_linked:
+            return
+        surface = output.inputs["Surface"]
+        shown = surface.links[0].from_socket
+        window = _node(tree, "ShaderNodeTexCoord")["Window"]
+        peeled = _node(tree, "ShaderNodeTexImage", {"Vector": window}, image=self.image,
+                       interpolation="Closest", extension="EXTEND")["Color"]
+        depth = _node(tree, "ShaderNodeCameraData")["View Z Depth"]
+        is_front = _math(tree, "LESS_THAN", depth, peeled)
+        is_inside = _math(tree, "MULTIPLY", _node(tree, "ShaderNodeNewGeometry")["Backfacing"],
+                          _node(tree, "ShaderNodeAttribute", attribute_name=CLOSED)["Fac"])
+        is_camera = _node(tree, "ShaderNodeLightPath")["Is Camera Ray"]
+        through = _math(tree, "MULTIPLY", _math(tree, "MAXIMUM", is_front, is_inside), is_camera)
+        clear = _node(tree, "ShaderNodeBsdfTransparent")["BSDF"]
+        tree.links.new(_node(tree, "ShaderNodeMixShader", {0: through, 1: shown, 2: clear})["Shader"],
+                       surface)
+
+    def show(self, depths):
+        """Behind the surfaces at these depths, a frame's depths_of()."""
+        values = depths_to_peel(depths)[::-1]  # Blender's rows begin at the bottom
+        pixels = np.ones((*values.shape, 4), np.float32)
+        pixels[:, :, :3] = values[:, :, None]
+        self.image.pixels.foreach_set(pixels.ravel())
+        self.image.update()

@@ -1,6 +1,7 @@
 #include "passes/inverse_warp/steps.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
@@ -11,6 +12,11 @@
 
 namespace postchain::inverse_warp {
 namespace {
+
+// Of a pixel's list of samples in a program: few values, so that few programs are compiled.
+int capacity_for(int samples) {
+    return int(std::bit_ceil(unsigned(std::max(samples, 32))));
+}
 
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
@@ -251,7 +257,7 @@ class Planner : private SurfacePlanner {
         defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint.made >= 0);
-        if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = std::to_string(frame_.fill_layer);
+        if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = "1";
         defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
@@ -283,7 +289,7 @@ class Planner : private SurfacePlanner {
         launch_by(step, from.starts.moving_blocks);
         if (layered_) {
             add_layers(step, gathered_layers(from, result, soft));
-            step.program.defines["TAPS"] = std::to_string(taps_px() / 3);
+            step.program.defines["TAPS"] = std::to_string(capacity_for(taps_px() / 3));
             step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
             step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
                                uint64_t(frame_.layers);

@@ -29,7 +29,7 @@
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
-// TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: which layer is the fill mask
+// TAPS: with LAYERS: at least the samples of a pixel    FILL_LAYER: a layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 

@@ -1,6 +1,6 @@
 // Where a sample's color comes from. Layers come from the same places as color.
 //
-// FILL_LAYER: which of the frame's layers is the fill mask (chain/layers.h)
+// FILL_LAYER: one of the frame's layers is the fill mask (chain/layers.h)
 
 struct Source {
     int kind;     // the frame that shows it, -1 to 1; kSecondLayer; kBehind; kFill
@@ -29,7 +29,7 @@ const vec4 kFromNeighbor = vec4(0.0, 1.0, 0.0, 0.0), kEstimated = vec4(0.0, 0.0,
 // shows keeps its shares: an earlier pass may have filled it.
 vec4 with_fill(Source source, int layer, vec4 value) {
 #ifdef FILL_LAYER
-    if (layer != FILL_LAYER || (source.kind == 0 && !source.beyond)) return value;
+    if (layer != uniforms.fill_layer || (source.kind == 0 && !source.beyond)) return value;
     const bool neighbor = source.kind == -1 || source.kind == 1 || source.kind == kSecondLayer;
     return precise_dot(value.rgb, vec3(1.0)) * (neighbor ? kFromNeighbor : kEstimated);
 #else

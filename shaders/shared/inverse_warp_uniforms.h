@@ -36,6 +36,7 @@ UNIFORMS_BEGIN(InverseWarpUniforms)
                         // halves of its samples
     float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
     float pixel_axis_y;
+    int fill_layer;  // which of the frame's layers is the fill mask (chain/layers.h); -1: none
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.

@@ -7,6 +7,7 @@
 #include "passes/common/lens_samples.h"
 #include "passes/inverse_warp/reference.h"
 #include "passes/inverse_warp/steps.h"
+#include "passes/inverse_warp/surface_steps.h"
 #include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
@@ -123,7 +124,9 @@ void WarpOnFrame::plan(PassPlanner& planner) const {
 }
 
 void WarpOnFrame::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
-    uniforms.set(uniforms_of(settings_, frame_, holds_motion_back(settings_, context)));
+    const auto all = uniforms_of(settings_, frame_, holds_motion_back(settings_, context));
+    uniforms.set(all);
+    write_surface_uniforms(searched_neighbors(settings_, context.available), all, uniforms);
     noise::write_uniforms(settings_.noise, frame_.frame_number, uniforms);
 }
 

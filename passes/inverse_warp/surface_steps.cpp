@@ -1,5 +1,6 @@
 #include "passes/inverse_warp/surface_steps.h"
 
+#include <string_view>
 #include <utility>
 
 #include "passes/inverse_warp/uniforms.h"
@@ -9,10 +10,6 @@ namespace {
 
 constexpr Area kSquares = Area().in_squares(INVERSE_WARP_SQUARE_PX);
 
-std::string frame_of(Neighbor neighbor) {
-    return neighbor == Neighbor::before ? "-1" : "1";
-}
-
 Role role_in(std::optional<Neighbor> neighbor, Role role) {
     return neighbor ? role_of(*neighbor, role) : role;
 }
@@ -21,7 +18,25 @@ std::string suffix_of(std::optional<Neighbor> neighbor) {
     return neighbor ? concat("_", name_of(*neighbor)) : std::string();
 }
 
+// The steps of a neighbor: constants, because uniforms are written without an allocation.
+constexpr std::array<std::string_view, 4> steps_of(Neighbor neighbor) {
+    if (neighbor == Neighbor::before)
+        return {"surfaces_before", "light_before", "bright_edges_before", "shown_surfaces_before"};
+    return {"surfaces_after", "light_after", "bright_edges_after", "shown_surfaces_after"};
+}
+
 }  // namespace
+
+void write_surface_uniforms(std::span<const Neighbor> neighbors,
+                            shared::InverseWarpUniforms uniforms, UniformWriter& writer) {
+    uniforms.second_half = 1;
+    writer.set("second_surfaces", uniforms);
+    for (const Neighbor neighbor : neighbors) {
+        uniforms.neighbor = frames_to(neighbor);
+        uniforms.second_half = neighbor == neighbors.front() ? 0 : 1;
+        for (const std::string_view step : steps_of(neighbor)) writer.set(step, uniforms);
+    }
+}
 
 std::string flag(bool on) {
     return on ? "1" : "0";
@@ -71,7 +86,6 @@ TextureId SurfacePlanner::add_surfaces() {
 
 void SurfacePlanner::add_second_surfaces(TextureId surfaces) {
     Step step = make_surface_step("second_surfaces");
-    step.program.defines["SECOND_HALF"] = flag(true);
     step.program.defines["SECOND_LAYER"] = "1";
     step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
     step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
@@ -85,7 +99,7 @@ TextureId SurfacePlanner::add_surfaces_of(const std::vector<Neighbor>& neighbors
     const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
                                                 neighbors.size() == 2 ? Area().two() : Area());
     for (const Neighbor neighbor : neighbors) {
-        Packed packed = {surfaces, neighbor, neighbor != neighbors.front(), surfaces_here};
+        Packed packed = {surfaces, neighbor, surfaces_here};
         add_packed(packed);
         add_light(packed);
         add_shown(packed);
@@ -96,7 +110,6 @@ TextureId SurfacePlanner::add_surfaces_of(const std::vector<Neighbor>& neighbors
 Step SurfacePlanner::make_surface_step_of(const Packed& packed, const std::string& name) const {
     Step step = make_surface_step(name);
     step.name += suffix_of(packed.neighbor);
-    step.program.defines["SECOND_HALF"] = flag(packed.second_half);
     return step;
 }
 
@@ -107,7 +120,6 @@ Step SurfacePlanner::make_plane_step(const Packed& packed, const std::string& na
     step.spread = groups_for(kSquares);
     step.program.defines["BACK"] = flag(back);
     step.program.defines["NEIGHBOR"] = flag(packed.neighbor.has_value());
-    if (packed.neighbor) step.program.defines["FRAME"] = frame_of(*packed.neighbor);
     step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
                      {0, packed.surfaces, Access::write}};
     if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
@@ -130,7 +142,6 @@ void SurfacePlanner::add_light(Packed& packed) {
     const Neighbor neighbor = *packed.neighbor;
     packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
     Step step = make_surface_step_of(packed, "light");
-    step.program.defines["FRAME"] = frame_of(neighbor);
     step.spread = groups_for(kCells);
     step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
                      {1, packed.surfaces},

@@ -3,11 +3,13 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "chain/work_list.h"
 #include "passes/inverse_warp/inverse_warp.h"
+#include "shaders/shared/inverse_warp_uniforms.h"
 
 namespace postchain::inverse_warp {
 
@@ -15,6 +17,10 @@ inline constexpr Area kBlocks = groups_for(Area());  // of the frame
 
 // Value of a macro.
 std::string flag(bool on);
+
+// The uniforms of these steps that differ from the pass's.
+void write_surface_uniforms(std::span<const Neighbor> neighbors,
+                            shared::InverseWarpUniforms uniforms, UniformWriter& writer);
 
 class SurfacePlanner {
   protected:
@@ -47,10 +53,9 @@ class SurfacePlanner {
     struct Packed {
         TextureId surfaces = -1;
         std::optional<Neighbor> neighbor = {};
-        bool second_half = false;  // of `surfaces`
-        TextureId here = -1;       // with a neighbor: surfaces of this frame
-        TextureId marks = -1;      // of squares
-        TextureId light = -1;      // with a neighbor
+        TextureId here = -1;   // with a neighbor: surfaces of this frame
+        TextureId marks = -1;  // of squares
+        TextureId light = -1;  // with a neighbor
     };
     // A step over all pixels of this frame or of a neighbor.
     Step make_surface_step_of(const Packed& packed, const std::string& name) const;

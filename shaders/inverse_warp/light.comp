@@ -5,8 +5,6 @@
 //   color and surfaces of the neighbor, before shown_surfaces.comp; color, surfaces
 //       -> light   x: inverse depth, below 0 if there is none; mean brightness, y: in this frame,
 //                  z: in the neighbor; w: mean square in this frame
-//
-// FRAME: light.glsl
 #include "common/finite.glsl"
 #include "common/work_group.glsl"
 

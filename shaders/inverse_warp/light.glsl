@@ -1,6 +1,4 @@
 // Finds a neighbor's surfaces in this frame, and compares their light in cells of kLightCellPx.
-//
-// FRAME: -1: the frame before, 1: the frame after
 #include "inverse_warp/frames.glsl"
 
 const int kLightCellPx = INVERSE_WARP_LIGHT_CELL_PX;
@@ -18,7 +16,7 @@ struct Here {
 
 // Surface s, seen at pixel x of the neighbor.
 Here place_of(usampler2D surfaces_here, Surface s, ivec2 x) {
-    const vec2 place = place_here(s, vec2(x), FRAME);
+    const vec2 place = place_here(s, vec2(x), uniforms.neighbor);
     const vec2 at = clamp(place, vec2(0.0), vec2(uniforms.size - 1));
     return Here(ivec2(at), at == place, unpack_surface(texelFetch(surfaces_here, ivec2(at), 0)));
 }

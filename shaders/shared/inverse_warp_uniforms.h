@@ -37,6 +37,10 @@ UNIFORMS_BEGIN(InverseWarpUniforms)
     float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
     float pixel_axis_y;
     int fill_layer;  // which of the frame's layers is the fill mask (chain/layers.h); -1: none
+    // of the step: uniforms, so that both neighbors have one program
+    int neighbor;     // -1: planes of the frame before, 1: of the frame after
+    int second_half;  // 1: its surfaces are the second half of their texture
+    int pad0, pad1;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.
@@ -56,7 +60,7 @@ UNIFORMS_END
 
 #ifdef __cplusplus
 #include <cstddef>
-static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 128);
+static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 144);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, ring) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, gain_px) == 48);

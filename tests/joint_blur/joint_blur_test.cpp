@@ -44,7 +44,8 @@ TEST(JointBlur, LightOfAFireflyKeepsItsColor) {
     FramePlanes planes = moving_plane(97, 65, 0.75f, 48, 20);
     const float firefly[] = {1e10f, 0.7e10f, 0.3e10f};
     std::copy_n(firefly, 3, planes[Role::color].pixel(48, 32));
-    const ImageF out = filter(chain_of("joint_blur"), describe_round(planes), planes).at(Role::color);
+    const ImageF out =
+        filter(chain_of("joint_blur"), describe_round(planes), planes).at(Role::color);
     size_t lit = 0;
     double worst = 0;
     for (size_t i = 0; i < out.data.size(); i += 4) {

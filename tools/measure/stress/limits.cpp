@@ -78,8 +78,8 @@ const KnownLimits& known_limits() {
         {"joint_blur",
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
           {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},
-          {"depth", "", "/lens/f/0.", 27, kSteepLens},
-          {"depth", "", "/crossed/*f/0.1 at the near plane", 255, kSteepLens}}}};
+          {"depth", "", "/lens/f/0.", 8, kSteepLens},
+          {"depth", "", "/crossed/*f/0.1 at the near plane", 230, kSteepLens}}}};
     return limits;
 }
 

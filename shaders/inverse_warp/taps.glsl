@@ -72,7 +72,7 @@ struct LayerSums {
     Mean all, soft;
 };
 
-void add_tap(inout LayerSums sums, Tap tap, int layer, vec4 of_tap) {
+void add_tap(precise inout LayerSums sums, Tap tap, int layer, vec4 of_tap) {
     const vec4 value = with_fill(tap.source, layer, of_tap);
     add(sums.all, value, tap.weight);
     if (tap.soft) add(sums.soft, value, tap.weight);

@@ -115,8 +115,7 @@ Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOf
     coc.gain_px = 0.5 * f_px * (f / *f_stop);
     if (p.breathing) coc.gain_px /= 1 - f / s;
     coc.gain_px = std::min(coc.gain_px, kMaxGain);
-    // As the device holds it: depths are floats too, and what is in focus has a radius of 0.
-    coc.focus_inverse = float(std::min(1 / s, kMaxGain));
+    coc.focus_inverse = 1 / s;
     coc.focal_inverse = 1 / f;
     return Status();
 }

@@ -386,7 +386,10 @@ class Gather {
 }  // namespace
 
 void warp_reference(const PlanContext& context, const Settings& settings, ReferenceFrame& frame) {
-    Gather(context, settings, frame).run();
+    Settings held = settings;
+    // As a float, like the depths: what is in focus has a radius of 0.
+    if (held.lens) held.lens->coc.focus_inverse = float(held.lens->coc.focus_inverse);
+    Gather(context, held, frame).run();
 }
 
 }  // namespace postchain::inverse_warp

@@ -25,15 +25,16 @@ double apart(const Motion& a, const Motion& b) {
 }
 
 Surface stored(Surface s) {
-    const auto single = [](double x) { return double(float(x)); };
+    const auto without_last = [](int bits, double x) {
+        return double(std::bit_cast<float>(std::bit_cast<uint32_t>(float(x)) >> bits << bits));
+    };
     const auto step = [](double x) {
         return std::clamp(std::floor(float(x) * 64 + 0.5), -32767.0, 32767.0) / 64;
     };
-    s.a = {single(s.a.x), single(s.a.y)};
+    s.a = {without_last(3, s.a.x), without_last(3, s.a.y)};
     s.b = {step(s.b.x), step(s.b.y)};
     s.straight = std::floor(s.straight * 63 + 0.5) / 63;
-    const auto bits = std::bit_cast<uint32_t>(float(s.inverse_depth)) & 0xffffff00u;
-    s.inverse_depth = std::bit_cast<float>(bits);
+    s.inverse_depth = without_last(2, s.inverse_depth);
     return s;
 }
 

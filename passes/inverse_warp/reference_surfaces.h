@@ -67,8 +67,8 @@ struct Planes {
 // Inverse depth of pixels that are not there: they are never found.
 inline constexpr double kNotThere = -2;
 
-// Row by row, as their texture stores them: a in 32 bits, b in steps of 1/64 px, the inverse depth
-// without its last 8 bits, w in 6 bits.
+// Row by row, as their texture stores them: a without its last 3 bits, b in steps of 1/64 px, the
+// inverse depth without its last 2 bits, w in 6 bits.
 std::vector<Surface> surfaces_of_planes(const Planes& planes, const Settings& settings);
 // Bright pixels at edges get the surface whose light they show.
 std::vector<Surface> shown_surfaces(const ImageD& color, std::vector<Surface> of_planes,

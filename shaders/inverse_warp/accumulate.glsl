@@ -1,4 +1,4 @@
-// The sums over a pixel's samples, as differences to its own color: one color stays to the bit.
+// The sums over a pixel's samples.
 //
 // DENOISE: samples of blurred surfaces are also summed apart, for denoise.comp
 // ADAPTIVE: and two halves of the samples, for adaptive.glsl
@@ -13,20 +13,18 @@ struct Seen {
 
 // Samples of surfaces whose displacements spread by more than uniforms.soft_spread.
 struct Soft {
-    vec4 color;
-    float weight;
+    Mean color;
     vec3 spread;  // sum of covariances of the displacements: xx, xy, yy, px^2
 };
 
-// Half of a pixel's samples.
+// Half of a pixel's samples; `color`: sum of differences to the first of all.
 struct Half {
     vec3 color;
     float weight;
 };
 
 struct Sums {
-    vec4 color;
-    float weight;
+    Mean color;
     float moment;  // of the displacements, px^2
     Soft soft;
     Half halves[2];
@@ -38,7 +36,7 @@ const float kMaxSpread = 65536.0;
 
 Sums no_samples() {
     const Half none = Half(vec3(0.0), 0.0);
-    return Sums(vec4(0.0), 0.0, 0.0, Soft(vec4(0.0), 0.0, vec3(0.0)), Half[2](none, none));
+    return Sums(no_mean(), 0.0, Soft(no_mean(), vec3(0.0)), Half[2](none, none));
 }
 
 // Covariance of a surface's displacements: of a disc, and of a straight line.
@@ -52,12 +50,11 @@ vec3 covariance_of(float inverse_depth, vec2 path) {
 }
 
 // True if the sample is also summed apart.
-bool add_soft(precise inout Soft soft, Seen seen, vec4 difference, float weight) {
+bool add_soft(precise inout Soft soft, Seen seen, vec4 color, float weight) {
     const vec3 covariance = covariance_of(seen.inverse_depth, seen.path);
     precise const float variance = covariance.x + covariance.z;
     if (variance < uniforms.soft_spread) return false;
-    soft.color += weight * difference;
-    soft.weight += weight;
+    add(soft.color, color, weight);
     soft.spread += weight * (covariance * min(kMaxSpread / variance, 1.0));
     return true;
 }
@@ -74,13 +71,15 @@ void add_to_half(precise inout Half halves[2], int number, vec3 difference, floa
 }
 
 void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Seen seen) {
-    precise const vec4 difference = color_from(seen.source, kColor) - pixel.color;
+    const vec4 color = color_from(seen.source, kColor);
     const vec2 moved_px = seen.at - pixel.p;
-    sums.color += now.weight * difference;
-    sums.weight += now.weight;
+    add(sums.color, color, now.weight);
     sums.moment += now.weight * precise_dot(moved_px, moved_px);
-    if (ADAPTIVE == 1) add_to_half(sums.halves, now.number, difference.rgb, now.weight);
+#if ADAPTIVE
+    precise const vec3 difference = color.rgb - sums.color.first.rgb;
+    add_to_half(sums.halves, now.number, difference, now.weight);
+#endif
     bool soft = false;
-    if (DENOISE == 1) soft = add_soft(sums.soft, seen, difference, now.weight);
+    if (DENOISE == 1) soft = add_soft(sums.soft, seen, color, now.weight);
     keep_tap(seen.source, now.weight, soft);
 }

@@ -19,6 +19,7 @@
 //   behind.glsl      Behind      the occluded surfaces that continue behind their occluder
 //   background.glsl              the fill of surfaces that no frame shows
 //   source.glsl      Source      where a sample's color comes from
+//   mean.glsl        Mean        of samples
 //   taps.glsl        Tap         the extra layers, from the samples of color
 //   accumulate.glsl  Seen, Sums  one sample's color; the sums over a pixel's samples
 //   adaptive.glsl                a second set of samples for noisy blocks
@@ -79,6 +80,7 @@ struct Pixel {
 #include "inverse_warp/background.glsl"
 #include "inverse_warp/behind.glsl"
 #include "inverse_warp/source.glsl"
+#include "inverse_warp/mean.glsl"
 #include "inverse_warp/taps.glsl"
 #include "inverse_warp/accumulate.glsl"
 #include "inverse_warp/adaptive.glsl"
@@ -141,12 +143,12 @@ void store_hint(ivec2 at, vec2 value) {
 
 // The mean of the soft samples and their share in the result; the covariance of their
 // displacements.
-void store_soft(Pixel pixel, Soft sums, float mean_of, float noise) {
+void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
 #if DENOISE
-    const float mean_of_soft = 1.0 / max(sums.weight, 1e-6);
-    precise const vec4 mean = pixel.color + mean_of_soft * sums.color;
-    imageStore(soft, pixel.at, vec4(mean.rgb, mean_of * sums.weight));
-    imageStore(spread, pixel.at, vec4(noise * mean_of_soft * sums.spread, mean.a));
+    const vec4 mean = value_of(sums.color, pixel.color);
+    const float scale = noise / max(sums.color.weight, 1e-6);
+    imageStore(soft, pixel.at, vec4(mean.rgb, share_of * sums.color.weight));
+    imageStore(spread, pixel.at, vec4(scale * sums.spread, mean.a));
 #endif
 }
 
@@ -164,13 +166,12 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     // From 0 at the limit, so that the blur begins without a jump.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
     precise const float onset = clamp(pixel.longest_px / limit_px - 1.0, 0.0, 1.0);
-    const float mean_of = onset / max(sums.weight, 1.0);
-    precise const vec4 mean = pixel.color + mean_of * sums.color;
-    imageStore(blurred, pixel.at, mean);
-    store_layers(pixel, mean_of, 1.0 / max(sums.soft.weight, 1e-6));
-    store_soft(pixel, sums.soft, mean_of, noise_scale(last));
+    const vec4 mean = value_of(sums.color, pixel.color);
+    imageStore(blurred, pixel.at, faded_in(pixel.color, mean, onset));
+    store_layers(pixel, onset);
+    store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1.0), noise_scale(last));
     // Half-length of the even streak with the same second moment about p: above half a pixel?
-    const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.weight;
+    const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.color.weight;
     precise const float in_focus = clamp(1.0 - abs(pixel.surface.radius), 0.0, 1.0);
     store_hint(pixel.at, kShutter ? vec2(1.0, blurred_by_shutter ? 1.0 : 0.0)
                                   : given_hint_at(pixel.at) * in_focus);

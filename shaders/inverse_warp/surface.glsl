@@ -54,31 +54,34 @@ bool one_depth(float q, float r) {
     return q <= kOneDepth * r && r <= kOneDepth * q;
 }
 
-// The last 8 bits of an inverse depth are replaced: 6 bits of `straight`, `refuted` and `edge`.
+// The last 2 bits of an inverse depth are replaced: `refuted` and `edge`. A steep lens turns 1e-5 of
+// depth into a pixel of radius.
 float inverse_depth_of(uint bits) {
-    return uintBitsToFloat(bits & 0xffffff00u);
+    return uintBitsToFloat(bits & ~3u);
 }
 
 const uint kEdge = 1u, kRefuted = 2u;  // the last bits of a surface
 
 #if MOTION
-// x, y: a; z: b, two signed 16-bit counts of kStepB; w: inverse depth
+// x, y: a, in the last 3 bits of both the 6 bits of `straight`; z: b, two signed 16-bit counts of
+// kStepB; w: inverse depth
 Surface unpack_surface(uvec4 bits) {
     const float q = inverse_depth_of(bits.w);
     const int pair = int(bits.z);
-    return Surface(q, (bits.w & kEdge) != 0u, (bits.w & kRefuted) != 0u, uintBitsToFloat(bits.xy),
+    return Surface(q, (bits.w & kEdge) != 0u, (bits.w & kRefuted) != 0u,
+                   uintBitsToFloat(bits.xy & ~7u),
                    kStepB * vec2(float((pair << 16) >> 16), float(pair >> 16)),
-                   float((bits.w >> 2) & 63u) * (1.0 / 63.0), radius_px(q));
+                   float((bits.x & 7u) << 3 | (bits.y & 7u)) * (1.0 / 63.0), radius_px(q));
 }
 
 uvec4 pack_surface(Surface s) {
-    const uint depth = floatBitsToUint(s.inverse_depth) & 0xffffff00u;
+    const uint depth = floatBitsToUint(s.inverse_depth) & ~3u;
     precise const vec2 steps = floor(s.b / kStepB + 0.5);
     precise const float straight = s.straight * 63.0 + 0.5;
     const ivec2 b = ivec2(clamp(steps, -32767.0, 32767.0));
-    const uint last =
-        (uint(straight) << 2) | (s.refuted ? kRefuted : 0u) | (s.edge ? kEdge : 0u);
-    return uvec4(floatBitsToUint(s.a), uint((b.x & 0xffff) | (b.y << 16)), depth | last);
+    const uvec2 a = floatBitsToUint(s.a) & ~7u | (uvec2(uint(straight)) >> uvec2(3u, 0u) & 7u);
+    return uvec4(a, uint((b.x & 0xffff) | (b.y << 16)),
+                 depth | (s.refuted ? kRefuted : 0u) | (s.edge ? kEdge : 0u));
 }
 #else
 // x: inverse depth
@@ -88,7 +91,7 @@ Surface unpack_surface(uvec4 bits) {
 }
 
 uvec4 pack_surface(Surface s) {
-    const uint depth = floatBitsToUint(s.inverse_depth) & 0xffffff00u;
+    const uint depth = floatBitsToUint(s.inverse_depth) & ~3u;
     return uvec4(depth | (s.edge ? kEdge : 0u), 0u, 0u, 0u);
 }
 #endif

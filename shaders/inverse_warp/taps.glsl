@@ -69,30 +69,28 @@ void store_layer(ivec2 at, int layer, vec4 mean, vec4 soft_mean) {
 }
 
 struct LayerSums {
-    vec4 all, soft;
+    Mean all, soft;
 };
 
-void add_tap(precise inout LayerSums sums, Tap tap, int layer, vec4 value, vec4 own) {
-    precise const vec4 difference = with_fill(tap.source, layer, value) - own;
-    sums.all += tap.weight * difference;
-    if (tap.soft) sums.soft += tap.weight * difference;
+void add_tap(precise inout LayerSums sums, Tap tap, int layer, vec4 of_tap) {
+    const vec4 value = with_fill(tap.source, layer, of_tap);
+    add(sums.all, value, tap.weight);
+    if (tap.soft) add(sums.soft, value, tap.weight);
 }
 
-void sum_layer(Pixel pixel, int layer, float mean_of, float mean_of_soft) {
+void sum_layer(Pixel pixel, int layer, float onset) {
     const Plane plane = Plane(false, layer);
     const vec4 own = fetch(WIDE(color, layers), plane, pixel.at);
-    LayerSums sums = LayerSums(vec4(0.0), vec4(0.0));
+    LayerSums sums = LayerSums(no_mean(), no_mean());
     for (int k = 0; k < shown_taps; ++k)
-        add_tap(sums, taps[k], layer, color_in(0, taps[k].source.at, plane), own);
+        add_tap(sums, taps[k], layer, color_in(0, taps[k].source.at, plane));
     for (int k = other_taps; k < TAPS; ++k)
-        add_tap(sums, taps[k], layer, color_from(taps[k].source, plane), own);
-    precise const vec4 mean = own + mean_of * sums.all;
-    precise const vec4 soft_mean = own + mean_of_soft * sums.soft;
-    store_layer(pixel.at, layer, mean, soft_mean);
+        add_tap(sums, taps[k], layer, color_from(taps[k].source, plane));
+    store_layer(pixel.at, layer, faded_in(own, value_of(sums.all, own), onset),
+                value_of(sums.soft, own));
 }
 
-// mean_of, mean_of_soft: 1 over the weight of all taps, of the soft ones.
-void store_layers(Pixel pixel, float mean_of, float mean_of_soft) {
+void store_layers(Pixel pixel, float onset) {
     for (int word = 0; word < words_of(layers); ++word) {
         const uint all = bits_of_word(layers, word);
         uint bits = occupied_at_taps(pixel, word) & all;
@@ -103,7 +101,7 @@ void store_layers(Pixel pixel, float mean_of, float mean_of_soft) {
         while (empty != 0u)
             store_layer(pixel.at, next_layer(empty, word), vec4(0.0), vec4(0.0));
         while (bits != 0u)
-            sum_layer(pixel, next_layer(bits, word), mean_of, mean_of_soft);
+            sum_layer(pixel, next_layer(bits, word), onset);
     }
 }
 
@@ -113,6 +111,6 @@ void store_unchanged_layers(Pixel pixel) {
 }
 #else
 void keep_tap(Source source, float weight, bool soft) {}
-void store_layers(Pixel pixel, float mean_of, float mean_of_soft) {}
+void store_layers(Pixel pixel, float onset) {}
 void store_unchanged_layers(Pixel pixel) {}
 #endif

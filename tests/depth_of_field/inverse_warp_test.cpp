@@ -55,6 +55,20 @@ TEST(InverseWarpLens, DotBecomesAnEvenDisc) {
     }
 }
 
+// At such a lens 1e-5 of depth is half a pixel of radius: surfaces keep 22 bits of depth.
+TEST(InverseWarpLens, SteepLensKeepsInFocusWhatIsNextToTheFocus) {
+    const auto before_sky = [](float inverse_depth) {
+        ImageF depth(64, 32, 1, 0);
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x) depth.at(x, y) = inverse_depth;
+        return dof(planes_of(noise_image(64, 32, 4, 5), std::move(depth)),
+                   {kMethod, {"f_stop", 0.002}, {"focus_distance", 0.1}});
+    };
+    // R = 5760 px (10 - w)
+    EXPECT_LT(compare(before_sky(10 * (1 - 1e-6f)), before_sky(10), 1e-3).max, 1e-3);
+    EXPECT_GT(compare(before_sky(10 * (1 - 3e-5f)), before_sky(10), 1e-3).max, 0.1);
+}
+
 // A focused surface before an unfocused one keeps every bit away from its edge.
 TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
     ImageF color = noise_image(128, 64, 4, 5);

@@ -1,6 +1,7 @@
 // The joint blur against closed forms and against its reference.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/gpu.h"
@@ -35,6 +36,27 @@ TEST(JointBlur, DotBecomesADiscMovedAlongItsPath) {
     EXPECT_NEAR(light, 1, 0.03);
     EXPECT_NEAR(yy / light, 16 * 16 / 4.0, 3);
     EXPECT_NEAR(xx / light, 16 * 16 / 4.0 + 24 * 24 / 12.0, 4);
+}
+
+// All light is the firefly's, so every pixel has its color: its own pixel, which few samples see,
+// leaves no rounding that denoising would spread.
+TEST(JointBlur, LightOfAFireflyKeepsItsColor) {
+    FramePlanes planes = moving_plane(97, 65, 0.75f, 48, 20);
+    const float firefly[] = {1e10f, 0.7e10f, 0.3e10f};
+    std::copy_n(firefly, 3, planes[Role::color].pixel(48, 32));
+    const ImageF out =
+        filter(chain_of("joint_blur"), describe_round(planes), planes).at(Role::color);
+    size_t lit = 0;
+    double worst = 0;
+    for (size_t i = 0; i < out.data.size(); i += 4) {
+        const double light = out.data[i];
+        if (light == 0) continue;
+        ++lit;
+        worst = std::max({worst, std::abs(out.data[i + 1] / light - 0.7),
+                          std::abs(out.data[i + 2] / light - 0.3)});
+    }
+    EXPECT_GT(lit, 500u);
+    EXPECT_LT(worst, 3e-5);
 }
 
 // Pixels twice as wide as high, and half: the disc is as much higher in pixels, the path stays in

@@ -35,6 +35,10 @@
 // A half holds at most 65504: under fp16, range, constant and reference get the input as a half
 // file would store it.
 //
+// The change of depth is eps or, behind a steep lens, the part of it that changes a radius in focus
+// by a quarter of a pixel: a larger one exchanges a sharp pixel for a blurred one, and then the
+// value is 1/eps, not a slope.
+//
 // color, motion and depth measure continuity as a mean over all pixels, without the pixels that
 // jump if these are at most 1 %: a decision or tap that rounds differently changes a pixel by more
 // than any multiple of eps. The note of a failed check states the largest jump, relative to the

@@ -67,8 +67,7 @@ const KnownLimits& known_limits() {
           {"depth", "", "/crossed/*firefly 1e10, f/0.1 at the near plane/fp32", 156, kEdges},
           {"motion", "hint=checkerboard", "/speed/*0.5 px", 560, kOnset}}},
         {"depth_of_field",
-         {{"depth", "method=inverse_warp", "/crossed/*near plane, 16384x3/fp32", 1100, kSteepLens},
-          {"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 250, kSteepLens},
+         {{"depth", "method=inverse_warp", "/crossed/*f/0.1 at the near plane", 12, kSteepLens},
           {"turn", "leak=coc", "/crossed/", 0.03, kOrder},
           {"turn", "leak=coc", "", 0.0024, kOrder},
           {"grid", "", "/radiance/firefly", 0.76, kBoxes},
@@ -79,8 +78,8 @@ const KnownLimits& known_limits() {
         {"joint_blur",
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
           {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},
-          {"depth", "", "/lens/f/0.", 27, kSteepLens},
-          {"depth", "", "/crossed/*f/0.1 at the near plane", 255, kSteepLens}}}};
+          {"depth", "", "/lens/f/0.", 8, kSteepLens},
+          {"depth", "", "/crossed/*f/0.1 at the near plane", 230, kSteepLens}}}};
     return limits;
 }
 

@@ -33,6 +33,16 @@ ImageF changes_of(const ImageF& a, const ImageF& b, double unit) {
     return map;
 }
 
+// Change of the circle of confusion's radius per change of ln depth, px, at the focus distance s:
+// f_px A/(2 s), with f_px the focal length in pixels and A the aperture's diameter.
+double lens_slope_px(const FrameDescription& frame) {
+    const Camera& camera = frame.camera;
+    const double focal_mm = camera.focal_length_mm.value_or(0);
+    const double focal_px = focal_mm / camera.sensor_width_mm.value_or(1) * frame.display_width;
+    const double aperture_m = 1e-3 * focal_mm / camera.f_stop.value_or(1);
+    return focal_px * aperture_m / (2 * camera.focus_distance.value_or(1));
+}
+
 uint64_t hash_of(const ImageF& image) {
     return hash_text(
         {reinterpret_cast<const char*>(image.data.data()), image.data.size() * sizeof(float)});
@@ -319,15 +329,17 @@ Status Measurement::reference() {
 
 // Color and depth change per pixel, motion as a whole: equal speeds stay equal.
 Status Measurement::continuity() {
-    const auto changed = [&](Role role) {
+    const auto changed = [&](Role role, double eps) {
         FramePlanes planes = cell_.planes;
         ImageF& plane = planes[role];
         for (size_t i = 0; i < plane.data.size(); ++i)
-            plane.data[i] *= float(1 + bounds_.eps * (role == Role::motion ? 1 : noise(i)));
+            plane.data[i] *= float(1 + eps * (role == Role::motion ? 1 : noise(i)));
         return planes;
     };
     const double mean = mean_of(color());
     const double most = std::max(largest_of(color()), 1e-30);
+    const double slope_px = std::max(lens_slope_px(cell_.frame), 1e-30);
+    const double eps_of_depth = std::min(bounds_.eps, kMaxRadiusChangePx / slope_px);
     struct Row {
         Role role;
         const char* check;
@@ -340,7 +352,8 @@ Status Measurement::continuity() {
         {Role::inverse_depth, "depth", bounds_.depth, "result with the depth changed by eps"}};
     for (const auto& [role, check, bound, compared_is] : rows) {
         if (!wants(check)) continue;
-        auto out = filter_anew(subject_.chain, changed(role));
+        const double eps = role == Role::inverse_depth ? eps_of_depth : bounds_.eps;
+        auto out = filter_anew(subject_.chain, changed(role, eps));
         if (!out.ok()) return out.status();
         // Pixels that jump are excluded if they are few; otherwise they count as change.
         double change = 0, jumped = 0, jump = 0;
@@ -352,15 +365,15 @@ Status Measurement::continuity() {
                 sum += d;
                 worst = std::max(worst, d);
             }
-            const bool jumps_here = worst > kJump * bounds_.eps * most;
+            const bool jumps_here = worst > kJump * eps * most;
             (jumps_here ? jumped : change) += sum;
             jumps += jumps_here;
             jump = std::max(jump, worst);
         }
         if (double(jumps) > bounds_.fraction * double(out_.pixels())) change += jumped;
         change /= double(out_.data.size());
-        add(check, mean > 0 ? change / (bounds_.eps * mean) : change, bound,
-            concat("times the input's change of ", bounds_.eps, ", largest jump ", jump / most,
+        add(check, mean > 0 ? change / (eps * mean) : change, bound,
+            concat("times the input's change of ", eps, ", largest jump ", jump / most,
                    " of the largest color"));
         exhibit(color(), out_, *out, changes_of(out_, *out, most), compared_is,
                 "change relative to the largest color");

@@ -57,8 +57,8 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors) {
     return planes - required_planes(shutter);
 }
 
-std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet available) {
-    std::vector<Neighbor> found;
+NeighborList searched_neighbors(const Settings& settings, RoleSet available) {
+    NeighborList found;
     if (settings.shutter && settings.shutter->half_open < kMinHalfOpen) return found;
     for (const Neighbor neighbor : kNeighbors) {
         if (settings.search.neighbors == Neighbors::none) break;
@@ -70,7 +70,7 @@ std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet avail
         // A neighbor that fills color must fill the layers too, or they would not sum to it.
         if (available.has(Role::layers))
             all = all && available.has(role_of(neighbor, Role::layers));
-        if (all) found.push_back(neighbor);
+        if (all) found.add(neighbor);
     }
     return found;
 }

@@ -23,6 +23,7 @@
 // Iterative Image Warping, 2012.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "chain/pass.h"
@@ -82,10 +83,24 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors);
 // The guarantees of a pass that does nothing else.
 Guarantees guarantees_of(const Settings& settings);
 
+// At most both neighbors. Allocates nothing: uniforms are written with it.
+class NeighborList {
+  public:
+    void add(Neighbor neighbor) { items_[size_++] = neighbor; }
+    const Neighbor* begin() const { return items_.data(); }
+    const Neighbor* end() const { return items_.data() + size_; }
+    size_t size() const { return size_; }
+    bool empty() const { return size_ == 0; }
+
+  private:
+    std::array<Neighbor, kNeighbors.size()> items_{};
+    size_t size_ = 0;
+};
+
 // The neighbors of this frame that are searched: those whose color, inverse depth and motion are
 // available beside the frame's own motion. None if the shutter is open for less than an eighth of a
 // frame: a frame is then farther away than the paths of surfaces are known.
-std::vector<Neighbor> searched_neighbors(const Settings& settings, RoleSet available);
+NeighborList searched_neighbors(const Settings& settings, RoleSet available);
 
 // Settings that lead to the same programs as these and to every other choice of programs that
 // another shutter time can lead to.

@@ -1,7 +1,6 @@
 #include "passes/inverse_warp/steps.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
@@ -12,11 +11,6 @@
 
 namespace postchain::inverse_warp {
 namespace {
-
-// Of a pixel's list of samples in a program: few values, so that few programs are compiled.
-int capacity_for(int samples) {
-    return int(std::bit_ceil(unsigned(std::max(samples, 32))));
-}
 
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
@@ -70,7 +64,7 @@ class Planner : private SurfacePlanner {
     // The textures that gather reads.
     struct Gathered {
         TextureId surfaces = -1;
-        std::vector<Neighbor> neighbors;
+        NeighborList neighbors;
         TextureId neighbor_surfaces = -1;
         Starts starts;
         Background background;
@@ -165,7 +159,7 @@ class Planner : private SurfacePlanner {
     // Words of a bit for each layer.
     int words() const { return (frame_.layers + 31) / 32; }
 
-    TextureId add_occupied(const std::vector<Neighbor>& neighbors) {
+    TextureId add_occupied(const NeighborList& neighbors) {
         const int frames = 1 + int(neighbors.size());
         const TextureId occupied =
             planner_.array("occupied", Format::r32ui, kBlocks, frames * words());
@@ -289,7 +283,7 @@ class Planner : private SurfacePlanner {
         launch_by(step, from.starts.moving_blocks);
         if (layered_) {
             add_layers(step, gathered_layers(from, result, soft));
-            step.program.defines["TAPS"] = std::to_string(capacity_for(taps_px() / 3));
+            step.program.defines["TAPS"] = std::to_string(taps_px() / 3);
             step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
             step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
                                uint64_t(frame_.layers);

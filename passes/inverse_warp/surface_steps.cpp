@@ -27,13 +27,13 @@ constexpr std::array<std::string_view, 4> steps_of(Neighbor neighbor) {
 
 }  // namespace
 
-void write_surface_uniforms(std::span<const Neighbor> neighbors,
-                            shared::InverseWarpUniforms uniforms, UniformWriter& writer) {
+void write_surface_uniforms(const NeighborList& neighbors, shared::InverseWarpUniforms uniforms,
+                            UniformWriter& writer) {
     uniforms.second_half = 1;
     writer.set("second_surfaces", uniforms);
     for (const Neighbor neighbor : neighbors) {
         uniforms.neighbor = frames_to(neighbor);
-        uniforms.second_half = neighbor == neighbors.front() ? 0 : 1;
+        uniforms.second_half = neighbor == *neighbors.begin() ? 0 : 1;
         for (const std::string_view step : steps_of(neighbor)) writer.set(step, uniforms);
     }
 }
@@ -93,8 +93,7 @@ void SurfacePlanner::add_second_surfaces(TextureId surfaces) {
     planner_.step(std::move(step));
 }
 
-TextureId SurfacePlanner::add_surfaces_of(const std::vector<Neighbor>& neighbors,
-                                          TextureId surfaces_here) {
+TextureId SurfacePlanner::add_surfaces_of(const NeighborList& neighbors, TextureId surfaces_here) {
     if (neighbors.empty()) return -1;
     const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
                                                 neighbors.size() == 2 ? Area().two() : Area());

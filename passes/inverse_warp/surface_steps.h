@@ -3,9 +3,7 @@
 
 #include <array>
 #include <optional>
-#include <span>
 #include <string>
-#include <vector>
 
 #include "chain/work_list.h"
 #include "passes/inverse_warp/inverse_warp.h"
@@ -19,8 +17,8 @@ inline constexpr Area kBlocks = groups_for(Area());  // of the frame
 std::string flag(bool on);
 
 // The uniforms of these steps that differ from the pass's.
-void write_surface_uniforms(std::span<const Neighbor> neighbors,
-                            shared::InverseWarpUniforms uniforms, UniformWriter& writer);
+void write_surface_uniforms(const NeighborList& neighbors, shared::InverseWarpUniforms uniforms,
+                            UniformWriter& writer);
 
 class SurfacePlanner {
   protected:
@@ -30,7 +28,7 @@ class SurfacePlanner {
     TextureId add_surfaces();
     // Surfaces of the neighbors, a half of the texture each if there are two. Those that this frame
     // hides are left out if the light has changed around them.
-    TextureId add_surfaces_of(const std::vector<Neighbor>& neighbors, TextureId surfaces_here);
+    TextureId add_surfaces_of(const NeighborList& neighbors, TextureId surfaces_here);
 
     // A step over all pixels.
     Step make_step(const std::string& name) const;

@@ -59,7 +59,7 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
         const double half_open = settings.shutter->half_open;
         // With a closed shutter nothing moves, however fast; infinity is an unknown speed.
         const double path = half_open > 0 ? half_open * speed : 0;
-        // Rounding of a and b: a few 2^-24 of them, and a step of 1/64 px.
+        // a and b are rounded by up to 2^-20 of them, and a step of 1/64 px.
         longest = std::min(path * (1 + 1e-5) + 0.05, settings.shutter->max_path_px);
     }
     if (settings.lens)

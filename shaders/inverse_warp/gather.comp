@@ -30,7 +30,7 @@
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
-// TAPS: with LAYERS: at least the samples of a pixel    FILL_LAYER: a layer is the fill mask
+// TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: a layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
@@ -169,7 +169,7 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     const vec4 mean = value_of(sums.color, pixel.color);
     imageStore(blurred, pixel.at, faded_in(pixel.color, mean, onset));
     store_layers(pixel, onset);
-    store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1.0), noise_scale(last));
+    store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1e-6), noise_scale(last));
     // Half-length of the even streak with the same second moment about p: above half a pixel?
     const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.color.weight;
     precise const float in_focus = clamp(1.0 - abs(pixel.surface.radius), 0.0, 1.0);

@@ -4,8 +4,9 @@
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
                            [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
-Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb, dof and
-both (ground truth), camera.json and, for the rows that need them, peer_*.####.exr and behind.####.exr. FRAME is 10 if none is given. SET may also
+Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
+dof and both (ground truth), camera.json and, for the rows that need them, peer_*.####.exr and
+behind.####.exr. FRAME is 10 if none is given. SET may also
 be a file of --json, whose scenes and rows are merged with the others. A cell is PSNR (dB, after x/(1+x) and
 gamma 2.2) / HDR-FLIP / SSIM; time is the minimum over the repeats of the passes' total time, relative to the
 table's first chain.

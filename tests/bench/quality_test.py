@@ -76,6 +76,7 @@ class Quality(unittest.TestCase):
         printed, figures = self.run_it(*row)
         self.assertEqual(len(figures), 1)
         self.assertRegex(printed, "behind.0011.exr is missing")
+        shutil.rmtree(self.scene)
         subprocess.run([POSTCHAIN, "scene", "wheels", "-o", self.scene, "--size", "64x36", "--frames", "11",
                         "--truth-samples", "16", "--behind"], check=True, capture_output=True)
         printed, figures = self.run_it(*row)

@@ -10,6 +10,9 @@ class Behind(Case):
     def layer(self, frame):
         return os.path.join(self.folder, "render/behind", f"shot_{frame:04d}.exr")
 
+    def rendered_since(self, times):
+        return [frame for frame in times if os.stat(self.layer(frame)).st_mtime_ns != times[frame]]
+
     def test_shows_the_wall_behind_the_cube(self):
         self.scene.frame_end = 2
         self.fails(bpy.ops.postchain.behind, "not OpenEXR MultiLayer", "press Prepare")
@@ -34,6 +37,34 @@ class Behind(Case):
         self.assertEqual(bpy.ops.postchain.filter(), {"FINISHED"})
         self.assertEqual(self.sidecar(2)["inputs"]["behind"], self.layer(2))
 
+    def expect_no_inside(self):
+        """Of the cube in frame 1."""
+        self.scene.frame_end = 1
+        self.render()
+        self.assertEqual(bpy.ops.postchain.behind(), {"FINISHED"})
+        depths_of = addon().peel.depths_of
+        self.assertAlmostEqual(depths_of(self.layer(1).replace("/behind", ""))[18, 26], 3.5, places=3)
+        self.assertAlmostEqual(depths_of(self.layer(1))[18, 26], 8, places=3)
+
+    def test_half_a_mesh_that_is_mirrored(self):
+        mesh, cube = bpy.data.meshes.new("half"), bpy.data.objects["cube"]
+        corners = [(x, y, z) for x in (0, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]
+        mesh.from_pydata(corners, [], [(4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)])
+        cube.data = mesh
+        cube.modifiers.new("mirror", "MIRROR")
+        self.expect_no_inside()
+
+    def test_linked_objects(self):
+        path = os.path.join(self.folder, "library.blend")
+        os.makedirs(self.folder, exist_ok=True)
+        cube = bpy.data.objects["cube"]
+        bpy.data.libraries.write(path, {cube})
+        bpy.data.batch_remove([cube, cube.data, cube.data.materials[0]])
+        with bpy.data.libraries.load(path, link=True) as (_, wanted):
+            wanted.objects = ["cube"]
+        self.scene.collection.objects.link(wanted.objects[0])
+        self.expect_no_inside()
+
     def test_only_frames_that_lack_it(self):
         self.render()
         bpy.ops.postchain.behind()
@@ -43,8 +74,9 @@ class Behind(Case):
         os.utime(self.layer(2).replace("/behind", ""))  # as if rendered again
         self.fails(bpy.ops.postchain.filter, "2 of 3 frames have no layer behind, or one older", "first: 1")
         bpy.ops.postchain.behind()
-        self.assertEqual([frame for frame in before if os.stat(self.layer(frame)).st_mtime_ns != before[frame]],
-                         [1, 2])
+        self.assertEqual(self.rendered_since(before), [1, 2])
+        bpy.ops.postchain.behind()  # none lacks it
+        self.assertEqual(self.rendered_since(before), [1, 2, 3])
 
     def test_refusals(self):
         self.render()
@@ -55,8 +87,10 @@ class Behind(Case):
         self.fails(bpy.ops.postchain.behind, "needs Cycles")
         self.scene.render.engine = "CYCLES"
         path = self.layer(3).replace("/behind", "")
-        with open(path, "r+b") as file:
-            file.truncate(1000)
-        self.fails(bpy.ops.postchain.behind, path)
+        for size in (os.path.getsize(path) // 2, 1000):  # within the pixels, within the header
+            with open(path, "r+b") as file:
+                file.truncate(size)
+            self.fails(bpy.ops.postchain.behind, path)
+        self.assertFalse(os.path.exists(os.path.join(bpy.app.tempdir, "postchain.blend")))
         self.assertEqual(sorted(os.listdir(os.path.dirname(path) + "/behind")),
                          ["shot_0001.exr", "shot_0002.exr"])

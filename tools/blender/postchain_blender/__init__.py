@@ -32,7 +32,8 @@ class POSTCHAIN_preferences(bpy.types.AddonPreferences):
         self.layout.prop(self, "device")
 
 
-CLASSES = (POSTCHAIN_preferences, *prepare.CLASSES, *filter.CLASSES, *behind.CLASSES, *compare.CLASSES, *panel.CLASSES)
+CLASSES = (POSTCHAIN_preferences, *prepare.CLASSES, *filter.CLASSES, *behind.CLASSES, *compare.CLASSES,
+           *panel.CLASSES)
 
 
 def register():

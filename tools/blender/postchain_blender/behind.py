@@ -4,7 +4,7 @@ import os
 
 import bpy
 
-from . import camera, command, filter as filtering, peel, prepare
+from . import camera, command, filter as filtering, prepare
 
 
 def check(scene):
@@ -21,15 +21,17 @@ def render(pattern, frames, layer):
     prepare.apply(scene)
     scene.render.use_file_extension = False
     scene.render.use_compositing = scene.render.use_sequencer = False
+    scene.cycles.transparent_max_bounces = min(scene.cycles.transparent_max_bounces + 32, 1024)
     # The pixel alone, because what the adjacent pixel hides may be another surface.
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 1.0
     frame_files, peeled = filtering.on_disk(pattern), None
     for frame in frames:
         try:
+            from . import peel
             depths = peel.depths_of(frame_files[frame], layer)
-        except ImportError:
-            raise SystemExit("postchain: Blender's Python has no module OpenImageIO: install "
-                             "python3-openimageio, or take Blender 3.5 or later") from None
+        except ImportError as error:
+            raise SystemExit(f"postchain: Blender's Python has no module {error.name}: install python3-numpy "
+                             "and python3-openimageio, or take Blender 3.5 or later") from None
         peeled = peeled or peel.Peel(*reversed(depths.shape))
         scene.frame_set(frame)
         peeled.show(depths)
@@ -59,7 +61,8 @@ class POSTCHAIN_OT_behind(command.JobOperator, bpy.types.Operator):
         os.makedirs(self._folder, exist_ok=True)
         call = f"behind.render({pattern!r}, {lacking}, {filtering.view_layer(scene)!r})"
         self._count = len(lacking)
-        return [command.blender("Render layer behind", call, images=self._count)]
+        unfinished = [filtering.layer_behind(filtering.on_disk(pattern)[frame]) + ".tmp" for frame in lacking]
+        return [command.blender("Render layer behind", call, images=self._count, temporary=unfinished)]
 
     def done(self, context, job):
         context.scene.postchain.behind = True

@@ -47,10 +47,12 @@ FAILURES = (CommandError, camera.CameraError, OSError)  # what the panel shows; 
 
 
 class Step:
-    """One process. progress(line) returns a share of 0 to 1 and a text, or None."""
+    """One process. progress(line) returns a share of 0 to 1 and a text, or None. temporary: files that are
+    deleted when the job ends, however it does."""
 
-    def __init__(self, title, arguments, progress):
+    def __init__(self, title, arguments, progress, temporary=()):
         self.title = title
+        self.temporary = temporary
         self.arguments = [str(word) for word in arguments]
         self.progress = progress
 
@@ -72,11 +74,14 @@ def postchain(title, arguments):
                         "json"], progress)
 
 
-def blender(title, call, images):
+def blender(title, call, images, temporary=()):
     """A Blender of its own runs a call of this package, as text, on a copy of the file, which stays as it
-    is and usable meanwhile. images: how many the call saves."""
+    is and usable meanwhile. images: how many the call saves; temporary: as of Step."""
     copy = os.path.join(bpy.app.tempdir, "postchain.blend")
-    bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, compress=False)
+    except RuntimeError as error:
+        raise CommandError(f"{copy}: {error}") from error
     package = pathlib.Path(__file__).resolve().parent
     script = (f"import bpy, sys; sys.path.insert(0, {str(package.parent)!r}); "
               f"import {package.name} as addon; "
@@ -90,7 +95,7 @@ def blender(title, call, images):
         return ((len(saved) + share) / images, f"image {len(saved) + 1} of {images}"
                 ) if share is not None else None
     return Step(title, [bpy.app.binary_path, "-b", copy, "--python-exit-code", "1", "--python-expr",
-                        script], progress)
+                        script], progress, [copy, *temporary])
 
 
 def message_of(text):
@@ -109,6 +114,7 @@ class Job:
     def __init__(self, steps):
         self.steps = collections.deque(steps)
         self.count = len(steps)
+        self._temporary = [path for step in steps for path in step.temporary]
         self.share, self.text = 0.0, ""
         self.errors, self.warnings = [], []
         self._process = None
@@ -127,7 +133,7 @@ class Job:
             self._process = subprocess.Popen(step.arguments, stdout=subprocess.PIPE,
                                              stderr=subprocess.PIPE, stdin=subprocess.DEVNULL)
         except OSError as error:
-            Job.running.discard(self)
+            self._end()
             raise CommandError(f"{step.arguments[0]} cannot be started: {error.strerror}; {MISSING}"
                                ) from error
         self._readers = [threading.Thread(target=self._read, args=(stream, name), daemon=True)
@@ -135,6 +141,11 @@ class Job:
                                               ("log", self._process.stderr))]
         for reader in self._readers:
             reader.start()
+
+    def _end(self):
+        Job.running.discard(self)
+        for path in filter(os.path.exists, self._temporary):
+            os.remove(path)
 
     def _read(self, stream, name):
         with stream:
@@ -167,13 +178,13 @@ class Job:
         self._take_lines()
         step = self.steps.popleft()
         if code != 0:
-            Job.running.discard(self)
+            self._end()
             what = self.errors or (self._log + self._output)[-3:] or [f"exit code {code}"]
             raise CommandError(f"{step.title}: " + "; ".join(what))
         if self.steps:
             self._next()
             return False
-        Job.running.discard(self)
+        self._end()
         self.share = 1.0
         return True
 
@@ -186,7 +197,6 @@ class Job:
 
     def cancel(self):
         """Ends the process and waits for it: the command gives up its frame at once."""
-        Job.running.discard(self)
         if self._process and self._process.poll() is None:
             self._process.terminate()
             try:
@@ -194,6 +204,7 @@ class Job:
             except subprocess.TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
+        self._end()
 
 
 def cancel_all():

@@ -81,8 +81,8 @@ def check_layer_behind(pattern, frames):
     lacking = without_layer_behind(pattern, frames)
     if lacking:
         raise command.CommandError(
-            f"{len(lacking)} of {len(frames)} frames have no layer behind, or one older than the frame (first: "
-            f"{lacking[0]}): press Render Layer Behind, or switch Layer behind off")
+            f"{len(lacking)} of {len(frames)} frames have no layer behind, or one older than the frame "
+            f"(first: {lacking[0]}): press Render Layer Behind, or switch Layer behind off")
 
 
 def check_format(scene):

@@ -11,14 +11,15 @@ CLOSED = "postchain_closed"  # an attribute of faces
 
 
 def depths_of(path, layer="ViewLayer"):
-    """Of a multilayer file; rows from the top, meters along the camera's axis. Raises ImportError, or
+    """Depths in a multilayer file: rows from the top, meters along the camera's axis. Raises ImportError, or
     OSError if the file or its depth cannot be read."""
     import OpenImageIO  # Blender brings it since 3.5
     image = OpenImageIO.ImageBuf(path)
-    channel = image.spec().channelnames.index(f"{layer}.Depth.Z") \
-        if f"{layer}.Depth.Z" in image.spec().channelnames else None
-    if channel is None or image.has_error:
-        raise OSError(f"{path}: {image.geterror() or f'no channel {layer}.Depth.Z'}")
+    if not image.read() or image.has_error:
+        raise OSError(f"{path}: {image.geterror()}")
+    if f"{layer}.Depth.Z" not in image.spec().channelnames:
+        raise OSError(f"{path}: no channel {layer}.Depth.Z")
+    channel = image.spec().channelnames.index(f"{layer}.Depth.Z")
     return OpenImageIO.ImageBufAlgo.channels(image, (channel,)).get_pixels()[:, :, 0]
 
 
@@ -35,9 +36,8 @@ def depths_to_peel(depths):
     return farthest * TOLERANCE
 
 
-def mark_closed_parts(mesh):
-    """Sets the attribute `closed` of the faces of a mesh to 1 in connected parts without an open edge:
-    their back faces are insides. Sheets are seen from both sides."""
+def _open_parts(mesh):
+    """For each vertex a number of its connected part, and the set of the parts that have an open edge."""
     part = list(range(len(mesh.vertices)))
 
     def part_of(vertex):
@@ -51,25 +51,55 @@ def mark_closed_parts(mesh):
             faces_of[mesh.loops[key].edge_index] += 1
         for vertex in polygon.vertices:
             part[part_of(vertex)] = part_of(polygon.vertices[0])
-    is_open = {part_of(mesh.edges[edge].vertices[0]) for edge in np.flatnonzero(faces_of == 1)}
+    return part_of, {part_of(mesh.edges[edge].vertices[0]) for edge in np.flatnonzero(faces_of == 1)}
+
+
+def mark_closed_parts(thing, graph):
+    """Sets the attribute CLOSED of the faces of a mesh object to 1 in connected parts without an open edge:
+    their back faces are insides. Sheets are seen from both sides. Modifiers may close all parts."""
+    mesh = thing.data
     former = mesh.attributes.get(CLOSED)
     if former:
         mesh.attributes.remove(former)
+    part_of, is_open = _open_parts(mesh)
+    if is_open and thing.modifiers and not _open_parts(thing.evaluated_get(graph).data)[1]:
+        is_open = set()
     mesh.attributes.new(CLOSED, "FLOAT", "FACE").data.foreach_set(
         "value", [float(part_of(polygon.vertices[0]) not in is_open) for polygon in mesh.polygons])
+
+
+def _make_local():
+    """Data of linked libraries cannot be changed."""
+    for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.curves, bpy.data.metaballs, bpy.data.materials):
+        for block in list(kind):
+            if block.library:
+                block.make_local()
+
+
+def _diffuse(material):
+    """Makes the nodes that look as Cycles renders a material without nodes."""
+    color = material.diffuse_color[:]
+    material.use_nodes = True
+    material.node_tree.nodes.clear()
+    shader = _node(material.node_tree, "ShaderNodeBsdfDiffuse", {"Color": color})["BSDF"]
+    output = material.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    material.node_tree.links.new(shader, output.inputs["Surface"])
 
 
 def _give_materials():
     """Surfaces without one are shown in a default material, which cannot become transparent."""
     default = bpy.data.materials.new("postchain_default")
     for thing in bpy.data.objects:
-        if not getattr(thing.data, "materials", True):
+        if thing.type not in {"MESH", "CURVE", "SURFACE", "FONT", "META"}:
+            continue
+        if not thing.data.materials:
             thing.data.materials.append(default)
         for slot in thing.material_slots:
-            slot.material = slot.material or default
+            if slot.material is None:
+                slot.material = default
     for material in bpy.data.materials:
         if not material.use_nodes and not material.is_grease_pencil:
-            material.use_nodes = True
+            _diffuse(material)
 
 
 def _node(tree, kind, inputs=None, **properties):
@@ -95,9 +125,11 @@ class Peel:
     def __init__(self, width, height):
         self.image = bpy.data.images.new("peel", width, height, float_buffer=True, is_data=True)
         self.image.use_half_precision = False
+        _make_local()
         _give_materials()
-        for mesh in bpy.data.meshes:
-            mark_closed_parts(mesh)
+        graph = bpy.context.evaluated_depsgraph_get()
+        for thing in {one.data: one for one in bpy.data.objects if one.type == "MESH"}.values():
+            mark_closed_parts(thing, graph)
         for material in bpy.data.materials:
             if material.use_nodes:
                 self._make_transparent(material.node_tree)

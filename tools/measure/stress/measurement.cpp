@@ -33,6 +33,12 @@ ImageF changes_of(const ImageF& a, const ImageF& b, double unit) {
     return map;
 }
 
+bool has_lens(const Chain& chain) {
+    return std::any_of(chain.links.begin(), chain.links.end(), [](const auto& link) {
+        return link.type->parameters->find("f_stop") != nullptr;
+    });
+}
+
 // Change of the circle of confusion's radius per change of ln depth, px, at the focus distance s:
 // f_px A/(2 s), with f_px the focal length in pixels and A the aperture's diameter.
 double lens_slope_px(const FrameDescription& frame) {
@@ -338,8 +344,10 @@ Status Measurement::continuity() {
     };
     const double mean = mean_of(color());
     const double most = std::max(largest_of(color()), 1e-30);
-    const double slope_px = std::max(lens_slope_px(cell_.frame), 1e-30);
-    const double eps_of_depth = std::min(bounds_.eps, kMaxRadiusChangePx / slope_px);
+    double eps_of_depth = bounds_.eps;
+    if (has_lens(subject_.chain))
+        eps_of_depth = std::min(eps_of_depth,
+                                kMaxRadiusChangePx / std::max(lens_slope_px(cell_.frame), 1e-30));
     struct Row {
         Role role;
         const char* check;

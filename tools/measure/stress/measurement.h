@@ -31,7 +31,8 @@ Bounds bounds_of(Precision precision, int tile);
 inline constexpr float kMaxHalf = 65504;
 // A pixel jumps if it changes by more than this multiple of eps times the largest color.
 inline constexpr double kJump = 20;
-// A change of depth is small only if it changes no circle of confusion by more than this.
+// A change of depth is small only if it changes the circle of confusion of a surface in focus by at
+// most this.
 inline constexpr double kMaxRadiusChangePx = 0.25;
 // Lower limit of the divisor of relative errors, as a fraction of the largest value.
 inline constexpr double kRelativeFloor = 1e-4;

@@ -22,7 +22,8 @@ class Launcher:
         paths = {name: os.path.join(folder, "blender", part) for name, part in own.items()}
         for path in paths.values():
             os.makedirs(path, exist_ok=True)
-        return {**os.environ, **paths, "POSTCHAIN": self.postchain, "POSTCHAIN_ZIP": self.zip,
+        # Blender's Python takes its library from beside the first python3; NumPy is the system's.
+        return {**os.environ, **paths, "PATH": "/usr/bin:" + os.environ.get("PATH", ""), "POSTCHAIN": self.postchain, "POSTCHAIN_ZIP": self.zip,
                 "PYTHONDONTWRITEBYTECODE": "1",
                 "PWD": str(folder)}
 

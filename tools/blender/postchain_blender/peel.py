@@ -14,13 +14,16 @@ def depths_of(path, layer="ViewLayer"):
     """Depths in a multilayer file: rows from the top, meters along the camera's axis. Raises ImportError, or
     OSError if the file or its depth cannot be read."""
     import OpenImageIO  # Blender brings it since 3.5
-    image = OpenImageIO.ImageBuf(path)
-    if not image.read() or image.has_error:
-        raise OSError(f"{path}: {image.geterror()}")
-    if f"{layer}.Depth.Z" not in image.spec().channelnames:
+    file = OpenImageIO.ImageInput.open(path)
+    if not file:
+        raise OSError(OpenImageIO.geterror())
+    if f"{layer}.Depth.Z" not in file.spec().channelnames:
         raise OSError(f"{path}: no channel {layer}.Depth.Z")
-    channel = image.spec().channelnames.index(f"{layer}.Depth.Z")
-    return OpenImageIO.ImageBufAlgo.channels(image, (channel,)).get_pixels()[:, :, 0]
+    channel = file.spec().channelnames.index(f"{layer}.Depth.Z")
+    depths = file.read_image(0, 0, channel, channel + 1, "float")
+    if depths is None:  # the file is cut off, or damaged
+        raise OSError(file.geterror())
+    return depths.reshape(file.spec().height, file.spec().width)
 
 
 def depths_to_peel(depths):

@@ -166,7 +166,9 @@ TEST(BrightEdges, DepthOfASmallPartDoesNotTakeTheLampsLight) {
             if (!corner) depth.at(x, y) = 0.75f;
             for (int c = 0; c < 3; ++c) color.at(x, y, c) = float(kOther + covered * kLight);
         }
-    const ImageF out = blurred(std::move(color), std::move(depth));
+    const FramePlanes planes = planes_of(std::move(color), std::move(depth));
+    const Settings settings = {kMethod, {"samples", int64_t(256)}, {"denoise", false}};
+    const ImageF out = dof(planes, settings);
     const double share = area / (std::numbers::pi * kBlurPx * kBlurPx);
     double sum = 0;
     for (int y = 0; y < kWidth; ++y)
@@ -178,6 +180,9 @@ TEST(BrightEdges, DepthOfASmallPartDoesNotTakeTheLampsLight) {
             }
         }
     EXPECT_NEAR(sum, area * kLight, 0.005 * area * kLight);
+    const Difference difference =
+        compare(out, dof_reference(planes, settings).planes.at(Role::color), 1e-3);
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
 TEST(BrightEdges, AgreesWithItsReference) {

@@ -183,13 +183,18 @@ class BrightEdges {
         if (!own.edge || light(x, y) <= 0) return std::nullopt;
         std::optional<Place> brightest;
         double most = 0;
+        int as_bright = 0;
         for (const auto& [i, j] : kAround) {
-            if (!inside(x + i, y + j) || same(x, y, x + i, y + j) || light(x + i, y + j) <= most)
-                continue;
-            most = light(x + i, y + j);
+            if (!inside(x + i, y + j) || same(x, y, x + i, y + j)) continue;
+            const double there = light(x + i, y + j);
+            if (1.1 * there >= light(x, y)) ++as_bright;
+            if (there <= most) continue;
+            most = there;
             brightest = Place{x + i, y + j};
         }
-        if (!brightest || most <= 1.1 * light(x, y)) return std::nullopt;
+        // A pixel as bright as the other surface has light of its own, unless two such pixels are
+        // beside it.
+        if (!brightest || (most <= 1.1 * light(x, y) && as_bright < 2)) return std::nullopt;
         const Surface& other = surface(brightest->first, brightest->second);
         if (apart(own, other, settings_) <= 1) return std::nullopt;
         // A surface that stays in place keeps the light seen through its edge.

@@ -22,8 +22,11 @@ layout(binding = 0) writeonly uniform uimage2D shown;
 // A pixel shows the light of an adjacent surface if the pixel is kBrighter times as bright as its
 // own surface around it, the other surface is kOtherBrighter times as bright as the pixel, and
 // kLampBrighter times as bright as the surface around. A pixel with less than kCovered of a surface
-// behind it goes on hiding that surface.
+// behind it goes on hiding that surface. A pixel that is as bright as the other surface may have light
+// of its own, but not if such pixels are on kSides sides of it: its depth is that of the small part
+// that the lamp leaves.
 const float kBrighter = 4.0, kOtherBrighter = 1.1, kLampBrighter = 10.0, kCovered = 0.1;
+const int kSides = 2;
 // And if the two are displaced differently by more than kApartPx. A surface that is displaced by at
 // most kStaysPx keeps the light of a surface behind it, which is seen through the edge.
 const float kApartPx = 1.0, kStaysPx = 3.0;
@@ -78,15 +81,18 @@ struct Beside {
 
 Beside find_lamp(ivec2 p, float inverse_depth) {
     Beside beside = Beside(largest(finite_color(texelFetch(color, p, 0))), 0.0, -1);
+    int as_bright = 0;
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = p + kAround[i];
         if (!inside(at) || one_depth(surface_at(at).inverse_depth, inverse_depth)) continue;
         const float light = largest(finite_color(texelFetch(color, at, 0)));
+        if (kOtherBrighter * light >= beside.light) ++as_bright;
         if (light <= beside.lamp) continue;
         beside.lamp = light;
         beside.to = i;
     }
-    if (beside.lamp <= kOtherBrighter * beside.light || !(beside.light > 0.0)) beside.to = -1;
+    const bool brighter = beside.lamp > kOtherBrighter * beside.light;
+    if (!(brighter || as_bright >= kSides) || !(beside.light > 0.0)) beside.to = -1;
     return beside;
 }
 

@@ -2,6 +2,7 @@
 // results, and comparison with the reference.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "tests/depth_of_field/support.h"
@@ -145,6 +146,43 @@ TEST(BrightEdges, APixelHidesTheLampOfWhichItShowsLessThanATenth) {
     for (const int column : {kEdge - 1, kEdge, kEdge + 1})
         EXPECT_NEAR(at_column(2.5f, column), light, 1.5) << column;
     EXPECT_NEAR(at_column(4, kEdge - 1), 4, 1);
+}
+
+// A lamp of 8 x 8 pixels, out of focus by 16 px, before a surface in focus. A renderer may take a
+// pixel's depth from any place in it: the lamp covers its corners but for a twentieth, and they
+// have the depth of the surface. Wherever the lens's disc holds the whole lamp, its light is the
+// same.
+TEST(BrightEdges, DepthOfASmallPartDoesNotTakeTheLampsLight) {
+    constexpr int kFirst = 44, kLast = 51;
+    constexpr double kBlurPx = 16, kLight = 30 - kOther, kCorner = 0.95;
+    ImageF color = constant_image(kWidth, kWidth, {kOther, kOther, kOther, 1});
+    ImageF depth(kWidth, kWidth, 1, 0.25f);
+    double area = 0;
+    for (int y = kFirst; y <= kLast; ++y)
+        for (int x = kFirst; x <= kLast; ++x) {
+            const bool corner = (x == kFirst || x == kLast) && (y == kFirst || y == kLast);
+            const double covered = corner ? kCorner : 1;
+            area += covered;
+            if (!corner) depth.at(x, y) = 0.75f;
+            for (int c = 0; c < 3; ++c) color.at(x, y, c) = float(kOther + covered * kLight);
+        }
+    const FramePlanes planes = planes_of(std::move(color), std::move(depth));
+    const Settings settings = {kMethod, {"samples", int64_t(256)}, {"denoise", false}};
+    const ImageF out = dof(planes, settings);
+    const double share = area / (std::numbers::pi * kBlurPx * kBlurPx);
+    double sum = 0;
+    for (int y = 0; y < kWidth; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const double light = out.at(x, y) - kOther;
+            sum += light;
+            if (std::hypot(x - 47.5, y - 47.5) < 9) {
+                EXPECT_NEAR(light, share * kLight, 0.2 * share * kLight) << x << ", " << y;
+            }
+        }
+    EXPECT_NEAR(sum, area * kLight, 0.005 * area * kLight);
+    const Difference difference =
+        compare(out, dof_reference(planes, settings).planes.at(Role::color), 1e-3);
+    EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
 TEST(BrightEdges, AgreesWithItsReference) {

@@ -1,8 +1,9 @@
 // Preloaded into a process: kills it when it opens a file whose name ends with POSTCHAIN_POISON,
 // and blocks the opening of one that ends with POSTCHAIN_HANG while the file POSTCHAIN_HANG_WHILE
-// exists, as a disk does that does not answer.
+// exists, as a disk does that does not answer. That file grows by a byte each time.
 #include <csignal>
 #include <cstdarg>
+#include <cstdio>
 #include <cstdlib>
 #include <string_view>
 
@@ -17,8 +18,13 @@ void look_at(const char* path) {
     if (poison && std::string_view(path).ends_with(poison)) std::raise(SIGKILL);
     const char* hang = std::getenv("POSTCHAIN_HANG");
     const char* until = std::getenv("POSTCHAIN_HANG_WHILE");
-    if (hang && until && std::string_view(path).ends_with(hang))
-        while (access(until, F_OK) == 0) usleep(10'000);
+    if (!hang || !until || !std::string_view(path).ends_with(hang)) return;
+    if (FILE* count = std::fopen(until, "r+")) {  // does not make it again
+        std::fseek(count, 0, SEEK_END);
+        std::fputc('.', count);
+        std::fclose(count);
+    }
+    while (access(until, F_OK) == 0) usleep(10'000);
 }
 
 template <class Open>

@@ -5,6 +5,9 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "cycles"))
+import request
+
 SKIPPED = 77  # the exit code that CTest takes for a skipped test
 
 
@@ -22,10 +25,8 @@ class Launcher:
         paths = {name: os.path.join(folder, "blender", part) for name, part in own.items()}
         for path in paths.values():
             os.makedirs(path, exist_ok=True)
-        # Blender's Python takes its library from beside the first python3; NumPy is the system's.
-        return {**os.environ, **paths, "PATH": "/usr/bin:" + os.environ.get("PATH", ""), "POSTCHAIN": self.postchain, "POSTCHAIN_ZIP": self.zip,
-                "PYTHONDONTWRITEBYTECODE": "1",
-                "PWD": str(folder)}
+        return {**request.blender_environment(), **paths, "POSTCHAIN": self.postchain,
+                "POSTCHAIN_ZIP": self.zip, "PYTHONDONTWRITEBYTECODE": "1", "PWD": str(folder)}
 
     def run(self, folder, *arguments, before=(), timeout=500):
         """Standard output and error of `blender ARGUMENTS` in a folder; fails if Blender does."""

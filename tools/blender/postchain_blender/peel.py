@@ -17,13 +17,14 @@ def depths_of(path, layer="ViewLayer"):
     file = OpenImageIO.ImageInput.open(path)
     if not file:
         raise OSError(OpenImageIO.geterror())
-    if f"{layer}.Depth.Z" not in file.spec().channelnames:
-        raise OSError(f"{path}: no channel {layer}.Depth.Z")
-    channel = file.spec().channelnames.index(f"{layer}.Depth.Z")
+    spec, name = file.spec(), f"{layer}.Depth.Z"
+    if name not in spec.channelnames:
+        raise OSError(f"{path}: no channel {name}")
+    channel = spec.channelnames.index(name)
     depths = file.read_image(0, 0, channel, channel + 1, "float")
     if depths is None:  # the file is cut off, or damaged
         raise OSError(file.geterror())
-    return depths.reshape(file.spec().height, file.spec().width)
+    return depths.reshape(spec.height, spec.width)
 
 
 def depths_to_peel(depths):

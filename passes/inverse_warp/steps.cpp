@@ -1,6 +1,7 @@
 #include "passes/inverse_warp/steps.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
@@ -78,6 +79,12 @@ class Planner : private SurfacePlanner {
     // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
         return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
+    }
+
+    // Room for a pixel's taps (taps.glsl), rounded up so that few programs serve all numbers.
+    int most_taps_kept() const {
+        const int samples = taps_px() / 3;
+        return samples <= 32 ? int(std::bit_ceil(unsigned(samples))) : (samples + 31) / 32 * 32;
     }
 
     // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
@@ -247,7 +254,7 @@ class Planner : private SurfacePlanner {
                     const Soft& soft) {
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
-        defines["STARTS"] = std::to_string(settings_.search.starts);
+        defines["STARTS"] = std::to_string(std::bit_ceil(unsigned(settings_.search.starts)));
         defines["NOISE"] = flag(from.noise >= 0);
         defines["DENOISE"] = flag(settings_.denoise);
         defines["HINT"] = flag(hint.made >= 0);
@@ -283,7 +290,7 @@ class Planner : private SurfacePlanner {
         launch_by(step, from.starts.moving_blocks);
         if (layered_) {
             add_layers(step, gathered_layers(from, result, soft));
-            step.program.defines["TAPS"] = std::to_string(taps_px() / 3);
+            step.program.defines["TAPS"] = std::to_string(most_taps_kept());
             step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
             step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
                                uint64_t(frame_.layers);

@@ -77,6 +77,7 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
     uniforms.blocks = {blocks[0], blocks[1]};
     uniforms.ring = ring_of(longest_px(settings, frame, back));
     uniforms.samples = settings.samples;
+    uniforms.starts = settings.search.starts;
     uniforms.fill_layer = frame.fill_layer;
     uniforms.half_shutter = 1;
     uniforms.max_path_px = 1e15f;

@@ -24,13 +24,13 @@
 //   accumulate.glsl  Seen, Sums  one sample's color; the sums over a pixel's samples
 //   adaptive.glsl                a second set of samples for noisy blocks
 //
-// SHUTTER, LENS: which of the two are open    STARTS: maximum start surfaces per block
+// SHUTTER, LENS: which of the two are open    STARTS: room for a block's start surfaces
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
 // BARREL: the lens barrel cuts the aperture away from the center of the frame
 // DENOISE: the mean of blurred samples goes to `soft` and `spread`, for denoise.comp
 // ADAPTIVE: blocks whose samples disagree take uniforms.more_samples more
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
-// TAPS: with LAYERS: the most samples of a pixel    FILL_LAYER: a layer is the fill mask
+// TAPS: with LAYERS: room for a pixel's samples    FILL_LAYER: a layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
@@ -93,10 +93,10 @@ Pixel pixel_at(ivec2 at) {
     pixel.surface = unpack_surface(texelFetch(surfaces, at, 0));
     pixel.random = random_at(at);
     pixel.block = at / kBlockPx;
-    const ivec2 first = ivec2((STARTS + 1) * pixel.block.x, pixel.block.y);
+    const ivec2 first = ivec2((uniforms.starts + 1) * pixel.block.x, pixel.block.y);
     for (int i = 0; i < STARTS; ++i)
         pixel.starts[i] = unpack_surface(texelFetch(starts, first + ivec2(i, 0), 0));
-    const uvec4 summary = texelFetch(starts, first + ivec2(STARTS, 0), 0);
+    const uvec4 summary = texelFetch(starts, first + ivec2(uniforms.starts, 0), 0);
     pixel.longest_px = uintBitsToFloat(summary.x);
     pixel.start_count = int(summary.y);
     return pixel;

@@ -3,7 +3,7 @@
 // that is 0 wherever the pixel's taps read is 0, and is not summed: `occupied` has a bit for each
 // layer that is not (occupied.comp).
 //
-// TAPS: the most samples of a pixel
+// TAPS: room for a pixel's samples
 // DENOISE: soft taps are also summed apart, and `reached` gets a bit for each layer that is summed
 #ifdef LAYERS
 #include "inverse_warp/layer_bits.glsl"

@@ -37,10 +37,11 @@ UNIFORMS_BEGIN(InverseWarpUniforms)
     float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
     float pixel_axis_y;
     int fill_layer;  // which of the frame's layers is the fill mask (chain/layers.h); -1: none
+    int starts;      // start surfaces of a block, at most
     // of the step: uniforms, so that both neighbors have one program
     int neighbor;     // -1: planes of the frame before, 1: of the frame after
     int second_half;  // 1: its surfaces are the second half of their texture
-    int pad0, pad1;
+    int pad0;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.

@@ -36,8 +36,18 @@ void append(const JsonValue& json, const std::string& line, std::string& text) {
 
 }  // namespace
 
+JsonValue::JsonValue() = default;
+
+JsonValue::JsonValue(bool flag) : value(ParameterValue(flag)) {}
+
 JsonValue::JsonValue(double number)
     : value(std::isfinite(number) ? ParameterValue(number) : ParameterValue()) {}
+
+JsonValue::JsonValue(const char* text) : value(ParameterValue(text)) {}
+
+JsonValue::JsonValue(const std::string& text) : value(ParameterValue(text)) {}
+
+JsonValue::JsonValue(const ParameterValue& scalar) : value(scalar) {}
 
 JsonValue::JsonValue(const std::vector<std::string>& texts)
     : value(JsonArray(texts.begin(), texts.end())) {}

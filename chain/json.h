@@ -22,16 +22,15 @@ using JsonObject = std::vector<JsonMember>;  // in the order of the text
 
 class JsonValue {
   public:
-    JsonValue() = default;  // null
-    JsonValue(bool flag) : value(ParameterValue(flag)) {}
+    JsonValue();  // null
+    JsonValue(bool flag);
     template <std::integral T>
-    requires(!std::same_as<T, bool>) JsonValue(T integer)
-        : value(ParameterValue(int64_t(integer))) {}
+    requires(!std::same_as<T, bool>) JsonValue(T integer);
     JsonValue(double number);  // JSON has no infinity and no NaN: null
-    JsonValue(const char* text) : value(ParameterValue(text)) {}
-    JsonValue(const std::string& text) : value(ParameterValue(text)) {}
+    JsonValue(const char* text);
+    JsonValue(const std::string& text);
     JsonValue(const std::vector<std::string>& texts);
-    JsonValue(const ParameterValue& scalar) : value(scalar) {}  // unset: null
+    JsonValue(const ParameterValue& scalar);  // unset: null
     JsonValue(JsonArray array);
     JsonValue(JsonObject object);
 
@@ -42,6 +41,11 @@ struct JsonMember {
     std::string key;
     JsonValue value;
 };
+
+// Here, since clang needs the whole JsonMember for it.
+template <std::integral T>
+requires(!std::same_as<T, bool>) JsonValue::JsonValue(T integer)
+    : value(ParameterValue(int64_t(integer))) {}
 
 // On one line, or indented by two spaces for each level.
 std::string json_text(const JsonValue& value, bool indented = false);

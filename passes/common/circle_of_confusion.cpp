@@ -15,8 +15,6 @@ constexpr double kGpuRelativeError = 10.0 / 16777216.0;
 // fp32 must hold the gain; |R| reaches max_radius_px long before it matters.
 constexpr double kMaxGain = 1e30;
 
-constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it
-
 // `keys`: "f_stop, focus_distance".
 Status not_known(const std::string& keys, bool several, const FrameDescription& frame) {
     const char* it = several ? "them" : "it";

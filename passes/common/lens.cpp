@@ -3,7 +3,6 @@
 namespace postchain::lens {
 
 const ParameterTable& parameter_table() {
-    constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it and its inverse
     const ReadIf lens = {{{"coc", {"lens"}}}};
     const ReadIf planes = {{{"coc", {"planes"}}}};
     const ReadIf range = {{{"coc", {"range"}}}};

@@ -16,6 +16,8 @@ enum class CocSource { lens, planes, range };
 inline constexpr double kMaxRadiusFraction = 1.0 / 8, kSmallMaxRadiusFraction = 0.03;
 inline constexpr double kMostRadiusPx = 512;  // of kMaxRadiusFraction
 
+inline constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it and its inverse
+
 struct Parameters {
     CocSource coc = CocSource::lens;
 

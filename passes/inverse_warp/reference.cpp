@@ -234,8 +234,8 @@ class Gather {
     bool passes_barrel(const Pixel& pixel, const Sample& now) const {
         if (!s_.lens || s_.lens->aperture.cats_eye == 0) return true;
         // On the display, in shorter sides of a pixel.
-        const auto [axis_x, axis_y] = s_.lens->coc.axes;
-        const auto on_display = [&](Vec px) { return Vec{px.x / axis_x, px.y / axis_y}; };
+        const auto& axes = s_.lens->coc.axes;
+        const auto on_display = [&](Vec px) { return Vec{px.x / axes[0], px.y / axes[1]}; };
         const Vec size = {double(description_.display_width), double(description_.display_height)};
         const Vec origin = {double(description_.origin_x), double(description_.origin_y)};
         const Vec from = pixel.p - s_.lens->coc.radius_px(0) * now.lens;

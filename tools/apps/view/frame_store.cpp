@@ -219,11 +219,8 @@ bool FrameStore::read_next() {
         for (const auto& [frame, files] : files_) frames.push_back(frame);
         const auto here = std::find(frames.begin(), frames.end(), *wanted_);
         if (here == frames.end()) return false;
-        uint64_t each = 0, bytes = 0;
-        for (auto& [frame, kept] : kept_) {
-            each = std::max(each, kept.bytes);
-            bytes += kept.bytes;
-        }
+        uint64_t each = 0;
+        for (const auto& [frame, kept] : kept_) each = std::max(each, kept.bytes);
         auto at = here - frames.begin();
         const auto count = std::ptrdiff_t(frames.size());
         for (int i = 0; i <= kFramesAhead && i < count; ++i) {

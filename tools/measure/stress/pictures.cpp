@@ -140,7 +140,8 @@ Result<std::vector<ImagedCheck>> pictures_of(Executor& executor,
     for (const auto& subject : subjects) {
         const Subject prepared = with_cells_camera({subject.name, subject.chain.clone()});
         std::vector<Cell> cells;  // made when first needed
-        for (const auto& [result, checks] : wanted) {
+        for (const auto& [measured, checks] : wanted) {
+            const CellResult* result = measured;  // a lambda of clang 14 captures no binding
             if (result->subject != subject.name) continue;
             if (cells.empty()) cells = make_cells(tile_px(prepared.chain), false);
             const auto cell = std::find_if(cells.begin(), cells.end(), [&](const Cell& one) {

@@ -94,9 +94,12 @@ Pixel pixel_at(ivec2 at) {
     pixel.random = random_at(at);
     pixel.block = at / kBlockPx;
     const ivec2 first = ivec2((uniforms.starts + 1) * pixel.block.x, pixel.block.y);
-    for (int i = 0; i < STARTS; ++i)
-        pixel.starts[i] = unpack_surface(texelFetch(starts, first + ivec2(i, 0), 0));
     const uvec4 summary = texelFetch(starts, first + ivec2(uniforms.starts, 0), 0);
+    // The room behind the last start holds the summary, which no search uses.
+    for (int i = 0; i < STARTS; ++i) {
+        const ivec2 start = first + ivec2(min(i, uniforms.starts), 0);
+        pixel.starts[i] = unpack_surface(texelFetch(starts, start, 0));
+    }
     pixel.longest_px = uintBitsToFloat(summary.x);
     pixel.start_count = int(summary.y);
     return pixel;

@@ -82,7 +82,7 @@ class Planner : private SurfacePlanner {
     }
 
     // Room for a pixel's taps (taps.glsl), rounded up so that few programs serve all numbers.
-    int most_taps_kept() const {
+    int room_for_taps() const {
         const int samples = taps_px() / 3;
         return samples <= 32 ? int(std::bit_ceil(unsigned(samples))) : (samples + 31) / 32 * 32;
     }
@@ -290,7 +290,7 @@ class Planner : private SurfacePlanner {
         launch_by(step, from.starts.moving_blocks);
         if (layered_) {
             add_layers(step, gathered_layers(from, result, soft));
-            step.program.defines["TAPS"] = std::to_string(most_taps_kept());
+            step.program.defines["TAPS"] = std::to_string(room_for_taps());
             step.taps += pixels_ * uint64_t(taps_px() / 3) * uint64_t(frame_.layers);
             step.group_taps += uint64_t(kBlockPx * kBlockPx) * 4 * uint64_t(taps_px() / 3) *
                                uint64_t(frame_.layers);

@@ -176,21 +176,22 @@ TEST_F(ChainTest, PicturesOfTheAperture) {
     const struct {
         std::string name, words;
     } bad[] = {{"none.exr", "no such file"}, {"black.exr", "black"}, {"wide.exr", "square"}};
-    for (const auto& file : bad) {
-        const std::string path = at("pictures/" + file.name);
-        const auto expect_said = [&](const Outcome& outcome, const std::string& place) {
+    for (const auto& [name, words] : bad) {
+        const std::string path = at("pictures/" + name);
+        const auto expect_said = [&, words = words](const Outcome& outcome,
+                                                    const std::string& place) {
             EXPECT_EQ(outcome.code, 4) << outcome.text();
             EXPECT_TRUE(contains(outcome.err, place + ": " + path + ": ")) << outcome.err;
-            EXPECT_TRUE(contains(outcome.err, file.words)) << outcome.err;
+            EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
         };
-        chain("pictures/" + file.name);
+        chain("pictures/" + name);
         expect_said(filter("dof"), "camera.aperture_image");
         expect_said(run({"plan", at("dof.yaml"), "-i", in(1)}), "camera.aperture_image");
         chain("");
         expect_said(filter("dof", {"--set", "camera.aperture_image=" + path}),
                     "camera.aperture_image");
         write_text(at("camera.json"),
-                   "{\"frames\": {\"1\": {\"aperture_image\": \"pictures/" + file.name + "\"}}}");
+                   "{\"frames\": {\"1\": {\"aperture_image\": \"pictures/" + name + "\"}}}");
         expect_said(filter("dof", {"--camera", at("camera.json")}),
                     at("camera.json") + ": frames.1.aperture_image");
         expect_said(run({"scene", "still", "-o", at("s"), "--aperture-image", path}),

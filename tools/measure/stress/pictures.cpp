@@ -140,13 +140,13 @@ Result<std::vector<ImagedCheck>> pictures_of(Executor& executor,
     for (const auto& subject : subjects) {
         const Subject prepared = with_cells_camera({subject.name, subject.chain.clone()});
         std::vector<Cell> cells;  // made when first needed
-        for (const auto& [measured, checks] : wanted) {
-            const CellResult* result = measured;  // a lambda of clang 14 captures no binding
+        for (const auto& [result, checks] : wanted) {
             if (result->subject != subject.name) continue;
             if (cells.empty()) cells = make_cells(tile_px(prepared.chain), false);
-            const auto cell = std::find_if(cells.begin(), cells.end(), [&](const Cell& one) {
+            const auto is_of_result = [result = result](const Cell& one) {
                 return one.row == result->row && one.name == result->cell;
-            });
+            };
+            const auto cell = std::find_if(cells.begin(), cells.end(), is_of_result);
             if (cell == cells.end())
                 return Status(StatusCode::internal, "no cell " + result->name());
             std::vector<Exhibit> exhibits;

@@ -22,7 +22,7 @@ inline void PrintTo(const PassType& type, std::ostream* out) {
 class Conformance : public ::testing::TestWithParam<PassType> {
   protected:
     static constexpr std::array<std::array<int, 2>, 6> kSizes = {
-        {{1, 1}, {1, 9}, {13, 1}, {37, 23}, {64, 40}, {41, 81}}};
+        {{1, 1}, {1, 9}, {13, 1}, {37, 33}, {67, 41}, {41, 83}}};
 
     Chain chain() const { return test::chain_of(GetParam().name); }
 

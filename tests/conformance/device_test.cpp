@@ -110,7 +110,7 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
 // A texture of an engine may hold a sun that is too bright for it. It counts as conversion would
 // have made it: 65504.
 TEST_P(OnDevice, SunsThatAreInfiniteKeepTheirLight) {
-    const TestFrame frame = moving_frame(160, 96);
+    const TestFrame frame = moving_frame(165, 101);
     FramePlanes given = frame.planes, converted = frame.planes;
     const auto put = [&](int x, int y, int c, float value, float expected) {
         for (int j = 0; j < 4; ++j)
@@ -167,7 +167,7 @@ TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
 
 // A plan is data: the format it states is the one that is allocated and bound.
 TEST_P(OnDevice, EveryTextureIsStoredAsThePlanSays) {
-    const TestFrame frame = moving_frame(64, 40);
+    const TestFrame frame = moving_frame(67, 41);
     const auto full = make_plan(chain(), frame.description, everything());
     ASSERT_TRUE(full.ok());
     const auto is_half = [](float value) {
@@ -352,7 +352,7 @@ std::set<std::string> names_that_differ(const GlState& a, const GlState& b) {
 
 // The plan run on textures of the device, as an engine does it.
 TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
-    const TestFrame frame = moving_frame(64, 40);
+    const TestFrame frame = moving_frame(67, 41);
     for (const bool elide : {false, true}) {
         PlanOptions options;
         options.elide = elide;
@@ -405,13 +405,13 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
 }
 
 TEST_P(OnDevice, SecondRunOnTheDeviceAllocatesAndCompilesNothing) {
-    const TestFrame frame = moving_frame(40, 24);
+    const TestFrame frame = moving_frame(37, 33);
     const auto plan = make_plan(chain(), frame.description, everything());
     ASSERT_TRUE(plan.ok());
     gl::TexturePool pool;
     std::map<Role, unsigned> inputs;
     for (const auto& [role, plane] : frame.planes) {
-        const auto made = pool.acquire(plane_format(plane.channels, Precision::fp32), 40, 24);
+        const auto made = pool.acquire(plane_format(plane.channels, Precision::fp32), 37, 33);
         ASSERT_TRUE(made.ok());
         ASSERT_TRUE(gl::Transfers().upload(**made, plane).ok());
         inputs[role] = (*made)->name;

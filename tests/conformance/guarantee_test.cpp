@@ -160,13 +160,13 @@ class GuaranteeTest : public Conformance {
     static std::string wrong_quiet(const Chain& chain) {
         const RoleSet driven_by = chain.guarantees().driven_by;
         if (driven_by.empty()) return "";
-        TestFrame frame = moving_frame(64, 40);
+        TestFrame frame = moving_frame(67, 41);
         frame.description.camera.shutter_frames = 1;
         if (driven_by.has(Role::color))
             for (float& value : frame.planes[Role::color].data)
                 value = 0.5f * (1 + float(kQuietContrast) * (value - 0.5f));
         if (driven_by.has(Role::inverse_depth))
-            frame.planes[Role::inverse_depth] = ImageF(64, 40, 1, 0.1f);  // the plane in focus
+            frame.planes[Role::inverse_depth] = ImageF(67, 41, 1, 0.1f);  // the plane in focus
         if (driven_by.has(Role::motion)) {
             ImageF& motion = frame.planes[Role::motion];
             for (size_t i = 0; i < motion.data.size(); i += 2) {

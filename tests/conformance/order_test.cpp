@@ -14,7 +14,7 @@ using Sequence = std::vector<std::string>;
 
 // Everything moves, and the square is far out of focus.
 test::TestFrame busy_frame() {
-    auto frame = test::layered_frame(64, 48, {17.0f, 9.0f}, {-4.0f, 0.0f}, 11);
+    auto frame = test::layered_frame(67, 47, {17.0f, 9.0f}, {-4.0f, 0.0f}, 11);
     frame.description.camera.f_stop = 0.2;
     return frame;
 }

@@ -138,8 +138,11 @@ std::string text_of(const PlanOptions& options, const Chain& chain) {
 RandomCase random_case(uint64_t seed) {
     RandomCase result;
     Random shape(seed / kCasesOfAShape * 7919 + 1), random(seed * 104729 + 2);
+    // Mostly sizes of which neither the pixels nor the blocks are a power of two: Mesa compiles a
+    // program once more for each texture that is.
     const auto size = [&] {
-        return random.chance(0.2) ? random.whole(1, 20) : random.whole(1, 130);
+        if (random.chance(0.1)) return random.whole(1, 130);
+        return random.chance(0.5) ? random.whole(33, 48) : random.whole(65, 112);
     };
     const int width = size(), height = size();
     result.planes[Role::color] = random_color(width, height, random);

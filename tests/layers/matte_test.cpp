@@ -45,12 +45,12 @@ TEST(Mattes, OfOneLeaveEveryBitAsItIs) {
 // A sharp green object before a background of one color without green that moves too: the object
 // keeps every bit, and the background stays what it is right up to it, whatever blurs.
 TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
-    TestFrame frame = bright_frame(96, 64);
-    const ImageF matte = square_matte(96, 64);
+    TestFrame frame = bright_frame(101, 67);
+    const ImageF matte = square_matte(101, 67);
     ImageF& color = frame.planes.at(Role::color);
     const float ground[] = {0.5f, 0.0f, 0.25f, 1.0f};
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 96; ++x)
+    for (int y = 0; y < 67; ++y)
+        for (int x = 0; x < 101; ++x)
             for (int c = 0; c < 4; ++c)
                 color.at(x, y, c) =
                     matte.at(x, y) == 1 ? (c == 1 ? 3.0f + float((x + y) % 5) : 0.0f) : ground[c];
@@ -64,8 +64,8 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
         const ImageF& result = out.at(Role::color);
         double leaked = 0, worst = 0;
         bool same = true;
-        for (int y = 0; y < 64; ++y)
-            for (int x = 0; x < 96; ++x)
+        for (int y = 0; y < 67; ++y)
+            for (int x = 0; x < 101; ++x)
                 for (int c = 0; c < 4; ++c) {
                     if (matte.at(x, y) == 1) {
                         same = same && result.at(x, y, c) == color.at(x, y, c);
@@ -86,12 +86,12 @@ TEST(Mattes, HeldOutObjectLeavesNothingInTheBackground) {
 // The same with an antialiased edge: a pixel there shows m of the object and 1 - m of the ground,
 // and still does.
 TEST(Mattes, AntialiasedEdgesKeepWhatEachSideShows) {
-    TestFrame frame = bright_frame(96, 64);
-    const ImageF matte = square_matte(96, 64, 1);
+    TestFrame frame = bright_frame(101, 67);
+    const ImageF matte = square_matte(101, 67, 1);
     ImageF& color = frame.planes.at(Role::color);
     const float ground[] = {0.5f, 0.0f, 0.25f, 1.0f}, object[] = {0.0f, 8.0f, 0.0f, 1.0f};
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 96; ++x)
+    for (int y = 0; y < 67; ++y)
+        for (int x = 0; x < 101; ++x)
             for (int c = 0; c < 4; ++c)
                 color.at(x, y, c) = matte.at(x, y) * object[c] + (1 - matte.at(x, y)) * ground[c];
     frame.description.bounds = {};
@@ -110,7 +110,7 @@ TEST(Mattes, AntialiasedEdgesKeepWhatEachSideShows) {
 // they are known, filtered as layers. `c (1 - m)` in the place of the ground is several times as
 // wrong.
 TEST(Mattes, SoftPixelsAreTakenApart) {
-    const int width = 96, height = 64;
+    const int width = 101, height = 67;
     TestFrame frame = bright_frame(width, height);
     frame.description.camera.focus_distance = 5;
     const ImageF ground = textured_image(width, height, 4, 21);

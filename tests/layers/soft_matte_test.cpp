@@ -136,12 +136,12 @@ TEST(SoftMattes, HoldOutNoMoreThanThereIs) {
 
 // No pass makes light below 0 of it.
 TEST(SoftMattes, BesideABulbNoLightIsBelowZero) {
-    TestFrame frame = bright_frame(96, 64);
-    const ImageF matte = square_matte(96, 64, 6);
+    TestFrame frame = bright_frame(101, 67);
+    const ImageF matte = square_matte(101, 67, 6);
     ImageF& color = frame.planes.at(Role::color);
     int bulbs = 0;
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 96; ++x)
+    for (int y = 0; y < 67; ++y)
+        for (int x = 0; x < 101; ++x)
             for (int c = 0; c < 3; ++c) {
                 const bool soft = matte.at(x, y) > 0 && matte.at(x, y) < 1;
                 const bool bulb = soft && matte.at(x, y) < 0.4f && (x / 3 + y / 3) % 3 == 0;

@@ -53,7 +53,7 @@ TEST(Layers, AnyNumberOfThemSums) {
     chains.push_back({"gilham, guertin", chain_of("depth_of_field", {{"method", "gilham"}})});
     append(chains.back().chain, "motion_blur", {{"mode", "guertin"}});
     for (const int count : {1, 2, kLayersPerStep + 1, 2 * kLayersPerStep + 3}) {
-        TestFrame frame = bright_frame(40, 31);
+        TestFrame frame = bright_frame(45, 37);
         add_lights(frame, count);
         for (const NamedChain& one : chains) expect_sum(one, frame, "count");
     }
@@ -95,7 +95,7 @@ TEST(Layers, MoreOfThemNeedNoMorePrograms) {
     for (const NamedChain& one : every_mode()) {
         std::vector<std::set<std::string>> programs;
         for (const int count : {kLayersPerStep + 1, 2 * kLayersPerStep + 3, 100}) {
-            TestFrame frame = bright_frame(40, 31);
+            TestFrame frame = bright_frame(45, 37);
             add_lights(frame, count);
             const auto plan = make_plan(one.chain, frame.description);
             ASSERT_TRUE(plan.ok()) << plan.status().message();
@@ -175,7 +175,7 @@ bool is_image(const Binding& binding) {
 
 // At most the units that GL 4.3 guarantees: 8 images, 16 samplers.
 TEST(Layers, NoStepNeedsMoreUnitsThanEveryDeviceHas) {
-    TestFrame frame = bright_frame(40, 31);
+    TestFrame frame = bright_frame(45, 37);
     add_neighbors(frame);
     add_behind(frame);
     add_lights(frame, kLayersPerStep + 1);

@@ -140,7 +140,7 @@ TEST(Unmoved, SoftMattesScaleVectors) {
 // The edge of an antialiased matte, a pixel wide: its pixels have the depth of object or ground,
 // and vectors that are mixed. Those of the object are at rest, those of the ground move with it.
 TEST(Unmoved, AntialiasedEdgesMoveWithWhatTheirDepthShows) {
-    const int width = 96, height = 64;
+    const int width = 101, height = 67;
     TestFrame frame = bright_frame(width, height);
     const ImageF soft = square_matte(width, height, 1);  // 1, then a rim of 0.5
     const ImageF hard = square_matte(width, height);
@@ -169,7 +169,7 @@ TEST(Unmoved, AntialiasedEdgesMoveWithWhatTheirDepthShows) {
 // A green disc with antialiased edges, held still before a ground without green: whatever the
 // ground does, the disc has as many green pixels as before (its edge is 112 pixels long).
 TEST(Unmoved, AntialiasedEdgesDoNotSpread) {
-    const int width = 96, height = 64;
+    const int width = 101, height = 67;
     for (const double speed : {3.0, 17.0}) {
         TestFrame frame =
             layered_frame(width, height, {23.0f, -11.0f}, {float(speed), float(speed / 5)}, 5);
@@ -307,8 +307,8 @@ TEST(Unmoved, AgreesWithTheReferenceAndLightsStillSum) {
 
 // Only the object moves: the pass is elided, and no bit of the image changes.
 TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
-    TestFrame frame = layered_frame(96, 64, {23.0f, -11.0f}, {0, 0}, 5);
-    const ImageF matte = square_matte(96, 64);
+    TestFrame frame = layered_frame(101, 67, {23.0f, -11.0f}, {0, 0}, 5);
+    const ImageF matte = square_matte(101, 67);
     for (const char* mode : {"inverse_warp", "guertin"}) {
         Chain chain = chain_of("motion_blur", {{"mode", mode}});
         chain.links[0].matte = "object";
@@ -323,7 +323,7 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
         expect_same_bits(chain, held.description, held.planes, {});
         // A ground that moves by a quarter of a pixel does not bring it back, one by 20 does.
         for (const float speed : {0.25f, 20.0f}) {
-            TestFrame other = layered_frame(96, 64, {23.0f, -11.0f}, {speed, 0}, 5);
+            TestFrame other = layered_frame(101, 67, {23.0f, -11.0f}, {speed, 0}, 5);
             other = with_matte(other, matte, {0});
             find_speeds(chain, other.planes, other.description);
             EXPECT_EQ(make_plan(chain, other.description)->steps.empty(), speed < 1);

@@ -354,12 +354,17 @@ class Gather {
     }
 
     // The stages of denoising, packed as their textures are: the share beside the red, green and
-    // blue of blurred samples, their alpha beside the covariance.
+    // blue of blurred samples, their alpha beside the covariance's Cholesky factor.
     void show_soft_stages() {
         ImageD soft = color_of_wide(soft_), with_alpha(width_, height_, 4);
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
-                std::copy_n(spread_.pixel(x, y), 3, with_alpha.pixel(x, y));
+                const double l11 = std::sqrt(spread_.at(x, y, 0) + kPixelVariance);
+                const double l21 = spread_.at(x, y, 1) / l11;
+                with_alpha.at(x, y, 0) = l11;
+                with_alpha.at(x, y, 1) = l21;
+                with_alpha.at(x, y, 2) =
+                    std::sqrt(spread_.at(x, y, 2) + kPixelVariance - l21 * l21);
                 with_alpha.at(x, y, 3) = soft.at(x, y, 3);
                 soft.at(x, y, 3) = share_.at(x, y);
             }

@@ -11,7 +11,6 @@ namespace {
 
 constexpr int kReachPx = 2;
 constexpr double kMinWeight = 1.0 / 64;
-constexpr double kPixelVariance = 1.0 / 12;
 
 }  // namespace
 

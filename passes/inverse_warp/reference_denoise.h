@@ -7,6 +7,8 @@
 
 namespace postchain::inverse_warp::reference {
 
+constexpr double kPixelVariance = 1.0 / 12;  // px^2, along x and y, added to each covariance
+
 // Replaces, in each pixel of `color`, the part that blurred samples have by their mean over the
 // pixels around. soft: their mean color, as wide as `color`; share: their share; spread: their
 // covariance, xx, xy, yy.

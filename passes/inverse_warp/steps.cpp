@@ -216,8 +216,7 @@ class Planner : private SurfacePlanner {
         Soft soft;
         soft.gathered.color = planner_.texture("gathered", planner_.context().color_format());
         soft.blurred.color = planner_.texture("soft", planner_.context().color_format());
-        // In halves the determinant of a narrow streak would be lost in rounding.
-        soft.spread = planner_.texture("spread", Format::rgba32f);
+        soft.spread = planner_.texture("spread", planner_.context().color_format());
         if (!layered_) return soft;
         soft.gathered.layers = layer_images("layers_gathered");
         soft.blurred.layers = layer_images("layers_soft");

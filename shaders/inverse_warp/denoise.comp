@@ -4,8 +4,8 @@
 // than that spread. So their mean is also taken over the pixels around, within a small part of the
 // spread: the more samples, the smaller. Sharp surfaces are left alone.
 //
-//   gathered, soft (rgb: mean color of blurred samples; a: their share), spread (mean covariance of
-//   their displacements: xx, xy, yy, px^2; mean of their alpha) -> color
+//   gathered, soft (rgb: mean color of blurred samples; a: their share), spread (Cholesky factor of
+//   the mean covariance of their displacements, px; mean of their alpha) -> color
 //
 // LAYERS: defined if the frame has extra layers: layers_gathered, layers_soft, and the bits of those
 // that are not 0 in a pixel, `reached` (taps.glsl)
@@ -28,30 +28,30 @@ layout(binding = 1) writeonly uniform image2DArray layers_denoised;
 #endif
 
 const int kReachPx = INVERSE_WARP_DENOISE_REACH_PX;
-const float kMinWeight = 1.0 / 64.0;      // taken off every weight: the window ends without a step
-const float kPixelVariance = 1.0 / 12.0;  // px^2
+const float kMinWeight = 1.0 / 64.0;  // taken off every weight: the window ends without a step
 
-// Weights exp(scale (yy dx^2 - 2 xy dx dy + xx dy^2)) of the pixels within `reach`.
+// Weights exp(-denoise_window |L^-1 d|^2) of the pixels within `reach`.
 struct Window {
-    float xx, xy, yy;  // covariance, px^2
-    float scale;
+    vec2 narrow;  // 1/l11, 1/l22: 1/px
+    float slant;  // l21, px
     ivec2 reach;
 };
 
-Window window_of(vec3 covariance) {
+Window window_of(vec3 factor) {
     precise Window w;
-    w.xx = covariance.x + kPixelVariance;
-    w.xy = covariance.y;
-    w.yy = covariance.z + kPixelVariance;
-    w.scale = -uniforms.denoise_window / (w.xx * w.yy - w.xy * w.xy);
-    w.reach = min(ivec2(sqrt(log(1.0 / kMinWeight) / uniforms.denoise_window * vec2(w.xx, w.yy))),
-                  kReachPx);
+    w.narrow = 1.0 / factor.xz;
+    w.slant = factor.y;
+    const vec2 deviation = vec2(factor.x, length(factor.yz));
+    w.reach =
+        min(ivec2(sqrt(log(1.0 / kMinWeight) / uniforms.denoise_window) * deviation), kReachPx);
     return w;
 }
 
 float weight_at(Window w, vec2 d) {
-    precise const float form = w.yy * d.x * d.x - 2.0 * w.xy * d.x * d.y + w.xx * d.y * d.y;
-    precise const float weight = max(exp(w.scale * form) - kMinWeight, 0.0);
+    precise const float u = w.narrow.x * d.x;
+    precise const float v = w.narrow.y * (d.y - w.slant * u);
+    precise const float weight =
+        max(exp(-uniforms.denoise_window * (u * u + v * v)) - kMinWeight, 0.0);
     return weight;
 }
 

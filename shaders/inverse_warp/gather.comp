@@ -144,6 +144,20 @@ void store_hint(ivec2 at, vec2 value) {
 #endif
 }
 
+#if DENOISE
+const float kPixelVariance = 1.0 / 12.0;  // px^2
+
+// Lower Cholesky factor (l11, l21, l22), px, of a covariance (xx, xy, yy) and the pixel's own. Halves keep
+// it: of a covariance along a diagonal they would lose what is across.
+vec3 factor_of(vec3 covariance) {
+    precise const float l11 = sqrt(covariance.x + kPixelVariance);
+    precise const float l21 = covariance.y / l11;
+    precise const float l22 =
+        sqrt(max(covariance.z + kPixelVariance - l21 * l21, kPixelVariance));
+    return vec3(l11, l21, l22);
+}
+#endif
+
 // The mean of the soft samples and their share in the result; the covariance of their
 // displacements.
 void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
@@ -151,7 +165,7 @@ void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
     const vec4 mean = value_of(sums.color, pixel.color);
     const float scale = noise / max(sums.color.weight, 1e-6);
     imageStore(soft, pixel.at, vec4(mean.rgb, share_of * sums.color.weight));
-    imageStore(spread, pixel.at, vec4(scale * sums.spread, mean.a));
+    imageStore(spread, pixel.at, vec4(factor_of(scale * sums.spread), mean.a));
 #endif
 }
 

@@ -122,6 +122,24 @@ TEST(JointBlur, DenoisingStaysWithinTheStreak) {
     for (int y = 20; y < 76; ++y) EXPECT_NEAR(out.at(80, y), y % 2 == 0 ? 1 : 0, 0.01) << y;
 }
 
+// Along a diagonal the determinant of the covariance is a small difference of large products.
+TEST(JointBlur, DenoisingOfDiagonalStreaksNeedsNoMoreThanHalves) {
+    const PlanOptions options = {.precision = Precision::fp16, .elide = false};
+    const Chain chain = chain_of("joint_blur", {});
+    for (const auto& [x, y] :
+         {std::array{199.0f, 187.0f}, std::array{61.0f, -43.0f}, std::array{150.0f, 35.0f}}) {
+        FramePlanes planes = moving_plane(131, 77, 0.25f, x, y);
+        planes[Role::color] = noise_image(131, 77, 4, 5);
+        for (float& value : planes[Role::color].data) value = std::floor(1024 * value) / 1024;
+        FrameDescription frame = describe_round(planes);
+        frame.bounds.color_is_half = true;
+        const ImageF out = filter(chain, frame, planes, options).at(Role::color);
+        const ImageD expected = reference(chain, frame, planes, options).planes.at(Role::color);
+        const Difference difference = compare(out, expected, 0.005);
+        EXPECT_LE(difference.fraction, 0.001) << x << ", " << y << ": " << difference.text;
+    }
+}
+
 TEST(JointBlur, AgreesWithItsReference) {
     TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
     FramePlanes& planes = layers.planes;

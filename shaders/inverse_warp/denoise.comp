@@ -41,7 +41,8 @@ Window window_of(vec3 factor) {
     precise Window w;
     w.narrow = 1.0 / factor.xz;
     w.slant = factor.y;
-    const vec2 deviation = vec2(factor.x, length(factor.yz));
+    precise const vec2 deviation =
+        vec2(factor.x, sqrt(factor.y * factor.y + factor.z * factor.z));
     w.reach =
         min(ivec2(sqrt(log(1.0 / kMinWeight) / uniforms.denoise_window) * deviation), kReachPx);
     return w;

@@ -147,8 +147,8 @@ void store_hint(ivec2 at, vec2 value) {
 #if DENOISE
 const float kPixelVariance = 1.0 / 12.0;  // px^2
 
-// Lower Cholesky factor (l11, l21, l22), px, of a covariance (xx, xy, yy) and the pixel's own. Halves keep
-// it: of a covariance along a diagonal they would lose what is across.
+// Lower Cholesky factor (l11, l21, l22), px, of a covariance (xx, xy, yy) and the pixel's own. Stored in
+// halves, a covariance would lose the width of a diagonal streak; its factor does not.
 vec3 factor_of(vec3 covariance) {
     precise const float l11 = sqrt(covariance.x + kPixelVariance);
     precise const float l21 = covariance.y / l11;

@@ -141,6 +141,7 @@ RandomCase random_case(uint64_t seed) {
     // Mostly sizes of which neither the pixels nor the blocks are a power of two: Mesa compiles a
     // program once more for each texture that is.
     const auto size = [&] {
+        if (random.chance(0.1)) return random.whole(1, 20);
         if (random.chance(0.1)) return random.whole(1, 130);
         return random.chance(0.5) ? random.whole(33, 48) : random.whole(65, 112);
     };

@@ -104,11 +104,11 @@ TEST(Sizes, APartOfLargerTexturesHasTheBitsOfATightRender) {
     for (const NamedChain& named : kChains) {
         const auto made = named.make();
         const auto stated = instance_for(kMaxWidth, kMaxHeight), seen = instance_for(0, 0);
-        const auto fresh = instance();
+        const auto plain = instance();
         for (size_t i = 0; i < sizes.size(); ++i) {
             const auto [width, height] = sizes[i];
             const auto tight = canonical_frame(width, height, uint32_t(i + 1));
-            const ImageF expected = read(prepare_and_run(fresh, made, tight.frame), width, height);
+            const ImageF expected = read(prepare_and_run(plain, made, tight.frame), width, height);
             const Corner corner = in_corner(tight);
             for (const auto* guest : {&stated, &seen}) {
                 const pc_texture result = prepare_and_run(*guest, made, corner.frame);

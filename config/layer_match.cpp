@@ -108,6 +108,12 @@ bool fits(const std::string& word, const std::string& name) {
     return name == word || name.ends_with("." + word);
 }
 
+// A part's name may come first.
+bool is_in(const std::string& name, const std::string& view_layer) {
+    return name.starts_with(view_layer + ".") ||
+           name.find("." + view_layer + ".") != std::string::npos;
+}
+
 std::string place_of(const FileLayer& layer) {
     return concat(quoted(layer.name), " of part ", layer.channels.part, " (",
                   joined(layer.channels.channels), ")");
@@ -183,7 +189,7 @@ Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
         bool any = false;
         for (size_t i = 0; i < layers.size(); ++i) {
             const bool taken = layers[i].is_color() && fits(word, layers[i].name) &&
-                               (of.empty() || layers[i].name.starts_with(of + "."));
+                               (of.empty() || is_in(layers[i].name, of));
             if (taken) chosen.insert(i);
             any = any || taken;
         }

@@ -161,6 +161,25 @@ TEST(Layers, OfTheViewThatIsFiltered) {
                 ElementsAre("key.right.R", "key.right.G", "key.right.B"));
 }
 
+// Parts whose names say nothing of their channels'.
+TEST(Layers, AllOfPartsWithNamesOfTheirOwn) {
+    const std::vector<std::string> beauty(kBlender.begin(), kBlender.begin() + 4),
+        key(kBlender.begin() + 4, kBlender.begin() + 7),
+        data(kBlender.begin() + 13, kBlender.begin() + 18);
+    const Layers layers = layers_of(
+        FileChannels{{{"beauty", "", beauty}, {"data", "", data}, {"light", "", key}}, {}});
+    EXPECT_EQ(layers.match.layer, "ViewLayer");
+    EXPECT_THAT(layers.chosen("all"), ElementsAre("light.ViewLayer.Combined_key"));
+}
+
+TEST(Layers, AllOfAViewsPartWithWholeNames) {
+    const FileChannels file{{{"L", "left", kBlender}, {"R", "right", kBlender}}, {}};
+    const Layers layers = layers_of(file, "right");
+    EXPECT_EQ(layers.match.layer, "ViewLayer");
+    EXPECT_THAT(layers.chosen("all"),
+                ElementsAre("R.ViewLayer.Combined_key", "R.ViewLayer.DiffDir"));
+}
+
 // Another view layer has its own depth and vectors.
 TEST(Layers, AllIsOfOneViewLayer) {
     std::vector<std::string> channels = kBlender;

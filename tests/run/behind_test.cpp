@@ -161,6 +161,18 @@ TEST_F(BehindTest, IsLeftAloneByChainsThatDoNotReadIt) {
     EXPECT_THAT(sidecar(2).dump(), ::testing::Not(HasSubstr("second_surfaces")));
 }
 
+TEST_F(BehindTest, FindingsInItsPixelsAreWarnings) {
+    test::Planes planes = test::make_planes(256, 144);
+    planes.color.at(30, 20) = NAN;
+    test::write_frame(at("nan.0002.exr"), planes);
+    behind(at("nan.####.exr"));
+    const FrameReport report = last_frame();
+    EXPECT_TRUE(report.status.ok()) << report.status.message();
+    EXPECT_THAT(report.warnings,
+                ::testing::Contains("the layer behind: " + at("nan.0002.exr") +
+                                    ": the first non-finite pixel is (30, 20)"));
+}
+
 TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {
     behind(at("none.####.exr"));
     EXPECT_THAT(failure(), HasSubstr("none.0002.exr: 1 of the requested frames are not on disk"));

@@ -65,6 +65,37 @@ TEST(Source, OnlyWhatIsWantedIsRead) {
 }
 
 // Which planes are decoded is known before a pixel is read.
+// A plane of another size would be cropped: the wrong quarter of it for a proxy.
+TEST(Source, PlanesOfAnotherDisplayWindowAreRefused) {
+    TempFolder folder;
+    const auto open = [&](const FrameFile& data, int width, int height) {
+        test::write_frame(folder.path("color.exr"), make_planes(24, 16));
+        test::write_frame(folder.path("data.exr"), make_planes(width, height), data);
+        return open_source_frame({},
+                                 {{Role::color, folder.path("color.exr")},
+                                  {Role::inverse_depth, folder.path("data.exr")}},
+                                 1);
+    };
+    EXPECT_TRUE(open({}, 24, 16).ok());
+    EXPECT_EQ(open({}, 48, 32).status().message(),
+              folder.path("data.exr") +
+                  ": inverse_depth has display window (0, 0)-(47, 31), color (" +
+                  folder.path("color.exr") + ") (0, 0)-(23, 15); render both at one size");
+    // Overscan of the same display window covers color.
+    FrameFile overscan;
+    overscan.origin_x = overscan.origin_y = -4;
+    overscan.display = io::Window{0, 0, 23, 15};
+    EXPECT_TRUE(open(overscan, 32, 24).ok());
+    FrameFile anamorphic;
+    anamorphic.attributes["pixelAspectRatio"] = 2.0f;
+    const auto header = open(anamorphic, 24, 16);
+    ASSERT_TRUE(header.ok()) << header.status().message();
+    ASSERT_EQ(header->warnings.size(), 1u);
+    EXPECT_NE(header->warnings[0].find("data.exr: inverse_depth has pixel aspect 2, color ("),
+              std::string::npos)
+        << header->warnings[0];
+}
+
 TEST(Source, WhatNobodyCanReadIsNotDecoded) {
     TempFolder folder;
     test::write_frame(folder.path("f.exr"), make_planes(24, 16));

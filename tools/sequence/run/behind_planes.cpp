@@ -16,6 +16,7 @@ SourceSettings settings_of_behind(SourceSettings settings) {
     settings.behind = true;
     settings.layers.mattes.clear();
     settings.layers.cryptomatte = CryptomatteChoice::keep;
+    settings.layers.ids.clear();
     settings.layers.fill_mask.clear();
     return settings;
 }
@@ -90,6 +91,8 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
                                     io::Keep::nothing);
     if (!source.ok()) return source.status();
     if (frame.strict_fault.ok()) frame.strict_fault = source->strict_fault;
+    for (const std::string& warning : source->warnings)
+        frame.warnings.push_back("the layer behind: " + warning);
     SharedPlanes planes = std::move(source->planes);
     if (frame.description.layers == 0)
         planes.erase(Role::layers);

@@ -25,6 +25,7 @@ std::string unknown_id_text(const std::string& word, std::vector<std::string> kn
     const std::string near = nearest_word(word, known);
     if (!near.empty())
         return concat("no '", word, "' in the cryptomatte (did you mean '", near, "'?)");
+    if (known.empty()) return concat("no '", word, "': the file has no cryptomatte with names");
     constexpr size_t kShown = 40;
     const size_t all = known.size();
     if (all > kShown) known.resize(kShown);

@@ -314,8 +314,9 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
         }
         if (!std::binary_search(chosen->begin(), chosen->end(), i)) {
             if (!is_of_filtered(layer, result))
-                result.left.push_back(
-                    {layer.name, layer.is_color() ? "not requested" : layer.data});
+                result.left.push_back({layer.name, !layer.is_color() ? layer.data
+                                                   : all ? "is not of layer " + match.layer
+                                                         : "not requested"});
             continue;
         }
         const std::string why = obstacle(file, layer.channels, match);

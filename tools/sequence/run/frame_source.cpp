@@ -159,6 +159,29 @@ Status set_flattening(const Profile& profile, FrameHeader& header) {
     return Status();
 }
 
+// Planes of several files or parts cover each other pixel by pixel only if one display window holds
+// them all. Another pixel aspect is a warning: not every format has one.
+Status check_displays(FrameHeader& header) {
+    const io::ExrPart& color = color_part(header);
+    const std::string path = header.files.color_file().path();
+    for (const auto& [role, where] : header.assignment) {
+        const auto own = header.files.files.find(role);
+        const io::PixelFile& file =
+            own == header.files.files.end() ? header.files.color_file() : *own->second;
+        const io::ExrPart& part = file.parts()[size_t(where.part)];
+        if (part.display_window != color.display_window)
+            return Status(StatusCode::input,
+                          concat(file.path(), ": ", name_of(role), " has display window ",
+                                 part.display_window.text(), ", color (", path, ") ",
+                                 color.display_window.text(), "; render both at one size"));
+        if (part.pixel_aspect != color.pixel_aspect)
+            header.warnings.push_back(concat(file.path(), ": ", name_of(role),
+                                             " has pixel aspect ", part.pixel_aspect, ", color (",
+                                             path, ") ", color.pixel_aspect, ", which is used"));
+    }
+    return Status();
+}
+
 // 64-bit arithmetic, because a header may state any window.
 bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
@@ -232,6 +255,7 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
     header.layers = std::move(*layers);
     header.warnings = header.layers.warnings;
 
+    if (Status status = check_displays(header); !status.ok()) return status;
     const auto& part = color_part(header);
     if (part.deep) {
         if (Status status = set_flattening(profile_of(settings, *writer, header.match), header);

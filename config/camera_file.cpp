@@ -207,7 +207,9 @@ class CameraParser {
                 ignored(key, "'" + key.text + "' is not a frame number");
             else if (!found)
                 ignored(value, concat("the matrix of frame ", *frame,
-                                      " does not consist of rotation, scale and translation"));
+                                      " does not consist of rotation, scale and translation, as "
+                                      "three rows of three or four numbers and a last row "
+                                      "[0, 0, 0, 1]"));
             else
                 file_.rotations[*frame] = *found;
             if (const auto at = place(value); frame.ok() && found && at) file_.places[*frame] = *at;
@@ -227,13 +229,27 @@ class CameraParser {
         return at;
     }
 
-    // From three or four rows of three or four numbers. Removes the scale of the columns.
+    static bool is_last_row(const TextNode& node) {
+        for (size_t column = 0; column < 4; ++column)
+            if (const auto value = number_of(node.items[column]);
+                !value.ok() || *value != (column == 3 ? 1 : 0))
+                return false;
+        return true;
+    }
+
+    // 3 x 3, 3 x 4 or 4 x 4 numbers. Removes the scale of the columns.
     static std::optional<Rotation> rotation(const TextNode& node) {
-        if (!node.is_list() || node.items.size() < 3) return std::nullopt;
+        const size_t rows = node.is_list() ? node.items.size() : 0;
+        if (rows != 3 && rows != 4) return std::nullopt;
+        const size_t columns = node.items[0].items.size();
+        if (columns != 4 && (columns != 3 || rows == 4)) return std::nullopt;
+        for (const TextNode& row : node.items)
+            if (!row.is_list() || row.items.size() != columns) return std::nullopt;
+        // A transposed matrix has the position here.
+        if (rows == 4 && !is_last_row(node.items[3])) return std::nullopt;
         Rotation r;
         for (size_t row = 0; row < 3; ++row) {
             const TextNode& values = node.items[row];
-            if (!values.is_list() || values.items.size() < 3) return std::nullopt;
             for (size_t column = 0; column < 3; ++column) {
                 const auto value = number_of(values.items[column]);
                 if (!value.ok()) return std::nullopt;

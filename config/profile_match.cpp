@@ -166,8 +166,7 @@ std::map<Role, Found> find_roles(const Profile& profile, const std::string& laye
 
 bool same_channels(const std::map<Role, Found>& a, const std::map<Role, Found>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& two) {
-        return one.first == two.first &&
-               one.second.channels.part == two.second.channels.part &&
+        return one.first == two.first && one.second.channels.part == two.second.channels.part &&
                one.second.channels.channels == two.second.channels.channels;
     });
 }

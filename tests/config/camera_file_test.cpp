@@ -100,7 +100,17 @@ TEST(CameraFile, IgnoresWhatIsNoRotation) {
           R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 0, 0], [0, 1, 0]]}})",
           R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 0, 0], [0, 1, 0], [0, 0, "a"]]}})",
           R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 0, 0], [0, 1, 0], [0, 0, 0]]}})",
-          R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 1, 0], [0, 1, 0], [0, 0, 1]]}})"}) {
+          R"({"f_stop": 2, "camera_matrix_world": {"4": [[1, 1, 0], [0, 1, 0], [0, 0, 1]]}})",
+          // Transposed; projective; five rows; five columns; a row that is shorter.
+          R"({"camera_matrix_world": {"4":
+              [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [7, 8, 9, 1]]}})",
+          R"({"camera_matrix_world": {"4":
+              [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 1, 0]]}})",
+          R"({"camera_matrix_world": {"4":
+              [[1, 0, 0, 7], [0, 1, 0, 8], [0, 0, 1, 9], [0, 0, 0, 1], [0, 0, 0, 1]]}})",
+          R"({"camera_matrix_world": {"4":
+              [[1, 0, 0, 7, 0], [0, 1, 0, 8, 0], [0, 0, 1, 9, 0]]}})",
+          R"({"camera_matrix_world": {"4": [[1, 0, 0, 7], [0, 1, 0], [0, 0, 1, 9]]}})"}) {
         const CameraFile file = parse(text);
         EXPECT_TRUE(file.status().ok());
         EXPECT_TRUE(file.rotations.empty()) << text;

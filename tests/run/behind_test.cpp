@@ -168,9 +168,8 @@ TEST_F(BehindTest, FindingsInItsPixelsAreWarnings) {
     behind(at("nan.####.exr"));
     const FrameReport report = last_frame();
     EXPECT_TRUE(report.status.ok()) << report.status.message();
-    EXPECT_THAT(report.warnings,
-                ::testing::Contains("the layer behind: " + at("nan.0002.exr") +
-                                    ": the first non-finite pixel is (30, 20)"));
+    EXPECT_THAT(report.warnings, ::testing::Contains("the layer behind: " + at("nan.0002.exr") +
+                                                     ": the first non-finite pixel is (30, 20)"));
 }
 
 TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {

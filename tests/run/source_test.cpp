@@ -267,6 +267,33 @@ TEST(Source, AMatrixThatIsNotUsedIsNamedWithTheReason) {
     EXPECT_FALSE(has(said("", false, CameraMotion::all), "matrix"));
 }
 
+TEST(Source, MotionOfTheCameraInPlaceOfMissingVectorsIsAWarning) {
+    TempFolder folder;
+    FrameFile file;
+    file.convention = "generic";
+    file.motion = false;
+    test::write_frame(folder.path("f.exr"), make_planes(24, 16), file);
+    SourceSettings settings;
+    settings.camera = parse_camera(
+        R"({"focal_length_mm": 40, "sensor_width_mm": 36, "camera_matrix_world": {
+            "1": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]],
+            "2": [[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 1, 0]]}})",
+        "camera.json");
+    const auto said = [&](CameraMotion wanted, RoleSet planes) {
+        settings.camera_motion = wanted;
+        const auto frame = source_of(folder.path("f.exr"), settings, planes);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        EXPECT_EQ(frame->surface_health.motion_from_camera, planes.empty() ? 0u : 24u * 16);
+        return frame->warnings;
+    };
+    const auto warnings = said(CameraMotion::missing, kEverything);
+    ASSERT_EQ(warnings.size(), 1u);
+    for (const char* word : {"f.exr: no motion vectors (looked for motion.x, ", "stay sharp"})
+        EXPECT_NE(warnings[0].find(word), std::string::npos) << warnings[0];
+    EXPECT_TRUE(said(CameraMotion::all, kEverything).empty());
+    EXPECT_TRUE(said(CameraMotion::missing, {}).empty());
+}
+
 // Cycles leaves a zoom out of its motion vectors.
 TEST(Source, AZoomIsAddedInFilesOfCyclesAndIfAskedFor) {
     TempFolder folder;

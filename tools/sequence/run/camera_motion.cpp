@@ -81,7 +81,8 @@ std::string why_no_camera_motion(const SourceSettings& settings, const io::Camer
     std::string matrix;
     if (settings.camera && settings.camera->rotations.contains(frame)) {
         matrix = "camera_matrix_world of the camera file";
-        if (!settings.camera->places.contains(frame)) return matrix + " (no entry for this frame)";
+        if (!settings.camera->places.contains(frame))
+            return matrix + " (no position: rows of three numbers)";
     } else {
         std::string unused;
         for (const io::FoundAttribute& found : metadata.found)

@@ -175,9 +175,9 @@ Status check_displays(FrameHeader& header) {
                                  part.display_window.text(), ", color (", path, ") ",
                                  color.display_window.text(), "; render both at one size"));
         if (part.pixel_aspect != color.pixel_aspect)
-            header.warnings.push_back(concat(file.path(), ": ", name_of(role),
-                                             " has pixel aspect ", part.pixel_aspect, ", color (",
-                                             path, ") ", color.pixel_aspect, ", which is used"));
+            header.warnings.push_back(concat(file.path(), ": ", name_of(role), " has pixel aspect ",
+                                             part.pixel_aspect, ", color (", path, ") ",
+                                             color.pixel_aspect, ", which is used"));
     }
     return Status();
 }

@@ -263,6 +263,10 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
         surfaces.sky_without_motion,
         "of sky have no motion although everything else moves; they stay sharp (a camera file with "
         "camera_matrix_world gives them camera motion)");
+    if (surfaces.motion_from_camera && settings.camera_motion == CameraMotion::missing)
+        warn(concat("no motion vectors (looked for ", frame.match.missing[Role::motion],
+                    "): the camera's are used, and objects that move by themselves stay sharp "
+                    "(--camera-motion all, if that is meant)"));
     if (frame.description.planes.has(Role::motion) && health.motion_all_zero)
         warn(health.sentinel_motion > 0
                  ? "every motion vector is zero or the sentinel: there will be no motion blur"

@@ -90,6 +90,18 @@ class Mattes(Frames):
             self.assertEqual(path.read_bytes(), manifest)
             path.unlink()
 
+    def test_faulty_values_are_counted(self):
+        path, picture = self.matte_frame()
+        matte = channel("Combined_key", "R")
+        kind, values = picture.channels[matte]
+        picture.channels[matte] = kind, [float("nan"), float("inf"), *values[2:]]
+        exr.write(path, picture)
+        chain = self.chain(f'joint_blur: {{samples: 16, matte: "{matte}"}}')
+        said = self.run_on(path, chain)
+        self.assertIn(f'mattes.0002.exr: matte "{matte}": 2 pixels are not finite', said)
+        said = self.run_on(path, chain, "--strict", code=7)
+        self.assertIn("mattes.0002.exr: 2 faulty values in mattes under --strict", said)
+
     def test_bad_mattes(self):
         for matte, message in [
                 ("cryptomatte:bal", "no 'bal' in the cryptomatte (did you mean 'ball'?)"),

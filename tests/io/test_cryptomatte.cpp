@@ -163,6 +163,23 @@ TEST(Cryptomatte, RanksOfOneIdAddUp) {
     EXPECT_THAT(coverage_of(*ranks, {7, 11}).data, ElementsAre(0, 0.5f, 0.4375f, 0));
 }
 
+// No hash is NaN or Inf, and no filter makes much more than a whole of a pixel.
+TEST(Cryptomatte, FaultySlotsAreCleared) {
+    const test::TempFolder folder;
+    constexpr CryptoId kNan = 0x7fc00000, kInf = 0x7f800000;
+    const std::vector<Pixel> pixels = {{{{kNan, 0.5f}, {9, 0.25f}, {kInf, 0.25f}, {0, 0}}},
+                                       {{{9, NAN}, {7, INFINITY}, {11, 7}, {7, -2}}},
+                                       {{{9, 1.01f}, {7, -0.01f}, {0, 0}, {0, 0}}}};
+    auto file = ExrFile::open(write(folder, {.attributes = attributes(), .pixels = pixels}));
+    const auto all = find_cryptomattes(*file);
+    ASSERT_TRUE(all.ok()) << all.status().message();
+    const auto ranks = read_ranks(*file, all->front(), {0, 0, 2, 0});
+    ASSERT_TRUE(ranks.ok());
+    EXPECT_EQ(ranks->faulty, 6u);
+    EXPECT_THAT(ids_in(*ranks), ElementsAre(9));
+    EXPECT_THAT(coverage_of(*ranks, {9}).data, ElementsAre(0.25f, 0, 1.01f));
+}
+
 TEST(Cryptomatte, ManifestsThatAreNone) {
     const test::TempFolder folder;
     const auto why = [&](const std::map<std::string, std::string>& more) {

@@ -261,6 +261,9 @@ std::vector<std::string> attributes_without_ranks(const ExrPart& part,
     return lost;
 }
 
+// Filters of renderers overshoot a little; more is no coverage.
+constexpr float kMostCoverage = 1.5f;
+
 RankedCoverage::RankedCoverage(int w, int h, int r)
     : width(w),
       height(h),
@@ -281,8 +284,13 @@ Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatt
             const float* value = values.data.data() + 4 * pixel;
             const size_t to = pixel * size_t(all.ranks) + 2 * level;
             for (size_t i = 0; i < 2; ++i) {
-                all.ids[to + i] = std::bit_cast<CryptoId>(value[2 * i]);
-                all.coverages[to + i] = value[2 * i + 1];
+                const float id = value[2 * i], coverage = value[2 * i + 1];
+                if (!std::isfinite(id) || !(std::abs(coverage) <= kMostCoverage)) {
+                    ++all.faulty;
+                    continue;
+                }
+                all.ids[to + i] = std::bit_cast<CryptoId>(id);
+                all.coverages[to + i] = coverage;
             }
         }
     }

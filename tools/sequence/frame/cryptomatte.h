@@ -83,14 +83,15 @@ struct RankedCoverage {
     int ranks = 0;
     std::vector<CryptoId> ids;
     std::vector<float> coverages;
+    uint64_t faulty = 0;  // slots that read_ranks() cleared
 
     RankedCoverage() = default;
     RankedCoverage(int width, int height, int ranks);
     size_t pixels() const { return size_t(width) * size_t(height); }
 };
 
-// Reads the pixels of `area`; pixels outside the file have no coverage. Errors (input): damaged
-// data.
+// Reads the pixels of `area`; pixels outside the file have no coverage. Slots whose id or coverage
+// is NaN or Inf, or whose coverage is above 1.5, are cleared. Errors (input): damaged data.
 Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatte,
                                   const Window& area);
 

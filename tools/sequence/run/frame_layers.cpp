@@ -376,8 +376,23 @@ Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& inpu
     return stack_planes(planes);
 }
 
+void MatteFindings::add(uint64_t values, const std::string& warning) {
+    if (std::ranges::find(warnings, warning) != warnings.end()) return;
+    faulty += values;
+    warnings.push_back(warning);
+}
+
+void MatteFindings::add_cryptomatte(const std::string& path, const io::Cryptomatte& cryptomatte,
+                                    const io::RankedCoverage& ranks) {
+    if (ranks.faulty > 0)
+        add(ranks.faulty, concat(path, ": cryptomatte ", cryptomatte.name, ": ", ranks.faulty,
+                                 " ids or coverages are not finite, or coverages are beyond 1.5; "
+                                 "they count as none"));
+}
+
 Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
-                           const io::Window& area, std::vector<std::string>& warnings) {
+                           const io::Window& area, MatteFindings& findings) {
+    const std::string path = input.files.color_file().path();
     std::map<size_t, io::RankedCoverage> ranks;
     std::vector<ImageF> planes;
     for (const MatteSource& matte : layers.mattes) {
@@ -386,12 +401,19 @@ Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& inpu
             auto read = pixels_of(input, matte.channel, area, 1);
             if (!read.ok()) return read.status();
             plane = std::move(*read);
+            const auto bad = std::ranges::count_if(
+                plane.data, [](float value) { return !std::isfinite(value); });
+            if (bad > 0)
+                findings.add(uint64_t(bad), concat(path, ": matte ", quoted(matte.name), ": ", bad,
+                                                   " pixels are not finite: NaN counts as 0, Inf "
+                                                   "as 1"));
         }
         for (const auto& [cryptomatte, ids] : matte.ids) {
             const io::Cryptomatte& source = layers.cryptomattes[cryptomatte];
             if (!ranks.contains(cryptomatte)) {
                 auto read = io::read_ranks(input.files.color_file(), source, area);
                 if (!read.ok()) return read.status();
+                findings.add_cryptomatte(path, source, *read);
                 ranks[cryptomatte] = std::move(*read);
             }
             const ImageF coverage = io::coverage_of(ranks.at(cryptomatte), ids);
@@ -399,10 +421,9 @@ Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& inpu
             const bool empty = std::all_of(coverage.data.begin(), coverage.data.end(),
                                            [](float value) { return value == 0; });
             if (empty && source.manifest.empty())
-                warnings.push_back(concat(input.files.color_file().path(), ": matte ",
-                                          quoted(matte.name), ": no pixel of cryptomatte ",
-                                          source.name, " has such an id, and ",
-                                          source.no_manifest));
+                findings.warnings.push_back(concat(path, ": matte ", quoted(matte.name),
+                                                   ": no pixel of cryptomatte ", source.name,
+                                                   " has such an id, and ", source.no_manifest));
         }
         for (float& value : plane.data) value = value > 0 ? std::min(value, 1.0f) : 0.0f;
         planes.push_back(std::move(plane));

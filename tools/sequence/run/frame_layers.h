@@ -84,9 +84,20 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
 Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& input,
                            const io::Window& area);
 
-// The mattes in 0..1, stacked; NaN counts as 0. `warnings` gets a line if no pixel contains ids
-// that no manifest confirms. Errors (input): damaged data.
+// Faults in the pixels of mattes and cryptomattes.
+struct MatteFindings {
+    uint64_t faulty = 0;  // values
+    std::vector<std::string> warnings;
+
+    // Once for each text.
+    void add(uint64_t values, const std::string& warning);
+    void add_cryptomatte(const std::string& path, const io::Cryptomatte& cryptomatte,
+                         const io::RankedCoverage& ranks);
+};
+
+// The mattes in 0..1, stacked; NaN counts as 0. A finding too: no pixel contains ids that no
+// manifest confirms. Errors (input): damaged data.
 Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
-                           const io::Window& area, std::vector<std::string>& warnings);
+                           const io::Window& area, MatteFindings& findings);
 
 }  // namespace postchain::sequence

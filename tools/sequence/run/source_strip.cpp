@@ -124,13 +124,15 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
             auto ranks = io::read_ranks(header.files.color_file(), header.layers.cryptomattes[i],
                                         area.window);
             if (!ranks.ok()) return ranks.status();
+            strip.mattes.add_cryptomatte(header.files.color_file().path(),
+                                         header.layers.cryptomattes[i], *ranks);
             cryptomattes->names.push_back(header.layers.cryptomattes[i].name);
             cryptomattes->ranks.push_back(std::move(*ranks));
         }
         strip.cryptomattes = std::move(cryptomattes);
     }
     if (present.has(Role::mattes)) {
-        auto mattes = read_mattes(header.layers, *read, area.window, strip.warnings);
+        auto mattes = read_mattes(header.layers, *read, area.window, strip.mattes);
         if (!mattes.ok()) return mattes.status();
         read->planes[Role::mattes] = std::move(*mattes);
     }
@@ -228,7 +230,12 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
         frame.cryptomattes = std::move(strip.cryptomattes);
     frame.warnings = std::move(header.warnings);
-    frame.warnings.insert(frame.warnings.end(), strip.warnings.begin(), strip.warnings.end());
+    frame.warnings.insert(frame.warnings.end(), strip.mattes.warnings.begin(),
+                          strip.mattes.warnings.end());
+    if (strip.mattes.faulty > 0)
+        frame.strict_fault = Status(
+            StatusCode::health, concat(path, ": ", strip.mattes.faulty,
+                                       " faulty values in mattes under --strict; nothing written"));
     frame.health = findings.health;
     SurfaceHealth& surfaces = frame.surface_health;
     surfaces.mixed_edges = findings.edges.parts();

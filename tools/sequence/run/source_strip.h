@@ -29,7 +29,7 @@ struct SourceStrip {
     FramePlanes planes;  // canonical, rows first .. end - 1 of FrameHeader::window
     SourceFindings findings;
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
-    std::vector<std::string> warnings;
+    MatteFindings mattes;
     double read_ms = 0;
     double convert_ms = 0;
 };

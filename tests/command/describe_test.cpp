@@ -173,6 +173,14 @@ TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     }
     EXPECT_EQ(blocks, 6u);
     EXPECT_EQ(filter("motion_blur", {"--cuts", "2-1"}).code, 2);
+    // Of a part of the sequence, a cut outside of it is no mistake.
+    const auto of_frame_1 = [&](const char* cuts) {
+        return filter("motion_blur",
+                      {"--on-existing", "overwrite", "--frames", "1", "--cuts", cuts})
+            .err;
+    };
+    EXPECT_FALSE(contains(of_frame_1("2"), "--cuts"));
+    EXPECT_TRUE(contains(of_frame_1("2,7"), "--cuts: frames not in the sequence: 7"));
 
     FrameFile bare;
     bare.motion = false;

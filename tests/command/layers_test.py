@@ -243,6 +243,13 @@ class FillMask(Frames):
                               capture_output=True, text=True, check=False)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("--fill-mask applies only to EXR outputs", done.stderr)
+        for options in (["--layers", "all"], ["--cryptomatte", "filter"]):
+            done = subprocess.run([self.postchain, "run", "fast", "-i", again, "-o",
+                                   f"{self.folder}/out.####.png", *options],
+                                  capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("--layers and --cryptomatte filter apply only to EXR outputs",
+                          done.stderr)
 
 
 class WrittenChannels(Frames):

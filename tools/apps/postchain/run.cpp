@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <filesystem>
 #include <set>
 
 #include "tools/apps/postchain/exit_code.h"
@@ -95,7 +96,11 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
     if (like) settings->other_inputs.push_back({options.like, "the output of --like"});
     for (auto& picture : io::inputs_of(chain->chain.camera))
         settings->other_inputs.push_back(std::move(picture));
-    std::set<int> cuts = settings->source.cuts;  // not met by any frame yet
+    std::set<int> cuts = settings->source.cuts;  // of no frame that was run or is on disk
+    std::erase_if(cuts, [&](int frame) {
+        std::error_code failed;
+        return std::filesystem::exists(settings->input.color().format(frame), failed);
+    });
     const StopOnSignal stop;
     auto context = context_of(options);
     if (!context.ok()) return fail(context.status());

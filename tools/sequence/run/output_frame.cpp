@@ -60,6 +60,11 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                           path +
                               ": --fill-mask applies only to EXR outputs, which can hold its "
                               "channels; write .exr");
+        if (!header.layers.filtered.empty() || header.layers.filtered_cryptomattes > 0)
+            return Status(StatusCode::usage,
+                          path +
+                              ": --layers and --cryptomatte filter apply only to EXR outputs, "
+                              "which can hold more than color; write .exr");
         if (settings.exr.compression || settings.exr.half || !settings.exr.channels.empty())
             return Status(
                 StatusCode::usage,

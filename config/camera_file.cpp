@@ -271,11 +271,14 @@ class CameraParser {
         return r;
     }
 
-    // Keys of other programs are ignored. A key close to a known one gets a warning.
+    // Keys of other programs are ignored. A key close to a known one gets a warning; so does a
+    // known one among the values of a frame.
     void unknown(const TextNode& key, const std::string& path) {
         std::vector<std::string> known = {
             "resolution", "fps", "frames", "sensor_fit", "camera_matrix_world", kShutterAngle};
         for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
+        if (std::ranges::find(known, key.text) != known.end())
+            return reporter_.warning(key, path, "ignored: belongs at the top of the file");
         const auto same = std::ranges::find_if(
             known, [&](const auto& one) { return same_but_for_form(key.text, one); });
         const std::string near = same != known.end() ? *same : nearest_word(key.text, known);

@@ -130,6 +130,10 @@ TEST(CameraFile, IgnoresUnknownKeysWithOneNote) {
 }
 
 TEST(CameraFile, WarnsOfAMisspeltKey) {
+    EXPECT_THAT(
+        messages_of("{\"f_stop\": 2, \"frames\": {\"2\": {\"resolution\": [64, 48]}}}"),
+        ElementsAre(HasSubstr("warning: frames.2.resolution: ignored: belongs at the top of the "
+                              "file")));
     EXPECT_THAT(messages_of("{\"focal_lenght_mm\": 50}"),
                 ElementsAre("camera.json:1:2: warning: focal_lenght_mm: ignored: unknown key "
                             "'focal_lenght_mm' (did you mean 'focal_length_mm'?)"));

@@ -182,12 +182,12 @@ Status check_displays(FrameHeader& header) {
     return Status();
 }
 
+}  // namespace
+
 // 64-bit arithmetic, because a header may state any window.
 bool fits(const io::Window& w) {
     return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
 }
-
-}  // namespace
 
 const io::ExrPart& color_part(const FrameHeader& header) {
     return header.files.color_file().parts()[size_t(header.assignment.at(Role::color).part)];

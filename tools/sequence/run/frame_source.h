@@ -124,6 +124,9 @@ struct SourceFrame {
 
 const io::ExrPart& color_part(const FrameHeader& header);
 
+// At most io::kMaxSide pixels a side, so it can be filtered.
+bool fits(const io::Window& window);
+
 // Roles that the frame can supply by itself: channels in its files, layers, mattes, generated
 // motion.
 RoleSet roles_in_files(const FrameHeader& header);

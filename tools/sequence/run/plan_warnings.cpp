@@ -57,12 +57,13 @@ std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
                                        const SourceFrame& frame) {
     std::vector<std::string> warnings;
     const std::string path = frame.input.files.color_file().path();
+    const io::Window whole = frame.input.data_window.united(frame.input.display_window);
     if (const uint64_t lost = pixels_cut_off(chain, plan, frame))
-        warnings.push_back(concat(path, ": the data window ", frame.input.data_window.text(),
-                                  " leaves out part of the display window ",
-                                  frame.input.display_window.text(),
-                                  ": light that the chain moves out of it, into ", lost,
-                                  " pixels at most, is lost (--data-window grow keeps it)"));
+        warnings.push_back(concat(
+            path, ": the data window ", frame.input.data_window.text(),
+            " leaves out part of the display window ", frame.input.display_window.text(),
+            ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
+            fits(whole) ? " (--data-window grow keeps it)" : ""));
     const FrameDescription description = planned_description(chain, frame);
     add_cuts(chain, plan, frame, description, warnings);
     const Camera& camera = description.camera;

@@ -30,7 +30,7 @@ class Bands {
   public:
     Bands(unsigned columns, unsigned rows) : columns_(columns), rows_(rows) {}
     bool more() const { return columns_ > 0 && next_[1] < rows_; }
-    // The next band, of at most so many groups, and at least one: whole rows, or a part of a row.
+    // The next band, of one to `groups` groups: whole rows, or a part of a row.
     Band next(double groups);
 
   private:

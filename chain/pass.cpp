@@ -97,7 +97,7 @@ void plan_pass(const PassOnFrame& pass, PassPlanner& planner) {
     if (layers >= 0 && planner.input(Role::color) != color && planner.input(Role::layers) == layers)
         planner.fail(Status(
             StatusCode::chain,
-            "filters color alone, and this frame has further layers; leave the layers or the pass "
+            "filters color alone, and this frame has extra layers; leave the layers or the pass "
             "out (of a new pass: docs/adding_a_pass.md says what filters them)"));
 }
 

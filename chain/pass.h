@@ -92,7 +92,7 @@ class PassPlanner {
     // An array of such textures, one for each extra layer (context().frame.layers); only if
     // has(Role::layers).
     TextureId layers(const std::string& name, Format format, const Area& area = {});
-    // An array of so many.
+    // An array of `planes` planes.
     TextureId array(const std::string& name, Format format, const Area& area, int planes);
     const PlanTexture& describe(TextureId texture) const;
     // A pass whose uniforms depend on the frame's number says so: its plan is one of this frame

@@ -1,5 +1,5 @@
 // Sizes the bands of a run by the time that they take, limits how many of them the device has
-// before it, does other work while it waits for one, and asks before each whether to go on.
+// before it, does other work while it waits for one, and checks before each whether to go on.
 #pragma once
 
 #include <chrono>

@@ -222,7 +222,7 @@ void Executor::begin_uploads(const NextRun& next) {
             continue;
         auto made =
             pool_.acquire(texture.format, texture.width, texture.height, texture.layers, true);
-        if (!made.ok()) return;  // the run itself will tell
+        if (!made.ok()) return;  // the run reports it
         ahead_.push_back({plane->second, *made, {*made, plane->second.get()}});
     }
 }

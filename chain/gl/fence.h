@@ -20,8 +20,8 @@ class Fence {
     }
     ~Fence();
 
-    // Has the device come to it? True also if the context is lost, which the caller's next check
-    // finds.
+    // True if the device has passed the fence, or if the context is lost, which the caller's next
+    // check finds.
     bool passed();
     // Waits; first does other work for as long as there is some.
     void wait(const Meanwhile& meanwhile = {});

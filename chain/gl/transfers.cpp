@@ -13,7 +13,7 @@ namespace postchain::gl {
 namespace {
 
 // The device takes a piece after the band before it (chain/gl/band_queue), of 40 ms: in that time
-// so many are handed over.
+// this many are handed over.
 constexpr size_t kPieces = 32;
 
 // How a plane is laid out in a buffer.

@@ -48,7 +48,7 @@ class PixelRing {
 struct Upload {
     const Texture* texture = nullptr;
     const ImageF* pixels = nullptr;
-    int row = 0;  // the first, of all layers, that is still to be handed over
+    int row = 0;  // the first that is not yet handed over, over all layers
 };
 
 class Transfers {

@@ -1,5 +1,4 @@
-// The question that a run asks before each of its bands: may I go on? A stop, and other work that
-// needs the device, answer it.
+// Decides before each band whether a run goes on, waits for other work on the device, or stops.
 #pragma once
 
 #include <functional>

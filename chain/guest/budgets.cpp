@@ -30,7 +30,7 @@ const Budgets::Governed* Budgets::find(uint64_t chain) const {
     return nullptr;
 }
 
-// More samples where they disagree stay more, which selects a program.
+// Adaptive sampling stays on, because it selects a program.
 int64_t Budgets::scaled(const std::vector<Samples>& all, const Samples& one, double part) {
     const int64_t value = nearest(*one.row, double(one.full) * part);
     for (const Samples& least : all)

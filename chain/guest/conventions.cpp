@@ -26,7 +26,7 @@ constexpr Convention kConventions[] = {
     // was read; rows and the factor of 0.5 are unverified.
     {"unity", PC_DEPTH_FORWARD, 0, false, 1, 1, 0},
     // Unreal: Common.ush, EncodeVelocityToTexture(): V 0.499 0.5 + 32767/65535 of V = this minus
-    // previous in clip space, y up. Where VELOCITY_ENCODE_GAMMA is 1 the vectors must be decoded
+    // previous in clip space, y up. If VELOCITY_ENCODE_GAMMA is 1, the vectors must be decoded
     // first: they are stored as a root. A stored 0 means unwritten; the host draws those. Read.
     {"unreal", PC_DEPTH_REVERSE_INFINITE, PC_TOP_LEFT, false, 0.5f / (0.499f * 0.5f),
      -0.5f / (0.499f * 0.5f), 32767.0f / 65535.0f},

@@ -250,8 +250,8 @@ class Builder {
         if (bits || array ||
             (!as.empty() && (list || (as != "color" && as != "number" && as != "vector"))))
             return Status(StatusCode::usage, concat("debug_view: \"", view, "\" cannot be drawn; ",
-                                                    "after a colon stands color, number or "
-                                                    "vector, and neither packed bits nor arrays "
+                                                    "append :color, :number or :vector; "
+                                                    "neither packed bits nor arrays "
                                                     "are drawn"));
         // Steps after the last one that writes the texture are not needed.
         int last = -1;  // of the host's own: there is none

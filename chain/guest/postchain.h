@@ -107,7 +107,7 @@ typedef struct pc_create_info {
     uint64_t texture_budget; /* bytes; 0 = no limit; beyond it PC_ERROR_MEMORY */
     uint32_t keep_frames;    /* a texture is freed after this many pc_run() without use; 0 = 8 */
     uint32_t reserved;
-    /* The largest frame: textures are made for it, and a frame of any size up to it costs values
+    /* The largest frame: textures are made for it, and a smaller frame changes uniforms
      * alone. A larger one is filtered too, with new textures, for keep_frames frames. 0 = the
      * largest frame seen, if the host gives `output`; textures shrink after keep_frames frames of
      * half its sides at most. */
@@ -197,8 +197,8 @@ PC_API pc_result pc_chain_unset(pc_chain*, uint32_t pass, const char* key);
 typedef uint32_t pc_mask_effect; /* on the object that pc_frame.mask covers; docs/layers.md */
 enum {
     PC_MASK_UNBLURRED = 0, /* unchanged, and without a trace in its surroundings */
-    PC_MASK_UNMOVED = 1,   /* stands still while the shutter is open, and is out of focus as all
-                              else; only for passes that read motion */
+    PC_MASK_UNMOVED = 1,   /* no motion blur, but out of focus as all else; only for passes that
+                              read motion */
     PC_MASK_IGNORED = 2
 };
 /* Initially PC_MASK_UNBLURRED for every pass. If a chain's text names mattes, passes with `matte:

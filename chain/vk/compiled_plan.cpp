@@ -112,7 +112,7 @@ Status CompiledPlan::take_images(const Room& room, uint64_t run) {
     storage_.resize(count);
     for (size_t t = 0; t < count; ++t) {
         const int place = shared.of[t];
-        storage_[t] = place < 0 ? int(count + t) : place;  // the host's: its own, so far as known
+        storage_[t] = place < 0 ? int(count + t) : place;  // the host's: taken to share none
         if (place >= 0) image_of_[t] = images_[size_t(place)];
     }
     find_barriers();
@@ -310,7 +310,7 @@ void CompiledPlan::wait(VkCommandBuffer commands, uint32_t waits) const {
                                             0, nullptr, 0, nullptr);
 }
 
-// In bands, as in GL. Where the length of a list is not known they cover every block that it can
+// In bands, as in GL. If the length of a list is not known they cover every block that it can
 // have, and work groups beyond its end return at once.
 void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
                             const Program& program) const {

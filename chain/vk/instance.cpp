@@ -110,7 +110,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bo
     HostFrame cut;
     Entry* entry = nullptr;
     if (check_frame(&values_of_cut, cut, find_format).ok())
-        (void)find_or_make(chain, cut, entry);  // as little as it needs is there, or it is made
+        (void)find_or_make(chain, cut, entry);  // if it fails, the frame itself is still prepared
     return find_or_make(chain, frame, entry);
 }
 

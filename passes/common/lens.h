@@ -11,8 +11,8 @@ namespace postchain::lens {
 
 enum class CocSource { lens, planes, range };
 
-// max_radius_px if it is unset, in display widths. Where the width of the blur follows from it
-// (coc: range, method: gilham) it is smaller.
+// max_radius_px if it is unset, in display widths. It is smaller if the width of the blur
+// follows from it (coc: range, method: gilham).
 inline constexpr double kMaxRadiusFraction = 1.0 / 8, kSmallMaxRadiusFraction = 0.03;
 inline constexpr double kMostRadiusPx = 512;  // of kMaxRadiusFraction
 

@@ -226,7 +226,9 @@ const PassType& pass_type() {
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
         .rules = {{kRuleFocusBlocks, true,
-                   "the blurred image where it is not visible, color and radius where only it is",
+                   "the blurred image in blocks that do not show it, color and radius in blocks "
+                   "that show "
+                   "only it",
                    "focus_tiles"}}};
     return type;
 }

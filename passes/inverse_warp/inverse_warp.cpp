@@ -97,8 +97,8 @@ std::vector<Settings> every_shape(const Settings& settings) {
     return {closed, open};
 }
 
-// The blocks that can reach a pixel's block end `ring` blocks from it, and a surface at their edge
-// is told from others up to four pixels around it. Every position of the search lies on a path that
+// The blocks that can reach a pixel's block end `ring` blocks from it, and the edges of a surface
+// there are found in up to four pixels around it. Every position of the search lies on a path that
 // ends at the pixel; occluded surfaces come from cells up to kBehindReachPx around, and denoised
 // colors from two pixels further. If blocks choose how many samples they take, a pixel
 // depends on all of its block.

@@ -42,7 +42,7 @@ const ParameterTable& table() {
                       .soft_max = 256,
                       .unit = "samples",
                       .help = "adaptive sampling: samples per pixel in blocks whose samples "
-                              "disagree; a value up to samples: off"})
+                              "disagree; off unless larger than samples"})
             .rows(&P::search, inverse_warp::parameter_table())
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,

@@ -101,14 +101,14 @@ const ParameterTable& parameter_table() {
                      .max = 100,
                      .soft_max = 3,
                      .unit = "px",
-                     .help = "half-velocity up to which a tile is left unchanged"})
+                     .help = "half-velocity up to which a tile or block is left unchanged"})
             .rows(&P::search, inverse_warp::parameter_table(), {{warp}})
             .number("path_px_per_time", &P::path_px_per_time,
                     {.min = 0.1,
                      .max = 1000,
                      .soft_max = 8,
                      .unit = "px",
-                     .help = "pixels of the longest path in a tile per time sample; at least 5 "
+                     .help = "pixels of the longest path in a block per time sample; at least 5 "
                              "time samples, at most samples",
                      .read_if = {{warp}},
                      .convergence = Convergence::set,

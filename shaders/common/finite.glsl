@@ -9,12 +9,6 @@ bool is_finite(vec4 v) {
     return is_finite(v.x) && is_finite(v.y) && is_finite(v.z) && is_finite(v.w);
 }
 
-// Whether passes read this color as it is.
-bool is_readable(vec4 color) {
-    const uvec4 size = floatBitsToUint(color) & 0x7fffffffu;
-    return max(max(size.x, size.y), max(size.z, size.w)) <= floatBitsToUint(kMaxColor);
-}
-
 // The color of a texel as passes read it (shared/color_limits.h).
 vec4 finite_color(vec4 texel) {
     const uvec4 bits = floatBitsToUint(texel);

@@ -3,7 +3,7 @@
 //
 //   motion [, motion_back] [, inverse_depth], mattes -> still_motion [, still_motion_back]
 //
-// MATTE: index of the pass's matte    BACK: motion_back is there    DEPTH: inverse_depth is
+// MATTE: index of the pass's matte    BACK: has motion_back    DEPTH: has inverse_depth
 #include "common/matte.glsl"
 #include "common/work_group.glsl"
 #include "shared/frame_uniforms.h"

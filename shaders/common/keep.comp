@@ -3,8 +3,7 @@
 //
 //   color [, hint] -> color [, hint] [, soft]   in the blocks of the list
 //
-// LAYERS: number of extra layers HINT: 1: there is none, it is 0; 2: it is kept too    SOFT: 0 is
-// written to it
+// LAYERS: number of extra layers HINT: 1: 0 is written; 2: it is copied    SOFT: 0 is written to it
 #include "common/finite.glsl"
 #include "common/layers.glsl"
 #include "common/work_list.glsl"

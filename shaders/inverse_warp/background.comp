@@ -91,7 +91,7 @@ Cell merge_pixels(ivec2 at) {
 // Cells of the work group's squares; then those of 8 px and 16 px, each at its first square.
 shared Cell cells[kSquares];
 
-// The four cells of half the edge, which is so many squares.
+// The four cells of half the edge, which is given in squares.
 Cell merge_cells(ivec2 first, int edge) {
     Cell cell = empty();
     uint left = 15u;

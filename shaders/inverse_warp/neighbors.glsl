@@ -57,8 +57,8 @@ vec2 straight_from_neighbor(Surface s, Sample at) {
     return d;
 }
 
-// Is this surface, which the sample sees at this time of a neighbor, beyond the neighbor's border? What
-// that shows may be behind it.
+// Is this surface, which the sample sees at this time of a neighbor, beyond the neighbor's border? Surfaces
+// shown there may be behind it.
 bool is_beyond(Surface s, vec2 p, Sample then) {
     precise const vec2 at = floor(p - straight_from_neighbor(s, then) + 0.5);
     return at != inside_of(at);

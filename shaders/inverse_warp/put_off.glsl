@@ -1,6 +1,6 @@
 // Samples that the search of this frame does not settle are put off until all samples of a set have
-// searched: the lanes whose samples are settled do not wait for the others. What the search has
-// found is kept in two words a sample, and taken up again from the surface at the pixel kept.
+// searched: the lanes whose samples are settled do not wait for the others. Two words a sample store
+// the search's result; the surface at the stored pixel restores it.
 
 const int kMaxPutOff = 32;
 // x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,

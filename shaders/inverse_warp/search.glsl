@@ -160,8 +160,8 @@ void note_occluded(inout Search s, Visit v, float ratio) {
     if ((kSearchedOutside || hidden) && s.put_off_for < 0.0) s.put_off_for = s.start_depth;
 }
 
-// Does the search from a start surface end at this visit? What is not nearer than the surface found
-// leads to no nearer one.
+// Does the search from a start surface end at this visit? A surface that is not nearer than the one
+// found leads to no nearer one.
 bool leads_nowhere(Search s, Visit v, float ratio) {
     return s.start > 0 && s.nearest.inverse_depth >= 0.0 &&
            v.surface.inverse_depth <= s.nearest.inverse_depth * ratio;

@@ -5,8 +5,8 @@
 //
 //   inverse_depth [, motion [, motion_back]], shown -> surfaces
 //
-// NEIGHBOR: of the frame before or after. What this frame hides is never found if the light has
-// changed around it: surfaces of this frame, light, marks -> surfaces
+// NEIGHBOR: of the frame before or after. Surfaces that this frame hides are skipped if the light
+// around them has changed: surfaces of this frame, light, marks -> surfaces
 #include "inverse_warp/planes.glsl"
 
 #include "inverse_warp/half.glsl"

@@ -1,4 +1,4 @@
-// Squares of 4 x 4 pixels; a work group does 16 x 16 of them. What only some pixels need is listed for
+// Squares of 4 x 4 pixels; a work group does 16 x 16 of them. Work that few pixels need is listed for
 // the whole group and shared out among its threads: a device that runs threads in step waits for the
 // busiest of them. The order of a list changes from run to run; no pixel may depend on it.
 //

@@ -1,4 +1,4 @@
-// The module postchain._postchain. What Python sees of it is package/__init__.py.
+// The module postchain._postchain. Python imports it through package/__init__.py.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 

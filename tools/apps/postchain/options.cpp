@@ -98,7 +98,7 @@ void add_setting(CLI::App& subcommand, const Parameter& row, ParameterRef settin
         case ParameterType::boolean:
             if (row.default_value == ParameterValue(true))
                 subcommand.add_flag_callback(
-                    "--no-" + name.substr(2), [set] { set(false); }, "no " + row.help);
+                    "--no-" + name.substr(2), [set] { set(false); }, "do not " + row.help);
             else
                 subcommand.add_flag_callback(
                     name, [set] { set(true); }, row.help);

@@ -49,7 +49,7 @@ export function add_left_out({ model }, more) {
             h("td", { class: "num" }, known ? short(row.taps) : "\u2013"));
     });
     more.append(panel("Left out of the plans", rows.length
-        ? "What a frame did not need, by which rule, for which reason, and what that saved over " +
+        ? "Work that frames did not need: rule, reason, and what it saved over " +
             "the frames named; of blocks that the device found, fetches alone. A dash: nothing."
         : "Nothing: the plan of every frame is whole.",
     rows.length > 0 && h("div", { class: "scroll" }, h("table", { class: "left-out" },

@@ -23,7 +23,7 @@ struct ChunkSource {
     // False if the file ends too early.
     bool read_at(uint64_t at, void* to, size_t count) const;
     // Reads and checks the begin of a chunk, its part and its line or tile, and moves `at` behind
-    // it. Errors (input): truncated, another chunk is there.
+    // it. Errors (input): truncated, or another chunk at this offset.
     Status check_place(const ChunkLayout& layout, size_t chunk, uint64_t& at) const;
 };
 

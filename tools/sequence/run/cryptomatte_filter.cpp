@@ -86,7 +86,7 @@ int own_layers(const SourceFrame& frame) {
            int(!frame.layers.fill_mask.empty());
 }
 
-// True if color comes out of a run with ids in further layers as it does alone: these layers have
+// True if extra layers with ids leave color unchanged: these layers have
 // all neighbors that color has, and the frame's own layers keep their format.
 bool color_goes_along(const SourceFrame& frame, const std::set<Neighbor>& neighbors,
                       const PlanOptions& options) {

@@ -6,7 +6,7 @@
 
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/shutter.h"
-#include "tools/sequence/run/sky_motion.h"
+#include "tools/sequence/source/sky_motion.h"
 
 namespace postchain::sequence {
 namespace {

@@ -1,5 +1,6 @@
 // Assignment of ids to planes, and the planes' content.
-#include "tools/sequence/run/cryptomatte_filter.h"
+#include "tools/sequence/filter/cryptomatte_filter.h"
+#include "tools/sequence/source/memory.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Values in the table of job settings reach the run.
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 
 #include <gtest/gtest.h>
 

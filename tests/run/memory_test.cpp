@@ -1,5 +1,5 @@
 // Memory of frames, and the number of frames admitted at a time.
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/source/memory.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Reduction of frames.
-#include "tools/sequence/run/reduced_frame.h"
+#include "tools/sequence/source/reduced_frame.h"
 
 #include <gtest/gtest.h>
 

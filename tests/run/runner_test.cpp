@@ -14,9 +14,9 @@
 #include "passes/motion_blur/motion_blur.h"
 #include "passes/registry.h"
 #include "tests/run/fixture.h"
-#include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/runner.h"
-#include "tools/sequence/run/sidecar.h"
 
 namespace postchain::sequence {
 namespace {

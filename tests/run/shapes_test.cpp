@@ -16,7 +16,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tools/sequence/frame/frame_writer.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
 namespace {

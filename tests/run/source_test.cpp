@@ -9,7 +9,7 @@
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
 namespace {

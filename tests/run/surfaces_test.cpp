@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "tools/sequence/run/clear_edges.h"
-#include "tools/sequence/run/edge_check.h"
-#include "tools/sequence/run/sky_motion.h"
+#include "tools/sequence/source/clear_edges.h"
+#include "tools/sequence/source/edge_check.h"
+#include "tools/sequence/source/sky_motion.h"
 
 namespace postchain::sequence::surfaces_test {
 namespace {

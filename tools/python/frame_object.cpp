@@ -12,12 +12,12 @@
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/filter_view.h"
-#include "tools/sequence/run/layers_apart.h"
-#include "tools/sequence/run/neighbor_planes.h"
+#include "tools/sequence/filter/filter_view.h"
 #include "tools/sequence/run/plan_warnings.h"
-#include "tools/sequence/run/resolved_values.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/source/layers_apart.h"
+#include "tools/sequence/source/neighbor_planes.h"
+#include "tools/sequence/source/resolved_values.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace py = pybind11;
 

@@ -10,7 +10,7 @@
 #include "tools/python/array_file.h"
 #include "tools/python/chain_object.h"
 #include "tools/python/device.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::python {
 

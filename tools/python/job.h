@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::python {
 

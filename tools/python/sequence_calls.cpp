@@ -6,10 +6,10 @@
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/inspect_frame.h"
 #include "tools/sequence/run/plan_sequence.h"
 #include "tools/sequence/run/run_sequence.h"
-#include "tools/sequence/run/sidecar.h"
 
 namespace py = pybind11;
 

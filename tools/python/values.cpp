@@ -2,7 +2,7 @@
 
 #include "tools/python/errors.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace py = pybind11;
 

@@ -16,8 +16,8 @@
 #include "tools/measure/blind/choices.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/run/color_file.h"
 #include "tools/sequence/run/run_files.h"
+#include "tools/sequence/source/color_file.h"
 
 namespace postchain {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/print_line.h"
-#include "tools/sequence/run/check_outputs.h"
+#include "tools/sequence/record/check_outputs.h"
 
 namespace postchain {
 namespace {

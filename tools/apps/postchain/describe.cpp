@@ -17,8 +17,8 @@
 #include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
+#include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/estimate.h"
-#include "tools/sequence/run/layers_json.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {

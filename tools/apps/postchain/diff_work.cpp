@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "tools/apps/postchain/log.h"
-#include "tools/sequence/run/color_file.h"
-#include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain {
 namespace {

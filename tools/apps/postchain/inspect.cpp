@@ -11,8 +11,8 @@
 #include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/inspect_frame.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "tools/apps/postchain/options.h"
-#include "tools/sequence/run/record.h"
+#include "tools/sequence/record/record.h"
 
 namespace postchain {
 

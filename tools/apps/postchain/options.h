@@ -8,7 +8,7 @@
 
 #include "chain/egl/context.h"
 #include "config/chain_file.h"
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace CLI {
 class App;

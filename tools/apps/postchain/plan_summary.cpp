@@ -7,7 +7,7 @@
 #include "chain/plan_bytes.h"
 #include "chain/printable.h"
 #include "chain/text.h"
-#include "tools/sequence/run/layers_json.h"
+#include "tools/sequence/record/layers_json.h"
 
 namespace postchain {
 namespace {

@@ -9,10 +9,10 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/device.h"
-#include "tools/sequence/run/frame_task.h"
 #include "tools/sequence/run/run_sequence.h"
-#include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain {
 namespace {

@@ -20,7 +20,7 @@
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/run/device.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain {
 namespace {

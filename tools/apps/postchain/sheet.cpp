@@ -12,8 +12,8 @@
 #include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/run/color_file.h"
 #include "tools/sequence/run/run_files.h"
+#include "tools/sequence/source/color_file.h"
 
 namespace postchain {
 namespace {

@@ -13,7 +13,7 @@
 #include "chain/chain.h"
 #include "chain/egl/context.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::view {
 

@@ -2,9 +2,9 @@
 
 #include <chrono>
 
+#include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/run/device.h"
-#include "tools/sequence/run/fill_mask.h"
-#include "tools/sequence/run/reduced_frame.h"
+#include "tools/sequence/source/reduced_frame.h"
 
 namespace postchain::view {
 namespace {

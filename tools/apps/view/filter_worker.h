@@ -18,7 +18,7 @@
 #include "chain/gl/executor.h"
 #include "chain/planner.h"
 #include "tools/apps/view/frame_store.h"
-#include "tools/sequence/run/resolved_values.h"
+#include "tools/sequence/source/resolved_values.h"
 
 namespace postchain::view {
 

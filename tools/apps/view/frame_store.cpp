@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <chrono>
 
-#include "tools/sequence/run/frame_layers.h"
+#include "tools/sequence/layers/frame_layers.h"
 
 namespace postchain::view {
 namespace {

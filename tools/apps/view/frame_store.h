@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "chain/chain.h"
-#include "tools/sequence/run/run_settings.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::view {
 

@@ -7,7 +7,7 @@
 
 #include "chain/elision.h"
 #include "tools/apps/view/session_values.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::view {
 namespace {

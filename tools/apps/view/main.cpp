@@ -14,7 +14,7 @@
 #include "tools/apps/postchain/view_options.h"
 #include "tools/apps/view/window.h"
 #include "tools/measure/scenes/scene.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain {
 namespace {

@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::view {
 

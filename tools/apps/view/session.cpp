@@ -9,7 +9,7 @@
 #include "tools/apps/view/save.h"
 #include "tools/apps/view/session_values.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::view {
 namespace {

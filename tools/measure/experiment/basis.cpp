@@ -4,9 +4,9 @@
 #include <thread>
 
 #include "tools/measure/report/words.h"
-#include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/run_settings.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::experiment {
 namespace {

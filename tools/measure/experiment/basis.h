@@ -10,7 +10,7 @@
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/truth.h"
 #include "tools/sequence/files/file_stamp.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {
 

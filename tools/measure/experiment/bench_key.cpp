@@ -1,8 +1,8 @@
 #include "tools/measure/experiment/bench_key.h"
 
 #include "tools/measure/experiment/converge.h"
-#include "tools/sequence/run/fingerprint.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::experiment {
 namespace {

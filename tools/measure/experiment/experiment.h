@@ -11,7 +11,7 @@
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/report/report.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {
 

@@ -1,5 +1,5 @@
 // Settings of ab and bench, and the tables from which a command makes their options. Settings of
-// the run itself have their own rows (tools/sequence/run/job_settings.h).
+// the run itself have their own rows (tools/sequence/settings/job_settings.h).
 #pragma once
 
 #include <string>
@@ -9,7 +9,7 @@
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/flip.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {
 

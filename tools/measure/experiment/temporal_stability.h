@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "chain/gl/executor.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::experiment {
 

@@ -15,7 +15,7 @@
 #include "tools/measure/metrics/exposure.h"
 #include "tools/measure/metrics/pair.h"
 #include "tools/measure/scenes/scene.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {
 

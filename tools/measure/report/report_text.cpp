@@ -4,7 +4,7 @@
 
 #include "tools/measure/report/lists.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain::report {
 namespace {

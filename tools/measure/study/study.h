@@ -2,7 +2,7 @@
 //
 //   YAML or JSON --study_reader.h--> Study --tasks_of()--> Tasks: one call of ab or bench each
 //
-// Settings of scenes are the rows of run/job_settings.h and experiment/settings.h.
+// Settings of scenes are the rows of settings/job_settings.h and experiment/settings.h.
 #pragma once
 
 #include <map>
@@ -15,7 +15,7 @@
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::study {
 

@@ -8,7 +8,7 @@
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
-#include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain::study {
 namespace {

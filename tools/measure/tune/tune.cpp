@@ -8,7 +8,7 @@
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain::tune {
 namespace {

@@ -4,9 +4,9 @@
 #include <cstdio>
 #include <fstream>
 
-#include "tools/sequence/run/behind_planes.h"
-#include "tools/sequence/run/memory.h"
 #include "tools/sequence/run/runner.h"
+#include "tools/sequence/source/behind_planes.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {
 namespace {

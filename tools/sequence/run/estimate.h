@@ -9,7 +9,7 @@
 
 #include "chain/plan.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence {
 

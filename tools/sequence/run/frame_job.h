@@ -6,12 +6,12 @@
 #include <optional>
 
 #include "chain/image.h"
+#include "tools/sequence/filter/filter_view.h"
 #include "tools/sequence/frame/frame_reader.h"
-#include "tools/sequence/run/filter_view.h"
-#include "tools/sequence/run/frame_report.h"
-#include "tools/sequence/run/frame_source.h"
-#include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/record/frame_report.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence {
 

@@ -4,8 +4,8 @@
 
 #include "config/profile_match.h"
 #include "tools/sequence/files/folder_scan.h"
-#include "tools/sequence/run/memory.h"
-#include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/record/sidecar.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {
 namespace {

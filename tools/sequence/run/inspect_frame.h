@@ -10,8 +10,8 @@
 
 #include "chain/sign_check.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/run/run_settings.h"
-#include "tools/sequence/run/sequence_survey.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/sequence_survey.h"
 
 namespace postchain::sequence {
 

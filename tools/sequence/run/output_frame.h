@@ -7,8 +7,8 @@
 
 #include "chain/image.h"
 #include "tools/sequence/frame/frame_writer.h"
-#include "tools/sequence/run/frame_source.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
 

@@ -2,10 +2,10 @@
 
 #include "chain/plan_print.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/layers_json.h"
+#include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/plan_warnings.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence {
 

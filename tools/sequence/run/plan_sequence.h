@@ -8,10 +8,10 @@
 
 #include "chain/chain.h"
 #include "chain/plan.h"
+#include "tools/sequence/filter/layer_cost.h"
 #include "tools/sequence/run/estimate.h"
-#include "tools/sequence/run/layer_cost.h"
-#include "tools/sequence/run/resolved_values.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/resolved_values.h"
 
 namespace postchain::sequence {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "chain/resolved_chain.h"
-#include "tools/sequence/run/written_window.h"
+#include "tools/sequence/source/written_window.h"
 
 namespace postchain::sequence {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "chain/chain.h"
 #include "chain/plan.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
 

@@ -6,8 +6,8 @@
 
 #include "tools/sequence/frame/cryptomatte.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/run/job_settings.h"
-#include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/record/sidecar.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::sequence {
 namespace {

@@ -9,17 +9,17 @@
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/image_module.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/run/clock.h"
-#include "tools/sequence/run/fill_mask.h"
-#include "tools/sequence/run/fingerprint.h"
+#include "tools/sequence/layers/fill_mask.h"
+#include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/record/record.h"
+#include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/output_frame.h"
 #include "tools/sequence/run/plan_warnings.h"
-#include "tools/sequence/run/record.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
-#include "tools/sequence/run/sidecar.h"
 #include "tools/sequence/run/watch_feed.h"
-#include "tools/sequence/run/written_window.h"
+#include "tools/sequence/source/clock.h"
+#include "tools/sequence/source/written_window.h"
 
 namespace postchain::sequence {
 namespace {

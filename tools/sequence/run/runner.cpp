@@ -7,10 +7,10 @@
 #include <system_error>
 #include <thread>
 
-#include "tools/sequence/run/behind_planes.h"
 #include "tools/sequence/run/channel.h"
-#include "tools/sequence/run/clock.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/source/behind_planes.h"
+#include "tools/sequence/source/clock.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {
 namespace {

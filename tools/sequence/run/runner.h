@@ -5,14 +5,14 @@
 //
 // A FrameJob does the steps between the arrows. Neighboring frames overlap; at most kFramesInFlight
 // exist at a time, so memory does not grow with the sequence's length. The overlap never changes
-// pixels. Neighboring frames share planes (run/sequence_reader.h).
+// pixels. Neighboring frames share planes (source/sequence_reader.h).
 #pragma once
 
 #include <atomic>
 
 #include "tools/sequence/run/frame_feed.h"
 #include "tools/sequence/run/frame_job.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::sequence {
 

@@ -4,9 +4,9 @@
 #include <atomic>
 #include <functional>
 
-#include "tools/sequence/run/frame_report.h"
-#include "tools/sequence/run/frame_source.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/record/frame_report.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
 

@@ -5,7 +5,7 @@
 
 #include "chain/parameter.h"
 #include "tools/sequence/frame/complete_file.h"
-#include "tools/sequence/run/run_settings.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::sequence {
 namespace {

@@ -17,8 +17,8 @@
 #include <set>
 
 #include "tools/sequence/files/file_stamp.h"
-#include "tools/sequence/run/clock.h"
 #include "tools/sequence/run/frame_feed.h"
+#include "tools/sequence/source/clock.h"
 
 namespace postchain::sequence {
 

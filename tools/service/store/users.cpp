@@ -8,7 +8,7 @@
 
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::service {
 namespace {

@@ -4,7 +4,7 @@
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/study/settings.h"
 #include "tools/sequence/files/parameter_json.h"
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"
 
 namespace postchain::service {

@@ -17,7 +17,7 @@ inline constexpr int kMaxFrameTimeoutS = 86'400;
 inline constexpr double kMinPreviewScale = 0.05;  // of RequestKind::preview
 
 using BodyKeys = std::vector<std::pair<std::string, io::Json>>;
-// `run_table`: the settings of a run (run/job_settings.h).
+// `run_table`: the settings of a run (settings/job_settings.h).
 BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table);
 
 // JSON Schema (draft 2020-12) of a job.

@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string>
 
-#include "tools/sequence/run/frame_report.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/service/store/job_store.h"
 
 namespace postchain::service {

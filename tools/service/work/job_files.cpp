@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "config/text_tree.h"
-#include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/record/sidecar.h"
 #include "tools/service/work/preview.h"
 
 namespace postchain::service {

@@ -1,6 +1,6 @@
 // Requests: text -> settings, with every path checked against the roots.
 //
-//   JSON --keys of the tables of run/job_settings.h and experiment/settings.h--> JobRequest
+//   JSON --keys of the tables of settings/job_settings.h and experiment/settings.h--> JobRequest
 //
 // The same function reads a job when it is submitted and when it runs, and resolves its paths each
 // time.
@@ -19,7 +19,7 @@
 #include "tools/measure/report/limits.h"
 #include "tools/measure/study/settings.h"
 #include "tools/measure/study/study_reader.h"
-#include "tools/sequence/run/job_settings.h"
+#include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"
 #include "tools/service/work/body_keys.h"
 #include "tools/service/work/held_paths.h"

@@ -7,9 +7,9 @@
 #include "tools/measure/report/page/encode.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/run/frame_task.h"
-#include "tools/sequence/run/reduced_frame.h"
-#include "tools/sequence/run/sequence_reader.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/source/reduced_frame.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::service {
 namespace {

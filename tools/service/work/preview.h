@@ -5,7 +5,7 @@
 #include <string>
 
 #include "chain/plan.h"
-#include "tools/sequence/run/frame_source.h"
+#include "tools/sequence/source/frame_source.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/service.h"
 

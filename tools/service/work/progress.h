@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/sequence/run/frame_task.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain::service {
 

@@ -7,9 +7,9 @@
 #include "chain/text.h"
 #include "config/chain_file.h"
 #include "tools/sequence/files/atomic_file.h"
-#include "tools/sequence/run/memory.h"
+#include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/run_files.h"
-#include "tools/sequence/run/sidecar.h"
+#include "tools/sequence/source/memory.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
 

@@ -6,7 +6,7 @@
 //                       |                    or remote_backend.h --> another queue (Slurm)
 //                       +--> jobs(), job(), events(): served by http/
 //
-// Job settings come from the tables of run/job_settings.h and experiment/settings.h, as in the
+// Job settings come from the tables of settings/job_settings.h and experiment/settings.h, as in the
 // command. Thread-safe, except open(), end() and the destructor.
 #pragma once
 

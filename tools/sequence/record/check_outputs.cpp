@@ -1,0 +1,171 @@
+#include "tools/sequence/record/check_outputs.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/image/image_format.h"
+#include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/record/record.h"
+#include "tools/sequence/record/sidecar.h"
+
+namespace postchain::sequence {
+namespace {
+
+namespace fs = std::filesystem;
+using io::Json;
+
+// "postchain VERSION chain HASH work HASH strict" without the hash of the work, which differs from
+// frame to frame.
+std::string settings_of_provenance(const std::string& provenance) {
+    const size_t at = provenance.find(" work ");
+    if (!provenance.starts_with("postchain ") || at == std::string::npos) return "";
+    return provenance.substr(0, at) + (provenance.ends_with(" strict") ? " strict" : "");
+}
+
+// The settings that decide pixels or the file, from a record.
+std::string settings_of_record(const std::string& path) {
+    static const std::vector<std::string> free = {
+        "input",   "output", "frames",     "chunk", "on_existing", "on_error", "missing",
+        "sidecar", "png",    "max_memory", "mkdir", "watch",       "idle",     "dump_stages"};
+    const auto record = read_record(path);
+    if (!record.ok()) return "";
+    std::string text;
+    for (const auto& [key, value] : record->settings)
+        if (std::find(free.begin(), free.end(), key) == free.end() && key != "camera")
+            text += concat(" ", key, "=", text_of(value));
+    if (!record->camera_hash.empty()) text += " camera " + record->camera_hash;
+    return text;
+}
+
+Json sidecar_beside(const std::string& path) {
+    std::ifstream file(sidecar_path(path));
+    Json json = Json::parse(file, nullptr, false);
+    return json.is_object() ? json : Json();
+}
+
+// Empty if the sidecar has none, or one that is no text: anyone may have written the file.
+std::string work_of(const Json& sidecar) {
+    const auto at = sidecar.is_object() ? sidecar.find("work") : sidecar.end();
+    return at != sidecar.end() && at->is_string() ? at->get<std::string>() : "";
+}
+
+bool has_size(const Json& sidecar, uint64_t bytes) {
+    const auto at = sidecar.find("output_bytes");
+    return at != sidecar.end() && at->is_number_unsigned() && *at == bytes;
+}
+
+// Everything but the comparison with the other frames.
+CheckedOutput looked_at(int frame, const std::string& path) {
+    CheckedOutput found{frame, path, OutputState::missing, "is not on disk", "", 0, nullptr};
+    std::error_code error;
+    if (!fs::exists(path, error)) return found;
+    found.bytes = fs::file_size(path, error);
+    const Json sidecar = sidecar_beside(path);
+    std::string provenance;
+    found.state = OutputState::damaged;
+    if (io::image_format_of(path)) {
+        // Not every format can hold an attribute, so the sidecar says what made it.
+        provenance = work_of(sidecar);
+        found.why = "no sidecar says how it was made";
+        if (!provenance.empty() && !has_size(sidecar, found.bytes)) {
+            found.why = "has another size than its sidecar says";
+            return found;
+        }
+    } else {
+        auto file = io::ExrFile::open(path);
+        if (!file.ok()) {
+            found.why = file.status().message();
+            return found;
+        }
+        if (Status status = check_whole(*file); !status.ok()) {
+            found.why = status.message();
+            return found;
+        }
+        for (const auto& part : file->parts())
+            if (const auto at = part.attributes.find("postchain"); at != part.attributes.end())
+                provenance = at->second;
+        found.why = "has no attribute that says how it was made";
+    }
+    found.settings = settings_of_provenance(provenance);
+    if (found.settings.empty()) {
+        found.state = OutputState::foreign;
+        return found;
+    }
+    if (!io::image_format_of(path)) found.settings += settings_of_record(path);
+    if (work_of(sidecar) == provenance) found.sidecar = sidecar;
+    found.state = OutputState::whole;
+    found.why.clear();
+    return found;
+}
+
+// The settings of most frames; of equals the first.
+std::string settings_of_most(const std::vector<CheckedOutput>& outputs) {
+    std::map<std::string, int> counts;
+    std::string most;
+    for (const CheckedOutput& one : outputs)
+        if (one.state == OutputState::whole) ++counts[one.settings];
+    for (const CheckedOutput& one : outputs)
+        if (one.state == OutputState::whole &&
+            (most.empty() || counts[one.settings] > counts[most]))
+            most = one.settings;
+    return most;
+}
+
+}  // namespace
+
+const char* name_of(OutputState state) {
+    switch (state) {
+        case OutputState::whole:
+            return "whole";
+        case OutputState::missing:
+            return "missing";
+        case OutputState::damaged:
+            return "damaged";
+        case OutputState::other:
+            return "other settings";
+        case OutputState::foreign:
+            return "foreign";
+    }
+    return "";
+}
+
+Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
+                                                 const std::optional<io::FrameRange>& frames,
+                                                 const std::string& like) {
+    const auto on_disk = pattern.discover();
+    std::vector<int> numbers;
+    if (frames) {
+        numbers = frames->frames;
+    } else {
+        if (on_disk.empty())
+            return Status(StatusCode::input, pattern.text() +
+                                                 ": no frame is on disk; give the frames with "
+                                                 "--frames to list them as missing");
+        for (int frame = on_disk.begin()->first; frame <= on_disk.rbegin()->first; ++frame)
+            numbers.push_back(frame);
+    }
+    std::vector<CheckedOutput> outputs;
+    for (const int frame : numbers) {
+        const auto found = on_disk.find(frame);
+        outputs.push_back(
+            looked_at(frame, found == on_disk.end() ? pattern.format(frame) : found->second));
+    }
+    std::string settings = settings_of_most(outputs);
+    if (!like.empty()) {
+        const CheckedOutput model = looked_at(0, like);
+        if (model.settings.empty())
+            return Status(StatusCode::input, "--like: " + like + ": " + model.why);
+        settings = model.settings;
+    }
+    for (CheckedOutput& one : outputs) {
+        if (one.state != OutputState::whole || one.settings == settings) continue;
+        one.state = OutputState::other;
+        one.why = concat("made by ", one.settings, ", not by ", settings);
+    }
+    return outputs;
+}
+
+}  // namespace postchain::sequence

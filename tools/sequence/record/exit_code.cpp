@@ -1,0 +1,38 @@
+#include "tools/sequence/record/exit_code.h"
+
+namespace postchain::sequence {
+
+int exit_code(const Status& status) {
+    switch (status.code()) {
+        case StatusCode::ok:
+            return kExitOk;
+        case StatusCode::usage:
+            return kExitUsage;
+        case StatusCode::chain:
+            return kExitChain;
+        case StatusCode::input:
+        case StatusCode::memory:
+            return kExitInput;
+        case StatusCode::output:
+            return kExitOutput;
+        case StatusCode::gl:
+            return kExitGl;
+        case StatusCode::health:
+            return kExitHealth;
+        case StatusCode::canceled:
+        case StatusCode::internal:
+            return kExitSomeFailed;
+    }
+    return kExitSomeFailed;
+}
+
+int exit_code(const RunSummary& summary) {
+    const size_t bad = summary.failed + summary.missing;
+    // --strict checks values: its exit code takes precedence over frames that succeeded.
+    if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
+    if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
+    const size_t good = summary.written + summary.skipped + summary.held;
+    return good > 0 ? kExitSomeFailed : exit_code(summary.first_failure);
+}
+
+}  // namespace postchain::sequence

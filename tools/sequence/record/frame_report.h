@@ -1,0 +1,79 @@
+// Reports of one frame and of a whole run.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "chain/frame.h"
+#include "chain/gl/executor.h"
+#include "chain/plan.h"
+#include "tools/sequence/exr/write_options.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/filter/cryptomatte_filter.h"
+#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/resolved_values.h"
+
+namespace postchain::sequence {
+
+enum class Outcome { written, skipped, held, missing, failed };
+const char* name_of(Outcome outcome);
+
+struct FrameReport {
+    int frame = 0;
+    Outcome outcome = Outcome::failed;
+    std::map<Role, std::string> inputs;
+    std::string output;
+    int held_from = 0;  // for Outcome::held: the frame used instead
+    Status status;      // for Outcome::failed and missing
+    std::vector<std::string> warnings;
+    std::string profile;
+    std::vector<std::string> views;  // that are filtered, if there are several
+    std::optional<Plan> plan;
+    std::optional<ResolvedValues> resolved;
+    std::string provenance;                       // record/fingerprint.h
+    std::string preview_provenance;               // of the preview, if requested
+    std::vector<io::FileStamp> stamps;            // of all files read, neighbors' too
+    FrameLayers layers;                           // of color's file
+    std::vector<CryptomatteReport> cryptomattes;  // filtered ones
+    FrameBounds bounds;
+    InputHealth health;  // first_nonfinite in file coordinates
+    SurfaceHealth surface_health;
+    io::Window window;  // data window of the output
+    uint64_t output_nonfinite = 0;
+    io::WriteReport write;
+    double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
+    std::vector<PassTime> pass_times;
+    std::vector<WorkDone> work_done;
+    std::string timing_source;
+    std::string renderer;
+    ExecutorCounters counters;
+    int frames_in_flight = 0;  // largest so far in this run
+};
+
+struct RunProgress {
+    size_t done = 0;  // frames finished with any outcome
+    size_t total = 0;
+    double elapsed_s = 0;
+    double remaining_s = 0;  // estimate; 0 if unknown
+};
+
+struct RunSummary {
+    size_t total = 0, written = 0, skipped = 0, held = 0, missing = 0, failed = 0;
+    Status first_failure;
+    std::vector<int> gaps;  // numbers missing on disk that were not requested
+    double elapsed_s = 0;
+    ExecutorCounters counters;
+    int frames_in_flight = 0;
+    size_t frames_decoded = 0;  // with neighbors that were not requested
+};
+
+// Called on the caller's thread, in the order in which frames finish.
+using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)>;
+// Called on the caller's thread several times a second with the frames being waited for.
+using WaitObserver = std::function<void(const std::string&, const RunProgress&)>;
+
+}  // namespace postchain::sequence

@@ -1,0 +1,132 @@
+#include "tools/sequence/record/sidecar.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include "chain/plan_print.h"
+#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/record/layers_json.h"
+
+namespace postchain::sequence {
+namespace {
+
+using io::Json;
+
+Json times_json(const FrameReport& report) {
+    Json passes = Json::array();
+    for (const auto& time : report.pass_times)
+        passes.push_back({{"pass", time.pass}, {"name", time.name}, {"ms", time.milliseconds}});
+    return {{"read", report.read_ms},
+            {"convert", report.convert_ms},
+            {"filter", report.filter_ms},
+            {"write", report.write_ms},
+            {"passes", passes},
+            {"passes_source", report.timing_source},
+            // Reading, filtering and writing of neighboring frames share the machine.
+            {"overlapped", true}};
+}
+
+Json summary_json(const FrameReport& report) {
+    Json inputs = Json::object();
+    for (const auto& [role, path] : report.inputs) inputs[name_of(role)] = path;
+    Json json = {{"frame", report.frame},
+                 {"outcome", name_of(report.outcome)},
+                 {"inputs", inputs},
+                 {"output", report.output}};
+    if (report.outcome == Outcome::held) json["held_from"] = report.held_from;
+    if (!report.status.ok()) {
+        json["error"] = report.status.message();
+        json["error_code"] = name_of(report.status.code());
+    }
+    if (!report.warnings.empty()) json["warnings"] = report.warnings;
+    return json;
+}
+
+}  // namespace
+
+void add_findings(Json& json, const FrameBounds& bounds, const InputHealth& health,
+                  const SurfaceHealth& surfaces) {
+    json["bounds"] = {{"max_speed_px", bounds.max_speed_px},
+                      {"max_speed_back_px", bounds.max_speed_back_px},
+                      {"min_inverse_depth", bounds.min_inverse_depth},
+                      {"max_inverse_depth", bounds.max_inverse_depth},
+                      {"min_color", bounds.min_color},
+                      {"max_color", bounds.max_color},
+                      {"one_color", bounds.one_color},
+                      {"color_is_half", bounds.color_is_half},
+                      {"camera_cut", bounds.camera_cut}};
+    json["health"] = {{"input_nonfinite_color", health.nonfinite_color},
+                      {"input_nonfinite_depth", health.nonfinite_depth},
+                      {"input_nonfinite_motion", health.nonfinite_motion},
+                      {"input_sentinel_motion", health.sentinel_motion},
+                      {"input_negative_depth", health.negative_depth},
+                      {"input_motion_all_zero", health.motion_all_zero}};
+    json["health"]["input_mixed_edge_depth"] = surfaces.mixed_edges.depth;
+    json["health"]["input_mixed_edge_motion"] = surfaces.mixed_edges.motion;
+    json["health"]["input_clear_edges"] = surfaces.clear_edges;
+    json["health"]["input_sky_without_motion"] = surfaces.sky_without_motion;
+    json["health"]["sky_motion_from_camera"] = surfaces.sky_motion_from_camera;
+    json["health"]["motion_from_camera"] = surfaces.motion_from_camera;
+    json["health"]["zoom_motion_added"] = surfaces.zoom_motion_added;
+    if (health.first_nonfinite) json["health"]["input_first_nonfinite"] = *health.first_nonfinite;
+}
+
+std::string sidecar_json(const FrameReport& report, const std::string& version) {
+    Json json = summary_json(report);
+    json["output_bytes"] = report.write.bytes;
+    json["work"] = report.provenance;
+    json["profile"] = report.profile;
+    if (!report.views.empty()) json["views"] = report.views;
+    if (report.resolved) json["resolved"] = resolved_json(*report.resolved);
+    if (io::Json layers = layers_json(report.layers, report.cryptomattes); !layers.empty())
+        json["layers"] = std::move(layers);
+    if (report.plan) {
+        json["plan"] = io::json_from(plan_json(*report.plan));
+        for (const auto& elision : report.plan->elisions)
+            if (const auto found = found_in(elision, *report.plan, report.work_done);
+                found && found->kind == ElisionKind::blocks)
+                json["left_out_on_device"].push_back(
+                    io::json_from(elision_json(*found, item_text(*found, *report.plan))));
+    }
+    for (const auto& done : report.work_done)
+        json["blocks"].push_back({{"list", done.list}, {"blocks", done.blocks}, {"of", done.of}});
+    json["times_ms"] = times_json(report);
+    add_findings(json, report.bounds, report.health, report.surface_health);
+    json["health"]["output_nonfinite"] = report.output_nonfinite;
+    json["health"]["output_half_overflow"] = report.write.overflow_pixels;
+    json["counters"] = {{"texture_allocations", report.counters.texture_allocations},
+                        {"textures_alive", report.counters.textures_alive},
+                        {"texture_bytes_peak", report.counters.texture_bytes_peak},
+                        {"programs", report.counters.programs},
+                        {"dispatches", report.counters.dispatches},
+                        {"frames_in_flight", report.frames_in_flight}};
+    if (!report.write.notes.empty()) json["write_notes"] = report.write.notes;
+    json["renderer"] = report.renderer;
+    json["version"] = version;
+    return io::json_text(json, 2) + "\n";
+}
+
+std::string sidecar_path(const std::string& output) {
+    return output + ".json";
+}
+
+bool is_sidecar(const std::string& path) {
+    std::ifstream file(path);
+    const auto json = Json::parse(file, nullptr, false);
+    if (!json.is_object()) return false;
+    const auto work = json.find("work");
+    return work != json.end() && work->is_string() &&
+           work->get_ref<const std::string&>().starts_with("postchain ");
+}
+
+std::string report_line(const FrameReport& report, const RunProgress& progress) {
+    Json json = summary_json(report);
+    json["done"] = progress.done;
+    json["total"] = progress.total;
+    json["elapsed_s"] = progress.elapsed_s;
+    json["remaining_s"] = progress.remaining_s;
+    json["times_ms"] = times_json(report);
+    return io::json_text(json);
+}
+
+}  // namespace postchain::sequence

@@ -1,0 +1,491 @@
+#include "tools/sequence/settings/job_settings.h"
+
+#include <set>
+#include <sstream>
+
+#include "chain/text.h"
+#include "config/profile.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/layers/fill_mask.h"
+#include "tools/sequence/settings/color_settings.h"
+#include "tools/sequence/source/memory.h"
+
+namespace postchain::sequence {
+namespace {
+
+// "off_by_configuration, identity_by_facts, ...": the rules that are on by default, or the others.
+std::string rule_names(const PassRegistry& registry, bool on_by_default) {
+    std::string names;
+    for (const auto& rule : elision_rules(registry))
+        if (rule.on_by_default == on_by_default) names += (names.empty() ? "" : ", ") + rule.name;
+    return names;
+}
+
+Result<std::set<std::string>> rules_of(const PassRegistry& registry, const std::string& key,
+                                       const std::string& text, bool on_by_default,
+                                       Diagnostics& notes) {
+    std::set<std::string> rules;
+    std::istringstream words(text);
+    for (std::string word; std::getline(words, word, ',');) {
+        bool known = false;
+        for (const auto& rule : elision_rules(registry)) {
+            if (rule.on_by_default != on_by_default) continue;
+            const bool former = !word.empty() && word == rule.former_name;
+            if (word != rule.name && !former) continue;
+            known = true;
+            rules.insert(rule.name);
+            if (former)
+                notes.push_back({option_name(key), 0, 0, Severity::warning, "",
+                                 former_name_text(word, rule.name), StatusCode::usage});
+        }
+        if (!known)
+            return Status(StatusCode::usage, option_name(key) + ": no rule '" + word +
+                                                 "'; known are " +
+                                                 rule_names(registry, on_by_default));
+    }
+    return rules;
+}
+
+Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& registry,
+                                    Diagnostics& notes) {
+    PlanOptions plan;
+    plan.precision = job.precision;
+    if (job.no_elide == "all") {
+        if (!job.elide.empty())
+            return Status(StatusCode::usage, "--elide contradicts --no-elide; give one of them");
+        plan.elide = false;
+        return plan;
+    }
+    auto off = rules_of(registry, "no_elide", job.no_elide, true, notes);
+    if (!off.ok()) return off.status();
+    auto on = rules_of(registry, "elide", job.elide, false, notes);
+    if (!on.ok()) return on.status();
+    plan.rules_off = std::move(*off);
+    plan.rules_on = std::move(*on);
+    return plan;
+}
+
+int bits_of(BitsChoice choice) {
+    constexpr int kBits[] = {0, 8, 10, 12, 16, 32};
+    return kBits[size_t(choice)];
+}
+
+// "keep", "filter", "filter=hero, tree_*".
+Status set_cryptomatte(const std::string& policy, LayerSettings& layers) {
+    if (policy == "keep") return Status();
+    layers.cryptomatte = CryptomatteChoice::filter;
+    if (policy == "filter") return Status();
+    const std::string begin = "filter=";
+    if (policy.starts_with(begin)) layers.ids = words_of_list(policy.substr(begin.size()));
+    if (!layers.ids.empty()) return Status();
+    return Status(StatusCode::usage, concat(option_name("cryptomatte"), ": unknown policy ",
+                                            quoted(policy), "; use keep, filter or filter=NAMES"));
+}
+
+Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& notes) {
+    SourceSettings source;
+    source.layer = job.layer;
+    source.view = job.view;
+    source.nonfinite_color = job.nonfinite;
+    source.data_window = job.data_window;
+    source.camera_motion = job.camera_motion;
+    auto transfer = input_transfer_of(job);
+    if (!transfer.ok()) return transfer.status();
+    source.input_transfer = std::move(*transfer);
+    source.layers.layers = job.layers;
+    if (Status status = set_cryptomatte(job.cryptomatte, source.layers); !status.ok())
+        return status;
+    if (Status status = check_fill_mask(job.fill_mask); !status.ok())
+        return status.at(option_name("fill_mask"));
+    source.layers.fill_mask = job.fill_mask;
+    auto memory = memory_limit_of(job.max_memory);
+    if (!memory.ok()) return memory.status();
+    source.max_memory = *memory;
+    if (!job.cuts.empty()) {
+        auto cuts = io::FrameRange::parse(job.cuts);
+        if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
+        source.cuts.insert(cuts->frames.begin(), cuts->frames.end());
+    }
+    if (!job.profile.empty()) {
+        auto profile = find_profile(job.profile);
+        if (!profile.ok()) return profile.status().at(option_name("profile"));
+        source.profile = std::move(*profile);
+    }
+    if (!job.camera.empty()) {
+        auto camera = load_camera(job.camera);
+        if (!camera.ok()) return camera.status();
+        notes = camera->diagnostics;
+        if (Status status = camera->status(); !status.ok()) return status;
+        if (Status status = read_aperture_images(*camera); !status.ok()) return status;
+        source.camera = std::move(*camera);
+    }
+    return source;
+}
+
+Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
+    io::ExrSettings exr;
+    exr.half = job.half;
+    std::istringstream names(job.channels);
+    for (std::string name; std::getline(names, name, ',');) {
+        if (name.empty())
+            return Status(StatusCode::usage, option_name("channels") + ": an empty name");
+        exr.channels.push_back(name);
+    }
+    if (!job.compression.empty()) {
+        auto compression = io::ExrCompression::parse(job.compression);
+        if (!compression.ok()) return compression.status().at(option_name("compression"));
+        exr.compression = *compression;
+    }
+    return exr;
+}
+
+Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings& settings) {
+    const auto refuse = [](const std::string& why) {
+        return Status(StatusCode::usage, option_name("watch") + why);
+    };
+    if (!job.watch) {
+        if (job.idle) return Status(StatusCode::usage, "--idle needs --watch");
+        return std::optional<Watch>();
+    }
+    if (job.missing != MissingPolicy::error)
+        return refuse(" waits for missing frames; leave out --missing");
+    if (!settings.frames && !job.chunk.empty()) return refuse(": --chunk also needs --frames");
+    if (!settings.frames && !job.idle && settings.input.color().has_token())
+        return refuse(
+            ": give the frames to wait for (--frames 1-48), or a time without changes in seconds "
+            "after which it ends (--idle 600)");
+    return std::optional(Watch{job.idle});
+}
+
+}  // namespace
+
+Status read_aperture_images(CameraFile& file) {
+    io::ApertureFiles pictures;
+    if (Status status = pictures.read(file.camera); !status.ok())
+        return status.at(file.file_name + ": aperture_image");
+    for (auto& [number, frame] : file.frames)
+        if (Status status = pictures.read(frame.camera); !status.ok())
+            return status.at(concat(file.file_name, ": frames.", number, ".aperture_image"));
+    return Status();
+}
+
+Result<uint64_t> memory_limit_of(const std::string& text) {
+    if (text.empty()) return default_memory_limit();
+    auto bytes = parse_bytes(text);
+    if (!bytes.ok()) return bytes.status().at(option_name("max_memory"));
+    return bytes;
+}
+
+ParameterTable job_parameters(const PassRegistry& registry) {
+    return ParameterTableBuilder<JobSettings>()
+        .text("input", &JobSettings::input,
+              {.unit = "IN",
+               .help = "frames: A.####.exr (also @@@@, %04d, $F4), or "
+                       "color=A.####.exr,depth=B.####.exr,motion=C.####.exr",
+               .group = kInputGroup,
+               .required = true})
+        .text(
+            "behind", &JobSettings::behind,
+            {.unit = "IN",
+             .help = "second render of what is behind the frames' surfaces: behind.####.exr, with "
+                     "the same channel names",
+             .unset_means = "none",
+             .group = kInputGroup})
+        .text("frames", &JobSettings::frames,
+              {.unit = "RANGE",
+               .help = "frames to process: 1-10,20-40x2 (default: all frames on disk)",
+               .unset_means = "all frames on disk",
+               .group = kInputGroup})
+        .text("cuts", &JobSettings::cuts,
+              {.unit = "RANGE",
+               .help = "frames whose motion vectors cross a camera cut; they get no motion blur",
+               .unset_means = "none",
+               .group = kInputGroup})
+        .text("camera", &JobSettings::camera,
+              {.unit = "FILE",
+               .help = "camera file (JSON)",
+               .unset_means = "the frames' metadata",
+               .group = kInputGroup})
+        .text(
+            "profile", &JobSettings::profile,
+            {.unit = "NAME",
+             .help =
+                 "channel names and units of the renderer: cycles, nuke, arnold, vray, generic, or "
+                 "a profile file (default: detected)",
+             .unset_means = "detected",
+             .group = kInputGroup})
+        .text("layer", &JobSettings::layer,
+              {.unit = "NAME",
+               .help = "layer to use if there are several",
+               .unset_means = "the only layer",
+               .group = kInputGroup})
+        .text("view", &JobSettings::view,
+              {.unit = "NAME",
+               .help = "view to use from a multi-view file; run: all filters every view",
+               .unset_means = "the only view",
+               .group = kInputGroup})
+        .choice(
+            "nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
+            {.help = "replacement for Inf, and for values beyond 1e34, in color: 0 or the largest "
+                     "half",
+             .group = kInputGroup})
+        .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
+                {.help = "for cropped frames: grow the data window by the chain's reach, or keep "
+                         "it and lose the light that leaves it",
+                 .group = kInputGroup})
+        .choice(
+            "camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "zoom", "all"},
+            {.help = "make motion vectors from depth and camera matrices; missing: if the frames "
+                     "have none, and the zoom, which Cycles leaves out; sky: also for sky pixels "
+                     "whose vectors are zero; zoom: like sky, and add the zoom to the vectors of "
+                     "any renderer; all: instead of the frames' own",
+             .group = kInputGroup})
+        .text("max_memory", &JobSettings::max_memory,
+              {.unit = "SIZE",
+               .help = "memory limit for frames, e.g. 8G or 500M",
+               .unset_means = "three quarters of the machine's memory",
+               .group = kInputGroup})
+        .text("input_transfer", &JobSettings::input_transfer,
+              {.unit = "NAME",
+               .help = "color encoding of non-EXR inputs: linear, srgb, rec709, "
+                       "gamma22, cineon, ocio:SPACE; auto: as the file states, otherwise srgb for "
+                       "integers, linear for float",
+               .unset_means = "auto",
+               .group = kInputGroup})
+        .text("ocio", &JobSettings::ocio,
+              {.unit = "FILE",
+               .help = "OpenColorIO configuration for ocio:SPACE, view and --png",
+               .unset_means = "the environment variable OCIO, if set",
+               .group = kInputGroup})
+        .text("ocio_colorspace", &JobSettings::ocio_colorspace,
+              {.unit = "NAME",
+               .help = "color space of the frames in the OpenColorIO configuration",
+               .unset_means = "the configuration's role scene_linear",
+               .group = kInputGroup})
+        .text("layers", &JobSettings::layers,
+              {.unit = "NAMES",
+               .help = "extra color layers to filter: none, all, or comma-separated names and "
+                       "patterns",
+               .unset_means = "none",
+               .group = kLayerGroup})
+        .text("cryptomatte", &JobSettings::cryptomatte,
+              {.unit = "POLICY",
+               .help = "cryptomattes: keep as rendered, or filter each ID's coverage and re-rank; "
+                       "filter=NAMES: only these IDs, the others are removed",
+               .unset_means = "keep",
+               .group = kLayerGroup})
+        .text("fill_mask", &JobSettings::fill_mask,
+              {.unit = "NAME",
+               .help = "also write which share of each pixel came from its frame, a neighboring "
+                       "frame, or an estimate: channels NAME.frame, NAME.neighbor and "
+                       "NAME.background of EXR outputs",
+               .unset_means = "not written",
+               .group = kLayerGroup})
+        .choice("precision", &JobSettings::precision, {"fp16", "fp32"},
+                {.help = "storage of intermediate planes", .group = kPlanGroup})
+        .text("no_elide", &JobSettings::no_elide,
+              {.unit = "RULES",
+               .help = "also run work that a frame does not need: all rules, or --no-elide=RULES "
+                       "with some of " +
+                       rule_names(registry, true),
+               .unset_means = "none",
+               .implied = "all",
+               .group = kPlanGroup})
+        .text("elide", &JobSettings::elide,
+              {.unit = "RULES",
+               .help =
+                   "also use these rules, which are off by default: " + rule_names(registry, false),
+               .unset_means = "none",
+               .group = kPlanGroup})
+        .text("chunk", &JobSettings::chunk,
+              {.unit = "I/N",
+               .help = "only part I of N of the frames, e.g. 3/8",
+               .unset_means = "all frames",
+               .group = kOutputGroup})
+        .text("output", &JobSettings::output,
+              {.unit = "OUT",
+               .help = "output frames: out.####.exr",
+               .group = kOutputGroup,
+               .required = true})
+        .boolean("mkdir", &JobSettings::mkdir,
+                 {.help = "create the output folder if it does not exist", .group = kOutputGroup})
+        .choice("on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
+                {.help = "if an output exists: fail, overwrite it, or skip it if it is complete "
+                         "and made by the same chain from "
+                         "the same input (otherwise make it again)",
+                 .group = kOutputGroup})
+        .choice(
+            "missing", &JobSettings::missing, {"error", "skip", "hold"},
+            {.help = "if a requested frame is not on disk: fail, skip it, or hold another frame",
+             .group = kOutputGroup})
+        .choice("on_error", &JobSettings::on_error, {"stop", "continue"},
+                {.help = "if a frame fails", .group = kOutputGroup})
+        .choice(
+            "overflow", &JobSettings::overflow, {"refuse", "clamp"},
+            {.help =
+                 "if a result is too large for its channel: fail, or store the channel's largest "
+                 "value",
+             .unset_means = "clamp for JPEG and for --output-transfer view, otherwise refuse",
+             .group = kOutputGroup})
+        .text("compression", &JobSettings::compression,
+              {.unit = "NAME",
+               .help = "for EXR outputs: none, rle, zips, zip, piz, pxr24, b44, b44a, dwaa, dwab, "
+                       "optionally with a level, e.g. zip:4 or dwaa:45",
+               .unset_means = "the input's",
+               .group = kOutputGroup})
+        .boolean("half", &JobSettings::half,
+                 {.help = "write color of EXR outputs as half", .group = kOutputGroup})
+        .text("channels", &JobSettings::channels,
+              {.unit = "NAMES",
+               .help = "channels of EXR outputs, comma-separated; * matches any characters",
+               .unset_means = "all",
+               .group = kOutputGroup})
+        .text(
+            "output_transfer", &JobSettings::output_transfer,
+            {.unit = "NAME",
+             .help = "color encoding of non-EXR outputs: as --input-transfer, or view: "
+                     "as --ocio-view shows them; auto: as the input, otherwise srgb for integers, "
+                     "linear for float",
+             .unset_means = "auto",
+             .group = kOutputGroup})
+        .choice("bits", &JobSettings::bits, {"auto", "8", "10", "12", "16", "32"},
+                {.help = "bits per value of non-EXR outputs, 32 is float; auto: as the "
+                         "input, otherwise 16 for PNG, 32 for TIFF, 10 for DPX",
+                 .group = kOutputGroup})
+        .boolean(
+            "strict", &JobSettings::strict,
+            {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
+        .boolean("sidecar", &JobSettings::sidecar,
+                 {.help = "write OUT.json beside each output", .group = kOutputGroup})
+        .boolean("png", &JobSettings::png,
+                 {.help = "also write a preview OUT.png beside each output", .group = kOutputGroup})
+        .text("ocio_display", &JobSettings::ocio_display,
+              {.unit = "NAME",
+               .help = "display of the OpenColorIO configuration",
+               .unset_means = "the configuration's default",
+               .group = kOutputGroup})
+        .text("ocio_view", &JobSettings::ocio_view,
+              {.unit = "NAME",
+               .help = "view of that display",
+               .unset_means = "the display's default",
+               .group = kOutputGroup})
+        .text("dump_stages", &JobSettings::dump_stages,
+              {.unit = "DIR",
+               .help = "write each intermediate plane as EXR",
+               .unset_means = "not written",
+               .group = kOutputGroup})
+        .boolean(
+            "watch", &JobSettings::watch,
+            {.help = "process frames while a renderer writes them, complete ones only; wait for "
+                     "frames of --frames that do not exist yet",
+             .group = kWatchGroup})
+        .number("idle", &JobSettings::idle,
+                {.min = 1,
+                 .max = 1e7,
+                 .unit = "s",
+                 .help = "with --watch: give up on missing frames after this many seconds without "
+                         "changes",
+                 .unset_means = "wait forever",
+                 .group = kWatchGroup})
+        .table();
+}
+
+std::string option_name(const std::string& key) {
+    std::string name = "--" + key;
+    for (char& c : name)
+        if (c == '_') c = '-';
+    return name;
+}
+
+Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
+                                    Diagnostics& notes) {
+    RunSettings settings;
+    auto input = io::InputSpec::parse(job.input);
+    if (!input.ok()) return input.status().at(option_name("input"));
+    settings.input = std::move(*input);
+    if (!job.behind.empty()) {
+        auto behind = io::PathPattern::parse(job.behind);
+        if (!behind.ok()) return behind.status().at(option_name("behind"));
+        if (!settings.input.patterns.emplace(Role::behind, std::move(*behind)).second)
+            return Status(StatusCode::usage, concat(option_name("behind"),
+                                                    ": the input already names behind=; give one"));
+    }
+    if (!job.frames.empty()) {
+        auto range = io::FrameRange::parse(job.frames);
+        if (!range.ok()) return range.status().at(option_name("frames"));
+        settings.frames = std::move(*range);
+    }
+    if (!job.chunk.empty()) {
+        auto chunk = io::Chunk::parse(job.chunk);
+        if (!chunk.ok()) return chunk.status().at(option_name("chunk"));
+        settings.chunk = *chunk;
+    }
+    auto watch = watch_of(job, settings);
+    if (!watch.ok()) return watch.status();
+    settings.watch = *watch;
+    auto source = source_settings_of(job, notes);
+    if (!source.ok()) return source.status();
+    settings.source = std::move(*source);
+    settings.source.color_frames = settings.input.color();
+    if (!job.camera.empty()) settings.other_inputs.push_back({job.camera, "the camera file"});
+    if (!job.profile.empty()) settings.other_inputs.push_back({job.profile, "the profile"});
+    if (const auto& file = settings.source.camera) {
+        std::vector<Camera> cameras = {file->camera};
+        for (const auto& [number, frame] : file->frames) cameras.push_back(frame.camera);
+        for (const Camera& camera : cameras)
+            for (auto& picture : io::inputs_of(camera))
+                settings.other_inputs.push_back(std::move(picture));
+    }
+    auto plan = plan_options_of(job, registry, notes);
+    if (!plan.ok()) return plan.status();
+    settings.plan = std::move(*plan);
+    if (!job.output.empty()) {
+        auto output = io::PathPattern::parse(job.output);
+        if (!output.ok()) return output.status().at(option_name("output"));
+        settings.output = std::move(*output);
+    }
+    settings.make_folder = job.mkdir;
+    settings.on_existing = job.on_existing;
+    settings.missing = job.missing;
+    settings.on_error = job.on_error;
+    settings.overflow = job.overflow;
+    auto exr = exr_settings_of(job);
+    if (!exr.ok()) return exr.status();
+    settings.exr = std::move(*exr);
+    auto transfer = output_transfer_of(job);
+    if (!transfer.ok()) return transfer.status();
+    settings.picture = {std::move(*transfer), bits_of(job.bits)};
+    settings.strict = job.strict;
+    settings.sidecar = job.sidecar;
+    settings.preview = job.png;
+    auto view = preview_view_of(job);
+    if (!view.ok()) return view.status();
+    settings.view = std::move(*view);
+    for (const std::string& config : settings.ocio_configs())
+        settings.other_inputs.push_back({config, "the OpenColorIO configuration"});
+    settings.dump_folder = job.dump_stages;
+    if (!job.dump_stages.empty() && job.on_existing == io::OnExisting::skip)
+        return Status(StatusCode::usage,
+                      option_name("dump_stages") +
+                          ": a frame that --on-existing skip keeps has no stages; use "
+                          "--on-existing overwrite, or leave one of them out");
+    if (!job.dump_stages.empty() && job.view == kAllViews)
+        return Status(StatusCode::usage, option_name("dump_stages") +
+                                             ": stages are those of one view; name it with " +
+                                             option_name("view"));
+    // Excludes which frames are written, where, and what is written besides: they do not change the
+    // result.
+    static const std::set<std::string> kNotRepeated = {
+        "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
+        "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};
+    const ParameterTable table = job_parameters(registry);
+    for (const auto& row : table.rows()) {
+        const ParameterValue value = row.get(&job);
+        if (value != row.default_value && value != ParameterValue(std::string()) &&
+            !kNotRepeated.contains(row.key))
+            settings.given[row.key] = value;
+    }
+    return settings;
+}
+
+}  // namespace postchain::sequence

@@ -1,0 +1,89 @@
+// Job settings as text, from a command line or elsewhere. The table job_parameters() holds key,
+// type, choices, default, range and help of each.
+//
+//   text --job_parameters()--> JobSettings --run_settings_of--> RunSettings
+#pragma once
+
+#include <string>
+
+#include "chain/parameter.h"
+#include "chain/pass.h"
+#include "config/diagnostic.h"
+#include "tools/sequence/settings/run_settings.h"
+
+namespace postchain::sequence {
+
+enum class BitsChoice { as_input, bits_8, bits_10, bits_12, bits_16, bits_32 };
+
+// Strings are in the forms that docs/command.md describes; empty = not given.
+struct JobSettings {
+    std::string input;
+    std::string behind;
+    std::string frames;
+    std::string cuts;
+    std::string camera;
+    std::string profile;
+    std::string layer;
+    std::string view;
+    NonfiniteColor nonfinite = NonfiniteColor::clamp;
+    DataWindow data_window = DataWindow::grow;
+    CameraMotion camera_motion = CameraMotion::missing;
+    std::string max_memory;
+    std::string input_transfer = "auto";  // "auto", a curve, or "ocio:SPACE"
+    std::string ocio;
+    std::string ocio_colorspace;
+
+    std::string layers = "none";       // "none", "all", or comma-separated names
+    std::string cryptomatte = "keep";  // "keep", "filter", "filter=NAMES"
+    std::string fill_mask;
+
+    Precision precision = Precision::fp32;
+    std::string no_elide;  // "all", or comma-separated rules
+    std::string elide;     // comma-separated rules
+
+    std::string chunk;
+    std::string output;
+    bool mkdir = false;
+    io::OnExisting on_existing = io::OnExisting::fail;
+    MissingPolicy missing = MissingPolicy::error;
+    ErrorPolicy on_error = ErrorPolicy::stop;
+    std::optional<io::HalfOverflow> overflow;
+    std::string compression;
+    bool half = false;
+    std::string channels;
+    std::string output_transfer = "auto";  // like input_transfer, or "view"
+    BitsChoice bits = BitsChoice::as_input;
+    bool strict = false;
+    bool sidecar = true;
+    bool png = false;
+    std::string ocio_display;
+    std::string ocio_view;
+    std::string dump_stages;
+
+    bool watch = false;
+    std::optional<double> idle;  // s
+};
+
+inline constexpr const char* kInputGroup = "input";
+inline constexpr const char* kLayerGroup = "layers";  // layers filtered in addition to color
+inline constexpr const char* kPlanGroup = "plan";
+inline constexpr const char* kOutputGroup = "output";
+inline constexpr const char* kWatchGroup = "watch";  // command only
+// Accepts the rule names of the registry.
+ParameterTable job_parameters(const PassRegistry& registry);
+
+// Name of a setting in messages and its command option: "on_existing" -> "--on-existing".
+std::string option_name(const std::string& key);
+
+// JobSettings::max_memory in bytes. Errors (usage) name the setting.
+Result<uint64_t> memory_limit_of(const std::string& text);
+
+// Reads the images of apertures that a camera file names. Errors: those of read_aperture_image().
+Status read_aperture_images(CameraFile& file);
+
+// All settings except the version. `notes` gets the camera file's diagnostics, errors too. Errors:
+// (usage) naming the setting; those of find_profile() and load_camera().
+Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
+                                    Diagnostics& notes);
+
+}  // namespace postchain::sequence

@@ -1,0 +1,235 @@
+#include "tools/sequence/source/sequence_reader.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "chain/text.h"
+#include "tools/sequence/source/behind_planes.h"
+#include "tools/sequence/source/layers_apart.h"
+#include "tools/sequence/source/neighbor_planes.h"
+
+namespace postchain::sequence {
+
+RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted) {
+    const RoleSet own = roles_in_files(header);
+    // Mattes exist if a chain names them; they are then read with any other plane.
+    RoleSet planes = RoleSet{Role::color} | (own & (wanted | RoleSet{Role::mattes}));
+    for (Neighbor neighbor : kNeighbors) {
+        for (Role role : kNeighborRoles) {
+            const Role with = role == Role::mattes ? Role::color : role;
+            if (!own.has(role) || !wanted.of(neighbor).has(with)) continue;
+            planes.add(role);
+            planes.add(role_of(neighbor, role));
+        }
+    }
+    return planes;
+}
+
+io::InputSpec input_of_neighbors(io::InputSpec input) {
+    input.patterns.erase(Role::behind);
+    return input;
+}
+
+struct SequenceReader::Entry : OpenedFrame {
+    bool is_neighbor_only = false;  // it lacks a layer that was requested by name
+    bool is_decoded = false;
+    Status status;  // of decoding
+    SharedPlanes pixels;
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
+    Status strict_fault;
+    std::optional<SourceFrame> source;  // until it is handed out
+};
+
+SequenceReader::SequenceReader(const SourceSettings& settings, io::InputSpec input,
+                               PlanesOf planes_of, IsWhole whole)
+    : settings_(settings),
+      input_(std::move(input)),
+      planes_of_(std::move(planes_of)),
+      whole_(std::move(whole)) {}
+
+SequenceReader::~SequenceReader() = default;
+
+Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::string>& files) {
+    std::erase_if(window_, [&](const auto& entry) {
+        return entry.first < number - 1 || entry.first > number + 1 ||
+               (entry.first == number && entry.second->is_neighbor_only);
+    });
+    auto entry = enter(number, files);
+    if (!entry.ok()) return entry.status();
+    FrameInputs inputs;
+    inputs.frame = *entry;
+    for (Neighbor neighbor : kNeighbors)
+        if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
+    // A file of its own, or the deep file of color.
+    const auto own = files.find(Role::behind);
+    const bool given = own != files.end();
+    if (!given && !inputs.frame->header.has_behind) return inputs;
+    const std::string& path = given ? own->second : files.at(Role::color);
+    if (!inputs.frame->planes.has(Role::behind)) {
+        if (given)
+            inputs.warnings.push_back(
+                concat(path,
+                       ": not read: no pass of the chain takes light from the layer behind "
+                       "on this frame (inverse warps do)"));
+        return inputs;
+    }
+    auto behind = open_behind(settings_, path, *inputs.frame);
+    if (!behind.ok() && (given || behind.status().code() == StatusCode::memory))
+        return behind.status();
+    if (!behind.ok()) {
+        inputs.warnings.push_back(
+            concat("filtered without the layer behind: ", behind.status().message()));
+        return inputs;
+    }
+    inputs.behind = std::make_shared<const OpenedFrame>(std::move(*behind));
+    return inputs;
+}
+
+Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
+    int number, const std::map<Role, std::string>& files) {
+    if (const auto found = window_.find(number); found != window_.end()) return found->second;
+    auto entry = std::make_shared<Entry>();
+    entry->number = number;
+    entry->files = files;
+    // A neighbor needs none, so a frame's own is opened apart.
+    entry->files.erase(Role::behind);
+    for (const auto& [role, path] : entry->files) entry->stamps.push_back(io::FileStamp::of(path));
+    auto header = open_source_frame(settings_, entry->files, number);
+    if (!header.ok()) return header.status();
+    if (input_.patterns.contains(Role::behind)) header->has_behind = true;
+    entry->planes = planes_to_read(*header, planes_of_(*header));
+    entry->header = std::move(*header);
+    window_[number] = entry;
+    return entry;
+}
+
+std::set<Neighbor> SequenceReader::reads_with(int number,
+                                              const std::map<Role, std::string>& files) {
+    std::set<Neighbor> neighbors;
+    const auto header = open_source_frame(settings_, files, number);
+    if (!header.ok()) return neighbors;
+    const RoleSet planes = planes_to_read(*header, planes_of_(*header));
+    for (Neighbor neighbor : kNeighbors) {
+        const int cut = neighbor == Neighbor::before ? number - 1 : number;
+        const bool reads = !planes.of(neighbor).empty() || header->looked_for_cameras;
+        if (reads && !settings_.cuts.contains(cut)) neighbors.insert(neighbor);
+    }
+    return neighbors;
+}
+
+void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
+    const OpenedFrame& frame = *inputs.frame;
+    const int number = frame.number + frames_to(neighbor);
+    std::string& why = inputs.missing[neighbor];
+    why = absence(frame.number, neighbor);
+    if (!why.empty()) return;
+    auto other = enter(number, on_disk_->at(number));
+    if (other.status().code() == StatusCode::usage) {
+        // Read for its color, with whichever layers it has.
+        const std::string asked = std::exchange(settings_.layers.layers, "all");
+        other = enter(number, on_disk_->at(number));
+        settings_.layers.layers = asked;
+        if (other.ok()) (*other)->is_neighbor_only = true;
+    }
+    if (!other.ok()) {
+        why = other.status().message();
+        inputs.warnings.push_back(
+            concat("filtered without the frame ", name_of(neighbor), ": ", why));
+        return;
+    }
+    const io::Window &own = color_part(frame.header).display_window,
+                     &its = color_part((*other)->header).display_window;
+    // Its color is used even if it lacks layers.
+    const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers};
+    if (own != its)
+        why =
+            concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
+    else if (!lacking.empty())
+        why = concat("frame ", number, " has no ", lacking.text());
+    if (!why.empty()) return;
+    if (frame.planes.of(neighbor).has(Role::layers))
+        if (const auto layers = layers_lacking(frame.header.layers, (*other)->header.layers);
+            !layers.empty())
+            inputs.warnings.push_back(concat("filtered without the frame ", name_of(neighbor),
+                                             ", which lacks these layers: ", joined(layers)));
+    inputs.missing.erase(neighbor);
+    inputs.neighbors[neighbor] = *other;
+}
+
+// Why the frame does not exist; empty if it does.
+std::string SequenceReader::absence(int number, Neighbor neighbor) {
+    if (!input_.color().has_token()) return "the input is one file";
+    if (!on_disk_) {
+        auto list = io::find_frames(input_of_neighbors(input_), std::nullopt);
+        on_disk_ = std::make_shared<const FramesOnDisk>(list.ok() ? std::move(list->files)
+                                                                  : FramesOnDisk());
+    }
+    const bool before = neighbor == Neighbor::before;
+    const int wanted = number + frames_to(neighbor);
+    const auto beyond = before ? on_disk_->lower_bound(number) : on_disk_->upper_bound(number);
+    if (beyond == (before ? on_disk_->begin() : on_disk_->end()))
+        return concat("frame ", number, " is the ", before ? "first" : "last", " on disk");
+    const int nearest = before ? std::prev(beyond)->first : beyond->first;
+    if (nearest != wanted)
+        return concat("frame ", wanted, " is not on disk, and frame ", nearest, " is not the ",
+                      before ? "previous" : "next", " one");
+    const int cut = before ? wanted : number;
+    if (settings_.cuts.count(cut)) return concat("a cut follows frame ", cut);
+    return "";
+}
+
+Status SequenceReader::decode(Entry& entry) {
+    if (entry.is_decoded) return entry.status;
+    entry.is_decoded = true;
+    ++decoded_;
+    auto source =
+        read_source_frame(settings_, entry.header, entry.planes,
+                          whole_ && whole_(entry.number) ? io::Keep::all : io::Keep::nothing);
+    entry.status = source.status();
+    if (!source.ok()) return entry.status;
+    entry.pixels = source->planes;
+    entry.cryptomattes = source->cryptomattes;
+    entry.strict_fault = source->strict_fault;
+    entry.source = std::move(*source);
+    return Status();
+}
+
+Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
+    Entry& entry = *window_.at(inputs.frame->number);
+    // A held frame replaces several frames: it is read for each of them.
+    if (entry.status.ok() && !entry.source) entry.is_decoded = false;
+    if (Status status = decode(entry); !status.ok()) return status;
+    SourceFrame frame = std::move(*entry.source);
+    entry.source.reset();
+    frame.description.missing_neighbors = inputs.missing;
+    frame.warnings.insert(frame.warnings.end(), inputs.warnings.begin(), inputs.warnings.end());
+    std::map<Neighbor, NeighborFrame> neighbors;
+    for (const auto& [neighbor, opened] : inputs.neighbors) {
+        Entry& other = *window_.at(opened->number);
+        if (Status status = decode(other); !status.ok()) {
+            // Otherwise the result would depend on the machine's memory.
+            if (status.code() == StatusCode::memory) return status;
+            const std::string why = status.message();
+            frame.description.missing_neighbors[neighbor] = why;
+            frame.warnings.push_back(
+                concat("filtered without the frame ", name_of(neighbor), ": ", why));
+            continue;
+        }
+        neighbors[neighbor] = {&other.header, &other.pixels, other.cryptomattes};
+        if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
+    }
+    add_neighbors(neighbors, entry.planes, entry.header.window, frame);
+    if (inputs.behind)
+        if (Status status = add_behind(settings_, *inputs.behind, entry.header, frame);
+            !status.ok())
+            return status;
+    if (inputs.neighbors.empty()) {
+        entry.pixels.clear();
+        entry.cryptomattes.reset();
+        entry.is_decoded = false;
+    }
+    return frame;
+}
+
+}  // namespace postchain::sequence

@@ -1,0 +1,95 @@
+// Reads the frames of a sequence, each with the neighbor planes that are needed.
+//
+//   n --open--> FrameInputs   headers of n and of the frames before and after; what is missing, why
+//   FrameInputs --read--> SourceFrame   pixels of all three, by role
+//
+// Keeps the last three frames, so that in numeric order each file is opened, decoded and converted
+// once. Planes are shared, never copied. Neighbors depend on what is on disk, not on which frames
+// are requested: a part of a sequence gives the same result as the whole. Rules: docs/command.md,
+// "Frames before and after".
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/sequence.h"
+#include "tools/sequence/source/frame_source.h"
+
+namespace postchain::sequence {
+
+// A frame whose header has been read.
+struct OpenedFrame {
+    int number = 0;
+    std::map<Role, std::string> files;  // as in io::FrameList::files
+    std::vector<io::FileStamp> stamps;  // of the files, taken before the first was opened
+    FrameHeader header;
+    RoleSet planes;  // to read: its own, and those that its neighbors use
+};
+
+// Files by frame, for frames with a file for each plane.
+using FramesOnDisk = std::map<int, std::map<Role, std::string>>;
+
+struct FrameInputs {
+    std::shared_ptr<const OpenedFrame> frame;
+    // Neighbors with wanted planes: the frame, or why there is none.
+    std::map<Neighbor, std::shared_ptr<const OpenedFrame>> neighbors;
+    std::map<Neighbor, std::string> missing;
+    std::shared_ptr<const OpenedFrame> behind;  // the layer behind, if it is read
+    std::vector<std::string> warnings;
+};
+
+// Planes to read of a frame of which `wanted` are needed. Planes wanted of a neighbor are also read
+// of the frame itself, because it is its neighbors' neighbor.
+RoleSet planes_to_read(const FrameHeader& header, RoleSet wanted);
+
+// The files that make a frame a neighbor: all but the layer behind.
+io::InputSpec input_of_neighbors(io::InputSpec input);
+
+class SequenceReader {
+  public:
+    // Planes wanted of a frame and of its neighbors, from its header.
+    using PlanesOf = std::function<RoleSet(const FrameHeader&)>;
+    using IsWhole = std::function<bool(int number)>;
+
+    // `whole`: frames that are written back; their files are read with every channel. Empty = none.
+    SequenceReader(const SourceSettings& settings, io::InputSpec input, PlanesOf planes_of,
+                   IsWhole whole = {});
+    ~SequenceReader();
+
+    // Sets the frames on disk, with the files of input_of_neighbors(). Otherwise they are listed
+    // when the first frame with a neighbor is opened.
+    void see(std::shared_ptr<const FramesOnDisk> on_disk) { on_disk_ = std::move(on_disk); }
+    // Neighbors whose planes or camera the frame would read if they existed; none if its own files
+    // cannot be read.
+    std::set<Neighbor> reads_with(int number, const std::map<Role, std::string>& files);
+
+    // Errors (input): the frame's own. A neighbor's error becomes a reason and a warning.
+    Result<FrameInputs> open(int number, const std::map<Role, std::string>& files);
+    // Reads the frame last opened, always with color. Errors: those of open().
+    Result<SourceFrame> read(const FrameInputs& inputs);
+
+    size_t decoded() const { return decoded_; }  // number of frames so far
+
+  private:
+    struct Entry;
+    Result<std::shared_ptr<Entry>> enter(int number, const std::map<Role, std::string>& files);
+    void find_neighbor(Neighbor neighbor, FrameInputs& inputs);
+    std::string absence(int number, Neighbor neighbor);
+    Status decode(Entry& entry);
+
+    SourceSettings settings_;
+    io::InputSpec input_;
+    PlanesOf planes_of_;
+    IsWhole whole_;
+    std::map<int, std::shared_ptr<Entry>> window_;  // by number
+    std::shared_ptr<const FramesOnDisk> on_disk_;
+    size_t decoded_ = 0;
+};
+
+}  // namespace postchain::sequence

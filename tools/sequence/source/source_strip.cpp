@@ -1,0 +1,288 @@
+#include "tools/sequence/source/source_strip.h"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include "tools/sequence/source/clear_edges.h"
+#include "tools/sequence/source/clock.h"
+#include "tools/sequence/source/memory.h"
+
+namespace postchain::sequence {
+namespace {
+
+// Extra rows above and below that edge detection reads.
+constexpr int kContextRows = 4;
+static_assert(kContextRows >= kClearEdgeRows);
+
+FramePlanes rows_of(const FramePlanes& planes, int first, int end) {
+    FramePlanes rows;
+    for (const auto& [role, plane] : planes) {
+        ImageF& part = rows[role];
+        part = ImageF(plane.width, end - first, plane.channels);
+        const size_t row = size_t(plane.width) * size_t(plane.channels);
+        std::copy_n(plane.data.data() + size_t(first) * row, part.data.size(), part.data.data());
+    }
+    return rows;
+}
+
+void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
+    for (const auto& [role, part] : rows) {
+        ImageF& plane = planes.at(role);
+        const size_t row = size_t(plane.width) * size_t(plane.channels);
+        std::copy(part.data.begin(), part.data.end(),
+                  plane.data.begin() + std::ptrdiff_t(size_t(first) * row));
+    }
+}
+
+// Fractions refer to the whole image, not to the rows read.
+void in_pixels(MotionConvention& motion, const io::Window& window) {
+    if (motion.unit == MotionUnit::pixels) return;
+    motion.unit = MotionUnit::pixels;
+    motion.scale_x *= window.width();
+    motion.scale_y *= window.height();
+}
+
+}  // namespace
+
+RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
+    RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
+    // Generated vectors need depth.
+    if (header.makes_motion && (present.has(Role::motion) || present.has(Role::motion_back)))
+        present = present | RoleSet{Role::inverse_depth, Role::motion};
+    if (header.zoom && present.has(Role::motion_back)) present.add(Role::motion);
+    return present;
+}
+
+void SourceFindings::add(const SourceFindings& next) {
+    FrameBounds& b = bounds;
+    const FrameBounds& n = next.bounds;
+    b.max_speed_px = std::max(b.max_speed_px, n.max_speed_px);
+    b.max_speed_back_px = std::max(b.max_speed_back_px, n.max_speed_back_px);
+    b.min_inverse_depth = std::min(b.min_inverse_depth, n.min_inverse_depth);
+    b.max_inverse_depth = std::max(b.max_inverse_depth, n.max_inverse_depth);
+    b.one_color = b.one_color && n.one_color && b.min_color == n.min_color;
+    b.color_is_half = b.color_is_half && n.color_is_half;
+    b.layers_are_half = b.layers_are_half && n.layers_are_half;
+    for (size_t c = 0; c < 4; ++c) {
+        b.min_color[c] = std::min(b.min_color[c], n.min_color[c]);
+        b.max_color[c] = std::max(b.max_color[c], n.max_color[c]);
+    }
+    health.nonfinite_color += next.health.nonfinite_color;
+    health.nonfinite_depth += next.health.nonfinite_depth;
+    health.nonfinite_motion += next.health.nonfinite_motion;
+    health.sentinel_motion += next.health.sentinel_motion;
+    health.negative_depth += next.health.negative_depth;
+    health.motion_all_zero = health.motion_all_zero && next.health.motion_all_zero;
+    if (!health.first_nonfinite) health.first_nonfinite = next.health.first_nonfinite;
+    edges.depth.add(next.edges.depth);
+    edges.motion.add(next.edges.motion);
+    clear_edges += next.clear_edges;
+    sky_motion_from_camera += next.sky_motion_from_camera;
+    motion_from_camera += next.motion_from_camera;
+    zoom_motion_added += next.zoom_motion_added;
+    sky.add(next.sky);
+}
+
+namespace {
+
+Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader& header,
+                               RoleSet present, io::Keep keep, int first, int end) {
+    SourceStrip strip;
+    const io::Window& window = header.window;
+    const int height = window.height();
+    const int top = std::max(0, first - kContextRows),
+              bottom = std::min(height, end + kContextRows);
+    ConvertOptions options = header.match.options;
+    options.nonfinite_color = settings.nonfinite_color;
+    in_pixels(options.motion, window);
+    in_pixels(options.motion_back, window);
+
+    auto start = Clock::now();
+    io::PlanesArea area{window, header.match.options};
+    area.window.min_y = window.min_y + top;
+    area.window.max_y = window.min_y + bottom - 1;
+    const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
+    constexpr RoleSet kApart = {Role::layers, Role::mattes, Role::behind};
+    auto read =
+        io::read_frame(header.files, header.assignment, present - kApart - made, keep, area);
+    if (!read.ok()) return read.status();
+    for (Role role : {Role::motion, Role::motion_back})
+        if (made.has(role) && present.has(role)) {
+            const ImageF& color = read->planes.at(Role::color);
+            read->planes[role] = ImageF(color.width, color.height, channels_of(role));
+        }
+    if (present.has(Role::layers) && !header.layers.filtered.empty()) {
+        auto layers = read_layers(header.layers, *read, area.window);
+        if (!layers.ok()) return layers.status();
+        read->planes[Role::layers] = std::move(*layers);
+    }
+    if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
+        auto cryptomattes = std::make_shared<FrameCryptomattes>();
+        cryptomattes->window = area.window;
+        for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i) {
+            auto ranks = io::read_ranks(header.files.color_file(), header.layers.cryptomattes[i],
+                                        area.window);
+            if (!ranks.ok()) return ranks.status();
+            strip.mattes.add_cryptomatte(header.files.color_file().path(),
+                                         header.layers.cryptomattes[i], *ranks);
+            cryptomattes->names.push_back(header.layers.cryptomattes[i].name);
+            cryptomattes->ranks.push_back(std::move(*ranks));
+        }
+        strip.cryptomattes = std::move(cryptomattes);
+    }
+    if (present.has(Role::mattes)) {
+        auto mattes = read_mattes(header.layers, *read, area.window, strip.mattes);
+        if (!mattes.ok()) return mattes.status();
+        read->planes[Role::mattes] = std::move(*mattes);
+    }
+    strip.read_ms = milliseconds_since(start);
+
+    start = Clock::now();
+    strip.input = std::move(*read);
+    FramePlanes planes = std::move(strip.input.planes);
+    const auto convert = [&](FramePlanes& rows, int from,
+                             FrameDescription& description) -> Result<InputHealth> {
+        description = strip.input.description;
+        description.camera = header.camera;
+        description.origin_x = window.min_x - strip.input.display_window.min_x;
+        description.origin_y = window.min_y + from - strip.input.display_window.min_y;
+        auto health = convert_frame(rows, description, options);
+        if (!health.ok()) return health.status().at(header.files.color_file().path());
+        return health;
+    };
+    const bool with_context = top < first || bottom > end;
+    FramePlanes core = with_context ? rows_of(planes, first - top, end - top) : FramePlanes();
+    FramePlanes& own = with_context ? core : planes;
+    auto health = convert(own, first, strip.description);
+    if (!health.ok()) return health.status();
+    if (with_context) {
+        put_rows(core, planes, first - top);
+        FrameDescription ignored;
+        for (const auto& [from, to] : {std::pair{top, first}, std::pair{end, bottom}}) {
+            if (from >= to) continue;
+            FramePlanes context = rows_of(planes, from - top, to - top);
+            if (auto faults = convert(context, from, ignored); !faults.ok()) return faults.status();
+            put_rows(context, planes, from - top);
+        }
+    }
+    SourceFindings& findings = strip.findings;
+    findings.half_depth = strip.input.half_depth;
+    findings.health = *health;
+    if (auto& place = findings.health.first_nonfinite) (*place)[1] += first;
+    const Strip rows = {top, first, end, height};
+    findings.edges = count_mixed_edges(planes, rows);
+    findings.clear_edges = fill_clear_edges(planes, rows);
+    if (with_context) planes = rows_of(planes, first - top, end - top);
+    if (header.zoom) {
+        findings.zoom_motion_added =
+            add_zoom_motion(*header.zoom, header.sky.has_value(), planes, strip.description);
+        findings.health.motion_all_zero = false;
+    }
+    if (header.makes_motion) {
+        findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
+        findings.health.motion_all_zero = false;
+    } else if (header.sky)
+        findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, strip.description);
+    else
+        findings.sky = count_sky(planes);
+    findings.bounds = strip.description.bounds;
+    strip.planes = std::move(planes);
+    strip.convert_ms = milliseconds_since(start);
+    return strip;
+}
+
+}  // namespace
+
+Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
+                                      RoleSet present, io::Keep keep, int first, int end) {
+    try {
+        return read_strip(settings, header, present, keep, first, end);
+    } catch (const std::bad_alloc&) {
+        return Status(StatusCode::memory,
+                      concat(header.files.color_file().path(), ": not enough memory: needs ",
+                             bytes_text(frame_bytes(header, present, keep, end - first)),
+                             "; free some or render smaller"));
+    }
+}
+
+void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
+              SourceStrip strip) {
+    const std::string path = header.files.color_file().path();
+    const SourceFindings& findings = strip.findings;
+    frame.input = std::move(strip.input);
+    frame.input.window = header.window;
+    frame.input.description.width = header.window.width();
+    frame.input.description.height = header.window.height();
+    frame.conversion = header.match.options;
+    frame.conversion.nonfinite_color = settings.nonfinite_color;
+    frame.description = std::move(strip.description);
+    frame.description.width = header.window.width();
+    frame.description.height = header.window.height();
+    frame.description.origin_y = header.window.min_y - frame.input.display_window.min_y;
+    frame.description.bounds = findings.bounds;
+    frame.description.bounds.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
+    for (const auto& [role, where] : header.assignment)
+        if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
+    frame.match = std::move(header.match);
+    frame.camera_origins = std::move(header.camera_origins);
+    frame.layers = std::move(header.layers);
+    if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
+        frame.cryptomattes = std::move(strip.cryptomattes);
+    frame.warnings = std::move(header.warnings);
+    frame.warnings.insert(frame.warnings.end(), strip.mattes.warnings.begin(),
+                          strip.mattes.warnings.end());
+    if (strip.mattes.faulty > 0)
+        frame.strict_fault = Status(
+            StatusCode::health, concat(path, ": ", strip.mattes.faulty,
+                                       " faulty values in mattes under --strict; nothing written"));
+    frame.health = findings.health;
+    SurfaceHealth& surfaces = frame.surface_health;
+    surfaces.mixed_edges = findings.edges.parts();
+    surfaces.clear_edges = findings.clear_edges;
+    surfaces.sky_motion_from_camera = findings.sky_motion_from_camera;
+    surfaces.motion_from_camera = findings.motion_from_camera;
+    surfaces.zoom_motion_added = findings.zoom_motion_added;
+    surfaces.sky_without_motion = header.sky_is_still ? 0 : findings.sky.without_motion();
+
+    const InputHealth& health = frame.health;
+    const auto warn = [&](const std::string& text) {
+        frame.warnings.push_back(path + ": " + text);
+    };
+    const auto count = [&](uint64_t pixels, const char* what) {
+        if (pixels) warn(concat(pixels, " pixels ", what));
+    };
+    count(health.nonfinite_color, "with non-finite color (or beyond 1e34) were replaced");
+    count(health.nonfinite_depth, "with non-finite depth are treated as infinitely far");
+    count(health.nonfinite_motion, "with non-finite motion are treated as static");
+    if (auto& first = frame.health.first_nonfinite) {
+        (*first)[0] += header.window.min_x;
+        (*first)[1] += header.window.min_y;
+        warn("the first non-finite pixel is " + frame.first_nonfinite_text());
+        frame.strict_fault =
+            Status(StatusCode::health, concat(path, ": ", health.nonfinite(),
+                                              " non-finite pixels under --strict, the first at ",
+                                              frame.first_nonfinite_text(), "; nothing written"));
+    }
+    count(health.negative_depth, "with depth <= 0 are treated as infinitely far");
+    count(health.sentinel_motion, "with the 'no vector' sentinel are treated as static");
+    count(
+        surfaces.sky_without_motion,
+        "of sky have no motion although everything else moves; they stay sharp (a camera file with "
+        "camera_matrix_world gives them camera motion)");
+    if (surfaces.motion_from_camera && settings.camera_motion == CameraMotion::missing)
+        warn(concat("no motion vectors (looked for ", frame.match.missing[Role::motion],
+                    "): the camera's are used, and objects that move by themselves stay sharp "
+                    "(--camera-motion all, if that is meant)"));
+    if (frame.description.planes.has(Role::motion) && health.motion_all_zero)
+        warn(health.sentinel_motion > 0
+                 ? "every motion vector is zero or the sentinel: there will be no motion blur"
+                 : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
+                   "vectors when its own motion blur is on; switch it off)");
+    if (findings.half_depth)
+        warn(
+            "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "
+            "depth as float");
+}
+
+}  // namespace postchain::sequence

@@ -225,11 +225,11 @@ const PassType& pass_type() {
         .help = "Depth of field by a signed circle of confusion from the depth plane.",
         .parameters = &table(),
         .create = [] { return std::make_unique<DepthOfField>(); },
-        .rules = {{kRuleFocusBlocks, true,
-                   "the blurred image in blocks that do not show it, color and radius in blocks "
-                   "that show "
-                   "only it",
-                   "focus_tiles"}}};
+        .rules = {
+            {kRuleFocusBlocks, true,
+             "the blurred image in blocks that do not show it, color and radius in blocks that "
+             "show only it",
+             "focus_tiles"}}};
     return type;
 }
 

@@ -99,7 +99,8 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
     std::set<int> cuts = settings->source.cuts;  // of no frame that was run or is on disk
     std::erase_if(cuts, [&](int frame) {
         std::error_code failed;
-        return std::filesystem::exists(settings->input.color().format(frame), failed);
+        const io::PathPattern& color = settings->input.color();
+        return color.has_token() && std::filesystem::exists(color.format(frame), failed);
     });
     const StopOnSignal stop;
     auto context = context_of(options);

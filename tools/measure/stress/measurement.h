@@ -8,6 +8,7 @@
 #include <set>
 
 #include "chain/planner.h"
+#include "shaders/shared/color_limits.h"
 #include "tools/measure/stress/check.h"
 #include "tools/measure/stress/transform.h"
 
@@ -28,7 +29,7 @@ struct Bounds {
 };
 Bounds bounds_of(Precision precision, int tile);
 
-inline constexpr float kMaxHalf = 65504;
+using shared::kMaxHalf;
 // A pixel jumps if it changes by more than this multiple of eps times the largest color.
 inline constexpr double kJump = 20;
 // A change of depth is small only if it changes the circle of confusion of a surface in focus by at

@@ -30,10 +30,6 @@ std::string name_of(const std::string& path) {
     return fs::path(path).filename().string();
 }
 
-bool is_in(const std::string& path, const std::string& folder) {
-    return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
-}
-
 // A dangling link exists too: its name is taken.
 bool is_there(const std::string& path) {
     struct stat info;
@@ -68,6 +64,10 @@ std::vector<std::string> names_in(const std::string& folder) {
 }
 
 }  // namespace
+
+bool is_inside(const std::string& path, const std::string& folder) {
+    return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
+}
 
 std::string FolderNames::name(const std::string& folder) const {
     const std::string whole = without_links(folder);
@@ -159,7 +159,7 @@ std::string OutputFiles::threat(const std::string& path, const std::string& reso
 // An input in the folder; empty: none.
 std::string OutputFiles::input_in(const std::string& folder) const {
     for (const auto& [path, what] : input_at_)
-        if (is_in(path, folder)) return what;
+        if (is_inside(path, folder)) return what;
     return "";
 }
 
@@ -305,7 +305,7 @@ Result<OnExisting> OutputFiles::permit(const std::string& path) const {
     if (const std::string harm = threat(path, whole); !harm.empty())
         return usage(path, "this file " + harm + "; it is not written");
     for (const OutputFolder& own : folders_)
-        if (is_in(whole, folder_names_.name(own.path))) return OnExisting::overwrite;
+        if (is_inside(whole, folder_names_.name(own.path))) return OnExisting::overwrite;
     bool known = file_at_.count(whole) > 0;
     for (const OutputFamily& family : families_)
         known = known || (folder == family.folder && family.has(name_of(path)));

@@ -30,6 +30,9 @@
 
 namespace postchain::io {
 
+// True if `path` is `folder` or lies in it. Both are absolute, without links and dots.
+bool is_inside(const std::string& path, const std::string& folder);
+
 // A file that a job reads in addition to its frames.
 struct InputFile {
     std::string path;

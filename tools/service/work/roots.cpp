@@ -9,16 +9,14 @@
 #include <filesystem>
 #include <string_view>
 
+#include "tools/sequence/files/output_files.h"
+
 namespace postchain::service {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr int kMaxLinks = 40;  // limit of the Linux kernel
-
-bool is_in(const std::string& path, const std::string& folder) {
-    return path == folder || path.starts_with(folder == "/" ? folder : folder + "/");
-}
 
 // Puts the parts of a path before the remaining ones.
 void put_before(std::deque<std::string>& parts, const std::string& path) {
@@ -108,7 +106,7 @@ Result<std::string> Roots::resolve(const std::string& path) const {
     if (resolved.size() >= PATH_MAX)
         return Status(StatusCode::usage, "'" + given(path) + "' is too long for a path");
     for (const std::string& folder : entries())
-        if (!resolved.empty() && is_in(resolved, folder)) return resolved;
+        if (!resolved.empty() && io::is_inside(resolved, folder)) return resolved;
     return Status(StatusCode::usage, "'" + given(path) + "' is outside the folders of this " +
                                          (within_.empty() ? "service" : "user"));
 }
@@ -131,7 +129,7 @@ Result<Roots> Roots::within(const std::vector<std::string>& folders) const {
 std::string Roots::shown(const std::string& path) const {
     const std::string& first = folders_.front();
     if (path == first) return ".";
-    if (!is_in(path, first) || first == "/") return path;
+    if (!io::is_inside(path, first) || first == "/") return path;
     const std::string below = path.substr(first.size() + 1);
     // "a=b.exr" would name a plane (InputSpec::parse).
     return below[std::min(below.find_first_of("=/."), below.size())] == '=' ? "./" + below : below;

@@ -7,13 +7,14 @@
 #include <cstdint>
 
 #include "tools/sequence/exr/pixel_encode.h"
+#include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/image/png.h"
 
 namespace postchain::report {
 
 namespace {
 
-constexpr float kMaxHalf = 65504;
+using io::kMaxHalf;
 constexpr uint16_t kHalfInfinity = 0x7c00;
 constexpr uint16_t kHalfNan = 0x7e00;
 constexpr int kLevel = 6;  // of zlib

@@ -207,9 +207,9 @@ class CameraParser {
                 ignored(key, "'" + key.text + "' is not a frame number");
             else if (!found)
                 ignored(value, concat("the matrix of frame ", *frame,
-                                      " does not consist of rotation, scale and translation, as "
-                                      "three rows of three or four numbers and a last row "
-                                      "[0, 0, 0, 1]"));
+                                      " does not consist of rotation, scale and translation: three "
+                                      "rows of three or four numbers, then [0, 0, 0, 1] or "
+                                      "nothing"));
             else
                 file_.rotations[*frame] = *found;
             if (const auto at = place(value); frame.ok() && found && at) file_.places[*frame] = *at;

@@ -166,8 +166,7 @@ std::map<Role, Found> find_roles(const Profile& profile, const std::string& laye
 
 bool same_channels(const std::map<Role, Found>& a, const std::map<Role, Found>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& one, const auto& two) {
-        return one.first == two.first && one.second.channels.part == two.second.channels.part &&
-               one.second.channels.channels == two.second.channels.channels;
+        return one.first == two.first && one.second.channels == two.second.channels;
     });
 }
 
@@ -238,8 +237,9 @@ Result<std::string> choose_layer(const Profile& profile, const Names& names,
         if (roles == most) best.push_back(layer);
     }
     // One layer may have two names, with and without that of its part.
+    const std::vector<std::string> equal = best;
     std::erase_if(best, [&](const std::string& name) {
-        return std::any_of(best.begin(), best.end(), [&](const std::string& other) {
+        return std::any_of(equal.begin(), equal.end(), [&](const std::string& other) {
             return name.ends_with("." + other) && same_channels(find_roles(profile, name, names),
                                                                 find_roles(profile, other, names));
         });

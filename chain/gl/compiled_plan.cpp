@@ -86,7 +86,7 @@ Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room)
     storage_.resize(count);
     for (size_t t = 0; t < count; ++t) {
         const int place = shared.of[t];
-        storage_[t] = place < 0 ? int(count + t) : place;  // the host's: taken to share none
+        storage_[t] = place < 0 ? int(count + t) : place;  // the host's share no storage
         if (place < 0) continue;
         const PlanTexture& texture = plan_.textures[t];
         if (size_t(place) >= textures_.size()) return status.at(texture.name);

@@ -112,7 +112,7 @@ Status CompiledPlan::take_images(const Room& room, uint64_t run) {
     storage_.resize(count);
     for (size_t t = 0; t < count; ++t) {
         const int place = shared.of[t];
-        storage_[t] = place < 0 ? int(count + t) : place;  // the host's: taken to share none
+        storage_[t] = place < 0 ? int(count + t) : place;  // the host's share no storage
         if (place >= 0) image_of_[t] = images_[size_t(place)];
     }
     find_barriers();

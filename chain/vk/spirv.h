@@ -20,8 +20,8 @@ struct Unit {
     bool operator==(const Unit&) const = default;
 };
 
-// GL counts the units of each kind from 0. A descriptor set has one row of bindings: as many of
-// each kind.
+// GL counts the units of each kind from 0. A descriptor set has one row of bindings: a fixed
+// number of each kind.
 inline constexpr uint32_t kUnitsOfAKind = 16;
 constexpr uint32_t binding_of(Kind kind, uint32_t number) {
     return uint32_t(kind) * kUnitsOfAKind + number;

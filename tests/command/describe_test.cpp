@@ -173,7 +173,7 @@ TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     }
     EXPECT_EQ(blocks, 6u);
     EXPECT_EQ(filter("motion_blur", {"--cuts", "2-1"}).code, 2);
-    // Of a part of the sequence, a cut outside of it is no mistake.
+    // A cut outside of the frames that are run is no mistake.
     const auto of_frame_1 = [&](const char* cuts) {
         return filter("motion_blur",
                       {"--on-existing", "overwrite", "--frames", "1", "--cuts", cuts})

@@ -180,6 +180,19 @@ TEST(Layers, AllOfAViewsPartWithWholeNames) {
                 ElementsAre("R.ViewLayer.Combined_key", "R.ViewLayer.DiffDir"));
 }
 
+// Each has two names, and none is more likely meant.
+TEST(Layers, OfSeveralInANamedPartNoneIsChosen) {
+    std::vector<std::string> channels;
+    for (const char* layer : {"A", "B", "C"})
+        for (const char* word : {"R", "G", "B", "A"})
+            channels.push_back(std::string(layer) + ".Combined." + word);
+    const auto match =
+        detect_profile(builtin_profiles(), FileChannels{{{"part", "", channels}}, {}}, "", "");
+    ASSERT_FALSE(match.ok());
+    EXPECT_THAT(match.status().message(), HasSubstr("several layers: A, B, C"));
+    EXPECT_THAT(match.status().message(), HasSubstr("choose one with --layer"));
+}
+
 // Another view layer has its own depth and vectors.
 TEST(Layers, AllIsOfOneViewLayer) {
     std::vector<std::string> channels = kBlender;

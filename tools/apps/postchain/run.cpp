@@ -96,7 +96,7 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
     if (like) settings->other_inputs.push_back({options.like, "the output of --like"});
     for (auto& picture : io::inputs_of(chain->chain.camera))
         settings->other_inputs.push_back(std::move(picture));
-    std::set<int> cuts = settings->source.cuts;  // of no frame that was run or is on disk
+    std::set<int> cuts = settings->source.cuts;  // neither run yet nor on disk
     std::erase_if(cuts, [&](int frame) {
         std::error_code failed;
         const io::PathPattern& color = settings->input.color();

@@ -262,7 +262,7 @@ std::vector<std::string> attributes_without_ranks(const ExrPart& part,
 }
 
 // Filters of renderers overshoot a little; more is no coverage.
-constexpr float kMostCoverage = 1.5f;
+constexpr float kMaxCoverage = 1.5f;
 
 RankedCoverage::RankedCoverage(int w, int h, int r)
     : width(w),
@@ -285,7 +285,7 @@ Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatt
             const size_t to = pixel * size_t(all.ranks) + 2 * level;
             for (size_t i = 0; i < 2; ++i) {
                 const float id = value[2 * i], coverage = value[2 * i + 1];
-                if (!std::isfinite(id) || !(std::abs(coverage) <= kMostCoverage)) {
+                if (!std::isfinite(id) || !(std::abs(coverage) <= kMaxCoverage)) {
                     ++all.faulty;
                     continue;
                 }

@@ -91,7 +91,7 @@ struct RankedCoverage {
 };
 
 // Reads the pixels of `area`; pixels outside the file have no coverage. Slots whose id or coverage
-// is NaN or Inf, or whose coverage is above 1.5, are cleared. Errors (input): damaged data.
+// is NaN or Inf, or whose coverage is beyond 1.5, are cleared. Errors (input): damaged data.
 Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatte,
                                   const Window& area);
 

@@ -95,7 +95,7 @@ struct MatteFindings {
                          const io::RankedCoverage& ranks);
 };
 
-// The mattes in 0..1, stacked; NaN counts as 0. A finding too: no pixel contains ids that no
+// The mattes in 0..1, stacked; NaN counts as 0. A warning says if no pixel has ids that no
 // manifest confirms. Errors (input): damaged data.
 Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& input,
                            const io::Window& area, MatteFindings& findings);

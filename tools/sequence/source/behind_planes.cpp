@@ -1,5 +1,6 @@
 #include "tools/sequence/source/behind_planes.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "chain/behind.h"
@@ -91,8 +92,11 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
                                     io::Keep::nothing);
     if (!source.ok()) return source.status();
     if (frame.strict_fault.ok()) frame.strict_fault = source->strict_fault;
+    // Those of the header concern layers and cryptomattes, which are the frame's.
+    const auto& of_header = behind.header.warnings;
     for (const std::string& warning : source->warnings)
-        frame.warnings.push_back("the layer behind: " + warning);
+        if (std::ranges::find(of_header, warning) == of_header.end())
+            frame.warnings.push_back("the layer behind: " + warning);
     SharedPlanes planes = std::move(source->planes);
     if (frame.description.layers == 0)
         planes.erase(Role::layers);

@@ -165,9 +165,7 @@ Status check_displays(FrameHeader& header) {
     const io::ExrPart& color = color_part(header);
     const std::string path = header.files.color_file().path();
     for (const auto& [role, where] : header.assignment) {
-        const auto own = header.files.files.find(role);
-        const io::PixelFile& file =
-            own == header.files.files.end() ? header.files.color_file() : *own->second;
+        const io::PixelFile& file = header.files.file_of(role);
         const io::ExrPart& part = file.parts()[size_t(where.part)];
         if (part.display_window != color.display_window)
             return Status(StatusCode::input,

@@ -6,15 +6,15 @@
 #include <cmath>
 #include <cstdint>
 
+#include "shaders/shared/color_limits.h"
 #include "tools/sequence/exr/pixel_encode.h"
-#include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/image/png.h"
 
 namespace postchain::report {
 
 namespace {
 
-using io::kMaxHalf;
+using shared::kMaxHalf;
 constexpr uint16_t kHalfInfinity = 0x7c00;
 constexpr uint16_t kHalfNan = 0x7e00;
 constexpr int kLevel = 6;  // of zlib

@@ -63,6 +63,25 @@ TEST_F(SessionTest, AHeldSliderShowsDrafts) {
     EXPECT_EQ(session_->shown().color->data, as_run(1).data);
 }
 
+TEST_F(SessionTest, PlaysEachFrameInTurn) {
+    open();
+    settle();
+    session_->play(true);
+    std::vector<int> frames{session_->frame()};
+    ASSERT_TRUE(wait_for([&] {
+        if (session_->frame() != frames.back()) {
+            EXPECT_EQ(session_->shown().frame, frames.back()) << "a frame stays until it is shown";
+            frames.push_back(session_->frame());
+        }
+        return frames.size() == 7;
+    }));
+    session_->play(false);
+    EXPECT_EQ(frames, (std::vector<int>{1, 2, 3, 1, 2, 3, 1}));
+    EXPECT_EQ(session_->frames_played(), 6);
+    session_->tick(Clock::now() + std::chrono::seconds(10));
+    EXPECT_EQ(session_->frame(), 1) << "stands";
+}
+
 TEST_F(SessionTest, FocusFollowsAClick) {
     open();
     settle();

@@ -127,6 +127,7 @@ void Session::advance(Clock::time_point now) {
     const bool is_shown = shown_.frame == frame_ && shown_key_ == wanted_;
     if (!is_shown && !failed) return;
     played_at_ = now;
+    ++frames_played_;
     step(1);
 }
 

@@ -97,6 +97,8 @@ class Session {
     std::vector<int> frames() const { return store_->frames(); }
     bool playing() const { return playing_; }
     void play(bool on);
+    // The steps that playing has taken in this session.
+    int frames_played() const { return frames_played_; }
     void set_fps(double fps) { fps_ = fps; }
     double fps() const { return fps_; }
 
@@ -174,6 +176,7 @@ class Session {
     uint64_t chain_of_ = 0;               // the document's revision of `chain_`
     int chain_frame_ = 0;
     bool playing_ = false;
+    int frames_played_ = 0;
     double fps_ = 24;
     Clock::time_point played_at_;
 

@@ -26,6 +26,7 @@ std::string state_json(const Session& session, const Ui& ui) {
     json["at_rest"] = session.at_rest();
     json["frame"] = session.frame();
     json["playing"] = session.playing();
+    json["frames_played"] = session.frames_played();
     json["frames"] = session.frames();
     json["chain"] = write_chain(session.document().chain_to_save());
     json["changed"] = session.document().changed();

@@ -119,9 +119,10 @@ class CameraParser {
     static Status shutter_angle(const Parameter& row, const TextNode& node, Camera& camera) {
         const Result<double> degrees = number_of(node);
         if (!degrees.ok()) return degrees.status();
-        const Status status = row.check(*degrees / 360);
-        if (status.ok()) row.set(&camera, *degrees / 360);
-        return status;
+        if (Status status = row.check(*degrees / 360); !status.ok())
+            return status.at(concat(*degrees, " degrees are ", *degrees / 360, " frames"));
+        row.set(&camera, *degrees / 360);
+        return Status();
     }
 
     // After all values of one object have been read.

@@ -168,14 +168,23 @@ std::string write_rows(const ParameterTable& table, ConstParameterRef parameters
     return text;
 }
 
-// Checks the links after all overrides. `entries`: from the parser.
-void check_mattes(const PassEntries& entries, ChainFile& file) {
-    Reporter reporter(file.file_name, StatusCode::chain, file.diagnostics);
-    for (size_t i = 0; i < entries.size(); ++i) {
-        if (entries[i] < 0) continue;
-        if (Status status = file.chain.links[size_t(entries[i])].check_matte(); !status.ok())
-            reporter.add(Severity::error, 0, 0, concat("passes[", i, "].matte_effect"),
-                         status.message());
+std::vector<Status> matte_faults(const PassEntries& entries, const Chain& chain) {
+    std::vector<Status> faults;
+    for (const int link : entries)
+        faults.push_back(link < 0 ? Status() : chain.links[size_t(link)].check_matte());
+    return faults;
+}
+
+// Checks the links after all overrides. `in_file`: the faults before them.
+void check_mattes(const PassEntries& entries, const std::vector<Status>& in_file, ChainFile& file) {
+    const std::vector<Status> faults = matte_faults(entries, file.chain);
+    for (size_t i = 0; i < faults.size(); ++i) {
+        if (faults[i].ok()) continue;
+        Reporter reporter(in_file[i].ok() ? "--set" : file.file_name,
+                          in_file[i].ok() ? StatusCode::usage : StatusCode::chain,
+                          file.diagnostics);
+        reporter.add(Severity::error, 0, 0, concat("passes[", i, "].matte_effect"),
+                     faults[i].message());
     }
 }
 
@@ -192,8 +201,9 @@ ChainFile parse_tree(const ReadTree& read, const std::string& file_name,
         ChainParser parser(registry, file);
         parser.parse(tree.root);
         sort_by_place(file.diagnostics);
+        const std::vector<Status> matte_faults_in_file = matte_faults(parser.entries, file.chain);
         apply_overrides(overrides, parser.entries, registry, file.chain, file.diagnostics);
-        check_mattes(parser.entries, file);
+        check_mattes(parser.entries, matte_faults_in_file, file);
     } catch (const std::bad_alloc&) {
         file.chain = Chain();
         file.diagnostics = out_of_memory_in(file_name);

@@ -195,8 +195,12 @@ Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
         }
         return any;
     };
-    for (const std::string& word : words_of_list(choice)) {
-        if (word == "none") continue;
+    const std::vector<std::string> words = words_of_list(choice);
+    for (const std::string& word : words) {
+        if (word == "none") {
+            if (words.size() == 1) continue;
+            return Status(StatusCode::usage, "'none' contradicts the other names; leave it out");
+        }
         if (word == "all") {
             take_all("*", color);
         } else if (is_pattern(word)) {

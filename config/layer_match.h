@@ -30,7 +30,8 @@ std::vector<FileLayer> find_layers(const FileChannels& file, const ProfileMatch&
 // Indices into `layers`, sorted. `choice`: "none", "all" (all color layers of the view layer of the
 // color, or of the file if that has no name), or comma-separated names and patterns with * and ?. A
 // name is a layer's whole name or its last words ("Combined_key"). Errors (usage): unknown layer
-// (with the closest names), several layers of one name (with their places), a data layer.
+// (with the closest names), several layers of one name (with their places), a data layer, "none"
+// with other names.
 Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
                                           const std::string& choice, const std::string& color);
 

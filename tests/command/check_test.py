@@ -81,6 +81,22 @@ class Check(unittest.TestCase):
         states, _ = self.states("bad/o.####.exr", "--like", "bad/o.0007.exr", code=1)
         self.assertEqual([n for n in states if states[n] == "whole"], [7])
 
+    def test_a_copy_under_another_number(self):
+        for folder, suffix in [("good", "exr"), ("png", "png")]:
+            copied, moved = (self.path / f"{name}_{folder}" for name in ("copied", "moved"))
+            shutil.copytree(self.path / folder, copied)
+            for tail in (suffix, suffix + ".json"):
+                shutil.copy(copied / f"o.0003.{tail}", copied / f"o.0006.{tail}")
+            states, frames = self.states(f"copied_{folder}/o.####.{suffix}", code=1)
+            self.assertEqual({n for n in states if states[n] != "whole"}, {6})
+            self.assertEqual((states[6], frames[5]["why"]),
+                             ("foreign", "was made as frame 3 and copied or renamed"))
+            # A sequence with other numbers is whole.
+            moved.mkdir()
+            for file in (self.path / folder).glob("o.*"):
+                shutil.copy(file, moved / file.name.replace("o.000", "o.010"))
+            self.states(f"moved_{folder}/o.####.{suffix}", code=0)
+
     def test_sidecars_of_others(self):
         for folder, suffix in [("good", "exr"), ("png", "png")]:
             shutil.copytree(self.path / folder, self.path / f"odd_{folder}")

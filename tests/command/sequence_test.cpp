@@ -127,6 +127,7 @@ TEST_F(SequenceTest, BadArgumentsAreUsageErrors) {
     EXPECT_EQ(run({}).code, 2);
     EXPECT_EQ(run({"filter"}).code, 2);
     EXPECT_EQ(run({"run", "paper", "-i", in()}).code, 2);
+    EXPECT_EQ(run({"passes", "--json", "--markdown"}).code, 2);
     EXPECT_EQ(run({"run", at("fxaa.yaml"), "-i", at("a.##.##.exr"), "-o", out()}).code, 2);
     EXPECT_EQ(run({"run", at("fxaa.yaml"), "-i", "depth=" + in(), "-o", out()}).code, 2);
     EXPECT_EQ(outputs(), Names());

@@ -166,8 +166,9 @@ TEST(CameraFile, TakesTheShutterAsAnAngle) {
     EXPECT_EQ(file.camera_for(3, kHd).shutter_frames, 0.25);
     EXPECT_EQ(file.origins_for(3).at("shutter_frames").where, "camera.json:2");
     EXPECT_THAT(messages_of("{\"shutter_angle_deg\": -180}"),
-                ElementsAre(HasSubstr("error: shutter_angle_deg: -0.5 is out of range; "
-                                      "shutter_frames is a number")));
+                ElementsAre(HasSubstr(
+                    "error: shutter_angle_deg: -180 degrees are -0.5 frames: -0.5 is out of range; "
+                    "shutter_frames is a number")));
     EXPECT_THAT(messages_of("{\"shutter_angle_deg\": \"wide\"}"),
                 ElementsAre(HasSubstr("error: shutter_angle_deg: ")));
     EXPECT_THAT(messages_of("{\"shutter_frames\": 0.5, \"shutter_angle_deg\": 180}"),

@@ -90,6 +90,7 @@ TEST(Layers, ErrorsNameWhatIsNear) {
               "no layer 'Combined_kez' (did you mean 'Combined_key'?)");
     EXPECT_EQ(layers.error("xyz"), "no layer 'xyz'; color layers are Combined_key, DiffDir");
     EXPECT_EQ(layers.error("x*"), "no color layer matches 'x*'");
+    EXPECT_THAT(layers.error("none, Combined_key"), HasSubstr("'none' contradicts"));
     EXPECT_THAT(layers.error("Crypto00"),
                 HasSubstr("is named as data (*crypto*), and data is never"));
     EXPECT_THAT(layers.error("Normal"), HasSubstr("is not R, G, B"));

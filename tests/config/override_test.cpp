@@ -111,10 +111,18 @@ TEST(Override, OfMattesIsJudgedByWhatTheChainThenSays) {
               std::string::npos);
     EXPECT_THAT(texts(parsed("joint_blur: {matte_effect: unmoved}", {}).diagnostics),
                 ElementsAre(HasSubstr("passes[0].matte_effect: matte_effect says what is done")));
-    EXPECT_THAT(
-        texts(parsed("depth_of_field: {matte: hero}", {"depth_of_field.matte_effect=unmoved"})
-                  .diagnostics),
-        ElementsAre(HasSubstr("depth_of_field moves nothing")));
+    EXPECT_EQ(parsed("joint_blur: {matte_effect: unmoved}", {}).diagnostics[0].code,
+              StatusCode::chain);
+    for (const ChainFile& by_set :
+         {parsed("depth_of_field: {matte: hero}", {"depth_of_field.matte_effect=unmoved"}),
+          parsed("joint_blur", {"joint_blur.matte_effect=unmoved"})}) {
+        ASSERT_EQ(by_set.diagnostics.size(), 1u);
+        EXPECT_EQ(by_set.diagnostics[0].code, StatusCode::usage);
+        EXPECT_EQ(by_set.diagnostics[0].file, "--set");
+        EXPECT_THAT(
+            by_set.diagnostics[0].text(),
+            testing::AnyOf(HasSubstr("depth_of_field moves nothing"), HasSubstr("none is named")));
+    }
     EXPECT_THAT(texts(parsed("fxaa: {matte: a, matte_effect: unmoved}",
                              {"fxaa.matte_effect=null", "fxaa.matte=null"})
                           .diagnostics),

@@ -348,6 +348,27 @@ TEST(ScanFolder, WhatHasNoFrameIsAnError) {
     EXPECT_THAT(none.status().message(), HasSubstr("cannot be read"));
 }
 
+TEST(FindFrames, TwoFilesOfOneFrameAreAnError) {
+    const TempFolder folder;
+    for (const char* name : {"b.0001.exr", "b.-005.exr", "b.-0006.exr"})
+        test::write_text(folder.path(name), "x");
+    EXPECT_THAT(list_of(folder.path("b.####.exr")).frames, ElementsAre(-6, -5, 1));
+    test::write_text(folder.path("b.-0005.exr"), "x");
+    const auto twice = find_frames(*InputSpec::parse(folder.path("b.####.exr")), std::nullopt);
+    ASSERT_FALSE(twice.ok());
+    EXPECT_EQ(twice.status().code(), StatusCode::input);
+    for (const char* name : {"b.-005.exr", "b.-0005.exr"})
+        EXPECT_THAT(twice.status().message(), HasSubstr(name));
+}
+
+TEST(FindFrames, AFileNamedLikeAPatternIsSaid) {
+    const TempFolder folder;
+    const std::string path = folder.path("a#b.exr");
+    test::write_text(path, "x");
+    EXPECT_THAT(find_frames(*InputSpec::parse(path), std::nullopt).status().message(),
+                HasSubstr("the file of this very name must be renamed"));
+}
+
 TEST(FindFrames, NothingOnDiskIsAnError) {
     const TempFolder folder;
     for (const char* name : {"b.####.exr", "b.exr"}) {

@@ -229,6 +229,18 @@ TEST_F(DiffTest, UsageErrorsExitWithTwo) {
     EXPECT_EQ(diff("a.####.exr", "b.####.exr", {"--frames", "1:3"}).code, 2);
     // The known names are listed.
     EXPECT_TRUE(contains(diff("a.exr", "a.exr", {"--metric", "vmaf"}).err, "hdr_flip"));
+    // No option is without effect.
+    for (const Arguments& unread : {Arguments{"--map-metric", "flip"},
+                                    {"--tone-mapper", "hable", "--metric", "flip"},
+                                    {"--ppd", "50", "--metric", "psnr"}}) {
+        const Outcome refused = diff("a.exr", "a.exr", unread);
+        EXPECT_EQ(refused.code, 2) << unread[0];
+        EXPECT_TRUE(contains(refused.err, unread[0] + ": no ")) << refused.err;
+    }
+    const Outcome map =
+        diff("a.exr", "a.exr",
+             {"--metric", "psnr", "--ppd", "50", "--map", at("m.exr"), "--map-metric", "flip"});
+    EXPECT_EQ(map.code, 0) << map.text();
 }
 
 TEST_F(DiffTest, InputErrorsNameBothFiles) {

@@ -213,6 +213,12 @@ TEST_F(Files, ErrorsSayWhatIsWrong) {
     EXPECT_EQ(render_frame(renderer(), request_, 1, Picture::mb).status().code(),
               StatusCode::usage);
     EXPECT_FALSE(fs::exists(request_.folder)) << "an invalid request must create nothing";
+    for (const auto& [f_stop, fault] :
+         {std::pair{0.0, "0 is not above 0"}, {HUGE_VAL, "inf is not finite"}}) {
+        request_.camera.f_stop = f_stop;
+        EXPECT_THAT(write_scene(renderer(), request_).message(), testing::HasSubstr(fault));
+    }
+    request_.camera.f_stop.reset();
     request_.folder = folder_.path("parent/missing");
     const Status missing = write_scene(renderer(), request_);
     EXPECT_EQ(missing.code(), StatusCode::output);

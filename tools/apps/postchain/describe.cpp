@@ -36,12 +36,14 @@ int plan_subcommand(const Options& options, const std::string& format,
         calibration = std::move(*read);
     }
     io::set_exr_threads(threads_of(options));
-    int code = kExitOk;
+    Status first_failure;
+    size_t good = 0;
     PlanSummaries summaries;
     std::string said;  // of the previous frame, without its path
     const auto show = [&](const sequence::PlannedFrame& planned) {
         for (const auto& warning : planned.warnings) log::warning(warning);
         if (planned.plan.ok()) {
+            ++good;
             const Plan& plan = *planned.plan;
             const auto seconds =
                 calibration ? sequence::seconds_of(plan, *calibration) : std::nullopt;
@@ -73,12 +75,12 @@ int plan_subcommand(const Options& options, const std::string& format,
         if (status.code() == StatusCode::chain && what == said) return false;
         said = what;
         log::error(status.message());
-        if (code == kExitOk) code = exit_code(status);
+        if (first_failure.ok()) first_failure = status;
         return true;
     };
     if (Status status = sequence::plan_sequence(chain->chain, *settings, show); !status.ok())
         return fail(status);
-    return code;
+    return exit_code(first_failure, good);
 }
 
 int info_subcommand(const Options& options) {

@@ -43,7 +43,7 @@ Json settings_json(const DiffWork& work, const metrics::ExposureRange& range) {
     const auto& flip = work.compare.flip;
     Json json = {{"pixels_per_degree", flip.pixels_per_degree}};
     if (work.over) json["over"] = *work.over;
-    if (work.wants_hdr_flip()) {
+    if (work.wants("hdr_flip")) {
         json["tone_mapper"] = metrics::name_of(flip.tone_mapper);
         json["exposure_start"] = range.start;
         json["exposure_stop"] = range.stop;
@@ -131,7 +131,7 @@ Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& ma
 }  // namespace
 
 void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
-    diff.pixels_per_degree = metrics::kPixelsPerDegree;
+    const metrics::FlipSettings flip;
     std::string names, maps;
     for (const auto& row : metrics::metric_rows()) names += row.name + " (" + row.help + "), ";
     for (const auto& row : metrics::map_rows())
@@ -155,7 +155,7 @@ void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
              "pattern for sequences");
     subcommand.add_option("--map-metric", diff.map_metric, "metric of the map: " + maps)
         ->type_name("NAME")
-        ->capture_default_str();
+        ->default_str(kDefaultMap);
     add_on_existing(subcommand, "if a map exists", diff.on_existing);
     subcommand
         .add_option("--over", diff.over,
@@ -166,10 +166,10 @@ void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
     subcommand
         .add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
         ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
-        ->capture_default_str();
+        ->default_str(number_text(flip.pixels_per_degree));
     subcommand.add_option("--tone-mapper", diff.tone_mapper, "tone mapper of HDR-FLIP")
         ->check(CLI::IsMember(metrics::tone_mapper_names()))
-        ->capture_default_str();
+        ->default_str(metrics::name_of(flip.tone_mapper));
     subcommand.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
         ->type_name("NAME");
     for (const char* key : {"layer", "view", "max_memory"})
@@ -186,7 +186,7 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
     DiffWork& work = *made;
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
-    if (work.wants_hdr_flip() && work.frames.size() > 1)
+    if (work.wants("hdr_flip") && work.frames.size() > 1)
         if (Status status = find_exposures(work, stop); !status.ok()) return fail(status);
 
     std::vector<Values> all;

@@ -102,15 +102,31 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
                                             "name another map with --map"});
         work.maps.push_back(std::move(*pattern));
     }
-    if (!metrics::find_map(diff.map_metric)) {
+    if (!diff.map_metric.empty() && !metrics::find_map(diff.map_metric)) {
         std::string known;
         for (const auto& row : metrics::map_rows()) known += (known.empty() ? "" : ", ") + row.name;
         return Status(StatusCode::usage, concat("--map-metric: unknown error map '",
                                                 diff.map_metric, "'; known are ", known));
     }
-    if (!work.maps.empty()) work.compare.map = diff.map_metric;
+    if (!work.maps.empty())
+        work.compare.map = diff.map_metric.empty() ? kDefaultMap : diff.map_metric;
     if (Status status = work.files.check(); !status.ok()) return status;
     work.files.remove_left_temporaries();
+    return Status();
+}
+
+// No option is without effect.
+Status check_read(const DiffOptions& diff, const DiffWork& work) {
+    const auto unread = [](const char* option, const char* what) {
+        return Status(StatusCode::usage, concat(option, ": no ", what,
+                                                " is asked for, which alone has it; ask for it or "
+                                                "leave the option out"));
+    };
+    if (!diff.map_metric.empty() && work.maps.empty()) return unread("--map-metric", "--map");
+    if (!diff.tone_mapper.empty() && !work.wants("hdr_flip"))
+        return unread("--tone-mapper", "hdr_flip");
+    if (diff.pixels_per_degree && !work.wants("hdr_flip") && !work.wants("flip"))
+        return unread("--ppd", "flip or hdr_flip");
     return Status();
 }
 
@@ -161,11 +177,13 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     // If only tde is requested, the set must not be empty: that would select all metrics.
     if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
     work.over = diff.over;
-    work.compare.flip.pixels_per_degree = diff.pixels_per_degree;
+    if (diff.pixels_per_degree) work.compare.flip.pixels_per_degree = *diff.pixels_per_degree;
     // The parser has checked the name.
-    work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
+    if (!diff.tone_mapper.empty())
+        work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
     work.compare.flip.threads = threads_of(options);
     if (Status status = add_maps(diff, work); !status.ok()) return status;
+    if (Status status = check_read(diff, work); !status.ok()) return status;
     return work;
 }
 

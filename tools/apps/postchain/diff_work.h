@@ -16,16 +16,17 @@ namespace postchain {
 
 // The only metric of more than one pair: mean |change of the error| from frame to frame.
 inline constexpr const char* kTde = "tde";
+inline constexpr const char* kDefaultMap = "hdr_flip";
 
 struct DiffOptions {
     std::string a, b;  // A is the reference
     std::vector<std::string> metrics;
     std::vector<std::string> maps;
-    std::string map_metric = "hdr_flip";
+    std::string map_metric;  // empty: not given, kDefaultMap
     io::OnExisting on_existing = io::OnExisting::fail;
     std::vector<std::string> fail_above;
-    double pixels_per_degree = 0;
-    std::string tone_mapper = "aces";
+    std::optional<double> pixels_per_degree;  // those of FlipSettings if not given
+    std::string tone_mapper;
     std::optional<double> over;
 };
 
@@ -46,8 +47,9 @@ struct DiffWork {
     std::vector<io::PathPattern> maps;
     io::OutputFiles files;  // the maps and the compared inputs
 
-    bool wants_hdr_flip() const {
-        return compare.metrics.count("hdr_flip") > 0 || compare.map == "hdr_flip";
+    // As a number or a map.
+    bool wants(const char* metric) const {
+        return compare.metrics.count(metric) > 0 || compare.map == metric;
     }
 };
 

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "chain/printable.h"
+#include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/print_line.h"
@@ -187,6 +188,14 @@ int inspect_subcommand(const Options& options) {
         return fail(Status(StatusCode::usage, "inspect: give a frame, a pattern or a folder"));
     std::error_code error;
     if (std::filesystem::is_directory(options.job.input, error)) {
+        for (const auto& [key, value] : sequence::given_values(options.job, builtin_passes()))
+            if (key != "input")
+                return fail(
+                    Status(StatusCode::usage,
+                           concat(sequence::option_name(key),
+                                  ": has no effect on the list of a folder's sequences; name one "
+                                  "of them in place of ",
+                                  options.job.input, ", or leave the option out")));
         const auto folder = sequence::inspect_folder(options.job.input);
         if (!folder.ok()) return fail(folder.status());
         if (options.json)
@@ -203,13 +212,17 @@ int inspect_subcommand(const Options& options) {
     // Without --frames the first frame is printed, and all are surveyed.
     std::vector<int> shown = list->frames;
     if (!settings->frames) shown.resize(std::min<size_t>(1, shown.size()));
-    int code = kExitOk;
+    Status first_failure;
     sequence::SequenceSurvey survey;
+    const auto failed = [&](const Status& status) {
+        fail(status);
+        if (first_failure.ok()) first_failure = status;
+    };
     for (int frame : shown) {
         const auto files = list->files.find(frame);
         if (files == list->files.end()) {
-            code = fail(Status(StatusCode::input, sequence::absent_files(frame, *settings) +
-                                                      ": frame is not on disk"));
+            failed(Status(StatusCode::input,
+                          sequence::absent_files(frame, *settings) + ": frame is not on disk"));
             continue;
         }
         const auto found = sequence::inspect_frame(*settings, files->second, frame, survey);
@@ -217,12 +230,14 @@ int inspect_subcommand(const Options& options) {
             print_frame(found, frame);
         else if (!found.json.is_null())
             print_line(found.json);
-        if (found.status.ok())
-            log_notes(found);
-        else
-            code = fail(found.status);
+        if (!found.status.ok()) {
+            failed(found.status);
+            continue;
+        }
+        log_notes(found);
     }
-    if (list->files.size() < 2 || list->frames.size() < 2) return code;
+    const auto code = [&] { return sequence::exit_code(first_failure, survey.readable()); };
+    if (list->files.size() < 2 || list->frames.size() < 2) return code();
     if (!settings->frames)
         if (const int stopped = look_at_others(*settings, *list, survey); stopped != kExitOk)
             return stopped;
@@ -233,7 +248,7 @@ int inspect_subcommand(const Options& options) {
         print_line({{"sequence", survey.json()}});
     else
         std::fputs(printable(survey.text(), Lines::keep).c_str(), stdout);
-    return code == kExitOk && survey.failed() ? kExitSomeFailed : code;
+    return first_failure.ok() && survey.failed() ? kExitSomeFailed : code();
 }
 
 }  // namespace postchain

@@ -196,10 +196,12 @@ int command(int argc, char** argv) {
     add("schema", "JSON Schema of a chain file", schema_subcommand);
     CLI::App& passes =
         add("passes", "every pass and parameter", [&] { return passes_subcommand(passes_format); });
-    passes.add_flag_callback(
+    auto* passes_json = passes.add_flag_callback(
         "--json", [&] { passes_format = "json"; }, "JSON");
-    passes.add_flag_callback(
-        "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables");
+    passes
+        .add_flag_callback(
+            "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables")
+        ->excludes(passes_json);
     const auto print = [&](std::string (*text_of)(const CLI::App&)) {
         return [&app, text_of] {
             std::fputs(text_of(app).c_str(), stdout);

@@ -32,7 +32,9 @@ Status check_camera(const Camera& camera) {
         if (!value || (std::isfinite(*value) && (low_allowed ? *value >= low : *value > low)))
             return Status();
         return Status(StatusCode::usage, concat("camera.", key, ": ", *value, " is not ",
-                                                low_allowed ? "at least " : "above ", low));
+                                                !std::isfinite(*value) ? "finite"
+                                                : low_allowed          ? concat("at least ", low)
+                                                                       : concat("above ", low)));
     };
     // Aperture values have an upper limit too.
     for (const Parameter& row : camera_parameters().rows())

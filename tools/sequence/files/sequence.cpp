@@ -211,10 +211,17 @@ Result<PathPattern> PathPattern::parse(std::string_view path) {
 }
 
 std::string PathPattern::format(int frame) const {
-    if (!has_token_) return text_;
+    return has_token_ ? path_of(padded(frame, digits_)) : text_;
+}
+
+std::string PathPattern::format_wide(int frame) const {
+    return has_token_ ? path_of("-" + padded(-frame, digits_)) : text_;
+}
+
+std::string PathPattern::path_of(const std::string& number) const {
     const size_t slash = text_.rfind('/');
     const std::string folder = slash == std::string::npos ? "" : text_.substr(0, slash + 1);
-    return folder + prefix_ + padded(frame, digits_) + suffix_;
+    return folder + prefix_ + number + suffix_;
 }
 
 std::optional<int> PathPattern::match(std::string_view file_name) const {
@@ -346,7 +353,11 @@ Absence absence_of(const PathPattern& pattern) {
     const std::string folder = pattern.folder();
     if (DIR* opened = ::opendir(folder.c_str())) {
         ::closedir(opened);
-        return {"no file matches this pattern"};
+        if (::stat(pattern.text().c_str(), &info) == 0)
+            return {
+                "is a pattern for frame numbers, which matches no file; the file of this very "
+                "name must be renamed"};
+        return {"no file matches this pattern (frame numbers have at most nine digits)"};
     }
     if (errno == ENOENT) return {concat("the folder ", folder, " does not exist")};
     return {concat("the folder ", folder, " cannot be read: ", std::strerror(errno)), false};
@@ -386,6 +397,18 @@ std::map<Role, std::string> files_of(int frame, const InputSpec& input,
     return files;
 }
 
+namespace {
+
+// The other file of a negative frame, "a.-0005" beside "a.-005"; empty if there is none.
+std::string twin_of(const PathPattern& pattern, int frame, const std::string& path) {
+    if (frame >= 0 || !pattern.has_token()) return "";
+    const std::string twin = pattern.format_wide(frame);
+    std::error_code error;
+    return twin != path && std::filesystem::exists(twin, error) ? twin : "";
+}
+
+}  // namespace
+
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range) {
     const FilesOnDisk on_disk = files_on_disk(input);
     const std::map<int, std::string>& color = on_disk.at(Role::color);
@@ -414,6 +437,12 @@ Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameR
     for (const int frame : list.frames) {
         std::map<Role, std::string> files = files_of(frame, input, on_disk);
         if (files.size() == input.patterns.size()) {
+            for (const auto& [role, path] : files)
+                if (const std::string twin = twin_of(input.patterns.at(role), frame, path);
+                    !twin.empty())
+                    return Status(StatusCode::input, concat(path, ": ", twin,
+                                                            " has the same frame number; move one "
+                                                            "of them away"));
             list.files[frame] = std::move(files);
         } else {
             list.missing.push_back(frame);

@@ -67,6 +67,8 @@ class PathPattern {
 
     bool has_token() const { return has_token_; }
     std::string format(int frame) const;  // the path itself if it has no token
+    // A negative frame with all digits after its sign, "-0005" in "####", as some programs write.
+    std::string format_wide(int frame) const;
     // Frame number of a file name (no folder) that matches; empty if it does not match or is a
     // temporary. Also reads "-0005" as -5, which some programs write.
     std::optional<int> match(std::string_view file_name) const;
@@ -80,6 +82,8 @@ class PathPattern {
     const std::string& folder() const { return folder_; }  // "." when the path names none
 
   private:
+    std::string path_of(const std::string& number) const;
+
     std::string text_;
     std::string folder_;
     std::string prefix_;  // parts of the file name before and after the token
@@ -125,7 +129,7 @@ FilesOnDisk files_on_disk(const InputSpec& input);
 std::map<Role, std::string> files_of(int frame, const InputSpec& input, const FilesOnDisk& on_disk);
 
 // The requested frames, or without a range every frame of color on disk. A pattern without a token
-// serves every frame. Errors (input): no range, and no frame found.
+// serves every frame. Errors (input): no range, and no frame found; two files of one frame.
 Result<FrameList> find_frames(const InputSpec& input, const std::optional<FrameRange>& range);
 
 }  // namespace postchain::io

@@ -26,17 +26,15 @@ std::string settings_of_provenance(const std::string& provenance) {
 }
 
 // The settings that decide pixels or the file, from a record.
-std::string settings_of_record(const std::string& path) {
+std::string settings_of_record(const Record& record) {
     static const std::vector<std::string> free = {
         "input",   "output", "frames",     "chunk", "on_existing", "on_error", "missing",
         "sidecar", "png",    "max_memory", "mkdir", "watch",       "idle",     "dump_stages"};
-    const auto record = read_record(path);
-    if (!record.ok()) return "";
     std::string text;
-    for (const auto& [key, value] : record->settings)
+    for (const auto& [key, value] : record.settings)
         if (std::find(free.begin(), free.end(), key) == free.end() && key != "camera")
             text += concat(" ", key, "=", text_of(value));
-    if (!record->camera_hash.empty()) text += " camera " + record->camera_hash;
+    if (!record.camera_hash.empty()) text += " camera " + record.camera_hash;
     return text;
 }
 
@@ -59,7 +57,7 @@ bool has_size(const Json& sidecar, uint64_t bytes) {
 
 // Everything but the comparison with the other frames.
 CheckedOutput looked_at(int frame, const std::string& path) {
-    CheckedOutput found{frame, path, OutputState::missing, "is not on disk", "", 0, nullptr};
+    CheckedOutput found{.frame = frame, .path = path, .why = "is not on disk"};
     std::error_code error;
     if (!fs::exists(path, error)) return found;
     found.bytes = fs::file_size(path, error);
@@ -94,24 +92,40 @@ CheckedOutput looked_at(int frame, const std::string& path) {
         found.state = OutputState::foreign;
         return found;
     }
-    if (!io::image_format_of(path)) found.settings += settings_of_record(path);
     if (work_of(sidecar) == provenance) found.sidecar = sidecar;
+    if (const auto at = found.sidecar.find("frame");
+        at != found.sidecar.end() && at->is_number_integer())
+        found.made_as = at->get<int>();
+    if (!io::image_format_of(path))
+        if (const auto record = read_record(path); record.ok()) {
+            found.settings += settings_of_record(*record);
+            found.made_as = record->frame;
+        }
     found.state = OutputState::whole;
     found.why.clear();
     return found;
 }
 
-// The settings of most frames; of equals the first.
-std::string settings_of_most(const std::vector<CheckedOutput>& outputs) {
-    std::map<std::string, int> counts;
-    std::string most;
+// The value that most whole outputs have; of equals the first.
+template <typename ValueOf>
+auto of_most(const std::vector<CheckedOutput>& outputs, const ValueOf& value_of) {
+    using Value = std::decay_t<decltype(value_of(outputs[0]))>;
+    std::map<Value, int> counts;
     for (const CheckedOutput& one : outputs)
-        if (one.state == OutputState::whole) ++counts[one.settings];
+        if (one.state == OutputState::whole) ++counts[value_of(one)];
+    Value most{};
+    int count = 0;
     for (const CheckedOutput& one : outputs)
-        if (one.state == OutputState::whole &&
-            (most.empty() || counts[one.settings] > counts[most]))
-            most = one.settings;
+        if (one.state == OutputState::whole && counts[value_of(one)] > count) {
+            most = value_of(one);
+            count = counts[most];
+        }
     return most;
+}
+
+// How far the frame's number was moved since it was made: equal in a renumbered sequence.
+int renumbered_by(const CheckedOutput& one) {
+    return one.frame - one.made_as.value_or(one.frame);
 }
 
 }  // namespace
@@ -153,7 +167,8 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
         outputs.push_back(
             looked_at(frame, found == on_disk.end() ? pattern.format(frame) : found->second));
     }
-    std::string settings = settings_of_most(outputs);
+    std::string settings = of_most(outputs, [](const CheckedOutput& one) { return one.settings; });
+    const int most_by = of_most(outputs, renumbered_by);
     if (!like.empty()) {
         const CheckedOutput model = looked_at(0, like);
         if (model.settings.empty())
@@ -161,9 +176,14 @@ Result<std::vector<CheckedOutput>> check_outputs(const io::PathPattern& pattern,
         settings = model.settings;
     }
     for (CheckedOutput& one : outputs) {
-        if (one.state != OutputState::whole || one.settings == settings) continue;
-        one.state = OutputState::other;
-        one.why = concat("made by ", one.settings, ", not by ", settings);
+        if (one.state != OutputState::whole) continue;
+        if (one.settings != settings) {
+            one.state = OutputState::other;
+            one.why = concat("made by ", one.settings, ", not by ", settings);
+        } else if (one.made_as && renumbered_by(one) != most_by) {
+            one.state = OutputState::foreign;
+            one.why = concat("was made as frame ", *one.made_as, " and copied or renamed");
+        }
     }
     return outputs;
 }

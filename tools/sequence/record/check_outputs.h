@@ -16,7 +16,7 @@ enum class OutputState {
     missing,
     damaged,  // it does not end as it should, or its data cannot be read
     other,    // made by another version, chain or settings than most of the sequence
-    foreign,  // not an output of `run`
+    foreign,  // not an output of `run`, or that of another frame
 };
 const char* name_of(OutputState state);
 
@@ -24,8 +24,9 @@ struct CheckedOutput {
     int frame = 0;
     std::string path;
     OutputState state = OutputState::missing;
-    std::string why;       // of every state but whole
-    std::string settings;  // what made it, without the frame's own input; empty = unknown
+    std::string why;             // of every state but whole
+    std::string settings;        // what made it, without the frame's own input; empty = unknown
+    std::optional<int> made_as;  // the frame that it was made as; empty = unknown
     uint64_t bytes = 0;
     io::Json sidecar;  // null = none, or that of another image
 };

@@ -26,13 +26,16 @@ int exit_code(const Status& status) {
     return kExitSomeFailed;
 }
 
+int exit_code(const Status& first_failure, size_t good) {
+    return good > 0 && !first_failure.ok() ? kExitSomeFailed : exit_code(first_failure);
+}
+
 int exit_code(const RunSummary& summary) {
     const size_t bad = summary.failed + summary.missing;
     // --strict checks values: its exit code takes precedence over frames that succeeded.
     if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
     if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
-    const size_t good = summary.written + summary.skipped + summary.held;
-    return good > 0 ? kExitSomeFailed : exit_code(summary.first_failure);
+    return exit_code(summary.first_failure, summary.written + summary.skipped + summary.held);
 }
 
 }  // namespace postchain::sequence

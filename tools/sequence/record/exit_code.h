@@ -18,6 +18,8 @@ inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-abov
 inline constexpr int kExitSignal = 128;   // plus the signal's number
 
 int exit_code(const Status& status);
+// Of several frames, `good` of which succeeded.
+int exit_code(const Status& first_failure, size_t good);
 int exit_code(const RunSummary& summary);
 
 }  // namespace postchain::sequence

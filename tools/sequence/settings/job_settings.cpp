@@ -397,6 +397,18 @@ std::string option_name(const std::string& key) {
     return name;
 }
 
+std::map<std::string, ParameterValue> given_values(const JobSettings& job,
+                                                   const PassRegistry& registry) {
+    std::map<std::string, ParameterValue> given;
+    const ParameterTable table = job_parameters(registry);
+    for (const auto& row : table.rows()) {
+        const ParameterValue value = row.get(&job);
+        if (value != row.default_value && value != ParameterValue(std::string()))
+            given[row.key] = value;
+    }
+    return given;
+}
+
 Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
                                     Diagnostics& notes) {
     RunSettings settings;
@@ -478,13 +490,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     static const std::set<std::string> kNotRepeated = {
         "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
         "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};
-    const ParameterTable table = job_parameters(registry);
-    for (const auto& row : table.rows()) {
-        const ParameterValue value = row.get(&job);
-        if (value != row.default_value && value != ParameterValue(std::string()) &&
-            !kNotRepeated.contains(row.key))
-            settings.given[row.key] = value;
-    }
+    for (const auto& [key, value] : given_values(job, registry))
+        if (!kNotRepeated.contains(key)) settings.given[key] = value;
     return settings;
 }
 

@@ -74,6 +74,9 @@ ParameterTable job_parameters(const PassRegistry& registry);
 
 // Name of a setting in messages and its command option: "on_existing" -> "--on-existing".
 std::string option_name(const std::string& key);
+// By key; an empty text is not given.
+std::map<std::string, ParameterValue> given_values(const JobSettings& job,
+                                                   const PassRegistry& registry);
 
 // JobSettings::max_memory in bytes. Errors (usage) name the setting.
 Result<uint64_t> memory_limit_of(const std::string& text);

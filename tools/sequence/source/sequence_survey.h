@@ -43,6 +43,7 @@ class SequenceSurvey {
     // zero, a probable cut after it. A cut is reported if the thumbnail changes by more than 0.05
     // and by more than four times the sequence's median, between frames with consecutive numbers.
     std::vector<Finding> findings() const;
+    size_t readable() const;  // frames
     bool failed() const { return readable() < frames_.size(); }
     std::string text() const;  // several lines to read
     io::Json json() const;
@@ -69,7 +70,6 @@ class SequenceSurvey {
     std::optional<Range> range(const Value& value) const;
     std::string usual_size() const;
     RoleSet usual_planes() const;
-    size_t readable() const;
 
     std::vector<Glance> frames_;
     std::optional<Thumbnail> last_;

@@ -137,6 +137,26 @@ TEST(Stress, EveryKnownLimitIsMet) {
 }
 
 // docs/stability.md has a row for each: cause, owner, why it is not fixed, what to set instead.
+// Of the limit that blames denoising.
+TEST(Stress, ATiedSampleIsOneOfManyWithoutDenoising) {
+    Subject subject = with_cells_camera(shipped("best"));
+    const auto reference = [&](const Cell& cell) {
+        const auto measured =
+            measure(test::executor(), subject, cell, Precision::fp32, nullptr, {"reference"});
+        EXPECT_TRUE(measured.ok()) << measured.status().message();
+        return measured->checks.at(0).verdict;
+    };
+    std::vector<Cell> over;
+    for (const Cell& cell : make_cells(tile_px(subject.chain), false))
+        if (cell.row == "crossed" &&
+            matches("both signs, 65504, f/0.1 at the near plane", cell.name))
+            if (reference(cell) == Verdict::failed) over.push_back(cell);
+    ASSERT_FALSE(over.empty());
+    const ChainLink& joint = subject.chain.links[0];
+    ASSERT_TRUE(joint.type->parameters->set(joint.pass->parameters(), "denoise", false).ok());
+    for (const Cell& cell : over) EXPECT_EQ(reference(cell), Verdict::ok) << cell.name;
+}
+
 TEST(Stress, EveryKnownLimitHasARowInTheDocumentation) {
     std::ifstream file(POSTCHAIN_SOURCE_DIR "/docs/stability.md");
     std::set<std::string> rows;

@@ -31,6 +31,10 @@ constexpr const char* kApart =
     "paths that part: where neighbors part by 5 px a pixel nothing is found, and a position that "
     "rounds to the next pixel leads 5 px further, to another fill";
 
+constexpr const char* kTiedSample =
+    "a sample that ties: where another rounding decides for another surface, one sample of a pixel "
+    "differs, and denoising spreads that over 25 of the cell's 512 pixels";
+
 // Depth of field, gilham.
 constexpr const char* kOrder =
     "rows before columns: with a leak test the second pass weighs what the first has mixed";
@@ -77,7 +81,10 @@ const KnownLimits& known_limits() {
            "steep lens: at f/0.1, focused at the near plane, 1 % of depth is 22 px of radius"}}},
         {"joint_blur",
          {{"motion", "", "/radiance/firefly", 10.5, kBrightPixel},
-          {"depth", "", "/paths/apart, nothing found/fp32", 130, kApart},
+          {"motion", "", "/paths/apart, nothing found/fp32", 5, kApart},
+          {"depth", "", "/paths/apart, nothing found/fp32", 142, kApart},
+          {"reference", "denoise=true", "/crossed/*both signs, 65504, f/0.1 at the near plane/fp32",
+           3e-4, kTiedSample},
           {"depth", "", "/lens/f/0.", 8, kSteepLens},
           {"depth", "", "/crossed/*f/0.1 at the near plane", 230, kSteepLens}}}};
     return limits;

@@ -83,6 +83,10 @@ struct FrameBounds {
     bool color_is_half = false;    // a half holds every color value
     bool layers_are_half = false;  // and every value of the extra layers
     bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
+
+    double fastest_px(bool with_back) const {
+        return with_back ? std::max(max_speed_px, max_speed_back_px) : max_speed_px;
+    }
 };
 
 // Largest speeds over a frame's pixels, each times the part of it outside a matte; pixels per

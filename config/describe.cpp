@@ -5,6 +5,7 @@
 
 #include "chain/json.h"
 #include "config/chain_file.h"
+#include "config/markdown.h"
 
 namespace postchain {
 namespace {
@@ -66,30 +67,22 @@ JsonArray rules_json(const std::vector<ElisionRule>& rules) {
     return array;
 }
 
-// Escapes the text of a cell in a Markdown table.
-std::string cell(const std::string& text) {
-    std::string escaped;
-    for (char c : text) {
-        if (c == '|' || c == '<') escaped += '\\';
-        escaped += c;
-    }
-    return escaped;
-}
-
 void add_table_markdown(std::string& text, const ParameterTable& table) {
     text += "| parameter | value | unit | default | what it is |\n|---|---|---|---|---|\n";
     for (const auto& row : table.rows()) {
         std::string help = row.full_help();
         if (!row.excludes.empty()) help += " (not together with `" + row.excludes + "`)";
-        text += "| `" + row.key + "` | " + cell(row.domain()) + " | " + cell(row.unit) + " | " +
-                cell(default_of(row)) + " | " + cell(help) + " |\n";
+        text += "| `" + row.key + "` | " + markdown_cell(row.domain()) + " | " +
+                markdown_cell(row.unit) + " | " + markdown_cell(default_of(row)) + " | " +
+                markdown_cell(help) + " |\n";
     }
 }
 
 void add_rules_markdown(std::string& text, const std::vector<ElisionRule>& rules) {
     text += "| rule | used | leaves out |\n|---|---|---|\n";
     for (const auto& rule : rules)
-        text += "| `" + rule.name + "` | " + state_of(rule) + " | " + cell(rule.help) + " |\n";
+        text +=
+            "| `" + rule.name + "` | " + state_of(rule) + " | " + markdown_cell(rule.help) + " |\n";
 }
 
 }  // namespace

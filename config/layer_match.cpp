@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <set>
 
 #include "chain/parameter.h"
 #include "chain/text.h"
 
 namespace postchain {
+
+bool is_pattern(const std::string& word) {
+    return word.find_first_of("*?[") != std::string::npos;
+}
+
 namespace {
 
 constexpr std::array<std::array<const char*, 4>, 3> kColorWords = {
@@ -94,10 +98,6 @@ void add_layers(const Group& group, const std::vector<std::string>& data,
             rest.channels.channels.push_back(word.channel);
     }
     if (!rest.channels.channels.empty()) layers.push_back(std::move(rest));
-}
-
-bool is_pattern(const std::string& word) {
-    return word.find_first_of("*?[") != std::string::npos;
 }
 
 // Compares with the whole name and with its last words.

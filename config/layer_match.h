@@ -35,6 +35,9 @@ std::vector<FileLayer> find_layers(const FileChannels& file, const ProfileMatch&
 Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
                                           const std::string& choice, const std::string& color);
 
+// "tree_*": the characters *, ?, [ make a pattern.
+bool is_pattern(const std::string& word);
+
 // "a, b" -> {"a", "b"}: words without leading and trailing spaces.
 std::vector<std::string> words_of_list(const std::string& text);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <string_view>
 
 #include "chain/gl/debug.h"
 #include "chain/hazards.h"

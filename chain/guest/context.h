@@ -1,8 +1,6 @@
 // Finds the GL context that is current on this thread, whoever made it, without loading a library.
 #pragma once
 
-#include <string>
-
 #include "chain/guest/failure.h"
 
 namespace postchain::guest {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cfloat>
-#include <cmath>
 #include <cstring>
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>

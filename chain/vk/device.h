@@ -4,7 +4,6 @@
 #include <vulkan/vulkan_core.h>
 
 #include <cstdint>
-#include <string>
 
 #include "chain/status.h"
 

@@ -1,7 +1,6 @@
 #include "chain/vk/instance.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "chain/guest/frame_check.h"
 #include "chain/guest/program_callbacks.h"

@@ -1,7 +1,5 @@
 #include "chain/vk/postchain_vk.h"
 
-#include <cstring>
-
 #include "chain/guest/handles.h"
 #include "chain/guest/host_struct.h"
 #include "chain/vk/instance.h"

@@ -1,6 +1,5 @@
 #include "passes/common/noise.h"
 
-#include <cassert>
 #include <cmath>
 #include <limits>
 #include <vector>

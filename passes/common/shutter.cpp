@@ -55,10 +55,8 @@ namespace {
 
 // Largest length of the frame's motion vectors, px per frame; 0 at a camera cut.
 double fastest_px(const FrameDescription& frame) {
-    const FrameBounds& bounds = frame.bounds;
-    if (bounds.camera_cut) return 0;
-    if (!frame.planes.has(Role::motion_back)) return bounds.max_speed_px;
-    return std::max(bounds.max_speed_px, bounds.max_speed_back_px);
+    if (frame.bounds.camera_cut) return 0;
+    return frame.bounds.fastest_px(frame.planes.has(Role::motion_back));
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 #include "passes/inverse_warp/inverse_warp.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "chain/work_list.h"
 #include "passes/common/lens_samples.h"

@@ -54,11 +54,9 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
     const FrameBounds& bounds = frame.bounds;
     double longest = 0;
     if (settings.shutter) {
-        const double speed =
-            back ? std::max(bounds.max_speed_px, bounds.max_speed_back_px) : bounds.max_speed_px;
         const double half_open = settings.shutter->half_open;
         // With a closed shutter nothing moves, however fast; infinity is an unknown speed.
-        const double path = half_open > 0 ? half_open * speed : 0;
+        const double path = half_open > 0 ? half_open * bounds.fastest_px(back) : 0;
         // a and b are rounded by up to 2^-20 of them, and a step of 1/64 px.
         longest = std::min(path * (1 + 1e-5) + 0.05, settings.shutter->max_path_px);
     }

@@ -119,11 +119,8 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
                              .limit = kUnblurredPx,
                              .unit = "px"}};
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
-        double fastest = bounds.max_speed_px;
-        if (context.available.has(Role::motion_back))
-            fastest = std::max(fastest, bounds.max_speed_back_px);
         const double largest =
-            half_open * fastest +
+            half_open * bounds.fastest_px(context.available.has(Role::motion_back)) +
             coc.largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
         if (!(largest <= kUnblurredPx)) return std::nullopt;
         return Identity{kRuleFacts,

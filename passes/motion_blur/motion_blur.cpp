@@ -40,10 +40,9 @@ class MotionBlurOnFrame final : public Filter {
         if (bounds.camera_cut && context.uses(kRuleCameraCut))
             return Identity{kRuleCameraCut, {"motion leads across a cut"}};
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
-        double fastest = bounds.max_speed_px;
-        if (parameters_.mode == Mode::inverse_warp && context.available.has(Role::motion_back))
-            fastest = std::max(fastest, bounds.max_speed_back_px);
-        const double largest = 0.5 * shutter * fastest;
+        const bool reads_back =
+            parameters_.mode == Mode::inverse_warp && context.available.has(Role::motion_back);
+        const double largest = 0.5 * shutter * bounds.fastest_px(reads_back);
         if (!(largest <= parameters_.min_speed_px)) return std::nullopt;
         return Identity{kRuleFacts,
                         {.name = "largest half-velocity",

@@ -7,7 +7,6 @@
 // "With facts" models a sequence, whose facts are found while a frame is converted; "without" an
 // engine, which reads nothing back and sorts blocks on the device. Timing rules and results:
 // docs/benchmarks.md.
-#include <cmath>
 #include <cstdio>
 
 #include "chain/convert.h"

@@ -1,8 +1,6 @@
 // One frame in the convention of each renderer, in separate files, layers, views and parts.
 #include <ImfStandardAttributes.h>
 
-#include <set>
-
 #include "tests/command/fixture.h"
 
 namespace postchain::test::convention_test {

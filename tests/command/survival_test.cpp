@@ -1,5 +1,6 @@
 // Kills, signals, and unusual environments: foreign locale, no home, no display, no GL.
 #include <chrono>
+#include <csignal>
 #include <thread>
 
 #include "tests/command/fixture.h"

@@ -7,7 +7,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"

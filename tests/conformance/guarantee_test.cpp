@@ -2,6 +2,8 @@
 // found. Mirrors, turns and light are measured by the stability matrix (tests/stress).
 #include "tests/conformance/conformance.h"
 
+#include <cstring>
+
 namespace postchain::guarantee_test {
 namespace {
 

@@ -1,8 +1,6 @@
 // focus_at: focuses on the surface at a place in the image.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "chain/depth_at.h"
 #include "tests/depth_of_field/support.h"
 

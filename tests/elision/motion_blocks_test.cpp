@@ -1,5 +1,4 @@
 // still_blocks and sky_blocks: blocks that the motion blur sorts out on the device.
-#include <cmath>
 
 #include "chain/work_list.h"
 #include "passes/motion_blur/motion_blur.h"

@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <cmath>
 
 #include "tests/experiment/support.h"
 #include "tests/support/images.h"

@@ -42,7 +42,7 @@ TEST_F(TruthFiles, AGoodOneIsTaken) {
 }
 
 TEST_F(TruthFiles, APartOfTheFramesIsTakenAndNoneIsRefused) {
-    expect_refused("has no file for any of the 3 frames of the input: 1, 2, 3");
+    expect_refused("has no file for any of the 3 frames of the input: 1-3");
     test::write_truth(folder_.path(), "truth", 2, 1, 0.1f);
     EXPECT_TRUE(survey().ok()) << survey().message();
     const auto settings = test::settings_for(folder_.path(), folder_.path("report"));

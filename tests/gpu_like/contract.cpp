@@ -2,7 +2,6 @@
 
 #include <map>
 #include <set>
-#include <utility>
 
 namespace postchain::test {
 namespace {

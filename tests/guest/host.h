@@ -1,10 +1,7 @@
 // A host for tests of the guest: a context of its own, textures, and frames made of them.
 #pragma once
 
-#include <memory>
 #include <postchain/postchain.hpp>
-#include <string>
-#include <vector>
 
 #include "chain/chain.h"
 #include "chain/image.h"

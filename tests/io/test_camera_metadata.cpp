@@ -3,9 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <numbers>
-
 #include "tools/sequence/frame/camera_metadata.h"
 
 namespace postchain::io::test_camera_metadata {

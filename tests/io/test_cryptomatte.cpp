@@ -8,9 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <cstring>
 #include <fstream>
-#include <functional>
 
 #include "tests/io/exr_files.h"
 #include "tools/sequence/frame/cryptomatte.h"

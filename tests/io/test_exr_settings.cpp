@@ -2,8 +2,6 @@
 // found by writing a file with OpenEXR and reading it back.
 #include <gtest/gtest.h>
 
-#include <set>
-
 #include "tests/io/written_files.h"
 
 namespace postchain::io {

@@ -1,7 +1,5 @@
 #include "tools/measure/metrics/compare.h"
 
-#include <cmath>
-
 #include "tests/metrics/support.h"
 #include "tools/measure/metrics/display.h"
 #include "tools/measure/metrics/limit.h"

@@ -1,6 +1,5 @@
 #include "tools/measure/metrics/error.h"
 
-#include <cmath>
 #include <limits>
 
 #include "tests/metrics/support.h"

@@ -2,8 +2,6 @@
 // interleaves the bits of x (even positions) and y (odd positions); the tile value mirrors it at
 // the binary point, the tap value is 2 * (mirrored in base 3) - 1.
 
-#include <cmath>
-
 #include "tests/motion_blur/support.h"
 
 namespace postchain::test {

@@ -4,7 +4,6 @@
 #include <postchain/chain_from_text.h>
 
 #include <cstdlib>
-#include <memory>
 #include <string>
 
 #include "tests/ogre/truth.h"

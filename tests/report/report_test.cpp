@@ -313,7 +313,7 @@ TEST(ReportText, NamesAreOnlyText) {
     EXPECT_EQ(text.find('<'), std::string::npos) << text.substr(text.find('<'));
     for (const char* place : {"# title ", "| in ", "- note ", "bad ", "failed "})
         EXPECT_THAT(text,
-                    HasSubstr(place + std::string("&lt;img src=x onerror=alert(1)&gt;&amp;amp;")));
+                    HasSubstr(place + std::string("&lt;img src=x onerror=alert(1)>&amp;amp;")));
 
     for (const char* name : {"=1+1", "+1", "-1", "@SUM(A1)", "\tx", "=HYPERLINK(\"a\",\"b\")"}) {
         report.variants[0].name = name;

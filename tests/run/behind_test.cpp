@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <map>
 
 #include "tests/run/fixture.h"
 #include "tools/measure/metrics/display.h"

@@ -1,5 +1,6 @@
 // postchain study as processes: split, killed, taken up again, refused.
 #include <chrono>
+#include <csignal>
 #include <regex>
 #include <thread>
 

@@ -1,6 +1,5 @@
 #include "tests/support/images.h"
 
-#include <bit>
 #include <cmath>
 #include <cstring>
 

@@ -1,6 +1,7 @@
 // The place of drawing: the view's zoom and pan, the paint of images, the camera's keys.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <limits>
 
 #include "tools/apps/view/paint.h"

@@ -2,8 +2,6 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-
 #include "config/chain_from_text.h"
 #include "tests/vulkan/frames.h"
 

@@ -7,6 +7,7 @@
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/record/check_outputs.h"
+#include "tools/sequence/settings/frame_task.h"
 
 namespace postchain {
 namespace {
@@ -17,19 +18,6 @@ using sequence::OutputState;
 
 constexpr OutputState kStates[] = {OutputState::whole, OutputState::missing, OutputState::damaged,
                                    OutputState::other, OutputState::foreign};
-
-// "1-4, 7"
-std::string ranges_text(const std::vector<int>& frames) {
-    std::string text;
-    for (size_t i = 0; i < frames.size();) {
-        size_t last = i;
-        while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
-        text += concat(text.empty() ? "" : ", ", frames[i]);
-        if (last > i) text += concat("-", frames[last]);
-        i = last + 1;
-    }
-    return text;
-}
 
 Json json_of(const CheckedOutput& one) {
     Json json = {{"frame", one.frame}, {"output", one.path}, {"state", name_of(one.state)}};
@@ -84,7 +72,7 @@ void print_table(const std::vector<Sequence>& sequences) {
         for (const auto& [state, frames] : one.frames)
             if (state != OutputState::whole)
                 std::printf("%s: %s: %s\n", one.pattern.c_str(), name_of(state),
-                            ranges_text(frames).c_str());
+                            sequence::frames_text(frames, frames.size()).c_str());
 }
 
 }  // namespace

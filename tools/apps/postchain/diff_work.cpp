@@ -1,7 +1,5 @@
 #include "tools/apps/postchain/diff_work.h"
 
-#include <cmath>
-
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/source/color_file.h"

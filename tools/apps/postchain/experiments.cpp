@@ -27,13 +27,6 @@
 namespace postchain {
 namespace {
 
-std::string duration(double seconds) {
-    const long s = long(seconds + 0.5);
-    char text[32];
-    std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
-    return text;
-}
-
 void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
                     const ParameterTable& table, ParameterRef settings) {
     add_list(subcommand, "--set", "KEY=VALUE", o.sets, "change a value of the chain, as in run");
@@ -113,8 +106,8 @@ std::string chain_name(const std::string& path) {
 experiment::ProgressCallback progress_printer() {
     return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
         std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
-                                  duration(progress.elapsed_s), " elapsed");
-        if (progress.remaining_s > 0) text += ", " + duration(progress.remaining_s) + " to go";
+                                  log::duration(progress.elapsed_s), " elapsed");
+        if (progress.remaining_s > 0) text += ", " + log::duration(progress.remaining_s) + " to go";
         log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
         if (!log::progress_is_shown() && progress.done > printed) log::info(text);
         printed = progress.done;

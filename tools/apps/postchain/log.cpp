@@ -38,6 +38,16 @@ void tell(const char* what, const std::string& text) {
 
 }  // namespace
 
+std::string duration(double seconds) {
+    const long s = long(seconds + 0.5);
+    char text[32];
+    if (s >= 3600)
+        std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
+    else
+        std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
+    return text;
+}
+
 void set_up(bool verbose, bool quiet, bool json) {
     g_json = json;
     g_terminal = !quiet && !json && isatty(STDERR_FILENO);

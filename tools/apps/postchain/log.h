@@ -28,6 +28,9 @@ inline void error(const std::string& text) {
     write(Level::error, text);
 }
 
+// "1:02:03", "2:03".
+std::string duration(double seconds);
+
 // Progress line, rewritten in place on a terminal; an empty string clears it. Does nothing if
 // stderr is not a terminal, with --quiet, or with JSON.
 void progress(const std::string& text);

@@ -87,8 +87,8 @@ int command(int argc, char** argv) {
     app.footer(
         "Exit codes: 0 ok, 1 some frames failed, 2 usage, 3 chain file invalid, 4 input missing "
         "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
-        "--strict or a failed check of stress or selftest, 8 threshold exceeded, 130/143 on "
-        "signals.");
+        "--strict or a failed check of stress or selftest, 8 threshold exceeded, "
+        "129/130/143 on signals.");
 
     struct Subcommand {
         CLI::App* app;

@@ -17,16 +17,6 @@
 namespace postchain {
 namespace {
 
-std::string seconds_text(double seconds) {
-    const long s = long(seconds + 0.5);
-    char text[32];
-    if (s >= 3600)
-        std::snprintf(text, sizeof(text), "%ld:%02ld:%02ld", s / 3600, s / 60 % 60, s % 60);
-    else
-        std::snprintf(text, sizeof(text), "%ld:%02ld", s / 60, s % 60);
-    return text;
-}
-
 std::string frame_line(const sequence::FrameReport& report) {
     char times[96];
     std::snprintf(times, sizeof(times), "read %.0f ms, filter %.0f ms, write %.0f ms",
@@ -60,8 +50,8 @@ void say(const sequence::FrameReport& report, const sequence::RunProgress& progr
     }
     log::progress(
         double(progress.done) / double(progress.total),
-        concat(progress.done, "/", progress.total, " frames, ", seconds_text(progress.elapsed_s),
-               " elapsed, ", seconds_text(progress.remaining_s), " to go"));
+        concat(progress.done, "/", progress.total, " frames, ", log::duration(progress.elapsed_s),
+               " elapsed, ", log::duration(progress.remaining_s), " to go"));
 }
 
 // Shows the awaited frames: in the progress line on a terminal, otherwise a line each minute.
@@ -140,7 +130,7 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
                             sequence::frames_text(summary->gaps)));
     log::info(concat(text, " of ", summary->total,
                      summary->total == 1 ? " frame in " : " frames in ",
-                     seconds_text(summary->elapsed_s)));
+                     log::duration(summary->elapsed_s)));
     if (!stop.asked()) return exit_code(*summary);
     return stop.interrupted(concat(
         summary->total - summary->written - summary->skipped - summary->held - summary->missing,

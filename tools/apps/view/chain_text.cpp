@@ -1,7 +1,6 @@
 #include "tools/apps/view/chain_text.h"
 
 #include <algorithm>
-#include <functional>
 #include <optional>
 #include <tuple>
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 #include <numeric>
+#include <optional>
 
 #include "config/chain_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"

@@ -1,6 +1,7 @@
 #include "tools/apps/view/paint.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>

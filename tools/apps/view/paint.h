@@ -2,7 +2,6 @@
 // legend, error maps. No window.
 #pragma once
 
-#include <array>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>

@@ -1,6 +1,7 @@
 // The picture, the mouse over it, and what is drawn over it.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "tools/apps/view/screen_texture.h"

@@ -1,8 +1,6 @@
 // An image as a GL texture, uploaded in parts so that no frame of the interface waits for it.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <memory>
 
 #include "tools/apps/view/paint.h"

@@ -5,10 +5,8 @@
 //   Painted
 #pragma once
 
-#include <array>
 #include <chrono>
 #include <deque>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 #include "tools/measure/blind/kit.h"
 
 #include <map>
-#include <numeric>
 
 #include "chain/parameter.h"
 #include "tools/page/page.h"

@@ -6,6 +6,8 @@
 
 #include "tools/measure/experiment/experiment.h"
 
+#include <atomic>
+
 namespace postchain::experiment {
 
 struct NamedChain {

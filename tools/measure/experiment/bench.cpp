@@ -1,7 +1,7 @@
 #include "tools/measure/experiment/bench.h"
 
 #include <algorithm>
-#include <set>
+#include <string>
 
 #include "tools/measure/experiment/bench_frame.h"
 #include "tools/measure/experiment/bench_key.h"

@@ -11,7 +11,7 @@
 // truth files, device, settings) is equal, so that an interrupted bench continues.
 #pragma once
 
-#include <string>
+#include <atomic>
 #include <vector>
 
 #include "tools/measure/experiment/experiment.h"

@@ -10,7 +10,6 @@
 // Described in docs/report.md, "bench".
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 

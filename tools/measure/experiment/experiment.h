@@ -1,7 +1,6 @@
 // Shared by ab and bench: progress, and the metrics of one image.
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <map>
 #include <optional>

@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "config/markdown.h"
 #include "tools/measure/report/lists.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/settings/frame_task.h"
@@ -11,24 +12,6 @@ namespace {
 
 std::string number(const std::optional<double>& value, int digits) {
     return value ? figure(*value, digits) : "";
-}
-
-// Text that Markdown would otherwise read as HTML.
-std::string plain(const std::string& text) {
-    std::string out;
-    for (char c : text)
-        out += c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '&' ? "&amp;" : std::string(1, c);
-    return out;
-}
-
-// A cell of a Markdown table: one line, no bar.
-std::string cell(const std::string& text) {
-    std::string out;
-    for (char c : plain(text)) {
-        if (c == '|') out += '\\';
-        out += c == '\n' ? ' ' : c;
-    }
-    return out;
 }
 
 // The page says the same (tools/page/report/explain.js).
@@ -45,13 +28,13 @@ class Markdown {
     explicit Markdown(const Report& report) : report_(report) {}
 
     std::string text() {
-        out_ = "# " + plain(report_.title) + "\n\n";
+        out_ = "# " + markdown_text(report_.title) + "\n\n";
         if (report_.comparison) {
-            out_ += plain(report_.comparison->verdict) + "\n\n";
+            out_ += markdown_text(report_.comparison->verdict) + "\n\n";
             if (!report_.comparison->claims.empty())
-                out_ += plain(report_.comparison->claims) + "\n\n";
+                out_ += markdown_text(report_.comparison->claims) + "\n\n";
         }
-        if (report_.winner) out_ += plain(report_.winner->words) + ".\n\n";
+        if (report_.winner) out_ += markdown_text(report_.winner->words) + ".\n\n";
         list(report_.under);
         list(report_.warnings, "**Warning:** ");
         conditions();
@@ -72,11 +55,11 @@ class Markdown {
     using Notes = std::vector<std::string>;
 
     void list(const std::vector<std::string>& lines, const std::string& before = {}) {
-        for (const auto& line : lines) out_ += "- " + before + plain(line) + "\n";
+        for (const auto& line : lines) out_ += "- " + before + markdown_text(line) + "\n";
         if (!lines.empty()) out_ += "\n";
     }
     void row(const std::vector<std::string>& cells) {
-        for (const auto& text : cells) out_ += "| " + cell(text) + " ";
+        for (const auto& text : cells) out_ += "| " + markdown_cell(text) + " ";
         out_ += "|\n";
     }
     void header(const std::vector<std::string>& cells) {
@@ -188,7 +171,7 @@ class Markdown {
                            "better than it by a metric has made that metric worse.\n");
         for (const Variant& variant : report_.variants)
             if (!variant.failure.empty())
-                out_ += "\n" + plain(variant.name + " failed: " + variant.failure) + "\n";
+                out_ += "\n" + markdown_text(variant.name + " failed: " + variant.failure) + "\n";
         out_ += "\n";
     }
 
@@ -199,8 +182,9 @@ class Markdown {
     void differences() {
         if (!report_.comparison || report_.comparison->metrics.empty()) return;
         const Comparison& comparison = *report_.comparison;
-        out_ +=
-            "## " + plain(report_.variants[1].name + " minus " + report_.variants[0].name) + "\n\n";
+        out_ += "## " +
+                markdown_text(report_.variants[1].name + " minus " + report_.variants[0].name) +
+                "\n\n";
         const auto range = [](const std::optional<Interval>& interval) {
             return interval ? number(interval->low, 4) + " .. " + number(interval->high, 4)
                             : std::string();
@@ -285,7 +269,7 @@ class Markdown {
         std::set<std::string> said;
         for (const Variant& variant : report_.variants)
             for (const auto& note : variant.split ? variant.split->notes : Notes())
-                if (said.insert(note).second) out_ += "- " + plain(note) + "\n";
+                if (said.insert(note).second) out_ += "- " + markdown_text(note) + "\n";
         if (!said.empty()) out_ += "\n";
     }
 
@@ -336,8 +320,8 @@ class Markdown {
     void chains() {
         out_ += "## Chains\n\n";
         for (const Variant& variant : report_.variants)
-            out_ += plain(variant.name) + ", hash " + hex_of(variant.chain_hash) + "\n\n```yaml\n" +
-                    variant.chain_text + "```\n\n";
+            out_ += markdown_text(variant.name) + ", hash " + hex_of(variant.chain_hash) +
+                    "\n\n```yaml\n" + variant.chain_text + "```\n\n";
     }
 
     const Report& report_;

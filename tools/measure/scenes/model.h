@@ -5,7 +5,6 @@
 // time sample; shaders/scenes/ receives rows of float.
 #pragma once
 
-#include <array>
 #include <functional>
 #include <glm/glm.hpp>
 #include <string>

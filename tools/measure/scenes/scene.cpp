@@ -1,6 +1,5 @@
 #include "tools/measure/scenes/scene.h"
 
-#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "config/markdown.h"
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
@@ -68,23 +69,9 @@ std::string field(const std::string& text) {
     return out + "\"";
 }
 
-// A cell of a Markdown table; its text is never HTML.
-std::string cell(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        if (c == '<')
-            out += "&lt;";
-        else if (c == '|')
-            out += "\\|";
-        else
-            out += c == '\n' || c == '\r' ? ' ' : c;
-    }
-    return out;
-}
-
 std::string row_of(const std::vector<std::string>& cells) {
     std::string line;
-    for (const auto& text : cells) line += "| " + cell(text) + " ";
+    for (const auto& text : cells) line += "| " + markdown_cell(text) + " ";
     return line + "|\n";
 }
 
@@ -345,8 +332,8 @@ std::string report_as_csv(const StudyReport& report) {
 }
 
 std::string report_as_markdown(const StudyReport& report) {
-    std::string text = "# " + cell(report.title) + "\n\n";
-    for (const auto& line : report.verdict()) text += "- " + cell(line) + "\n";
+    std::string text = "# " + markdown_cell(report.title) + "\n\n";
+    for (const auto& line : report.verdict()) text += "- " + markdown_cell(line) + "\n";
     text += concat(
         "- postchain ", report.version, ", commit", report.revisions.size() > 1 ? "s" : "",
         [&] {
@@ -357,7 +344,7 @@ std::string report_as_markdown(const StudyReport& report) {
         "\n");
     for (const auto& scene : report.scenes)
         if (!scene.failure.empty())
-            text += "- " + cell("failed: " + scene.name + ": " + scene.failure) + "\n";
+            text += "- " + markdown_cell("failed: " + scene.name + ": " + scene.failure) + "\n";
     text += "\n## Scenes\n\n" + header_of({"scene", "family", "input", "truth", "frames", "size"});
     for (const auto& scene : report.scenes)
         text +=
@@ -379,7 +366,7 @@ std::string report_as_markdown(const StudyReport& report) {
                             concat(one.nearer, " of ", one.families), one.words});
         }
     for (const auto& table : report.tables) {
-        text += concat("\n## ", table.metric.name, "\n\n", cell(table.metric.help), "; ",
+        text += concat("\n## ", table.metric.name, "\n\n", markdown_cell(table.metric.help), "; ",
                        report::words_of(table.metric.better), "\n\n");
         std::vector<std::string> head = {"scene", "family"};
         head.insert(head.end(), report.variants.begin(), report.variants.end());
@@ -404,7 +391,7 @@ std::string report_as_markdown(const StudyReport& report) {
         text +=
             concat("\n`", report.variants[v], "`:\n\n```yaml\n", report.chain_texts[v], "```\n");
     text += "\n## Notes\n\n";
-    for (const auto& note : report.notes) text += "- " + cell(note) + "\n";
+    for (const auto& note : report.notes) text += "- " + markdown_cell(note) + "\n";
     return text;
 }
 

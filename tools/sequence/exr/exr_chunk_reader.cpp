@@ -6,7 +6,6 @@
 #include <cerrno>
 #include <cstring>
 #include <memory>
-#include <string>
 
 #include "tools/sequence/exr/worker_pool.h"
 #include "tools/sequence/exr/zip_bytes.h"

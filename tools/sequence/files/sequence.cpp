@@ -357,7 +357,7 @@ Absence absence_of(const PathPattern& pattern) {
             return {
                 "is a pattern for frame numbers, which matches no file; the file of this very "
                 "name must be renamed"};
-        return {"no file matches this pattern (frame numbers have at most nine digits)"};
+        return {"no file matches this pattern"};
     }
     if (errno == ENOENT) return {concat("the folder ", folder, " does not exist")};
     return {concat("the folder ", folder, " cannot be read: ", std::strerror(errno)), false};

@@ -1,9 +1,9 @@
 #include "tools/sequence/frame/frame_reader.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "config/profile_match.h"
 #include "tools/sequence/exr/exr_reader.h"

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <regex>
 #include <set>
+#include <vector>
 
 #include "tools/sequence/files/file_stamp.h"
 

@@ -6,7 +6,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "chain/status.h"
 #include "tools/sequence/image/image_calls.h"

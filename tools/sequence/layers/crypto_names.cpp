@@ -6,12 +6,9 @@
 
 #include "chain/parameter.h"
 #include "chain/text.h"
+#include "config/layer_match.h"
 
 namespace postchain::sequence {
-
-bool is_pattern(const std::string& word) {
-    return word.find_first_of("*?[") != std::string::npos;
-}
 
 std::vector<io::CryptoId> ids_named(const io::Cryptomatte& cryptomatte, const std::string& word) {
     std::vector<io::CryptoId> ids;

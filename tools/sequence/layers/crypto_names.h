@@ -9,9 +9,6 @@
 
 namespace postchain::sequence {
 
-// "tree_*": the characters *, ?, [ make a pattern.
-bool is_pattern(const std::string& word);
-
 // Ids whose name is `word` or matches it as a pattern.
 std::vector<io::CryptoId> ids_named(const io::Cryptomatte& cryptomatte, const std::string& word);
 

@@ -1,6 +1,5 @@
 #include "tools/sequence/record/sidecar.h"
 
-#include <filesystem>
 #include <fstream>
 
 #include "chain/plan_print.h"

@@ -1,7 +1,6 @@
 // Channel<T>: a bounded queue between two threads.
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <mutex>

@@ -1,6 +1,7 @@
 #include "tools/sequence/run/runner.h"
 
 #include <algorithm>
+#include <chrono>
 #include <limits>
 #include <map>
 #include <semaphore>

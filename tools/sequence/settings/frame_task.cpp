@@ -18,12 +18,18 @@ const char* name_of(FrameStep step) {
     return "";
 }
 
-std::string frames_text(const std::vector<int>& frames) {
-    constexpr size_t kShown = 20;
-    std::string list;
-    for (size_t i = 0; i < frames.size() && i < kShown; ++i)
-        list += (i ? ", " : "") + std::to_string(frames[i]);
-    return frames.size() > kShown ? list + ", ..." : list;
+std::string frames_text(const std::vector<int>& frames, size_t most) {
+    std::string text;
+    size_t shown = 0;
+    for (size_t i = 0; i < frames.size(); ++shown) {
+        if (shown == most) return text + ", ...";
+        size_t last = i;
+        while (last + 1 < frames.size() && frames[last + 1] == frames[last] + 1) ++last;
+        text += concat(text.empty() ? "" : ", ", frames[i]);
+        if (last > i) text += concat("-", frames[last]);
+        i = last + 1;
+    }
+    return text;
 }
 
 std::string absent_files(int frame, const RunSettings& settings) {

@@ -40,8 +40,7 @@ Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writ
 // The missing files of a frame: the color pattern, or the separate planes.
 std::string absent_files(int frame, const RunSettings& settings);
 
-// "1, 2, 5"; at most twenty numbers.
-
-std::string frames_text(const std::vector<int>& frames);
+// "1-4, 7"; at most `most` numbers and runs of consecutive numbers.
+std::string frames_text(const std::vector<int>& frames, size_t most = 20);
 
 }  // namespace postchain::sequence

@@ -1,6 +1,5 @@
 #include "tools/sequence/source/camera_motion.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <string_view>
 

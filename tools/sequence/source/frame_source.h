@@ -6,7 +6,6 @@
 // All programs that read sequences use it: run, plan, inspect, diff and the reports.
 #pragma once
 
-#include <array>
 #include <map>
 #include <optional>
 #include <set>

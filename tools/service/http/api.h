@@ -3,7 +3,6 @@
 //   header --admit()--> Match or refusal --body--> run() --> Reply
 #pragma once
 
-#include <memory>
 #include <string>
 #include <variant>
 #include <vector>

@@ -1,6 +1,7 @@
 #include "tools/service/work/job_request.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "config/reporter.h"
 #include "config/scalar.h"

@@ -1,7 +1,6 @@
 #include "tools/service/work/preview.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "tools/measure/report/page/encode.h"

@@ -1,7 +1,6 @@
 // The reader of requests for each user: with the user's own folders.
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "tools/service/store/users.h"

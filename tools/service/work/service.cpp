@@ -1,6 +1,7 @@
 #include "tools/service/work/service.h"
 
 #include <filesystem>
+#include <functional>
 
 #include "config/describe.h"
 #include "config/schema.h"

@@ -2,8 +2,6 @@
 
 #include <sys/resource.h>
 
-#include <optional>
-
 #include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"

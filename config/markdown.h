@@ -1,0 +1,13 @@
+// Text as Markdown shows it.
+#pragma once
+
+#include <string>
+
+namespace postchain {
+
+// Never read as HTML.
+std::string markdown_text(const std::string& text);
+// The same in a cell of a table: one line, bars escaped.
+std::string markdown_cell(const std::string& text);
+
+}  // namespace postchain

@@ -7,7 +7,7 @@
 namespace postchain {
 namespace {
 
-constexpr unsigned kMostGroups = 65535;  // a side of a dispatch that every device allows
+constexpr unsigned kMaxGroups = 65535;  // a side of a dispatch that every device allows
 constexpr double kThreads = shared::kBlockPx * shared::kBlockPx;
 
 }  // namespace
@@ -21,7 +21,7 @@ double taps_of_group(const Step& step) {
 
 Band Bands::next(double groups) {
     const auto at_most = [](double value, unsigned limit) {
-        return unsigned(std::clamp(value, 1.0, double(std::min(limit, kMostGroups))));
+        return unsigned(std::clamp(value, 1.0, double(std::min(limit, kMaxGroups))));
     };
     Band band{next_, {at_most(groups, columns_ - next_[0]), 1}};
     if (band.count[0] == columns_) band.count[1] = at_most(groups / columns_, rows_ - next_[1]);

@@ -5,11 +5,11 @@
 namespace postchain::guest {
 
 void Governor::add(double milliseconds) {
-    times_[frames_++ % kMostFrames] = milliseconds;
+    times_[frames_++ % kMaxFrames] = milliseconds;
 }
 
 double Governor::milliseconds() const {
-    const size_t count = std::min(frames_, kMostFrames);
+    const size_t count = std::min(frames_, kMaxFrames);
     if (count == 0) return 0;
     auto sorted = times_;
     const auto middle = sorted.begin() + std::ptrdiff_t(count / 2);
@@ -18,7 +18,7 @@ double Governor::milliseconds() const {
 }
 
 bool Governor::change(double now) {
-    if (frames_ < kLeastFrames || now - changed_ < kLeastSeconds) return false;
+    if (frames_ < kMinFrames || now - changed_ < kMinSeconds) return false;
     const double time = milliseconds();
     const auto predicted = [&](size_t level) { return time * kParts[level] / part(); };
     size_t next = level_;

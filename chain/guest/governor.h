@@ -11,7 +11,7 @@ namespace postchain::guest {
 class Governor {
   public:
     static constexpr std::array<double, 5> kParts = {1, 0.75, 0.5, 0.375, 0.25};
-    static constexpr double kLeastSeconds = 0.5;  // between two changes
+    static constexpr double kMinSeconds = 0.5;  // between two changes
 
     // `least`: the smallest part it may choose.
     explicit Governor(double budget_ms, double least) : budget_ms_(budget_ms), least_(least) {}
@@ -33,13 +33,13 @@ class Governor {
     uint64_t changes() const { return changes_; }
 
   private:
-    static constexpr size_t kLeastFrames = 4, kMostFrames = 8;
+    static constexpr size_t kMinFrames = 4, kMaxFrames = 8;
 
     double budget_ms_, least_;
-    size_t level_ = 0, before_ = 0;               // before_: of the last change
-    std::array<double, kMostFrames> times_ = {};  // the newest, in no order
-    size_t frames_ = 0;                           // since the last change
-    double changed_ = -1e30;                      // when
+    size_t level_ = 0, before_ = 0;              // before_: of the last change
+    std::array<double, kMaxFrames> times_ = {};  // the newest, in no order
+    size_t frames_ = 0;                          // since the last change
+    double changed_ = -1e30;                     // when
     uint64_t changes_ = 0;
 };
 

@@ -208,10 +208,10 @@ void CompiledPlan::find_barriers() {
 
 void CompiledPlan::write_set(const Step& step, const Command& command, VkDescriptorSet set,
                              const HostViews& views) const {
-    constexpr size_t kMost = 4 * kUnitsOfAKind;
-    std::array<VkWriteDescriptorSet, kMost> writes;
-    std::array<VkDescriptorImageInfo, kMost> images;
-    std::array<VkDescriptorBufferInfo, kMost> buffers;
+    constexpr size_t kMaxWrites = 4 * kUnitsOfAKind;
+    std::array<VkWriteDescriptorSet, kMaxWrites> writes;
+    std::array<VkDescriptorImageInfo, kMaxWrites> images;
+    std::array<VkDescriptorBufferInfo, kMaxWrites> buffers;
     uint32_t count = 0;
     for (const Unit& unit : command.program->units) {
         auto& write = writes[count];

@@ -17,7 +17,7 @@ using guest::HostPlan;
 
 namespace {
 
-constexpr uint32_t kMostRuns = 64;
+constexpr uint32_t kMaxRuns = 64;
 
 uint32_t runs_of(const pc_vk_create_info& info) {
     return info.runs_in_flight ? info.runs_in_flight : 2;
@@ -35,9 +35,9 @@ Failure Instance::create(const pc_vk_create_info& info, std::unique_ptr<Instance
 }
 
 Failure Instance::open() {
-    if (info_.runs_in_flight > kMostRuns)
+    if (info_.runs_in_flight > kMaxRuns)
         return {PC_ERROR_ARGUMENT,
-                concat("runs_in_flight: ", info_.runs_in_flight, " is more than ", kMostRuns)};
+                concat("runs_in_flight: ", info_.runs_in_flight, " is more than ", kMaxRuns)};
     if (Status s =
             device_.open({info_.get_instance_proc_addr, info_.instance, info_.physical_device,
                           info_.device, info_.pipeline_cache, info_.queue_family});

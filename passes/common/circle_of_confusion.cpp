@@ -248,7 +248,7 @@ double max_radius_px(const Parameters& parameters, const FrameDescription& frame
     const bool range = parameters.coc == CocSource::range;
     const double fraction = range ? kSmallMaxRadiusFraction : unset_fraction;
     // The small fraction sets a blur's width and is not cut.
-    const double most = fraction > kSmallMaxRadiusFraction ? kMostRadiusPx : HUGE_VAL;
+    const double most = fraction > kSmallMaxRadiusFraction ? kMaxRadiusPx : HUGE_VAL;
     if (parameters.max_radius_fraction)
         return *parameters.max_radius_fraction * frame.display_height / pixel_axes(frame)[1];
     return parameters.max_radius_px.value_or(std::min(fraction * lens_width(frame), most));

@@ -14,7 +14,7 @@ enum class CocSource { lens, planes, range };
 // max_radius_px if it is unset, in display widths. It is smaller if the width of the blur
 // follows from it (coc: range, method: gilham).
 inline constexpr double kMaxRadiusFraction = 1.0 / 8, kSmallMaxRadiusFraction = 0.03;
-inline constexpr double kMostRadiusPx = 512;  // of kMaxRadiusFraction
+inline constexpr double kMaxRadiusPx = 512;  // of kMaxRadiusFraction
 
 inline constexpr double kMaxDistance = 1e30;  // scene units; fp32 holds it and its inverse
 

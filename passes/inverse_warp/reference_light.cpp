@@ -10,7 +10,7 @@ namespace postchain::inverse_warp::reference {
 namespace {
 
 constexpr int kCellPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
-constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kLeastDifference = 0.004;
+constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kMinDifference = 0.004;
 
 class Comparison {
   public:
@@ -48,7 +48,7 @@ class Comparison {
             if (sum.count == 0) continue;
             const double mean = sum.here / sum.count;
             const double variance = std::max(sum.square / sum.count - mean * mean, 0.0);
-            return apart / sum.count > variance + kLeastDifference;
+            return apart / sum.count > variance + kMinDifference;
         }
         return false;
     }

@@ -131,12 +131,12 @@ const ParameterTable& parameter_table() {
 int tile_px(const Parameters& parameters, const FrameDescription& frame) {
     if (const auto limit = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame))
         return std::clamp(int(std::lround(*limit)), least_tile_px(parameters), 1024);
-    return std::clamp((frame.display_width + 8) / 16, kLeastTilePx, 512);
+    return std::clamp((frame.display_width + 8) / 16, kMinTilePx, 512);
 }
 
 int least_tile_px(const Parameters& parameters) {
-    if (parameters.shutter.max_blur_fraction) return kLeastFractionTilePx;
-    return parameters.max_blur_px.value_or(kLeastTilePx);
+    if (parameters.shutter.max_blur_fraction) return kMinFractionTilePx;
+    return parameters.max_blur_px.value_or(kMinTilePx);
 }
 
 double max_path_px(const Parameters& parameters, const FrameDescription& frame) {

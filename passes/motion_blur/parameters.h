@@ -43,9 +43,9 @@ const ParameterTable& parameter_table();
 double max_path_px(const Parameters& parameters, const FrameDescription& frame);
 
 // The limit of the report's filter, which is the edge of its tiles: the user's, or a sixteenth of
-// the display width but at least kLeastTilePx.
-inline constexpr int kLeastTilePx = 40;
-inline constexpr int kLeastFractionTilePx = 8;  // with max_blur_fraction
+// the display width but at least kMinTilePx.
+inline constexpr int kMinTilePx = 40;
+inline constexpr int kMinFractionTilePx = 8;  // with max_blur_fraction
 int tile_px(const Parameters& parameters, const FrameDescription& frame);
 // On frames of every size.
 int least_tile_px(const Parameters& parameters);

@@ -22,7 +22,7 @@ layout(binding = 6) uniform usampler2D marks;
 #include "inverse_warp/light.glsl"
 
 const int kRings = 2;                  // of cells, around that of a pixel
-const float kLeastDifference = 0.004;  // squared
+const float kMinDifference = 0.004;  // squared
 
 // This frame hides a surface of this inverse depth, seen at p. Does the light around it differ from
 // this frame's? That is, in the cells around that show it, of the smallest ring that has some, the
@@ -55,7 +55,7 @@ bool has_other_light(ivec2 p, float inverse_depth) {
     if (count == 0.0) return false;
     mean /= count;
     precise const float variance = max(square / count - mean * mean, 0.0);
-    return difference / count > variance + kLeastDifference;
+    return difference / count > variance + kMinDifference;
 }
 
 shared uint hidden_of_square[kSquares];
@@ -68,7 +68,7 @@ bool may_have_other_light(ivec2 square) {
     ivec2 offset = ivec2(-kRings);
     do {
         const vec4 l = texelFetch(light, clamp(cell + offset, ivec2(0), last), 0);
-        differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kLeastDifference);
+        differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kMinDifference);
         offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
     } while (!differs && offset.y <= kRings);
     return differs;

@@ -66,11 +66,21 @@ class Picture(OnTheService):
         self.assertEqual(self.browser.run("return postchain.viewer.read(30, 45);"), left)
         self.browser.keys(" ", "e")
         self.browser.wait("postchain.viewer.shown.error", seconds=60)
-        data = self.browser.run("return postchain.viewer.shown.error.data[45 * 160 + 80];")
-        difference = max(abs(a - b) for a, b in zip(self.value("a", 80, 45),
-                                                    self.value("before", 80, 45)))
-        expected = 255 * min(max(math.log10(max(difference, 1e-30) / 1e-3) / 4, 0), 1)
-        self.assertAlmostEqual(data, expected, delta=1)
+        # The formulas and scales of reports (docs/metrics.md).
+        pairs = list(zip(self.value("a", 80, 45), self.value("before", 80, 45)))
+        places = {
+            "difference": math.log10(max(max(abs(i - r) for i, r in pairs), 1e-30) / 1e-3) / 4,
+            "relmse": math.log10(max(sum(((i - r) / (abs(r) + 0.01)) ** 2 for i, r in pairs) / 3,
+                                     1e-30) / 1e-4) / 5,
+            "smape": sum(2 * abs(i - r) / (abs(i) + abs(r) + 0.02) for i, r in pairs) / 3 / 2,
+        }
+        for key, place in places.items():
+            self.browser.wait(f"postchain.state.get('map') === '{key}' && postchain.viewer.shown.error")
+            self.assertGreater(place, 0, key)
+            self.assertAlmostEqual(
+                self.browser.run("return postchain.viewer.shown.error.data[45 * 160 + 80];"),
+                255 * min(place, 1), delta=1, msg=key)
+            self.browser.keys("m")
         self.browser.keys("e")
         self.browser.mouse(self.place(60, 45))
         self.browser.wait("document.getElementById('values').innerText.includes('before')")

@@ -12,7 +12,7 @@
 namespace postchain::view {
 namespace {
 
-constexpr size_t kMostOrders = 4;  // passes whose every order is listed: 24 of them
+constexpr size_t kMaxOrders = 4;  // passes whose every order is listed: 24 of them
 
 double number_of(const ParameterValue& value) {
     if (const auto* whole = std::get_if<int64_t>(&value)) return double(*whole);
@@ -229,7 +229,7 @@ void ChainPanel::order_and_tier() {
     const bool orders = ImGui::BeginCombo("order", name_of_order(order).c_str());
     ui_.mark("order");
     if (orders) {
-        if (order.size() > kMostOrders) {
+        if (order.size() > kMaxOrders) {
             ImGui::TextDisabled("drag the passes below");
         } else {
             do {

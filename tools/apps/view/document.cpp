@@ -12,7 +12,7 @@
 namespace postchain::view {
 namespace {
 
-constexpr size_t kMostStates = 500;
+constexpr size_t kMaxStates = 500;
 
 Status no_pass(size_t link) {
     return Status(StatusCode::chain, concat("the chain has no pass ", link));
@@ -79,7 +79,7 @@ void Document::push(DocumentState state, const std::string& name) {
     }
     states_.push_back(std::make_shared<const DocumentState>(std::move(state)));
     names_.push_back(name);
-    if (states_.size() > kMostStates) {
+    if (states_.size() > kMaxStates) {
         states_.erase(states_.begin());
         names_.erase(names_.begin());
     }

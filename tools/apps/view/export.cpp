@@ -17,7 +17,7 @@ namespace postchain::view {
 namespace {
 
 constexpr int kThumbnailWidth = 320;
-constexpr size_t kMostCells = 48;
+constexpr size_t kMaxCells = 48;
 
 Status stopped(const ExportJob& job) {
     return Status(StatusCode::canceled, job.path + ": stopped");
@@ -102,7 +102,7 @@ Status write_frames(const ExportJob& job, Executor& executor, const std::string&
 
 Status write_sheet(const ExportJob& job, FrameFilter& filter, const std::atomic<bool>& stop,
                    const std::function<void(int)>& progress) {
-    const auto chosen = io::evenly_chosen(job.frames.size(), kMostCells);
+    const auto chosen = io::evenly_chosen(job.frames.size(), kMaxCells);
     io::SheetLayout layout;
     std::optional<io::ContactSheet> sheet;
     const auto shrink = [&](const ImageF& color) {

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr auto kWatchInterval = std::chrono::milliseconds(500);
 constexpr auto kRest = std::chrono::milliseconds(120);  // without changes, until a picture refines
 constexpr double kDraftMs = 60;                         // time of a draft that is aimed at
-constexpr double kLeastScale = 1.0 / 8;
+constexpr double kMinScale = 1.0 / 8;
 constexpr uint64_t kManyPixels = 1'000'000;
 constexpr size_t kMessages = 50;
 constexpr size_t kLatencies = 200;
@@ -264,7 +264,7 @@ double Session::draft_scale() const {
         return source_ && source_->description.pixels() > kManyPixels ? 0.25 : 0.5;
     const double fitting = std::sqrt(kDraftMs / full_ms_);
     double scale = 1;
-    while (scale > kLeastScale && scale > fitting) scale /= 2;
+    while (scale > kMinScale && scale > fitting) scale /= 2;
     return scale;
 }
 

@@ -6,7 +6,7 @@
 namespace postchain::view {
 namespace {
 
-constexpr double kMostZoom = 64, kLeastZoom = 1.0 / 64;
+constexpr double kMaxZoom = 64, kMinZoom = 1.0 / 64;
 
 }  // namespace
 
@@ -35,7 +35,7 @@ void ViewPort::zoom_at(const Point& at, double factor) {
     const Point before = to_image(at);
     fitted_ = false;
     // A fitted image of unusual size may be beyond the limits.
-    const double least = std::min(kLeastZoom, zoom_), most = std::max(kMostZoom, zoom_);
+    const double least = std::min(kMinZoom, zoom_), most = std::max(kMaxZoom, zoom_);
     zoom_ = std::clamp(zoom_ * factor, least, most);
     const Point after = to_image(at);
     center_ = {center_[0] + before[0] - after[0], center_[1] + before[1] - after[1]};

@@ -8,7 +8,7 @@ namespace postchain::tune {
 namespace {
 
 // Fewer samples show patterns instead of noise.
-constexpr int64_t kLeastSamples = 4;
+constexpr int64_t kMinSamples = 4;
 
 bool is_knob(const Parameter& row) {
     return std::find(knob_keys().begin(), knob_keys().end(), row.key) != knob_keys().end();
@@ -33,7 +33,7 @@ std::vector<ParameterValue> values_of(const Parameter& row) {
             values.assign(row.choices.begin(), row.choices.end());
             break;
         case ParameterType::integer: {
-            const int64_t least = row.convergence == Convergence::set ? kLeastSamples : 1;
+            const int64_t least = row.convergence == Convergence::set ? kMinSamples : 1;
             for (int64_t value = least; double(value) <= row.soft_max; value *= 2)
                 values.push_back(row.odd ? value + 1 : value);
             break;

@@ -5,11 +5,11 @@ import { render } from "../viewer/cpu_view.js";
 import { pareto_of } from "./model.js";
 
 const kTile = 150;        // CSS pixels, the longer side
-const kMostTiles = 10;    // beyond: truth, the source shown, the one before, and the Pareto set
+const kMaxTiles = 10;    // beyond: truth, the source shown, the one before, and the Pareto set
 
 function columns_of({ model, state }) {
     const all = model.sources.filter((s) => s.frames.length);
-    if (all.length <= kMostTiles) return all;
+    if (all.length <= kMaxTiles) return all;
     const points = model.variant_sources.filter((s) => s.frames.length).map((s) => ({
         key: s.key, time: model.time(s.data), error: model.mean(s.data, state.get("metric")),
     })).filter((p) => p.time !== undefined && p.error !== undefined);
@@ -17,7 +17,7 @@ function columns_of({ model, state }) {
         .map((i) => points[i].key);
     const keys = ["truth", state.get("show"), state.get("last"), ...front];
     const chosen = new Set([...new Set(keys)].filter((key) => model.source(key)?.frames.length)
-        .slice(0, kMostTiles));
+        .slice(0, kMaxTiles));
     return all.filter((s) => chosen.has(s.key));
 }
 
@@ -25,7 +25,7 @@ export function add_crops(page, more) {
     const { model, state, store } = page;
     if (!model.sources.some((s) => s.frames.length)) return;
     const rows = h("div", { class: "crops" });
-    const all = model.sources.filter((s) => s.frames.length).length <= kMostTiles;
+    const all = model.sources.filter((s) => s.frames.length).length <= kMaxTiles;
     more.append(h("section", { class: "panel wide", "aria-label": "Crops" },
         h("h2", {}, "Crops"),
         h("p", { class: "about" }, "Regions where the error is largest, and those you choose: ",

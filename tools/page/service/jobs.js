@@ -9,7 +9,7 @@ import { nameOf, progressOf, shotOf, workOf } from "./job_words.js";
 import { page } from "./page.js";
 
 const kPage = 40;          // jobs of a request
-const kLeastGap = 1500;    // ms between two requests because of events
+const kMinGap = 1500;    // ms between two requests because of events
 
 let jobs = [], next = null, mark = () => {}, asked = 0;
 const rows = new Map();    // id -> {item, ...}
@@ -85,7 +85,7 @@ export function refresh_jobs() {
         timer = 0;
         last = performance.now();
         load();
-    }, Math.max(50, last + kLeastGap - performance.now()));
+    }, Math.max(50, last + kMinGap - performance.now()));
 }
 
 export function job_event({ type, job: id, data }) {

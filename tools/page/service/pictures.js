@@ -7,7 +7,7 @@ import { PictureCache } from "../viewer/cache.js";
 import { picture_of_file } from "../viewer/picture.js";
 
 const kCacheBytes = 512 * 2 ** 20;
-const kLeastGap = 150;      // ms between two previews of a chain
+const kMinGap = 150;      // ms between two previews of a chain
 const kPatience = 400;      // ms until a newer preview ends one that runs
 const kDraftPixels = 480;   // of the longer side, while a slider moves
 const kLevels = [0.125, 0.25, 0.5, 1];
@@ -47,7 +47,7 @@ class Lane {
                 this.#running = null;
                 clearTimeout(this.timer);
                 this.#begin();
-            }, Math.max(0, kLeastGap - (performance.now() - since))));
+            }, Math.max(0, kMinGap - (performance.now() - since))));
     }
 }
 

@@ -5,7 +5,7 @@ import { head, scroll } from "../shared/tables.js";
 import { counted } from "../shared/words.js";
 
 const kShownWidth = 320;  // CSS pixels to which pictures grow, in whole steps
-const kMostSteps = 64;
+const kMaxSteps = 64;
 
 const matrix = json_of("data");
 const names = matrix.checks.map(({ name }) => name);
@@ -40,7 +40,7 @@ function table() {
 }
 
 function figure(entry, { title, scale, png, width, height }) {
-    const steps = Math.min(Math.max(Math.floor(kShownWidth / Math.max(width, 1)), 1), kMostSteps);
+    const steps = Math.min(Math.max(Math.floor(kShownWidth / Math.max(width, 1)), 1), kMaxSteps);
     return h("figure", {}, h("img", {
         loading: "lazy", width: width * steps, height: height * steps,
         alt: `${title} of ${entry.cell}, ${entry.check}; ${scale}`,

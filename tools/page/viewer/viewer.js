@@ -9,7 +9,7 @@ const kLadder = [0.0625, 0.125, 0.25, 0.33, 0.5, 0.67, 1, 1.5, 2, 3, 4, 6, 8, 12
     64];
 const kGridFrom = 8;      // device pixels per picture pixel
 const kWheelStep = 60;    // of a wheel event's deltaY, for one step of the ladder
-const kLeastCrop = 4;     // picture pixels
+const kMinCrop = 4;     // picture pixels
 
 export function background_of() {
     const text = color_of("matte");
@@ -254,7 +254,7 @@ export class Viewer {
                 this.on.choosing(undefined);
                 const box = this.#box(drag.at, place(event));
                 if (event.type === "pointerup" &&
-                    Math.min(box.width, box.height) >= kLeastCrop)
+                    Math.min(box.width, box.height) >= kMinCrop)
                     this.on.crop(box);
             } else if (drag && !drag.moved && event.type === "pointerup") {
                 const pixel = inside(this.to_picture(...place(event)));

@@ -6,7 +6,7 @@
 namespace postchain::service {
 namespace {
 
-constexpr size_t kMostAddresses = 100'000;
+constexpr size_t kMaxAddresses = 100'000;
 
 double seconds(std::chrono::steady_clock::duration time) {
     return std::chrono::duration<double>(time).count();
@@ -23,11 +23,11 @@ int WrongTokens::wait_s(const std::string& address, Clock::time_point now) {
 
 void WrongTokens::enter(const std::string& address, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    if (tries_.size() >= kMostAddresses)
+    if (tries_.size() >= kMaxAddresses)
         std::erase_if(tries_, [&](const auto& one) {
             return seconds(now - one.second.last) > one.second.count * kForgivenS;
         });
-    if (tries_.size() >= kMostAddresses) tries_.clear();
+    if (tries_.size() >= kMaxAddresses) tries_.clear();
     Tries& tries = tries_[address];
     if (tries.count > 0)
         tries.count = std::max(0.0, tries.count - seconds(now - tries.last) / kForgivenS);

@@ -7,10 +7,10 @@
 namespace postchain::service {
 
 std::vector<std::string> words_of(const std::string& search) {
-    constexpr size_t kMostWords = 16;
+    constexpr size_t kMaxWords = 16;
     std::istringstream text(search);
     std::vector<std::string> words;
-    for (std::string word; words.size() < kMostWords && text >> word;) words.push_back(word);
+    for (std::string word; words.size() < kMaxWords && text >> word;) words.push_back(word);
     return words;
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr size_t kMostLost = 16;
+constexpr size_t kMaxLost = 16;
 constexpr auto kLastTasks = std::chrono::seconds(10);  // time for them at the end
 
 }  // namespace
@@ -80,7 +80,7 @@ struct HelperThreads::Inside {
     static void replace(const std::shared_ptr<Inside>& inside) {
         size_t lost = 0;
         for (const auto& helper : inside->helpers) lost += helper->lost && !helper->ended;
-        for (size_t i = 0; i < inside->helpers.size() && lost < kMostLost; ++i) {
+        for (size_t i = 0; i < inside->helpers.size() && lost < kMaxLost; ++i) {
             Helper& helper = *inside->helpers[i];
             if (helper.lost || !inside->hangs(helper)) continue;
             if (!add(inside).ok()) return;

@@ -8,7 +8,7 @@
 namespace postchain::service {
 namespace {
 
-constexpr size_t kMostWaiting = 64;
+constexpr size_t kMaxWaiting = 64;
 constexpr auto kTestPatience = std::chrono::seconds(1);
 
 // The device of this thread; made when it is first needed, and destroyed with the thread.
@@ -27,7 +27,7 @@ Result<GlDevice*> device_of_thread(const egl::ContextOptions& options, const Pas
 
 Previews::Previews(const egl::ContextOptions& device, const PassRegistry& registry,
                    DeviceGate& gate)
-    : device_(device), registry_(registry), gate_(gate), threads_(1, kMostWaiting) {}
+    : device_(device), registry_(registry), gate_(gate), threads_(1, kMaxWaiting) {}
 
 Status Previews::begin() {
     if (Status status = threads_.begin(); !status.ok()) return status;

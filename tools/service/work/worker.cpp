@@ -14,8 +14,8 @@ using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds kFirstWait = 1s;
 constexpr std::chrono::milliseconds kLongestWait = 30s;
-constexpr size_t kMostLost = 8;  // each holds a frame's memory and a GL context
-constexpr int kNice = 10;        // of the threads of jobs: previews and requests go first
+constexpr size_t kMaxLost = 8;  // each holds a frame's memory and a GL context
+constexpr int kNice = 10;       // of the threads of jobs: previews and requests go first
 
 Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
     using sequence::FrameStep;
@@ -142,7 +142,7 @@ void Worker::watch() {
         changed_.wait_for(lock, 200ms);
         if (ends_ || draining_) continue;
         if (!hand_) {
-            if (*lost_ < kMostLost) (void)take_on();
+            if (*lost_ < kMaxLost) (void)take_on();
             continue;
         }
         if (running_.empty() || limit_s_ <= 0) continue;
@@ -175,8 +175,8 @@ void Worker::let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay
     lock.lock();
     running_.clear();
     remaining_s_ = limit_s_ = 0;
-    if (*lost_ >= kMostLost)
-        state_.trouble = concat(kMostLost, " frames hang in disks or devices; restart the service");
+    if (*lost_ >= kMaxLost)
+        state_.trouble = concat(kMaxLost, " frames hang in disks or devices; restart the service");
     else if (Status status = take_on(); !status.ok())
         state_.trouble = status.message();
     state_.works = hand_ != nullptr;

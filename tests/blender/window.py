@@ -92,7 +92,7 @@ def steps():
     bpy.ops.postchain.prepare()
     bpy.ops.ed.undo_push(message="Prepare")
     bpy.ops.render.render(animation=True)
-    scene.postchain.preset = "best"  # takes some seconds
+    scene.postchain.preset, scene.postchain.samples = "best", 1023  # ended long before it is done
     yield
     screenshot("prepared.png")
 
@@ -114,6 +114,7 @@ def steps():
     yield
     path = os.path.join(FOLDER, "shot.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
+    check(job._process.poll() is None, "still runs")
     with bpy.context.temp_override(window=window()):
         bpy.ops.wm.open_mainfile(filepath=path)
     yield
@@ -121,7 +122,7 @@ def steps():
     check(not addon.command.Job.running, "no job is left")
 
     scene = bpy.context.scene
-    scene.postchain.preset, scene.postchain.existing = "fast", "overwrite"
+    scene.postchain.preset, scene.postchain.existing, scene.postchain.samples = "fast", "overwrite", 0
     check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts after loading")
     while addon.command.Job.running:
         yield
@@ -151,9 +152,10 @@ def steps():
     yield
     # While a job runs, the add-on can be switched off.
     bpy.ops.postchain.prepare()
-    bpy.context.scene.postchain.preset = "best"
+    bpy.context.scene.postchain.preset, bpy.context.scene.postchain.samples = "best", 1023
     check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts before it is switched off")
     job, = addon.command.Job.running
+    check(job._process.poll() is None, "runs before it is switched off")
     bpy.ops.preferences.addon_disable(module=scenes.MODULE)
     check(job._process.poll() is not None, "switching the add-on off ends the process")
     yield

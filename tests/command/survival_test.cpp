@@ -238,7 +238,7 @@ TEST_F(SurvivalTest, SurroundingsDoNotMatter) {
 
 // The first stage marks that the input has been read; the process is paused while it changes.
 TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
-    const auto change = [&](const std::string& how) {
+    const auto change_once = [&](const std::string& how) {
         write_sequence(at(""), {1}, 192, 128);
         fs::remove_all(at("stages"));
         Process process(with_command({"run", at("all.yaml"), "-i", in(), "-o", out(), "--png",
@@ -251,11 +251,24 @@ TEST_F(SurvivalTest, AnInputThatChangesMeanwhile) {
         };
         while (process.running() && !begun()) usleep(200);
         process.send(SIGSTOP);
+        if (fs::exists(out(1))) {  // a fast machine was done already
+            process.send(SIGKILL);
+            process.wait();
+            fs::remove_all(at("out"));
+            fs::create_directory(at("out"));
+            return std::optional<Outcome>();
+        }
         if (how == "rewritten") write_frame(in(1), make_planes(192, 128, 2));
         if (how == "touched") fs::last_write_time(in(1), fs::file_time_type::clock::now());
         if (how == "removed") fs::remove(in(1));
         process.send(SIGCONT);
-        return process.wait();
+        return std::optional(process.wait());
+    };
+    const auto change = [&](const std::string& how) {
+        for (int i = 0; i < 20; ++i)
+            if (auto outcome = change_once(how)) return *outcome;
+        ADD_FAILURE() << "the process was never stopped in time";
+        return Outcome();
     };
     for (const char* how : {"rewritten", "touched", "removed"}) {
         const auto outcome = change(how);

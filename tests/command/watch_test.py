@@ -131,7 +131,7 @@ class Watch(unittest.TestCase):
             self.assert_as_a_run(f"watched{seed}", "--on-existing", "overwrite")
 
     def test_without_a_range_it_ends_when_nothing_comes(self):
-        process = self.start("watched", "--watch", "--idle", "4", "--png")
+        process = self.start("watched", "--watch", "--idle", "8", "--png")
         self.write_all(3).join()
         said = self.end(process)
         self.assertIn("5 written of 5 frames", said)

@@ -2,6 +2,7 @@
 HTTP is tested. The first argument of the program is serve_fake."""
 import json
 import sys
+import time
 import unittest
 
 from server import Server, parse, statuses
@@ -27,6 +28,12 @@ class Attacked(unittest.TestCase):
         """After each attack the next client is served."""
         status, _, body = self.server.ask("GET", "/healthz")
         self.assertEqual((status, json.loads(body)), (200, {"status": "ok"}))
+
+    def until(self, holds, seconds=60):
+        end = time.monotonic() + seconds
+        while not holds():
+            self.assertLess(time.monotonic(), end)
+            time.sleep(0.05)
 
     def refused(self, raw, *expected):
         """Exactly one reply, with one of these statuses: no part of `raw` became another request."""

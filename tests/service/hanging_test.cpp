@@ -60,12 +60,12 @@ TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
     // The limit is for frames: what is made once is made before.
     ASSERT_EQ(ended(submit(in_folder(hanging(R"(, "frames": "1-2")"), "warm"))).state,
               JobState::done);
-    const std::string id = submit(hanging(R"(, "frame_timeout": 4)"));
+    const std::string id = submit(hanging(R"(, "frame_timeout": 10)"));
     const Job job = ended(id);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 4);
     EXPECT_EQ(job.done, 2);
-    EXPECT_THAT(job.message, HasSubstr("frame 3 was not read within 4 s: the disk hangs"));
+    EXPECT_THAT(job.message, HasSubstr("frame 3 was not read within 10 s: the disk hangs"));
     EXPECT_EQ(frames(id)[2].attempts, 1);
     // Another thread has taken over, with a device of its own.
     const Job next = ended(submit(in_folder(body(R"(, "frames": "1-2,4-6")"), "next")));

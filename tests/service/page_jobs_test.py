@@ -57,13 +57,17 @@ class Jobs(OnTheService):
             for job in json.loads(self.server.ask("GET", "/v1/jobs?limit=500&state=queued")[2])["jobs"]:
                 self.server.ask("DELETE", f"/v1/jobs/{job['id']}")
 
+    def long_shot(self):
+        """60 frames."""
+        for frame in range(1, 61):
+            file = self.path / f"long/f.{frame:04}.exr"
+            file.parent.mkdir(exist_ok=True)
+            file.write_bytes((self.path / f"shots/sharp.000{1 + frame % 3}.exr").read_bytes())
+        return "long/f.####.exr"
+
     def test_requests_are_bounded(self):
         """One page that watches a job of 60 frames; the page before this one made 397 in 10 s."""
-        for frame in range(1, 61):
-            link = self.path / f"long/f.{frame:04}.exr"
-            link.parent.mkdir(exist_ok=True)
-            link.write_bytes((self.path / f"shots/sharp.000{1 + frame % 3}.exr").read_bytes())
-        job = self.submit(input="long/f.####.exr", output="out/long.####.exr")
+        job = self.submit(input=self.long_shot(), output="out/long.####.exr")
         self.open(f"job={job}")
         self.browser.run("performance.setResourceTimingBufferSize(2000);"
                          "performance.clearResourceTimings(); globalThis.begun = performance.now();")
@@ -99,7 +103,9 @@ class Jobs(OnTheService):
         self.browser.errors()  # previews that newer ones ended
 
     def test_cancel_retry_edit_duplicate_remove(self):
-        job = self.submit(chain="best", output="out/best.####.exr", set=["joint_blur.samples=1023"])
+        # Canceled long before it is done.
+        job = self.submit(chain="best", input=self.long_shot(), output="out/best.####.exr",
+                          set=["joint_blur.samples=1023"])
         self.open(f"job={job}")
         self.press("Cancel")
         self.done(job, "canceled")
@@ -118,7 +124,7 @@ class Jobs(OnTheService):
         # Its chain and frames with live preview.
         self.press("Edit")
         self.browser.wait("!postchain.model.subject.job && "
-                          f"postchain.model.subject.input === 'shots/sharp.####.exr' && {SHOWN}",
+                          f"postchain.model.subject.input === 'long/f.####.exr' && {SHOWN}",
                           seconds=60)
         self.assertIn("128", json.dumps(self.chain()))
         # Also when its frame has been planned.
@@ -133,7 +139,7 @@ class Jobs(OnTheService):
             "output": "out/best.####.exr"})
         self.browser.run("document.querySelector('#entries [data-path]').click();")
         self.browser.wait("!postchain.model.subject.more")
-        self.browser.wait("document.getElementById('output').value.startsWith('shots/out/')")
+        self.browser.wait("document.getElementById('output').value.startsWith('long/out/')")
         self.open(f"job={job}")
         self.press("Remove")
         self.browser.wait("!postchain.state.get('job')")

@@ -59,7 +59,7 @@ class Behind:
         if not shutil.which(self.program, path="/usr/sbin:/usr/bin:/sbin:/bin"):
             self.skipTest(f"{self.program} is not installed")
         self.path = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
-        self.server = Server([PROGRAM, "frame=300", "trust_own=1", "base=1", "heartbeat=60000"])
+        self.server = Server([PROGRAM, "frame=600", "trust_own=1", "base=1", "heartbeat=60000"])
         self.addCleanup(self.server.stop)
         port = free_port()
         self.proxy = Proxy(self.command(port), port)
@@ -100,7 +100,7 @@ class Behind:
                     if types[-1] == "done":
                         break
         self.assertEqual(types, ["queued", "started"] + ["frame"] * 4 + ["done"])
-        # Four frames of 0.3 s: a buffer would give them at once, at the end. On a slow machine the
+        # Four frames of 0.6 s: a buffer would give them at once, at the end. On a slow machine the
         # first ones come late, together.
         self.assertGreater(times[-1] - times[1], 0.25)
 

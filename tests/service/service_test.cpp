@@ -274,11 +274,13 @@ TEST_F(Jobs, AFrameThatIsALinkToTheOutsideIsNotRead) {
 
 TEST_F(Jobs, TheLargerPriorityGoesFirst) {
     add_frames(60);
-    open();
-    const std::string slow = submit(body(R"(, "priority": -1)"));
+    hold();
+    const std::string slow = submit(held_body(R"(, "priority": -1)"));
     ASSERT_TRUE(wait_for([&] { return job(slow).done >= 2; }));
-    const Job first =
-        ended(submit(in_folder(body(R"(, "frames": "1-3", "priority": 5)"), "first")));
+    const std::string larger =
+        submit(in_folder(body(R"(, "frames": "1-3", "priority": 5)"), "first"));
+    test::HeldPass::held = false;
+    const Job first = ended(larger);
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);
     EXPECT_EQ(other.state, JobState::done) << other.message;
@@ -344,14 +346,15 @@ TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
 
 TEST_F(Jobs, CanceledAndTriedAgain) {
     add_frames(40);
-    open();
-    const std::string id = submit(body());
+    hold();
+    const std::string id = submit(held_body());
     ASSERT_TRUE(wait_for([&] { return job(id).done >= 1; }));
     const auto canceled = service_->cancel(user(), id);
     ASSERT_TRUE(std::holds_alternative<Job>(canceled));
     EXPECT_EQ(std::get<Job>(canceled).state, JobState::canceled);
     const auto twice = service_->cancel(user(), id);
     EXPECT_EQ(std::get<Problem>(twice).kind, Problem::Kind::conflict);
+    test::HeldPass::held = false;
     ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
     EXPECT_EQ(ended(id).state, JobState::done);
     EXPECT_EQ(ended(id).done, 40);

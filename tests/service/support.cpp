@@ -10,6 +10,8 @@
 
 namespace postchain::test {
 
+constexpr auto kPatience = std::chrono::minutes(4);
+
 namespace fs = std::filesystem;
 using namespace service;
 
@@ -60,6 +62,28 @@ void ServiceTest::open() {
     auto opened = Service::open(settings(), *registry_);
     ASSERT_TRUE(opened.ok()) << opened.status().message();
     service_ = std::move(*opened);
+}
+
+std::string ServiceTest::held_body(const std::string& more) {
+    std::string text = body(more);
+    return text.replace(text.find("fxaa"), 4, "held");
+}
+
+void ServiceTest::hold() {
+    static const PassRegistry with_held = with_pass<HeldPass>("held");
+    registry_ = &with_held;
+    HeldPass::held = true;
+    open();
+}
+
+void ServiceTest::TearDown() {
+    HeldPass::held = false;
+}
+
+std::optional<Identity> HeldPass::identity(const PlanContext& context) const {
+    while (held && context.frame.frame_number >= 3)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    return FakePass::identity(context);
 }
 
 const User& ServiceTest::user(const std::string& name) const {
@@ -113,7 +137,7 @@ Picture ServiceTest::picture(const std::function<void(std::function<void(Answer<
     auto promise = std::make_shared<std::promise<Answer<Picture>>>();
     auto answer = promise->get_future();
     ask([promise](Answer<Picture> got) { promise->set_value(std::move(got)); });
-    if (answer.wait_for(std::chrono::seconds(20)) != std::future_status::ready) {
+    if (answer.wait_for(kPatience) != std::future_status::ready) {
         ADD_FAILURE() << "no answer";
         return {};
     }
@@ -126,11 +150,12 @@ Picture ServiceTest::picture(const std::function<void(std::function<void(Answer<
 }
 
 bool ServiceTest::wait_for(const std::function<bool()>& what) {
-    for (int i = 0; i < 6000; ++i) {
-        if (what()) return true;
+    const auto end = std::chrono::steady_clock::now() + kPatience;
+    while (!what()) {
+        if (std::chrono::steady_clock::now() > end) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    return false;
+    return true;
 }
 
 Job ServiceTest::ended(const std::string& id) const {

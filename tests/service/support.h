@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -23,11 +24,15 @@ namespace postchain::test {
 class ServiceTest : public testing::Test {
   protected:
     void SetUp() override;
+    void TearDown() override;
 
     std::string root(const std::string& name = "") const;
     std::string outside(const std::string& name = "") const;
     // A run of FXAA over all frames, with extra members: ", \"strict\": true".
     static std::string body(const std::string& more = "");
+    // The same with HeldPass in place of FXAA, in a service that hold() opens.
+    static std::string held_body(const std::string& more = "");
+    void hold();
 
     void open();  // fails the test on errors
     void close() { service_.reset(); }
@@ -52,7 +57,7 @@ class ServiceTest : public testing::Test {
     // Waits for the image. Fails the test on a problem.
     static service::Picture picture(
         const std::function<void(std::function<void(service::Answer<service::Picture>)>)>& ask);
-    // Waits until it is true; false after half a minute.
+    // Waits until it is true; false after four minutes.
     static bool wait_for(const std::function<bool()>& what);
 
     TempFolder folder_;
@@ -88,6 +93,13 @@ class FakePass : public PlainPass {
 
   private:
     char unused_ = 0;
+};
+
+// Planning the frames from 3 on waits while `held`.
+class HeldPass final : public FakePass {
+  public:
+    static inline std::atomic<bool> held = false;
+    std::optional<Identity> identity(const PlanContext& context) const override;
 };
 
 // The built-in passes and this one.

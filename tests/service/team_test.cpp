@@ -36,10 +36,11 @@ TEST_F(Team, JobsOfTwoUsersInterleave) {
     add_frames(60);
     use(kTwoUsers);
     slice_s_ = 0;
-    open();
-    const std::string a = submit(body(), "ann");
+    hold();
+    const std::string a = submit(held_body(), "ann");
     ASSERT_TRUE(wait_for([&] { return job(a).done >= 2; }));
-    const std::string b = submit(in_folder(body(), "ops"), "ops");
+    const std::string b = submit(in_folder(held_body(), "ops"), "ops");
+    test::HeldPass::held = false;
     EXPECT_EQ(ended(a).state, JobState::done) << ended(a).message;
     EXPECT_EQ(ended(b).state, JobState::done) << ended(b).message;
     EXPECT_EQ(ended(a).owner, "ann");

@@ -124,42 +124,40 @@ class Viewer:
         self.display.tool("mousemove", x, y)
         time.sleep(0.3)
 
+    def press(self, *words):
+        """A key or a button down or up, until the viewer has drawn a frame with it, or has ended. One that
+        goes down and up within one frame of the interface is lost."""
+        before = self.state()["presses"]
+        self.display.tool(*words)
+        end = time.monotonic() + PATIENCE_S
+        while self.process.poll() is None and self.state()["presses"] == before:
+            check(time.monotonic() < end, f"{words} is drawn")
+            time.sleep(0.02)
+
     def click(self, place):
         self.move(*self.center(place))
-        self.display.tool("mousedown", 1)
-        time.sleep(0.2)
-        self.display.tool("mouseup", 1)
-        time.sleep(0.3)
+        self.press("mousedown", 1)
+        self.press("mouseup", 1)
 
     def drag(self, start, end):
         self.move(*start)
-        self.display.tool("mousedown", 1)
+        self.press("mousedown", 1)
         for i in range(1, 9):
             self.move(*[round(a + (b - a) * i / 8) for a, b in zip(start, end)])
-        self.display.tool("mouseup", 1)
-        time.sleep(0.3)
+        self.press("mouseup", 1)
 
     def key(self, key):
-        self.display.tool("keydown", key)
-        time.sleep(0.2)
-        self.display.tool("keyup", key)
-        time.sleep(0.2)
+        self.chord(key)
 
     def play(self, on):
-        """A key that goes down and up within one slow frame of the interface is lost."""
-        end = time.monotonic() + PATIENCE_S
-        while self.state()["playing"] != on:
-            check(time.monotonic() < end, "the space bar plays")
-            self.key("space")
-            time.sleep(1)
+        self.key("space")
+        self.wait("the space bar plays", lambda s: s["playing"] == on)
 
     def chord(self, *keys):
         for key in keys:
-            self.display.tool("keydown", key)
-            time.sleep(0.2)
+            self.press("keydown", key)
         for key in reversed(keys):
-            self.display.tool("keyup", key)
-            time.sleep(0.2)
+            self.press("keyup", key)
 
     def picture(self):
         """The image on the screen at 1:1, without what is drawn into its corners."""

@@ -21,9 +21,10 @@ io::Json times_json(const std::deque<double>& times) {
 
 }  // namespace
 
-std::string state_json(const Session& session, const Ui& ui) {
+std::string state_json(const Session& session, const Ui& ui, int presses) {
     io::Json json;
     json["at_rest"] = session.at_rest();
+    json["presses"] = presses;
     json["frame"] = session.frame();
     json["playing"] = session.playing();
     json["frames_played"] = session.frames_played();

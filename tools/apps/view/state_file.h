@@ -7,6 +7,7 @@
 
 namespace postchain::view {
 
-std::string state_json(const Session& session, const Ui& ui);
+// `presses`: keys and buttons that went down or up, as far as a frame has drawn them.
+std::string state_json(const Session& session, const Ui& ui, int presses);
 
 }  // namespace postchain::view

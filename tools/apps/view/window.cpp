@@ -138,6 +138,10 @@ class Loop {
 
     // Set by GLFW's callbacks.
     static inline bool g_events = true;
+    static void note_press(int action) {
+        g_events = true;
+        if (action != GLFW_REPEAT) ++g_presses;
+    }
 
   private:
     void draw() {
@@ -155,6 +159,7 @@ class Loop {
         ImGui::NewFrame();
         const ImVec2 size = ImGui::GetIO().DisplaySize;
         ui_.draw(size.x, size.y, interface_.scale());
+        presses_drawn_ = g_presses;
         ImGui::Render();
         glViewport(0, 0, width, height);
         glClearColor(0.05f, 0.05f, 0.055f, 1);
@@ -167,7 +172,7 @@ class Loop {
         if (settings_.state_file.empty() || Clock::now() - written_ < kStateInterval)
             return Status();
         written_ = Clock::now();
-        const std::string text = state_json(session_, ui_);
+        const std::string text = state_json(session_, ui_, presses_drawn_);
         if (text == state_) return Status();
         state_ = text;
         return save_text(session_.settings().run, settings_.state_file, text, "the state file",
@@ -179,6 +184,9 @@ class Loop {
     Session& session_;
     Interface interface_;
     Ui ui_;
+    // Keys and buttons that went down or up.
+    static inline int g_presses = 0;
+    int presses_drawn_ = 0;
     int draw_ = kFramesAfterEvent;
     std::string state_;
     Clock::time_point written_;
@@ -189,9 +197,11 @@ void note_events(GLFWwindow* window) {
     glfwSetWindowRefreshCallback(window, [](GLFWwindow*) { Loop::g_events = true; });
     glfwSetFramebufferSizeCallback(window, [](GLFWwindow*, int, int) { Loop::g_events = true; });
     glfwSetCursorPosCallback(window, [](GLFWwindow*, double, double) { Loop::g_events = true; });
-    glfwSetMouseButtonCallback(window, [](GLFWwindow*, int, int, int) { Loop::g_events = true; });
+    glfwSetMouseButtonCallback(window,
+                               [](GLFWwindow*, int, int action, int) { Loop::note_press(action); });
     glfwSetScrollCallback(window, [](GLFWwindow*, double, double) { Loop::g_events = true; });
-    glfwSetKeyCallback(window, [](GLFWwindow*, int, int, int, int) { Loop::g_events = true; });
+    glfwSetKeyCallback(window,
+                       [](GLFWwindow*, int, int, int action, int) { Loop::note_press(action); });
     glfwSetCharCallback(window, [](GLFWwindow*, unsigned) { Loop::g_events = true; });
     glfwSetWindowFocusCallback(window, [](GLFWwindow*, int) { Loop::g_events = true; });
 }

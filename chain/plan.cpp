@@ -170,6 +170,10 @@ void find_lifetimes(Plan& plan, const std::vector<TextureId>& outputs) {
             texture.last_step = int(plan.steps.size());
 }
 
+std::string Plan::name_of(const Step& step) const {
+    return passes[size_t(step.pass)].type + "." + step.name;
+}
+
 std::vector<std::string> Plan::types() const {
     std::vector<std::string> types;
     for (const auto& pass : passes) types.push_back(pass.type);

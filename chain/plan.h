@@ -172,9 +172,10 @@ struct Plan {
     std::map<Place, double> inverse_depth_at;  // depths given to its passes, 1/scene units
     std::map<Role, TextureId> outputs;         // at least color
 
-    std::vector<std::string> types() const;  // of the passes
-    uint64_t transient_bytes() const;        // all textures the plan allocates, without reuse
-    uint64_t peak_bytes() const;             // largest sum alive at one step
+    std::vector<std::string> types() const;       // of the passes
+    std::string name_of(const Step& step) const;  // "motion_blur.gather"
+    uint64_t transient_bytes() const;             // all textures the plan allocates, without reuse
+    uint64_t peak_bytes() const;                  // largest sum alive at one step
     uint64_t hash() const;
     bool operator==(const Plan&) const = default;
 };

@@ -35,6 +35,13 @@ uint64_t StoragePlan::bytes() const {
     return sum;
 }
 
+std::vector<int> StoragePlan::numbers() const {
+    std::vector<int> numbers(of);
+    for (size_t t = 0; t < of.size(); ++t)
+        if (of[t] < 0) numbers[t] = int(of.size() + t);
+    return numbers;
+}
+
 StoragePlan share_storage(const Plan& plan, const std::optional<Room>& room) {
     const size_t count = plan.textures.size();
     std::vector<int> own(count);

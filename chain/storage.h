@@ -29,6 +29,8 @@ struct StoragePlan {
     std::vector<int> of;  // of each of the plan's textures, an index into `all`; -1: it needs none
 
     uint64_t bytes() const;
+    // The number of the storage of each texture; those without, as the host's, share none.
+    std::vector<int> numbers() const;
 };
 
 // Textures take storage at their first step and give it back after their last, as if the steps ran,

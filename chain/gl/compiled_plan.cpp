@@ -46,19 +46,15 @@ Status check_units(const UsedUnits& used) {
     return Status();
 }
 
-std::string name_of_step(const Plan& plan, const Step& step) {
-    return plan.passes[size_t(step.pass)].type + "." + step.name;
-}
-
 }  // namespace
 
 Result<CompiledPlan> CompiledPlan::make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                         RunObjects& objects, bool labels,
                                         const std::optional<Room>& room) {
-    CompiledPlan compiled(std::move(plan), pool);
-    if (Status s = compiled.take_programs(programs, objects.alignment()); !s.ok()) return s;
+    CompiledPlan compiled(std::move(plan), pool, objects.alignment());
+    if (Status s = compiled.take_programs(programs); !s.ok()) return s;
     if (Status s = compiled.take_textures(labels, room); !s.ok()) return s;
-    if (Status s = objects.reserve(compiled.bytes_.size()); !s.ok()) return s;
+    if (Status s = objects.reserve(compiled.bytes().size()); !s.ok()) return s;
     return compiled;
 }
 
@@ -67,8 +63,8 @@ CompiledPlan::~CompiledPlan() {
 }
 
 Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room) {
-    const size_t count = plan_.textures.size();
-    const StoragePlan shared = share_storage(plan_, room);
+    const size_t count = plan().textures.size();
+    const StoragePlan shared = share_storage(plan(), room);
     names_.assign(count, 0);
     image_formats_.assign(count, 0);
     images_.assign(count, {});
@@ -84,12 +80,11 @@ Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room)
         pool_->release(texture);
         ++texture->plans;
     }
-    storage_.resize(count);
+    storage_ = shared.numbers();
     for (size_t t = 0; t < count; ++t) {
         const int place = shared.of[t];
-        storage_[t] = place < 0 ? int(count + t) : place;  // the host's share no storage
         if (place < 0) continue;
-        const PlanTexture& texture = plan_.textures[t];
+        const PlanTexture& texture = plan().textures[t];
         if (size_t(place) >= textures_.size()) return status.at(texture.name);
         names_[t] = textures_[size_t(place)]->name;
         image_formats_[t] = internal_format(texture.format);
@@ -107,7 +102,7 @@ bool CompiledPlan::holds_unused(uint64_t frames) const {
 }
 
 void CompiledPlan::find_barriers() {
-    const std::vector<uint32_t> waits = waits_of(plan_, storage_);
+    const std::vector<uint32_t> waits = waits_of(plan(), storage_);
     barriers_ = 0;
     for (size_t i = 0; i < waits.size(); ++i) {
         commands_[i].barriers = barriers_for(waits[i]);
@@ -115,12 +110,12 @@ void CompiledPlan::find_barriers() {
     }
 }
 
-Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
+Status CompiledPlan::take_programs(ProgramCache& programs) {
     const auto text = [](const std::string& type, size_t bytes) {
         return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
     };
-    for (const Step& step : plan_.steps) programs.begin(step.program);
-    for (const Step& step : plan_.steps) {
+    for (const Step& step : plan().steps) programs.begin(step.program);
+    for (const Step& step : plan().steps) {
         auto program = programs.get(step.program);
         if (!program.ok()) return program.status();
         if (program->uniforms_type != step.uniforms_type ||
@@ -128,13 +123,10 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
                 step.uniforms.size())  // less: the driver left out unread members
             return Status(
                 StatusCode::internal,
-                concat(name_of_step(plan_, step), ": the step brings ",
+                concat(plan().name_of(step), ": the step brings ",
                        text(step.uniforms_type, step.uniforms.size()), ", ", step.program.file,
                        " has ", text(program->uniforms_type, program->uniforms_bytes)));
-        bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
-        commands_.push_back(
-            {program->name, bytes_.size(), step.uniforms.size(), 0, program->in_bands});
-        bytes_.insert(bytes_.end(), step.uniforms.begin(), step.uniforms.end());
+        commands_.push_back({program->name, 0, program->in_bands});
         for (const auto& binding : step.bindings) {
             const bool image = binding.access == Access::read || binding.access == Access::write;
             int& most = binding.access == Access::list ? used_.lists
@@ -149,34 +141,20 @@ Status CompiledPlan::take_programs(ProgramCache& programs, size_t alignment) {
     return check_units(used_);
 }
 
-void CompiledPlan::take_values(Plan plan) {
-    plan_ = std::move(plan);
-    take_uniforms();
-}
-
-void CompiledPlan::take_uniforms() {
-    for (size_t i = 0; i < commands_.size(); ++i) set_uniforms(int(i), plan_.steps[i].uniforms);
-}
-
-void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
-    const Command& command = commands_[size_t(step)];
-    std::copy_n(bytes.begin(), std::min(bytes.size(), command.uniforms_bytes),
-                bytes_.begin() + std::ptrdiff_t(command.uniforms));
-}
-
 void CompiledPlan::import(TextureId texture, unsigned name, unsigned image_format, ImageOf image) {
     names_[size_t(texture)] = name;
     image_formats_[size_t(texture)] = image_format;
     images_[size_t(texture)] = image;
 }
 
-void CompiledPlan::bind(const Step& step, const Command& command, const RunObjects& objects,
-                        size_t offset) {
+void CompiledPlan::bind(size_t index, const RunObjects& objects, size_t offset) {
+    const Step& step = plan().steps[index];
+    const Command& command = commands_[index];
     glUseProgram(command.program);
     if (step.layers > 0) glUniform1i(kFirstLayer, step.first_layer);
-    if (command.uniforms_bytes > 0)
+    if (const Block& uniforms = block(index); uniforms.bytes > 0)
         glBindBufferRange(GL_UNIFORM_BUFFER, 0, objects.buffer(),
-                          GLintptr(offset + command.uniforms), GLsizeiptr(command.uniforms_bytes));
+                          GLintptr(offset + uniforms.offset), GLsizeiptr(uniforms.bytes));
     for (const auto& binding : step.bindings) {
         const unsigned name = names_[size_t(binding.texture)];
         const auto unit = GLuint(binding.unit);
@@ -188,7 +166,7 @@ void CompiledPlan::bind(const Step& step, const Command& command, const RunObjec
             case Access::write: {
                 const ImageOf image = images_[size_t(binding.texture)];
                 glBindImageTexture(unit, name, image.level,
-                                   plan_.textures[size_t(binding.texture)].layers > 0, image.layer,
+                                   plan().textures[size_t(binding.texture)].layers > 0, image.layer,
                                    binding.access == Access::read ? GL_READ_ONLY : GL_WRITE_ONLY,
                                    image_formats_[size_t(binding.texture)]);
                 break;
@@ -207,7 +185,7 @@ Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueu
     auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
     if (step.work_list >= 0) {
         const unsigned list = names_[size_t(step.work_list)];
-        columns = unsigned(plan_.textures[size_t(step.work_list)].width);
+        columns = unsigned(plan().textures[size_t(step.work_list)].width);
         rows = 1;
         if (command.in_bands && queue && queue->reads_counts()) {
             columns = count_work(list);
@@ -250,27 +228,27 @@ Status CompiledPlan::dispatch_bands(const Step& step, Bands bands, BandQueue* qu
 }
 
 void CompiledPlan::warm_up(RunObjects& objects, int step) {
-    const size_t offset = objects.upload(bytes_);
+    const size_t offset = objects.upload(bytes());
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
     glMemoryBarrier(kLastListBarriers);
-    bind(plan_.steps[size_t(step)], commands_[size_t(step)], objects, offset);
-    glDispatchCompute(1, 1, GLuint(plan_.steps[size_t(step)].groups[2]));
+    bind(size_t(step), objects, offset);
+    glDispatchCompute(1, 1, GLuint(plan().steps[size_t(step)].groups[2]));
     glMemoryBarrier(kLastBarriers | kLastListBarriers);
 }
 
 Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
     if (commands_.empty()) return Status();
-    if (share_imports(plan_, names_, storage_)) find_barriers();
+    if (share_imports(plan(), names_, storage_)) find_barriers();
     for (Texture* texture : textures_) pool_->touch(texture);
-    const size_t offset = objects.upload(bytes_);
+    const size_t offset = objects.upload(bytes());
     for (const TextureId list : lists_) empty_list(names_[size_t(list)]);
     Status status;
     for (size_t i = 0; i < commands_.size() && status.ok(); ++i) {
-        const Step& step = plan_.steps[i];
+        const Step& step = plan().steps[i];
         {
             std::optional<DebugGroup> group;
-            if (options.labels) group.emplace(name_of_step(plan_, step));
-            bind(step, commands_[i], objects, offset);
+            if (options.labels) group.emplace(plan().name_of(step));
+            bind(i, objects, offset);
             status = dispatch(step, commands_[i], options.queue);
             if (options.clock && options.queue)
                 options.clock->leave_out(options.queue->take_waited_ms());
@@ -279,9 +257,10 @@ Status CompiledPlan::run(RunObjects& objects, const RunOptions& options) {
             glMemoryBarrier(kLastBarriers | kLastListBarriers);
             status = (*options.after_step)(int(i));
         }
-        const bool last_of_pass = i + 1 == commands_.size() || plan_.steps[i + 1].pass != step.pass;
+        const bool last_of_pass =
+            i + 1 == commands_.size() || plan().steps[i + 1].pass != step.pass;
         if (options.clock && (last_of_pass || options.time_steps)) {
-            const std::string& pass = plan_.passes[size_t(step.pass)].type;
+            const std::string& pass = plan().passes[size_t(step.pass)].type;
             options.clock->mark(step.pass, pass,
                                 options.time_steps ? std::string_view(step.name) : "");
         }

@@ -9,7 +9,6 @@
 #include <cstddef>
 #include <functional>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "chain/bands.h"
@@ -19,7 +18,7 @@
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
-#include "chain/plan.h"
+#include "chain/plan_values.h"
 #include "chain/status.h"
 #include "chain/storage.h"
 
@@ -45,7 +44,7 @@ struct RunOptions {
     const std::function<Status(int)>* after_step = nullptr;
 };
 
-class CompiledPlan {
+class CompiledPlan : public PlanValues {
   public:
     // The most units of a kind that a step may use.
     static constexpr int kMaxUnits = 16;
@@ -62,7 +61,6 @@ class CompiledPlan {
     CompiledPlan& operator=(CompiledPlan&&) = delete;
     ~CompiledPlan();
 
-    const Plan& plan() const { return plan_; }
     UsedUnits used() const { return used_; }
     uint32_t barriers() const { return barriers_; }
     // True if one of its textures was not used for more frames than this, by any plan.
@@ -70,16 +68,6 @@ class CompiledPlan {
     // GL's name of a texture or work list; 0 if no step uses it, or it was not imported yet.
     unsigned name_of(TextureId texture) const { return names_[size_t(texture)]; }
 
-    // Takes the values of a plan of the same shape.
-    void take_values(Plan plan);
-    // Lets `write` change bytes of the plan's blocks in place, and takes them over.
-    template <class Write>
-    void rewrite_values(const Write& write) {
-        write(plan_);
-        take_uniforms();
-    }
-    // The uniform block of a step, as many bytes as it has.
-    void set_uniforms(int step, std::span<const std::byte> bytes);
     // Sets the texture of an imported one, and its GL format and image if it is written to. Several
     // may be one texture, as a host's output over its color.
     void import(TextureId texture, unsigned name, unsigned image_format = 0, ImageOf image = {});
@@ -95,21 +83,19 @@ class CompiledPlan {
   private:
     struct Command {
         unsigned program = 0;
-        size_t uniforms = 0;  // offset in bytes_
-        size_t uniforms_bytes = 0;
         unsigned barriers = 0;  // before it
         bool in_bands = false;  // the program can run in them
     };
-    CompiledPlan(Plan plan, TexturePool& pool) : plan_(std::move(plan)), pool_(&pool) {}
+    CompiledPlan(Plan plan, TexturePool& pool, size_t alignment)
+        : PlanValues(std::move(plan), alignment), pool_(&pool) {}
     Status take_textures(bool labels, const std::optional<Room>& room);
-    void take_uniforms();
-    Status take_programs(ProgramCache& programs, size_t alignment);
+    Status take_programs(ProgramCache& programs);
     void find_barriers();
-    void bind(const Step& step, const Command& command, const RunObjects& objects, size_t offset);
+    // `offset`: of the uniform blocks in the buffer.
+    void bind(size_t step, const RunObjects& objects, size_t offset);
     Status dispatch(const Step& step, const Command& command, BandQueue* queue) const;
     Status dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const;
 
-    Plan plan_;
     TexturePool* pool_;
     std::vector<Texture*> textures_;       // textures of the pool, each once
     std::vector<unsigned> names_;          // names of the plan's textures
@@ -118,7 +104,6 @@ class CompiledPlan {
     std::vector<int> storage_;             // number of the storage of each of them
     std::vector<TextureId> lists_;
     std::vector<Command> commands_;
-    std::vector<std::byte> bytes_;  // every block, aligned
     UsedUnits used_;
     uint32_t barriers_ = 0;
 };

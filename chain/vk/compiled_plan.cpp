@@ -53,10 +53,6 @@ Status check_units(const Step& step, const Program& program) {
     return Status();
 }
 
-std::string name_of_step(const Plan& plan, const Step& step) {
-    return plan.passes[size_t(step.pass)].type + "." + step.name;
-}
-
 }  // namespace
 
 Result<std::unique_ptr<CompiledPlan>> CompiledPlan::make(Plan plan, const Objects& objects,
@@ -68,6 +64,11 @@ Result<std::unique_ptr<CompiledPlan>> CompiledPlan::make(Plan plan, const Object
     if (Status s = made->make_sets(); !s.ok()) return s;
     return made;
 }
+
+CompiledPlan::CompiledPlan(Plan plan, const Objects& objects)
+    : PlanValues(std::move(plan),
+                 std::max<size_t>(objects.device.limits().minUniformBufferOffsetAlignment, 16)),
+      objects_(objects) {}
 
 CompiledPlan::~CompiledPlan() {
     release();
@@ -81,48 +82,40 @@ void CompiledPlan::release() {
 }
 
 Status CompiledPlan::take_programs() {
-    const size_t alignment =
-        std::max<size_t>(objects_.device.limits().minUniformBufferOffsetAlignment, 16);
-    for (const Step& step : plan_.steps) {
+    for (const Step& step : plan().steps) {
         if (step.first_layer != 0)
             return Status(StatusCode::internal,
-                          name_of_step(plan_, step) + ": a host's frame has one layer at most");
+                          plan().name_of(step) + ": a host's frame has one layer at most");
         const auto program = objects_.programs.get(step.program);
         if (!program.ok()) return program.status();
-        Command command{*program, bytes_.size(), step.uniforms.size(), 0, false};
+        Command command{*program, 0, false};
         for (const Binding& binding : step.bindings)
-            command.imports = command.imports || plan_.textures[size_t(binding.texture)].imported;
-        if (Status s = check_units(step, **program); !s.ok())
-            return s.at(name_of_step(plan_, step));
+            command.imports = command.imports || plan().textures[size_t(binding.texture)].imported;
+        if (Status s = check_units(step, **program); !s.ok()) return s.at(plan().name_of(step));
         commands_.push_back(command);
-        bytes_.insert(bytes_.end(), step.uniforms.begin(), step.uniforms.end());
-        bytes_.resize((bytes_.size() + alignment - 1) / alignment * alignment);
     }
     return Status();
 }
 
 Status CompiledPlan::take_images(const Room& room, uint64_t run) {
-    const size_t count = plan_.textures.size();
-    const StoragePlan shared = share_storage(plan_, room);
+    const size_t count = plan().textures.size();
+    const StoragePlan shared = share_storage(plan(), room);
     auto taken = objects_.pool.acquire(shared.all, run);
     if (!taken.ok()) return taken.status();
     images_ = std::move(*taken);
     names_.assign(count, 0);
     image_of_.assign(count, nullptr);
-    storage_.resize(count);
-    for (size_t t = 0; t < count; ++t) {
-        const int place = shared.of[t];
-        storage_[t] = place < 0 ? int(count + t) : place;  // the host's share no storage
-        if (place >= 0) image_of_[t] = images_[size_t(place)];
-    }
+    storage_ = shared.numbers();
+    for (size_t t = 0; t < count; ++t)
+        if (shared.of[t] >= 0) image_of_[t] = images_[size_t(shared.of[t])];
     find_barriers();
     return Status();
 }
 
 Status CompiledPlan::make_uniforms() {
-    if (bytes_.empty()) return Status();
+    if (bytes().empty()) return Status();
     auto made =
-        Buffer::make(objects_.device, bytes_.size() * objects_.runs_in_flight,
+        Buffer::make(objects_.device, bytes().size() * objects_.runs_in_flight,
                      VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
                      VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
     if (!made.ok()) return made.status();
@@ -171,8 +164,7 @@ Status CompiledPlan::make_sets() {
         return s;
     for (size_t i = 0; i < sets_.size(); ++i) {
         const size_t step = i % commands_.size();
-        if (!commands_[step].imports)
-            write_set(plan_.steps[step], commands_[step], sets_[i], HostViews());
+        if (!commands_[step].imports) write_set(step, sets_[i], HostViews());
     }
     return Status();
 }
@@ -182,23 +174,8 @@ bool CompiledPlan::holds_unused(uint64_t last_used) const {
                        [&](const Image* image) { return image->last_used <= last_used; });
 }
 
-void CompiledPlan::take_values(Plan plan) {
-    plan_ = std::move(plan);
-    take_uniforms();
-}
-
-void CompiledPlan::take_uniforms() {
-    for (size_t i = 0; i < commands_.size(); ++i) set_uniforms(int(i), plan_.steps[i].uniforms);
-}
-
-void CompiledPlan::set_uniforms(int step, std::span<const std::byte> bytes) {
-    const Command& command = commands_[size_t(step)];
-    std::copy_n(bytes.begin(), std::min(bytes.size(), command.uniforms_bytes),
-                bytes_.begin() + std::ptrdiff_t(command.uniforms));
-}
-
 void CompiledPlan::find_barriers() {
-    const std::vector<uint32_t> waits = waits_of(plan_, storage_);
+    const std::vector<uint32_t> waits = waits_of(plan(), storage_);
     barriers_ = 0;
     for (size_t i = 0; i < waits.size(); ++i) {
         commands_[i].waits = waits[i];
@@ -206,14 +183,14 @@ void CompiledPlan::find_barriers() {
     }
 }
 
-void CompiledPlan::write_set(const Step& step, const Command& command, VkDescriptorSet set,
-                             const HostViews& views) const {
+void CompiledPlan::write_set(size_t index, VkDescriptorSet set, const HostViews& views) const {
+    const Step& step = plan().steps[index];
     constexpr size_t kMaxWrites = 4 * kUnitsOfAKind;
     std::array<VkWriteDescriptorSet, kMaxWrites> writes;
     std::array<VkDescriptorImageInfo, kMaxWrites> images;
     std::array<VkDescriptorBufferInfo, kMaxWrites> buffers;
     uint32_t count = 0;
-    for (const Unit& unit : command.program->units) {
+    for (const Unit& unit : commands_[index].program->units) {
         auto& write = writes[count];
         auto& image = images[count] = {};
         auto& buffer = buffers[count] = {};
@@ -224,7 +201,7 @@ void CompiledPlan::write_set(const Step& step, const Command& command, VkDescrip
         write.descriptorCount = 1;
         if (unit.kind == Kind::uniforms) {
             write.descriptorType = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER_DYNAMIC;
-            buffer = {uniforms_.handle(), 0, command.uniforms_bytes};
+            buffer = {uniforms_.handle(), 0, block(index).bytes};
             write.pBufferInfo = &buffer;
             continue;
         }
@@ -252,8 +229,7 @@ void CompiledPlan::write_sets(uint32_t slot, const HostViews& views) {
     // Even if the handles are those of the last run: a host may have destroyed a view, and a driver
     // may give its handle to another.
     for (size_t i = 0; i < commands_.size(); ++i)
-        if (commands_[i].imports)
-            write_set(plan_.steps[i], commands_[i], sets_[slot * commands_.size() + i], views);
+        if (commands_[i].imports) write_set(i, sets_[slot * commands_.size() + i], views);
 }
 
 // After the runs before, which are the same images' last users. Their contents are discarded.
@@ -322,7 +298,7 @@ void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
                             first_group.data());
     };
     if (step.work_list >= 0) {
-        const auto blocks = unsigned(plan_.textures[size_t(step.work_list)].width);
+        const auto blocks = unsigned(plan().textures[size_t(step.work_list)].width);
         columns = shared::kGroupsPerRow;
         rows = (blocks + columns - 1) / columns;
         if (blocks * taps <= kBandTaps) {
@@ -340,12 +316,12 @@ void CompiledPlan::dispatch(VkCommandBuffer commands, const Step& step,
 
 void CompiledPlan::record(VkCommandBuffer commands, uint64_t run, const HostViews& views) {
     if (commands_.empty()) return;
-    if (share_imports(plan_, names_, storage_)) find_barriers();
+    if (share_imports(plan(), names_, storage_)) find_barriers();
     for (Image* image : images_) image->last_used = run;
     const auto slot = uint32_t(run % objects_.runs_in_flight);
     write_sets(slot, views);
-    const size_t offset = slot * bytes_.size();
-    if (mapped_) std::memcpy(mapped_ + offset, bytes_.data(), bytes_.size());
+    const size_t offset = slot * bytes().size();
+    if (mapped_) std::memcpy(mapped_ + offset, bytes().data(), bytes().size());
     const Functions& fn = objects_.device.fn();
     begin(commands);
     for (size_t i = 0; i < commands_.size(); ++i) {
@@ -353,13 +329,13 @@ void CompiledPlan::record(VkCommandBuffer commands, uint64_t run, const HostView
         const Program& program = *command.program;
         if (command.waits) wait(commands, command.waits);
         fn.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.pipeline);
-        const bool block =
+        const bool has_block =
             std::any_of(program.units.begin(), program.units.end(),
                         [](const Unit& unit) { return unit.kind == Kind::uniforms; });
-        const auto place = uint32_t(offset + command.uniforms);
+        const auto place = uint32_t(offset + block(i).offset);
         fn.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, program.layout, 0, 1,
-                                 &sets_[slot * commands_.size() + i], block ? 1 : 0, &place);
-        dispatch(commands, plan_.steps[i], program);
+                                 &sets_[slot * commands_.size() + i], has_block ? 1 : 0, &place);
+        dispatch(commands, plan().steps[i], program);
     }
 }
 

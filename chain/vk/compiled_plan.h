@@ -7,10 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <vector>
 
-#include "chain/plan.h"
+#include "chain/plan_values.h"
 #include "chain/status.h"
 #include "chain/storage.h"
 #include "chain/vk/device.h"
@@ -36,7 +35,7 @@ struct Objects {
     const Image& unused;  // takes the place of units that the program has and the step does not
 };
 
-class CompiledPlan {
+class CompiledPlan : public PlanValues {
   public:
     // `run`: of the last run that began. Errors: those of pool and compiler.
     static Result<std::unique_ptr<CompiledPlan>> make(Plan plan, const Objects& objects,
@@ -45,21 +44,10 @@ class CompiledPlan {
     CompiledPlan(const CompiledPlan&) = delete;
     CompiledPlan& operator=(const CompiledPlan&) = delete;
 
-    const Plan& plan() const { return plan_; }
     uint32_t barriers() const { return barriers_; }
     // True if no plan used one of its images since that run.
     bool holds_unused(uint64_t last_used) const;
 
-    // Takes the values of a plan of the same shape.
-    void take_values(Plan plan);
-    // Lets `write` change bytes of the plan's blocks in place, and takes them over.
-    template <class Write>
-    void rewrite_values(const Write& write) {
-        write(plan_);
-        take_uniforms();
-    }
-    // The uniform block of a step, as many bytes as it has.
-    void set_uniforms(int step, std::span<const std::byte> bytes);
     // The name of an imported texture. Its view says what else an image has.
     template <class... OfView>
     void import(TextureId texture, unsigned name, const OfView&...) {
@@ -75,34 +63,29 @@ class CompiledPlan {
   private:
     struct Command {
         const Program* program = nullptr;
-        size_t uniforms = 0;  // offset in bytes_
-        size_t uniforms_bytes = 0;
         uint32_t waits = 0;
         bool imports = false;  // binds images of the host
     };
-    CompiledPlan(Plan plan, const Objects& objects) : plan_(std::move(plan)), objects_(objects) {}
+    CompiledPlan(Plan plan, const Objects& objects);
     Status take_programs();
     Status take_images(const Room& room, uint64_t run);
     Status make_uniforms();
     Status make_sets();
-    void take_uniforms();
     void find_barriers();
-    void write_set(const Step& step, const Command& command, VkDescriptorSet set,
-                   const HostViews& views) const;
+    // Of a step.
+    void write_set(size_t index, VkDescriptorSet set, const HostViews& views) const;
     void write_sets(uint32_t slot, const HostViews& views);
     void begin(VkCommandBuffer commands) const;
     void wait(VkCommandBuffer commands, uint32_t waits) const;
     void dispatch(VkCommandBuffer commands, const Step& step, const Program& program) const;
 
-    Plan plan_;
     const Objects objects_;
     std::vector<Image*> images_;          // of the pool, each once
     std::vector<const Image*> image_of_;  // of the plan's textures; null: imported, or none
     std::vector<unsigned> names_;         // of imported ones
     std::vector<int> storage_;            // number of the storage of each of them
     std::vector<Command> commands_;
-    std::vector<std::byte> bytes_;  // every block, aligned
-    Buffer uniforms_;               // bytes_ of each run in flight
+    Buffer uniforms_;  // bytes_ of each run in flight
     std::byte* mapped_ = nullptr;
     VkDescriptorPool sets_pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;  // of each run in flight, of each step

@@ -227,7 +227,7 @@ class Bench {
         const std::vector<StepBytes> bytes = bytes_of_steps(plan);
         for (size_t i = 0; i < plan.steps.size(); ++i) {
             const Step& step = plan.steps[i];
-            const std::string name = concat(plan.passes[size_t(step.pass)].type, ".", step.name);
+            const std::string name = plan.name_of(step);
             const auto sums = by_name.find(concat(step.pass, ".", name));
             if (sums == by_name.end()) continue;
             const double median = quantile(sums->second.all(), 0.5);

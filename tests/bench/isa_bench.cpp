@@ -66,8 +66,7 @@ std::vector<Program> programs_of(const std::string& chain) {
     for (const Step& step : plan->steps)
         if (std::none_of(programs.begin(), programs.end(),
                          [&](const Program& other) { return other.key == step.program; }))
-            programs.push_back(
-                {plan->passes[size_t(step.pass)].type + "." + step.name, step.program});
+            programs.push_back({plan->name_of(step), step.program});
     return programs;
 }
 

@@ -35,7 +35,7 @@ struct Row {
 Row row_of(const Plan& plan, const Step& step) {
     const double taps = taps_of_group(step);
     Row row;
-    row.name = plan.passes[size_t(step.pass)].type + "." + step.name;
+    row.name = plan.name_of(step);
     auto columns = unsigned(step.groups[0]), rows = unsigned(step.groups[1]);
     if (step.work_list >= 0) {
         columns = unsigned(plan.textures[size_t(step.work_list)].width);

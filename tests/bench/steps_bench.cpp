@@ -130,8 +130,7 @@ void measure(Measured& one, size_t f, const Frame& frame, Executor& executor) {
     one.of_frames.resize(std::max(one.of_frames.size(), f + 1));
     for (size_t i = 0; i < plan.steps.size(); ++i) {
         const Step& step = plan.steps[i];
-        const std::string name =
-            concat(step.pass, ".", plan.passes[size_t(step.pass)].type, ".", step.name);
+        const std::string name = concat(step.pass, ".", plan.name_of(step));
         if (std::find(one.steps.begin(), one.steps.end(), name) == one.steps.end())
             one.steps.push_back(name);
         const auto [known, is_new] = one.of_frames[f].emplace(name, g_times[i]);

@@ -31,8 +31,7 @@ SHARP_SAMPLES = 96
 TRUTH = [("both", 11), ("both", 12), ("mb", 11), ("dof", 11)]
 HALVES = "ab"
 BEHIND_FRAME = 11
-PEERS = ["peer_vectorblur_best", "peer_defocus", "peer_both_best"]
-PEER_FRAME = 11
+PEERS = {"peer_vectorblur_best": "mb", "peer_defocus": "dof", "peer_both_best": "both"}  # their truths
 MANIFEST = pathlib.Path(__file__).with_name("manifest.json")
 
 
@@ -46,13 +45,16 @@ def jobs():
         for half in HALVES:
             yield ([f"{kind}_{half}.{frame:04d}.exr"], None,
                    ["--kinds", kind, "--frames", str(frame), "--half", half])
-    yield [f"{name}.{PEER_FRAME:04d}.exr" for name in PEERS], "peers.py", [str(PEER_FRAME)]
+    for frame in sorted({frame for _, frame in TRUTH}):
+        yield ([f"{name}.{frame:04d}.exr" for name, kind in PEERS.items() if (kind, frame) in TRUTH],
+               "peers.py", [str(frame)])
 
 
 def dataset_files():
     """Names of all files of a scene."""
-    names = ["camera.json", "peers.json"] + [name for files, *_ in jobs() for name in files]
-    return names + [f"{kind}.{frame:04d}.exr" for kind, frame in TRUTH]
+    names = ["camera.json"] + [name for files, *_ in jobs() for name in files]
+    names += [f"{kind}.{frame:04d}.exr" for kind, frame in TRUTH]
+    return names + [f"peers.{frame:04d}.json" for frame in sorted({frame for _, frame in TRUTH})]
 
 
 def render(options, scene, script, arguments):

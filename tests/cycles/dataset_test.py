@@ -20,8 +20,9 @@ sys.path.insert(0, {scripts!r})
 import dataset, request
 arguments = sys.argv[sys.argv.index("--") + 1:]
 if "peers.py" in sys.argv[sys.argv.index("-P") + 1]:
-    for name in dataset.PEERS:
-        pathlib.Path(arguments[0], name + "." + arguments[1].zfill(4) + ".exr").touch()
+    for name, kind in dataset.PEERS.items():
+        if (kind, int(arguments[1])) in dataset.TRUTH:
+            pathlib.Path(arguments[0], name + "." + arguments[1].zfill(4) + ".exr").touch()
     sys.exit()
 options = request.parse_options(arguments, "")
 os.makedirs(options.out, exist_ok=True)
@@ -92,7 +93,7 @@ class Dataset(unittest.TestCase):
     def test_check_names_files_that_are_not_those_of_the_manifest(self):
         self.run_it("glass")
         written = json.loads((self.out / "manifest.json").read_text())
-        self.assertEqual(len(written["glass"]), 4 + 1 + 8 + 4 + 3)  # no JSON from this Blender
+        self.assertEqual(len(written["glass"]), 4 + 1 + 8 + 4 + 4)  # no JSON from this Blender
         dataset.MANIFEST = self.out / "manifest.json"
         self.assertEqual(dataset.check(self.out), 0)
         (self.out / "glass" / "sharp.0010.exr").write_bytes(b"x")
@@ -117,7 +118,7 @@ class Dataset(unittest.TestCase):
         self.assertEqual(code, 0, said)
         readme = (folder / "README.md").read_text()
         self.assertIn("measured with postchain 1 (v1-2-gabc)", readme)
-        self.assertIn("- `glass`: camera.json, peers.json\n", readme)
+        self.assertIn("- `glass`: camera.json, peers.0011.json, peers.0012.json\n", readme)
         self.assertIn("- `rain`: camera.json, ", readme)
         self.assertIn('version: "postchain 1"', (folder / "CITATION.cff").read_text())
         sums = subprocess.run(["sha256sum", "--quiet", "-c", "SHA256SUMS"], cwd=folder, check=False)

@@ -1,5 +1,5 @@
-"""Blender's nodes with the settings that are best on the ground truth of a scene: peer_*.####.exr and
-peers.json, the settings.
+"""Blender's nodes with the settings that are best on the ground truth of a scene, of each kind that the
+frame has: peer_*.####.exr and peers.####.json, the settings.
 
 blender -b -P tests/cycles/peers.py -- SCENE_FOLDER FRAME   (docs/dataset.md)
 """
@@ -19,8 +19,8 @@ import node_blur  # noqa: E402
 FOLDER, FRAME = sys.argv[sys.argv.index("--") + 1:]
 
 
-def file(name):
-    return os.path.join(os.path.abspath(FOLDER), f"{name}.{int(FRAME):04d}.exr")
+def file(name, extension="exr"):
+    return os.path.join(os.path.abspath(FOLDER), f"{name}.{int(FRAME):04d}.{extension}")
 
 
 def displayed(path):
@@ -72,15 +72,19 @@ def main():
     blur = set_up()
     motion = [{"factor": factor, "curved": curved} for factor, curved in
               itertools.product(node_blur.FACTORS, (False, True))]
-    found = {"peer_vectorblur_best": best(blur, "peer_vectorblur_best", "mb", [
-        {"order": "motion", **one} for one in motion])}
-    found["peer_defocus"] = best(blur, "peer_defocus", "dof", [
-        {"order": "lens", "stop": stop} for stop in node_blur.STOPS])
-    _, start = best(blur, "peer_both_best", "both", [
-        {"order": order, **one} for order in node_blur.ORDERS for one in motion])
-    found["peer_both_best"] = best(blur, "peer_both_best", "both", [
-        {**start, "stop": stop} for stop in node_blur.STOPS])
-    with open(os.path.join(FOLDER, "peers.json"), "w", encoding="utf8") as out:
+    found = {}
+    if os.path.exists(file("mb")):
+        found["peer_vectorblur_best"] = best(blur, "peer_vectorblur_best", "mb", [
+            {"order": "motion", **one} for one in motion])
+    if os.path.exists(file("dof")):
+        found["peer_defocus"] = best(blur, "peer_defocus", "dof", [
+            {"order": "lens", "stop": stop} for stop in node_blur.STOPS])
+    if os.path.exists(file("both")):
+        _, start = best(blur, "peer_both_best", "both", [
+            {"order": order, **one} for order in node_blur.ORDERS for one in motion])
+        found["peer_both_best"] = best(blur, "peer_both_best", "both", [
+            {**start, "stop": stop} for stop in node_blur.STOPS])
+    with open(file("peers", "json"), "w", encoding="utf8") as out:
         json.dump({name: {"psnr": psnr, **choice} for name, (psnr, choice) in found.items()}, out,
                   indent=1)
         out.write("\n")

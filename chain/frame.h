@@ -84,6 +84,7 @@ struct FrameBounds {
     bool layers_are_half = false;  // and every value of the extra layers
     bool camera_cut = false;       // motion leads across a cut: said by the caller, never found
 
+    // The largest length of a vector, pixels per frame.
     double fastest_px(bool with_back) const {
         return with_back ? std::max(max_speed_px, max_speed_back_px) : max_speed_px;
     }

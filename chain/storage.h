@@ -29,7 +29,7 @@ struct StoragePlan {
     std::vector<int> of;  // of each of the plan's textures, an index into `all`; -1: it needs none
 
     uint64_t bytes() const;
-    // The number of the storage of each texture; those without, as the host's, share none.
+    // The number of each texture's storage. One that needs none, as the host's, has its own number.
     std::vector<int> numbers() const;
 };
 

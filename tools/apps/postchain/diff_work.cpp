@@ -116,8 +116,8 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
 // No option is without effect.
 Status check_read(const DiffOptions& diff, const DiffWork& work) {
     const auto unread = [](const char* option, const char* what) {
-        return Status(StatusCode::usage, concat(option, ": no ", what,
-                                                " is asked for, which alone has it; ask for it or "
+        return Status(StatusCode::usage, concat(option, ": has an effect on ", what,
+                                                " only, which is not asked for; ask for it, or "
                                                 "leave the option out"));
     };
     if (!diff.map_metric.empty() && work.maps.empty()) return unread("--map-metric", "--map");

@@ -94,6 +94,84 @@ float variance_at(ivec2 p) {
 }
 #endif
 
+// A still pixel keeps its color.
+void keep(ivec2 p, vec4 color_p) {
+    STORE(blurred, p, color_p);
+#if HINT
+    STORE(hint, p, vec4(0.0));
+#endif
+#ifdef LAYERS
+    FOR_LAYERS(l) LAYER_STORE(layers_blurred, p, l, LAYER_FETCH(layers, p, l));
+#endif
+}
+
+#if !SINGLE
+// The pixel's own direction w_c: between that of v_c and, where v_c is short, one that v_max gives.
+struct OwnDirection {
+    vec2 w_c;
+    vec2 w_still;        // where v_c is 0
+    float share;         // of v_c
+    bool on_both_sides;  // v_c is on neither side of v_max: samples of w_still and -w_still
+};
+
+OwnDirection own_direction(vec2 v_c, float v_c_squared, float inverse_c, vec2 v_max, vec2 w_max) {
+    OwnDirection own;
+#if DOMINANT
+    own.w_still = w_max;
+#else
+    own.w_still = vec2(-w_max.y, w_max.x);
+#endif
+    // w_p . v_c >= 0, by the unscaled vectors: exactly 0 if v_c is v_max.
+#if DOMINANT
+    precise const float side = precise_dot(v_max, v_c);
+#else
+    precise const float side = v_max.x * v_c.y - v_max.y * v_c.x;
+#endif
+    if (side < 0.0) own.w_still = -own.w_still;
+    precise const float share =
+        clamp((v_c_squared * inverse_c - kMinLengthPx) / uniforms.variance_threshold_px, 0.0, 1.0);
+    own.share = share;
+    own.w_c = precise_normalize(precise_mix(own.w_still, v_c * inverse_c, own.share));
+    own.on_both_sides = side == 0.0 && own.share > 0.0 && own.share < 1.0;
+    return own;
+}
+#endif
+
+// 1/rho(v_S), and w_B = |w_S . d|, of the sample at s. v_c: this pixel's; per_motion: 1/(half the
+// shutter), found once.
+vec2 speed_of(ivec2 s, vec2 d, vec2 v_c, float per_motion) {
+#if STORAGE || UNIFORM
+#if UNIFORM
+    const vec2 v_s = v_c;
+#else
+    const vec2 v_s = velocity_at(s);
+#endif
+    const float inverse_s = inverse_length(precise_dot(v_s, v_s));
+    return vec2(min(inverse_s, 1.0 / kMinLengthPx), abs(precise_dot(v_s, d)) * inverse_s);
+#else
+    // From the motion itself: its direction is v_S's, and the clamp is enough for its length.
+    const vec2 m_s = motion_of(texelFetch(velocity, s, 0).xy);
+    const float inverse_s = inverse_length(precise_dot(m_s, m_s));
+    const float inverse_rho_s =
+        clamp(inverse_s * per_motion, 1.0 / float(uniforms.tile_px), 1.0 / kMinLengthPx);
+    return vec2(inverse_rho_s, abs(precise_dot(m_s, d)) * inverse_s);
+#endif
+}
+
+#if DEPTH
+// One of front and back is 1; the other falls by this, with the ratio of the inverse depths.
+float shown_behind(float q_p, float q_s) {
+    const float far = min(q_p, q_s);
+    const float near = max(q_p, q_s);
+    precise const float shown =
+        near > far
+            ? (far > 0.0 ? clamp(1.0 - uniforms.depth_softness * (near - far) / far, 0.0, 1.0)
+                         : 0.0)
+            : 1.0;
+    return shown;
+}
+#endif
+
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
@@ -114,13 +192,7 @@ void main() {
     const vec2 v_max = texelFetch(neighbor_max, tile, 0).xy;
     const float reach = precise_length(v_max);
     if (reach <= uniforms.still_limit_px) {
-        STORE(blurred, p, color_p);
-#if HINT
-        STORE(hint, p, vec4(0.0));
-#endif
-#ifdef LAYERS
-        FOR_LAYERS(l) LAYER_STORE(layers_blurred, p, l, LAYER_FETCH(layers, p, l));
-#endif
+        keep(p, color_p);
         return;
     }
 
@@ -130,24 +202,8 @@ void main() {
     const float inverse_rho_c = min(inverse_c, 1.0 / kMinLengthPx);
     const vec2 w_max = v_max / reach;
 #if !SINGLE
-#if DOMINANT
-    vec2 w_still = w_max;
-#else
-    vec2 w_still = vec2(-w_max.y, w_max.x);
-#endif
-    // w_p . v_c >= 0, by the unscaled vectors: exactly 0 if v_c is v_max.
-#if DOMINANT
-    precise const float side = precise_dot(v_max, v_c);
-#else
-    precise const float side = v_max.x * v_c.y - v_max.y * v_c.x;
-#endif
-    if (side < 0.0) w_still = -w_still;
-    const float own_share =
-        clamp((v_c_squared * inverse_c - kMinLengthPx) / uniforms.variance_threshold_px, 0.0, 1.0);
-    vec2 w_c = precise_normalize(precise_mix(w_still, v_c * inverse_c, own_share));
-    const float aligned = abs(precise_dot(w_c, w_max));
-    // v_c on neither side: samples of both sides in turn.
-    bool other_side = side == 0.0 && own_share > 0.0 && own_share < 1.0;
+    OwnDirection own = own_direction(v_c, v_c_squared, inverse_c, v_max, w_max);
+    const float aligned = abs(precise_dot(own.w_c, w_max));
 #endif
 #if VARIANCE
     const float u = variance_at(p);
@@ -162,15 +218,11 @@ void main() {
     const float shift = float(1 - count);
 #endif
     const float spacing = reach / float(count + 1);
-
-#if !STORAGE
     const float per_motion = 1.0 / uniforms.half_shutter;
-    const float least_inverse_rho = 1.0 / float(uniforms.tile_px);
-#endif
     // precise: equal weights and sums, bit for bit, in every variant of this program.
     precise float total = uniforms.center_total * inverse_rho_c;
 #if !SINGLE
-    if (other_side) total *= 2.0;
+    if (own.on_both_sides) total *= 2.0;
 #endif
     precise vec4 sum = vec4(0.0);
     precise float moment = 0.0;
@@ -194,7 +246,7 @@ void main() {
 #else
         const bool follows_own = (i & 1) == 1;
 #endif
-        const vec2 d = follows_own ? w_c : w_max;
+        const vec2 d = follows_own ? own.w_c : w_max;
         const float w_a = follows_own ? 1.0 : aligned;
 #endif
         ivec2 s = p + ivec2(floor(along * d + 0.5));
@@ -205,39 +257,18 @@ void main() {
 #else
         const bool counts = s == nearest_inside;
 #endif
-#if STORAGE || UNIFORM
-#if UNIFORM
-        const vec2 v_s = v_c;
-#else
-        const vec2 v_s = velocity_at(s);
-#endif
-        const float inverse_s = inverse_length(precise_dot(v_s, v_s));
-        const float inverse_rho_s = min(inverse_s, 1.0 / kMinLengthPx);
-        float w_b = abs(precise_dot(v_s, d)) * inverse_s;
-#else
-        // From the motion itself: its direction is v_S's, and the clamp is enough for its length.
-        const vec2 m_s = motion_of(texelFetch(velocity, s, 0).xy);
-        const float squared_s = precise_dot(m_s, m_s);
-        const float inverse_s = inverse_length(squared_s);
-        const float inverse_rho_s =
-            clamp(inverse_s * per_motion, least_inverse_rho, 1.0 / kMinLengthPx);
-        float w_b = abs(precise_dot(m_s, d)) * inverse_s;
-#endif
+        const vec2 speed = speed_of(s, d, v_c, per_motion);
+        const float inverse_rho_s = speed.x;
 #if SINGLE
-        w_b = 1.0;
+        const float w_b = 1.0;
+#else
+        const float w_b = speed.y;
 #endif
         precise float front = clamp(1.0 - distance * inverse_rho_s, 0.0, 1.0) * w_b;
         precise float back = clamp(1.0 - distance * inverse_rho_c, 0.0, 1.0) * w_a;
 #if DEPTH
-        // One of f and b is 1; the other falls with the ratio of the depths.
         const float q_s = texelFetch(inverse_depth, s, 0).x;
-        const float far = min(q_p, q_s);
-        const float near = max(q_p, q_s);
-        const float shown =
-            near > far
-                ? (far > 0.0 ? clamp(1.0 - uniforms.depth_softness * (near - far) / far, 0.0, 1.0)
-                             : 0.0)
-                : 1.0;
+        const float shown = shown_behind(q_p, q_s);
         if (q_s < q_p) front *= shown;
         if (q_p < q_s) back *= shown;
 #endif
@@ -256,10 +287,10 @@ void main() {
         }
         ++i;
 #if !SINGLE
-        if (other_side && i == count) {
-            other_side = false;
+        if (own.on_both_sides && i == count) {
+            own.on_both_sides = false;
             i = 0;
-            w_c = precise_normalize(precise_mix(-w_still, v_c * inverse_c, own_share));
+            own.w_c = precise_normalize(precise_mix(-own.w_still, v_c * inverse_c, own.share));
         }
 #endif
     } while (i < count);

@@ -103,15 +103,20 @@ class Browser:
             raise AssertionError(value)
         return value[0]
 
-    def wait(self, script, *arguments, seconds=20):
-        """The first true value of an expression."""
+    def wait(self, script, *arguments, seconds=120):
+        """The first true value of an expression. It is evaluated at once: a page that goes to another would
+        never end run()'s function."""
+        body = {"script": f"const args = [...arguments]; return {script};", "args": list(arguments)}
         end = time.monotonic() + seconds
         while True:
-            value = self.run(f"return {script};", *arguments)
+            try:
+                value, fault = self.call("POST", "/execute/sync", body), "false"
+            except RuntimeError as error:  # also of a page that is not there yet
+                value, fault = None, str(error)
             if value:
                 return value
             if time.monotonic() > end:
-                raise AssertionError(f"never: {script}")
+                raise AssertionError(f"never: {script}: {fault}")
             time.sleep(0.02)
 
     def command(self, name, **parameters):

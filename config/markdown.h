@@ -5,7 +5,7 @@
 
 namespace postchain {
 
-// Never read as HTML.
+// Escapes what Markdown would read as HTML.
 std::string markdown_text(const std::string& text);
 // The same in a cell of a table: one line, bars escaped.
 std::string markdown_cell(const std::string& text);

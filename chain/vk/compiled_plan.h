@@ -72,7 +72,7 @@ class CompiledPlan : public PlanValues {
     Status make_uniforms();
     Status make_sets();
     void find_barriers();
-    // Of a step.
+    // `index`: that of the step.
     void write_set(size_t index, VkDescriptorSet set, const HostViews& views) const;
     void write_sets(uint32_t slot, const HostViews& views);
     void begin(VkCommandBuffer commands) const;
@@ -85,7 +85,7 @@ class CompiledPlan : public PlanValues {
     std::vector<unsigned> names_;         // of imported ones
     std::vector<int> storage_;            // number of the storage of each of them
     std::vector<Command> commands_;
-    Buffer uniforms_;  // bytes_ of each run in flight
+    Buffer uniforms_;  // bytes() of each run in flight
     std::byte* mapped_ = nullptr;
     VkDescriptorPool sets_pool_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorSet> sets_;  // of each run in flight, of each step

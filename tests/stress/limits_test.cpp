@@ -137,7 +137,7 @@ TEST(Stress, EveryKnownLimitIsMet) {
 }
 
 // docs/stability.md has a row for each: cause, owner, why it is not fixed, what to set instead.
-// Of the limit that blames denoising.
+// The cause that the limit of a tied sample names.
 TEST(Stress, ATiedSampleIsOneOfManyWithoutDenoising) {
     Subject subject = with_cells_camera(shipped("best"));
     const auto reference = [&](const Cell& cell) {

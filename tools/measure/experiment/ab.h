@@ -4,9 +4,9 @@
 //   afterwards: times of each chain; intervals over frames and tiles; verdict
 #pragma once
 
-#include "tools/measure/experiment/experiment.h"
-
 #include <atomic>
+
+#include "tools/measure/experiment/experiment.h"
 
 namespace postchain::experiment {
 

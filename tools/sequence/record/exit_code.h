@@ -18,7 +18,7 @@ inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-abov
 inline constexpr int kExitSignal = 128;   // plus the signal's number
 
 int exit_code(const Status& status);
-// Of several frames, `good` of which succeeded.
+// The exit code if `good` other frames succeeded.
 int exit_code(const Status& first_failure, size_t good);
 int exit_code(const RunSummary& summary);
 

@@ -98,28 +98,33 @@ using ReadIf = std::vector<std::vector<RowValue>>;
 std::string text_of(const ReadIf& read_if);
 ReadIf both(const ReadIf& a, const ReadIf& b);
 
-struct Parameter {
-    std::string key;
-    ParameterType type = ParameterType::number;
-    std::string unit;  // "px", "frames", "mm", ...; a text's form: "FILE"; empty = none
-    std::string help;  // one line
+// What a table says of a row beside its key, type and member.
+struct RowOptions {
     double min = -std::numeric_limits<double>::infinity();
     double max = std::numeric_limits<double>::infinity();
     bool min_excluded = false;  // min itself is out of range
     double soft_min = min;      // values worth trying: sliders, random tests
     double soft_max = max;
-    bool odd = false;                  // integer must be odd
-    std::vector<int64_t> allowed;      // integer: the only values; empty = all in min..max
-    std::vector<std::string> choices;  // choice: the names
-    FormerNames former;                // names of older versions, which are still accepted
-    bool optional = false;             // may be left unset
-    std::string implied;               // text: the value of a key without one; empty = an error
-    std::string group;                 // in a table whose users take only some rows
-    std::string unset_means;           // "the camera's shutter_frames"
-    std::string excludes;              // key that must not be set together with this one
-    ReadIf read_if;                    // under other values of the table it has no effect
+    bool odd = false;                   // integer must be odd
+    std::vector<int64_t> allowed = {};  // integer: the only values; empty = all in min..max
+    std::string unit = {};              // "px", "frames", ...; a text's form: "FILE"; empty = none
+    std::string help = {};              // one line
+    std::string unset_means = {};       // "the camera's shutter_frames"
+    std::string excludes = {};          // key that must not be set together with this one
+    ReadIf read_if = {};                // under other values of the table it has no effect
+    std::string implied = {};           // text: the value of a key without one; empty = an error
+    std::string group = {};             // in a table whose users take only some rows
+    FormerNames former = {};            // names of older versions, which are still accepted
+    bool required = false;              // for a text, which otherwise may be left unset
     Convergence convergence = Convergence::none;
     double converged = 0;  // Convergence::set: the value at which the filter counts as converged
+};
+
+struct Parameter : RowOptions {
+    std::string key;
+    ParameterType type = ParameterType::number;
+    std::vector<std::string> choices;  // choice: the names
+    bool optional = false;             // may be left unset
     ParameterValue default_value;
 
     std::function<ParameterValue(ConstParameterRef)> get;
@@ -170,27 +175,6 @@ uint64_t hash_text(std::string_view text, uint64_t seed = 14695981039346656037ul
 std::string hex_of(uint64_t hash);  // 16 digits
 
 // ------------------------------------------------------------------------------------ builder
-
-struct RowOptions {
-    double min = -std::numeric_limits<double>::infinity();
-    double max = std::numeric_limits<double>::infinity();
-    bool min_excluded = false;
-    double soft_min = min;
-    double soft_max = max;
-    bool odd = false;
-    std::vector<int64_t> allowed = {};
-    std::string unit = {};
-    std::string help = {};
-    std::string unset_means = {};
-    std::string excludes = {};
-    ReadIf read_if = {};
-    std::string implied = {};
-    std::string group = {};
-    FormerNames former = {};
-    bool required = false;  // for a text, which otherwise may be left unset
-    Convergence convergence = Convergence::none;
-    double converged = 0;
-};
 
 template <class P>
 class ParameterTableBuilder {
@@ -257,9 +241,8 @@ class ParameterTableBuilder {
     }
     // An empty text is an unset one.
     ParameterTableBuilder& text(std::string key, std::string P::*member, RowOptions options) {
-        const bool required = options.required;
         Parameter row = start(ParameterType::text, std::move(key), std::move(options));
-        row.optional = !required;
+        row.optional = !row.required;
         row.get = [member](ConstParameterRef p) -> ParameterValue {
             const std::string& value = p.as<P>().*member;
             if (value.empty()) return std::monostate();
@@ -313,25 +296,9 @@ class ParameterTableBuilder {
     }
     static Parameter start(ParameterType type, std::string key, RowOptions options) {
         Parameter row;
+        static_cast<RowOptions&>(row) = std::move(options);
         row.key = std::move(key);
         row.type = type;
-        row.min = options.min;
-        row.max = options.max;
-        row.min_excluded = options.min_excluded;
-        row.soft_min = options.soft_min;
-        row.soft_max = options.soft_max;
-        row.odd = options.odd;
-        row.allowed = std::move(options.allowed);
-        row.unit = std::move(options.unit);
-        row.help = std::move(options.help);
-        row.unset_means = std::move(options.unset_means);
-        row.excludes = std::move(options.excludes);
-        row.read_if = std::move(options.read_if);
-        row.implied = std::move(options.implied);
-        row.group = std::move(options.group);
-        row.former = std::move(options.former);
-        row.convergence = options.convergence;
-        row.converged = options.converged;
         return row;
     }
     template <class T>

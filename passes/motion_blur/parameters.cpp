@@ -1,6 +1,7 @@
 #include "passes/motion_blur/parameters.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "passes/motion_blur/motion_blur.h"
 
@@ -38,8 +39,8 @@ const ParameterTable& parameter_table() {
                       .unit = "px",
                       .help = "largest half-length of a streak; guertin, single: also the edge "
                               "of a tile",
-                      .unset_means = "an eighth of the display width, at least 40 and at most "
-                                     "512; guertin, single: a sixteenth"})
+                      .unset_means = std::string(inverse_warp::kDefaultMaxPathText) +
+                                     "; guertin, single: a sixteenth"})
             .rows(&P::shutter, shutter::parameter_table())
             .number("jitter", &P::jitter,
                     {.min = 0,

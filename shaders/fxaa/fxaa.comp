@@ -25,10 +25,12 @@ layout(binding = 1) writeonly uniform image2DArray layers_result;
 // F^2 of a luma (x + y) & 1: |A|/range = 2/3, F = 4/9 (3 - 4/3) = 20/27.
 const float kCheckerboardOffset = 400.0 / 729.0;
 
-// The least range of lumas between `lowest` and `highest` that is an edge at any threshold: smaller
-// ranges are rounding, if all lumas are nearly 1.
-float least_range(float lowest, float highest) {
-    return 1e-4 * max(1.0, max(abs(lowest), abs(highest)));
+// The least range of lumas between `lowest` and `highest` that is an edge, with both thresholds scaled.
+// Never 0: if all lumas are nearly 1, a smaller range is rounding.
+float least_range(float lowest, float highest, float threshold_scale) {
+    precise const float threshold = max(uniforms.edge_threshold_min * threshold_scale,
+                                        highest * (uniforms.edge_threshold * threshold_scale));
+    return max(threshold, 1e-4 * max(1.0, max(abs(lowest), abs(highest))));
 }
 
 ivec2 inside(ivec2 p) {

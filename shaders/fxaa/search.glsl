@@ -51,9 +51,7 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
-    precise float threshold = max(uniforms.edge_threshold_min * threshold_scale,
-                                  highest * (uniforms.edge_threshold * threshold_scale));
-    if (range < max(threshold, least_range(lowest, highest))) return center;
+    if (range < least_range(lowest, highest, threshold_scale)) return center;
 
     // 2 direction of the edge
     const float nw = luma_at(low.x, low.y);

@@ -3,84 +3,23 @@
 #include <OpenEXR/OpenEXRConfig.h>
 #include <spdlog/version.h>
 
-#include <CLI/Version.hpp>
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "chain/plan_print.h"
-#include "chain/printable.h"
 #include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/plan_summary.h"
 #include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
-#include "tools/sequence/record/layers_json.h"
-#include "tools/sequence/run/estimate.h"
-#include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {
 
-int plan_subcommand(const Options& options, const std::string& format,
-                    const std::string& calibration_path) {
-    auto chain = load_chain_of(options);
-    if (!chain.ok()) return fail(chain.status());
-    auto settings = run_settings_of(options);
-    if (!settings.ok()) return fail(settings.status());
-    std::optional<sequence::Calibration> calibration;
-    if (!calibration_path.empty()) {
-        auto read = sequence::read_calibration(calibration_path);
-        if (!read.ok()) return fail(read.status().at("--calibration"));
-        calibration = std::move(*read);
-    }
-    io::set_exr_threads(threads_of(options));
-    Status first_failure;
-    size_t good = 0;
-    PlanSummaries summaries;
-    std::string said;  // of the previous frame, without its path
-    const auto show = [&](const sequence::PlannedFrame& planned) {
-        for (const auto& warning : planned.warnings) log::warning(warning);
-        if (planned.plan.ok()) {
-            ++good;
-            const Plan& plan = *planned.plan;
-            const auto seconds =
-                calibration ? sequence::seconds_of(plan, *calibration) : std::nullopt;
-            if (calibration && !seconds)
-                log::warning(
-                    concat("--calibration ", calibration->path, ": frame ", planned.frame,
-                           " runs a pass that the calibration did not; cannot estimate its time"));
-            const std::string text =
-                format == "json"  ? io::json_text(sequence::planned_json(planned, seconds)) + "\n"
-                : format == "dot" ? plan_as_dot(plan)
-                : options.verbose
-                    ? plan_as_text(plan) + sequence::resolved_text(*planned.resolved) +
-                          sequence::layers_text(planned.layers) +
-                          (planned.layer_cost ? sequence::layer_cost_text(*planned.layer_cost)
-                                              : std::string()) +
-                          sequence::estimate_text(planned.memory, seconds)
-                    : summaries.add(plan.frame_number,
-                                    plan_summary(chain->chain, planned, seconds));
-            // JSON is already escaped.
-            std::fputs(format == "json" ? text.c_str() : printable(text, Lines::keep).c_str(),
-                       stdout);
-            return true;
-        }
-        // An error repeated for the next frame applies to every frame.
-        const Status status = planned.plan.status();
-        const size_t words = status.message().find(": ");
-        const std::string what =
-            words == std::string::npos ? status.message() : status.message().substr(words);
-        if (status.code() == StatusCode::chain && what == said) return false;
-        said = what;
-        log::error(status.message());
-        if (first_failure.ok()) first_failure = status;
-        return true;
-    };
-    if (Status status = sequence::plan_sequence(chain->chain, *settings, show); !status.ok())
-        return fail(status);
-    return exit_code(first_failure, good);
+void add_info(CLI::App& subcommand, Options& options) {
+    add_device(subcommand, options);
+    subcommand.add_flag("--json", options.json, "one JSON object");
 }
 
 int info_subcommand(const Options& options) {
@@ -142,6 +81,15 @@ int info_subcommand(const Options& options) {
 int schema_subcommand() {
     std::fputs((chain_schema(builtin_passes()) + "\n").c_str(), stdout);
     return kExitOk;
+}
+
+void add_passes(CLI::App& subcommand, std::string& format) {
+    auto* json = subcommand.add_flag_callback(
+        "--json", [&] { format = "json"; }, "JSON");
+    subcommand
+        .add_flag_callback(
+            "--markdown", [&] { format = "markdown"; }, "Markdown tables")
+        ->excludes(json);
 }
 
 int passes_subcommand(const std::string& format) {

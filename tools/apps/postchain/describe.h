@@ -1,15 +1,17 @@
-// postchain plan, info, schema, passes: print plans, the device, and parameters.
+// postchain info, schema, passes: print the device, and parameters.
 #pragma once
+
+#include <string>
 
 #include "tools/apps/postchain/options.h"
 
 namespace postchain {
 
-// `calibration`: path of a sidecar, empty = none.
-int plan_subcommand(const Options& options, const std::string& format,
-                    const std::string& calibration);
+void add_info(CLI::App& subcommand, Options& options);
 int info_subcommand(const Options& options);
 int schema_subcommand();
+// `format`: "text", "json" or "markdown".
+void add_passes(CLI::App& subcommand, std::string& format);
 int passes_subcommand(const std::string& format);
 
 }  // namespace postchain

@@ -1,5 +1,7 @@
 #include "tools/apps/postchain/inspect.h"
 
+#include <CLI/CLI.hpp>
+
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -178,6 +180,16 @@ void log_notes(const sequence::InspectedFrame& found) {
 }
 
 }  // namespace
+
+void add_inspect(CLI::App& subcommand, Options& options) {
+    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
+    subcommand.add_flag("--json", options.json, "one JSON object per frame");
+    subcommand.add_flag("--camera-metadata", options.camera_metadata,
+                        "print only a Markdown table of the camera attributes that are read");
+    subcommand.get_option("--input")->required(false);
+    subcommand.add_option("IN", options.job.input,
+                          "frame or pattern, as for --input, or a folder, to list its sequences");
+}
 
 int inspect_subcommand(const Options& options) {
     if (options.camera_metadata) {

@@ -6,6 +6,7 @@
 
 namespace postchain {
 
+void add_inspect(CLI::App& subcommand, Options& options);
 int inspect_subcommand(const Options& options);
 
 }  // namespace postchain

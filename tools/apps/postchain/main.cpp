@@ -23,6 +23,7 @@
 #include "tools/apps/postchain/inspect.h"
 #include "tools/apps/postchain/like.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/plan.h"
 #include "tools/apps/postchain/run.h"
 #include "tools/apps/postchain/scene.h"
 #include "tools/apps/postchain/selftest.h"
@@ -77,8 +78,8 @@ int command(int argc, char** argv) {
     StudyOptions study;
     TuneOptions tune;
     ViewOptions view;
-    std::string selftest_only, plan_format = "text", plan_calibration, passes_format = "text";
-    const ParameterTable& job = job_parameters();
+    PlanSettings plan;
+    std::string selftest_only, passes_format = "text";
 
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
                  "postchain");
@@ -101,51 +102,18 @@ int command(int argc, char** argv) {
         return *subcommands.back().app;
     };
 
-    CLI::App& run = add("run", "filter a sequence", [&] {
-        const auto record = apply_like(*app.get_subcommand("run"), options);
-        return record.ok() ? run_subcommand(options, *record) : fail(record.status());
-    });
-    add_chain(run, options);
-    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
-                              sequence::kPlanGroup, sequence::kWatchGroup})
-        add_settings(run, job, group, &options.job);
-    run.add_flag("--json", options.json, "one JSON object per frame on stdout");
-    add_progress(run, options);
-    add_device(run, options);
-    add_like(run, options);
-
-    CLI::App& plan = add("plan", "show what would run, what is left out and why", [&] {
-        if (app.get_subcommand("plan")->count("--pilot"))
-            log::warning(former_name_text("--pilot", "--calibration"));
-        return plan_subcommand(options, plan_format, plan_calibration);
-    });
-    add_chain(plan, options);
-    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kPlanGroup})
-        add_settings(plan, job, group, &options.job);
-    auto* text = plan.add_flag_callback(
-        "--text", [&] { plan_format = "text"; },
-        "readable text (default); -v adds dispatches and textures");
-    auto* json = plan.add_flag_callback(
-        "--json", [&] { plan_format = "json"; }, "one JSON object per frame");
-    plan.add_flag_callback(
-            "--dot", [&] { plan_format = "dot"; }, "graphviz")
-        ->excludes(text)
-        ->excludes(json);
-    plan.add_option("--calibration", plan_calibration,
-                    "sidecar of a frame filtered on a similar machine, to estimate times")
-        ->type_name("FILE");
-    plan.add_option("--pilot", plan_calibration)->group("");  // former name
-
-    CLI::App& inspect = add("inspect", "channels, profile, facts and sign self-check of a file",
-                            [&] { return inspect_subcommand(options); });
-    add_settings(inspect, job, sequence::kInputGroup, &options.job);
-    inspect.add_flag("--json", options.json, "one JSON object per frame");
-    inspect.add_flag("--camera-metadata", options.camera_metadata,
-                     "print only a Markdown table of the camera attributes that are read");
-    inspect.get_option("--input")->required(false);
-    inspect.add_option("IN", options.job.input,
-                       "frame or pattern, as for --input, or a folder, to list its sequences");
-
+    add_run(add("run", "filter a sequence",
+                [&] {
+                    const auto record = apply_like(*app.get_subcommand("run"), options);
+                    return record.ok() ? run_subcommand(options, *record) : fail(record.status());
+                }),
+            options);
+    add_plan(add("plan", "show what would run, what is left out and why",
+                 [&] { return plan_subcommand(options, plan); }),
+             options, plan);
+    add_inspect(add("inspect", "channels, profile, facts and sign self-check of a file",
+                    [&] { return inspect_subcommand(options); }),
+                options);
     add_view(add("view", "show a sequence through a chain in a window, and edit the chain",
                  [&] { return view_subcommand(argc, argv); }),
              options, view);
@@ -189,19 +157,13 @@ int command(int argc, char** argv) {
         add("serve", "accept jobs over HTTP", [&] { return serve_subcommand(options, serve); }),
         options, serve);
 
-    CLI::App& info = add("info", "GL devices, limits and library versions",
-                         [&] { return info_subcommand(options); });
-    add_device(info, options);
-    info.add_flag("--json", options.json, "one JSON object");
+    add_info(add("info", "GL devices, limits and library versions",
+                 [&] { return info_subcommand(options); }),
+             options);
     add("schema", "JSON Schema of a chain file", schema_subcommand);
-    CLI::App& passes =
-        add("passes", "every pass and parameter", [&] { return passes_subcommand(passes_format); });
-    auto* passes_json = passes.add_flag_callback(
-        "--json", [&] { passes_format = "json"; }, "JSON");
-    passes
-        .add_flag_callback(
-            "--markdown", [&] { passes_format = "markdown"; }, "Markdown tables")
-        ->excludes(passes_json);
+    add_passes(
+        add("passes", "every pass and parameter", [&] { return passes_subcommand(passes_format); }),
+        passes_format);
     const auto print = [&](std::string (*text_of)(const CLI::App&)) {
         return [&app, text_of] {
             std::fputs(text_of(app).c_str(), stdout);

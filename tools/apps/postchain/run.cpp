@@ -1,11 +1,14 @@
 #include "tools/apps/postchain/run.h"
 
+#include <CLI/CLI.hpp>
+
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <set>
 
 #include "tools/apps/postchain/exit_code.h"
+#include "tools/apps/postchain/like.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -76,6 +79,17 @@ class WaitLines {
 };
 
 }  // namespace
+
+void add_run(CLI::App& subcommand, Options& options) {
+    add_chain(subcommand, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
+                              sequence::kPlanGroup, sequence::kWatchGroup})
+        add_settings(subcommand, job_parameters(), group, &options.job);
+    subcommand.add_flag("--json", options.json, "one JSON object per frame on stdout");
+    add_progress(subcommand, options);
+    add_device(subcommand, options);
+    add_like(subcommand, options);
+}
 
 int run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
     auto chain = load_chain_of(options);

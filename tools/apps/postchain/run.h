@@ -8,6 +8,7 @@
 
 namespace postchain {
 
+void add_run(CLI::App& subcommand, Options& options);
 // `like`: the record to repeat (like.h), if any.
 int run_subcommand(const Options& options, const std::optional<sequence::Record>& like);
 

@@ -22,7 +22,7 @@ import time
 
 import request
 
-SCENES = ["meadow", "glass", "canopy", "night", "acrobat", "whip", "facade", "rain"]
+SCENES = ["meadow", "glass", "canopy", "night", "acrobat", "whip", "facade", "rain", "station"]
 SIZE = "640x360"
 FRAMES = range(10, 14)
 SAMPLES = 512  # of each half of ground truth, at most

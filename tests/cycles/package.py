@@ -44,7 +44,7 @@ constant on these scenes.
 """
 CITATION = """cff-version: 1.2.0
 message: If you use this dataset, please cite it.
-title: "postchain: ground truth of joint motion and lens blur for eight path-traced scenes"
+title: "postchain: ground truth of joint motion and lens blur for nine path-traced scenes"
 type: dataset
 version: "{version}"
 license: Apache-2.0

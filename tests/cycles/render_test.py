@@ -108,7 +108,7 @@ class Render(unittest.TestCase):
         sky = 1e-10
         expected = {"meadow": (10, sky, 1.65), "glass": (8, 1 / 3.5, 1.2), "canopy": (8, sky, 1.7),
                     "night": (4, sky, 0.21), "acrobat": (7, 1 / 5.3, 1.1), "whip": (10, sky, 0.5),
-                    "facade": (2, 1 / 62, 1 / 12.9), "rain": (10, 1 / 8, 1.7)}
+                    "facade": (2, 1 / 62, 1 / 12.9), "rain": (10, 1 / 8, 1.7), "station": (8, sky, 0.8)}
         self.assertEqual(list(expected), dataset.SCENES)
         for scene, (least_px, farthest, nearest) in expected.items():
             with self.subTest(scene), tempfile.TemporaryDirectory() as self.folder:

@@ -3,11 +3,12 @@
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/lens_samples.h"
 #include "passes/depth_of_field/gilham.h"
+#include "shaders/shared/sharp_radius.h"
 
 namespace postchain::depth_of_field {
 namespace {
 
-constexpr double kSharpRadiusPx = 0.5;  // up to here a pixel returns its color bit for bit
+using shared::kSharpRadiusPx;
 
 const ParameterTable& table() {
     const ReadIf gilham = {{{"method", {"gilham"}}}};
@@ -76,7 +77,6 @@ inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera&
     settings.samples = parameters.samples;
     settings.search = parameters.search;
     settings.denoise = parameters.denoise;
-    settings.still_limit_px = kSharpRadiusPx;
     settings.noise = parameters.noise;
     settings.still_rule = kRuleFocusBlocks;
     return settings;

@@ -9,6 +9,7 @@
 #include "chain/work_list.h"
 #include "passes/depth_of_field/depth_of_field.h"
 #include "shaders/shared/depth_of_field_needed_uniforms.h"
+#include "shaders/shared/sharp_radius.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -93,7 +94,7 @@ void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSi
         elide_blocks(planner, item, kRuleFocusBlocks, std::move(why), list, taps_px, outside);
     };
     elide("blurred image in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
-          {.name = "largest radius", .limit = 0.5, .unit = "px"});
+          {.name = "largest radius", .limit = shared::kSharpRadiusPx, .unit = "px"});
     elide("color and radius in blurred blocks", blocks.blurred, false, 2,
           {.name = "smallest radius",
            .limit = float(sizes.full_blur_px),

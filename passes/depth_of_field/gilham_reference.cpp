@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "passes/common/wide_color.h"
+#include "shaders/shared/sharp_radius.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -164,7 +165,7 @@ void gilham_reference(const Parameters& parameters, const GilhamSizes& sizes,
     for (int y = 0; y < height; ++y)
         for (int x = 0; x < width; ++x) {
             const double radius = std::abs(coc.at(x, y));
-            const double weight = smoothstep(0.5, sizes.full_blur_px, radius);
+            const double weight = smoothstep(shared::kSharpRadiusPx, sizes.full_blur_px, radius);
             for (int c = 0; c < color.channels && weight > 0; ++c) {
                 const double low = bilinear(blur_y, (x + 0.5) / sizes.factor - 0.5,
                                             (y + 0.5) / sizes.factor - 0.5, c);

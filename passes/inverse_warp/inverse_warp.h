@@ -30,6 +30,7 @@
 #include "passes/common/aperture.h"
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/noise.h"
+#include "shaders/shared/sharp_radius.h"
 
 namespace postchain::inverse_warp {
 
@@ -70,7 +71,8 @@ struct Settings {
     int more_samples = 0;  // with a lens: extra samples of blocks whose samples disagree; both
                            // together at most lens::kMaxLensSamples
     Parameters search;
-    double still_limit_px = 0.5;  // a block keeps its color if no displacement is longer
+    double still_limit_px =
+        shared::kSharpRadiusPx;   // a block keeps its color if no displacement is longer
     bool denoise = true;          // remove the noise of the samples where they are blurred
     noise::Parameters noise;      // shifts the times of a pixel, turns its lens samples
     const char* still_rule = "";  // rule under which the device finds still blocks; "" = none

@@ -6,11 +6,12 @@
 #include "passes/common/lens_samples.h"
 #include "passes/common/shutter.h"
 #include "passes/inverse_warp/inverse_warp.h"
+#include "shaders/shared/sharp_radius.h"
 
 namespace postchain::joint_blur {
 namespace {
 
-constexpr double kUnblurredPx = 0.5;  // up to here a pixel returns its color bit for bit
+using shared::kSharpRadiusPx;  // of displacements too: up to here a pixel keeps its color
 
 struct Parameters {
     int samples = 64;
@@ -78,7 +79,7 @@ inverse_warp::Settings settings_of(const Parameters& parameters, const lens::Cir
     settings.denoise = parameters.denoise;
     // A few roundings of 2^-24, so that blocks unblurred by the frame's bounds are unblurred here
     // too.
-    settings.still_limit_px = kUnblurredPx * (1 + 0x1p-18);
+    settings.still_limit_px = kSharpRadiusPx * (1 + 0x1p-18);
     settings.noise = parameters.noise;
     settings.still_rule = kRuleUnblurredBlocks;
     return settings;
@@ -93,7 +94,7 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
     std::vector<UsedValue> used_values() const override {
         std::vector<UsedValue> values = shutter::used_values(parameters_.shutter, frame());
         for (UsedValue& value :
-             lens::used_values(parameters_.lens, settings().lens->coc, frame(), kUnblurredPx))
+             lens::used_values(parameters_.lens, settings().lens->coc, frame(), kSharpRadiusPx))
             values.push_back(std::move(value));
         for (UsedValue& value : lens::used_values(parameters_.aperture, frame().camera))
             values.push_back(std::move(value));
@@ -111,22 +112,22 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
         const lens::CircleOfConfusion& coc = settings().lens->coc;
         const FrameBounds& bounds = frame().bounds;
         const double half_open = settings().shutter->half_open;
-        if (half_open == 0 && coc.largest_radius_px() <= kUnblurredPx)
+        if (half_open == 0 && coc.largest_radius_px() <= kSharpRadiusPx)
             return Identity{kRuleConfiguration,
                             {.name = "shutter_frames is 0; largest circle-of-confusion radius at "
                                      "any depth",
                              .value = coc.largest_radius_px(),
-                             .limit = kUnblurredPx,
+                             .limit = kSharpRadiusPx,
                              .unit = "px"}};
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
         const double largest =
             half_open * bounds.fastest_px(context.available.has(Role::motion_back)) +
             coc.largest_radius_px(bounds.min_inverse_depth, bounds.max_inverse_depth);
-        if (!(largest <= kUnblurredPx)) return std::nullopt;
+        if (!(largest <= kSharpRadiusPx)) return std::nullopt;
         return Identity{kRuleFacts,
                         {.name = "largest half-velocity and circle-of-confusion radius together",
                          .value = largest,
-                         .limit = kUnblurredPx,
+                         .limit = kSharpRadiusPx,
                          .unit = "px"}};
     }
 

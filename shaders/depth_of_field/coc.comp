@@ -21,6 +21,7 @@ layout(local_size_x = kBlockPx, local_size_y = 2) in;
 #include "common/first_group.glsl"
 #include "common/work_list_fill.glsl"
 #include "shared/depth_of_field_uniforms.h"
+#include "shared/sharp_radius.h"
 
 #include "common/circle_of_confusion.glsl"
 
@@ -100,7 +101,7 @@ void main() {
     if (gl_LocalInvocationIndex != 0) return;
     for (int i = 1; i < kThreads; ++i)
         range = vec2(min(range.x, ranges[i].x), max(range.y, ranges[i].y));
-    const bool sharp = range.y <= 0.5;
+    const bool sharp = range.y <= kSharpRadiusPx;
     imageStore(blurs, at, vec4(sharp ? 0.0 : 1.0));
     if (sharp) {
         ADD_TO_WORK_LIST(sharp_blocks, at);

@@ -8,6 +8,7 @@
 #include "common/layers.glsl"
 #include "common/work_list.glsl"
 #include "shared/depth_of_field_uniforms.h"
+#include "shared/sharp_radius.h"
 
 layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D coc;
@@ -79,13 +80,13 @@ void main() {
     // The weight of the blurred image.
     precise float blurred_part = 0.0;
 #ifndef SHARP
-    if (radius > 0.5) {
+    if (radius > kSharpRadiusPx) {
         vec4 blurred = fetch_low(p);
         if (radius >= uniforms.full_blur_px) {
             c = blurred;
             blurred_part = 1.0;
         } else {
-            float t = (radius - 0.5) / (uniforms.full_blur_px - 0.5);
+            float t = (radius - kSharpRadiusPx) / (uniforms.full_blur_px - kSharpRadiusPx);
             blurred_part = t * t * (3.0 - 2.0 * t);
             c = between(c, blurred, blurred_part);
         }

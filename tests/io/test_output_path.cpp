@@ -157,7 +157,9 @@ TEST_F(OutputPath, KilledAtAnyMomentTheNameHoldsOldNewOrNothing) {
         ::close(written[1]);
         // However slow the disk is, half of the children have written.
         char one = 0;
-        if (round % 2) EXPECT_EQ(::read(written[0], &one, 1), 1) << "the child has ended";
+        if (round % 2) {
+            EXPECT_EQ(::read(written[0], &one, 1), 1) << "the child has ended";
+        }
         std::this_thread::sleep_for(std::chrono::microseconds(3000 + round * 1700));
         ::kill(child, SIGKILL);
         ::close(written[0]);

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <span>
 
+#include "chain/text.h"
 #include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/timing.h"

@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "chain/status.h"
 #include "chain/text.h"
 
 namespace postchain::service {

@@ -71,8 +71,8 @@ struct Settings {
     int more_samples = 0;  // with a lens: extra samples of blocks whose samples disagree; both
                            // together at most lens::kMaxLensSamples
     Parameters search;
-    double still_limit_px =
-        shared::kSharpRadiusPx;   // a block keeps its color if no displacement is longer
+    // A block keeps its color if no displacement is longer.
+    double still_limit_px = shared::kSharpRadiusPx;
     bool denoise = true;          // remove the noise of the samples where they are blurred
     noise::Parameters noise;      // shifts the times of a pixel, turns its lens samples
     const char* still_rule = "";  // rule under which the device finds still blocks; "" = none

@@ -20,9 +20,11 @@ constexpr GLbitfield kLastBarriers = GL_TEXTURE_FETCH_BARRIER_BIT |
 constexpr GLbitfield kLastListBarriers =
     GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT;
 
-GLbitfield barriers_for(uint32_t waits) {
+GLbitfield barriers_for(uint32_t waits, Reads reads) {
     GLbitfield bits = 0;
-    if (waits & kWaitFetch) bits |= GL_TEXTURE_FETCH_BARRIER_BIT;
+    if (waits & kWaitFetch)
+        bits |= reads == Reads::images ? GL_SHADER_IMAGE_ACCESS_BARRIER_BIT
+                                       : GL_TEXTURE_FETCH_BARRIER_BIT;
     if (waits & kWaitImage) bits |= GL_SHADER_IMAGE_ACCESS_BARRIER_BIT;
     if (waits & kWaitList) bits |= GL_SHADER_STORAGE_BARRIER_BIT;
     if (waits & kWaitLaunch) bits |= GL_COMMAND_BARRIER_BIT;
@@ -50,8 +52,8 @@ Status check_units(const UsedUnits& used) {
 
 Result<CompiledPlan> CompiledPlan::make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                         RunObjects& objects, bool labels,
-                                        const std::optional<Room>& room) {
-    CompiledPlan compiled(std::move(plan), pool, objects.alignment());
+                                        const std::optional<Room>& room, Reads reads) {
+    CompiledPlan compiled(std::move(plan), pool, objects.alignment(), reads);
     if (Status s = compiled.take_programs(programs); !s.ok()) return s;
     if (Status s = compiled.take_textures(labels, room); !s.ok()) return s;
     if (Status s = objects.reserve(compiled.bytes().size()); !s.ok()) return s;
@@ -105,7 +107,7 @@ void CompiledPlan::find_barriers() {
     const std::vector<uint32_t> waits = waits_of(plan(), storage_);
     barriers_ = 0;
     for (size_t i = 0; i < waits.size(); ++i) {
-        commands_[i].barriers = barriers_for(waits[i]);
+        commands_[i].barriers = barriers_for(waits[i], reads_);
         barriers_ += waits[i] != 0;
     }
 }
@@ -114,9 +116,12 @@ Status CompiledPlan::take_programs(ProgramCache& programs) {
     const auto text = [](const std::string& type, size_t bytes) {
         return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
     };
-    for (const Step& step : plan().steps) programs.begin(step.program);
+    const auto key_of = [&](const Step& step) {
+        return reads_ == Reads::images ? image_program(plan(), step) : step.program;
+    };
+    for (const Step& step : plan().steps) programs.begin(key_of(step));
     for (const Step& step : plan().steps) {
-        auto program = programs.get(step.program);
+        auto program = programs.get(key_of(step));
         if (!program.ok()) return program.status();
         if (program->uniforms_type != step.uniforms_type ||
             program->uniforms_bytes >
@@ -136,7 +141,8 @@ Status CompiledPlan::take_programs(ProgramCache& programs) {
         }
         if (step.work_list >= 0) used_.lists = std::max(used_.lists, 1);
     }
-    if (std::max({used_.textures, used_.images, used_.lists}) > kMaxUnits)
+    if (std::max({used_.textures, used_.images, used_.lists}) > kMaxUnits ||
+        (reads_ == Reads::images && used_.images > kFirstReadImage))
         return Status(StatusCode::internal, concat("a step uses more than ", kMaxUnits, " units"));
     return check_units(used_);
 }
@@ -172,6 +178,12 @@ void CompiledPlan::bind(size_t index, const RunObjects& objects, size_t offset) 
                 break;
             }
             case Access::sample_nearest:
+                if (reads_ == Reads::images) {
+                    const PlanTexture& texture = plan().textures[size_t(binding.texture)];
+                    glBindImageTexture(kFirstReadImage + unit, name, 0, texture.layers > 0, 0,
+                                       GL_READ_ONLY, internal_format(texture.format));
+                    break;
+                }
                 glBindTextureUnit(unit, name);
                 glBindSampler(unit, objects.sampler());
                 break;

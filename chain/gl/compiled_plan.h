@@ -15,6 +15,7 @@
 #include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
 #include "chain/gl/image_of.h"
+#include "chain/gl/image_reads.h"
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
@@ -46,17 +47,16 @@ struct RunOptions {
 
 class CompiledPlan : public PlanValues {
   public:
-    // The most units of a kind that a step may use.
-    static constexpr int kMaxUnits = 16;
-
     // Takes the plan's textures from the pool, which keeps them: plans that do not run at the same
     // time share them. Compiles the programs that are not yet compiled. With `room`, textures are
-    // as large as frames up to that size need (chain/plan.h, fit()); otherwise as in `plan`.
+    // as large as frames up to that size need (chain/plan.h, fit()); otherwise as in `plan`. With
+    // Reads::images, imported textures have the plan's formats.
     // Errors: those of pool and compiler, and StatusCode::internal if a step's block is not its
     // program's. The pool must outlive it.
     static Result<CompiledPlan> make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                      RunObjects& objects, bool labels,
-                                     const std::optional<Room>& room = {});
+                                     const std::optional<Room>& room = {},
+                                     Reads reads = Reads::textures);
     CompiledPlan(CompiledPlan&&) = default;
     CompiledPlan& operator=(CompiledPlan&&) = delete;
     ~CompiledPlan();
@@ -86,8 +86,8 @@ class CompiledPlan : public PlanValues {
         unsigned barriers = 0;  // before it
         bool in_bands = false;  // the program can run in them
     };
-    CompiledPlan(Plan plan, TexturePool& pool, size_t alignment)
-        : PlanValues(std::move(plan), alignment), pool_(&pool) {}
+    CompiledPlan(Plan plan, TexturePool& pool, size_t alignment, Reads reads)
+        : PlanValues(std::move(plan), alignment), pool_(&pool), reads_(reads) {}
     Status take_textures(bool labels, const std::optional<Room>& room);
     Status take_programs(ProgramCache& programs);
     void find_barriers();
@@ -97,6 +97,7 @@ class CompiledPlan : public PlanValues {
     Status dispatch_bands(const Step& step, Bands bands, BandQueue* queue) const;
 
     TexturePool* pool_;
+    Reads reads_;
     std::vector<Texture*> textures_;       // textures of the pool, each once
     std::vector<unsigned> names_;          // names of the plan's textures
     std::vector<unsigned> image_formats_;  // likewise

@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+
 namespace postchain::gl {
 
 Status check_error(const std::string& doing) {
@@ -27,11 +29,12 @@ DebugGroup::~DebugGroup() {
 }
 
 void label(unsigned kind, unsigned name, const std::string& label) {
-    glObjectLabel(kind, name, GLsizei(label.size()), label.data());
+    constexpr size_t kMaxLength = 255;  // of every device; a longer one is a GL error
+    glObjectLabel(kind, name, GLsizei(std::min(label.size(), kMaxLength)), label.data());
 }
 
-void label_program(unsigned program, const std::string& label) {
-    glObjectLabel(GL_PROGRAM, program, GLsizei(label.size()), label.data());
+void label_program(unsigned program, const std::string& text) {
+    label(GL_PROGRAM, program, text);
 }
 
 }  // namespace postchain::gl

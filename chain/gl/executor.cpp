@@ -27,6 +27,7 @@ class PoolFrame {
 
 Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
     : software_(device.software),
+      reads_(gl::best_reads(device)),
       options_(options),
       programs_(device.log, gl::shader_folder_of_environment()),
       clock_(device),
@@ -61,7 +62,8 @@ Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& input
                          const StageObserver& observer, gl::BandQueue* queue) {
     work_done_.clear();
     running_.reset();
-    auto compiled = gl::CompiledPlan::make(plan, pool_, programs_, objects_, options_.labels);
+    auto compiled =
+        gl::CompiledPlan::make(plan, pool_, programs_, objects_, options_.labels, {}, reads_);
     if (!compiled.ok()) return compiled.status();
     running_.emplace(std::move(*compiled));
     for (size_t i = 0; i < plan.textures.size(); ++i) {

@@ -121,6 +121,7 @@ class Executor {
     void begin_uploads(const NextRun& next);
 
     const bool software_;
+    const gl::Reads reads_;
     ExecutorOptions options_;
     gl::TexturePool pool_;
     gl::ProgramCache programs_;

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "chain/gl/debug.h"
+#include "chain/gl/image_reads.h"
 #include "chain/parameter.h"
 #include "chain/program_source.h"
 
@@ -89,7 +90,8 @@ ProgramCache::~ProgramCache() {
 // Asks for no status, which would wait.
 ProgramCache::Begun ProgramCache::compile(const ProgramKey& key, const std::string& source,
                                           std::vector<std::string> files) {
-    const std::string whole = with_defines(source, key);
+    const std::string whole =
+        with_defines(has_image_reads(key) ? with_image_reads(source, key) : source, key);
     const char* text = whole.c_str();
     const Begun begun{glCreateShader(GL_COMPUTE_SHADER), glCreateProgram(), std::move(files),
                       hash_text(source)};

@@ -18,7 +18,7 @@ class GlState {
     static void reset(const gl::UsedUnits& used);
 
   private:
-    static constexpr size_t kMax = gl::CompiledPlan::kMaxUnits;
+    static constexpr size_t kMax = gl::kMaxUnits;
     struct Buffer {
         int name;
         int64_t start, size;

@@ -1,0 +1,68 @@
+// Textures read as images give the bits of those that are sampled.
+#include <gtest/gtest.h>
+
+#include "chain/gl/device.h"
+#include "chain/gl/image_reads.h"
+#include "config/chain_find.h"
+#include "tests/support/gpu.h"
+#include "tests/support/images.h"
+
+namespace postchain::test {
+namespace {
+
+gl::Device with_image_units(int count) {
+    executor();  // a GL context
+    gl::Device device = gl::describe_current();
+    device.limits.image_units = count;
+    return device;
+}
+
+TEST(ImageReads, AreOfSoftwareRenderersWithRoom) {
+    gl::Device device = with_image_units(32);
+    EXPECT_EQ(gl::best_reads(device), gl::Reads::images);
+    device.software = false;
+    EXPECT_EQ(gl::best_reads(device), gl::Reads::textures);
+    EXPECT_EQ(gl::best_reads(with_image_units(8)), gl::Reads::textures);  // OpenGL's least
+}
+
+TEST(ImageReads, TheSourceDeclaresImages) {
+    ProgramKey key{"a.comp", {{"READS_IMAGES", "1"}, {"IMAGE_3", "rg16f"}}};
+    const std::string source = gl::with_image_reads(
+        "#version 450 core\n"
+        "layout(binding = 3) uniform sampler2D motion;\n"
+        "layout(binding = 0) uniform usampler2D surfaces;\n"
+        "layout(binding = 0) writeonly uniform image2D color;\n",
+        key);
+    EXPECT_NE(source.find("layout(binding = 11, rg16f) uniform sampler2D motion;"), source.npos)
+        << source;
+    EXPECT_NE(source.find("layout(binding = 8, rgba32ui) uniform usampler2D surfaces;"),
+              source.npos)
+        << source;
+    EXPECT_NE(source.find("layout(binding = 0) writeonly uniform image2D color;"), source.npos);
+    EXPECT_NE(source.find("#define sampler2D readonly image2D\n"), source.npos);
+}
+
+TEST(ImageReads, GiveTheBitsOfTextures) {
+    Executor images(with_image_units(32)), textures(with_image_units(8));
+    TestFrame frame = layered_frame(150, 90, {21, 9}, {0, 0}, 1);
+    add_neighbors(frame);
+    add_lights(frame, 2);
+    for (const std::string& name : shipped_chains()) {
+        const auto loaded = load_chain(name, every_pass());
+        ASSERT_TRUE(loaded.ok()) << loaded.status().message();
+        for (const Precision precision : {Precision::fp32, Precision::fp16}) {
+            const auto plan = make_plan(loaded->chain, frame.description, {.precision = precision});
+            ASSERT_TRUE(plan.ok()) << plan.status().message();
+            const auto a = images.filter(*plan, frame.planes);
+            const auto b = textures.filter(*plan, frame.planes);
+            ASSERT_TRUE(a.ok() && b.ok()) << a.status().message() << b.status().message();
+            ASSERT_EQ(a->size(), b->size());
+            for (const auto& [role, plane] : *a)
+                EXPECT_TRUE(equal_bits(plane, b->at(role))) << name << ", " << name_of(role);
+            EXPECT_FALSE(equal_bits(a->at(Role::color), frame.planes.at(Role::color))) << name;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace postchain::test

@@ -8,7 +8,8 @@ set -euo pipefail
 packages=(
     g++ cmake ninja-build pkg-config
     libepoxy-dev libegl-dev libegl-mesa0 libgl1-mesa-dri libglm-dev
-    libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools zlib1g-dev libdeflate-dev
+    libopenexr-dev libopenimageio-dev libopencolorio-dev openimageio-tools libpng-dev zlib1g-dev
+    libdeflate-dev
     libyaml-cpp-dev nlohmann-json3-dev libcli11-dev libspdlog-dev
     libsqlite3-dev prometheus-cpp-dev libboost-dev curl
     libglfw3-dev libimgui-dev

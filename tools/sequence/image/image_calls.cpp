@@ -1,7 +1,6 @@
 #include "tools/sequence/image/image_calls.h"
 
 #include <OpenImageIO/color.h>
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
@@ -17,19 +16,6 @@
 
 namespace postchain::io {
 namespace {
-
-Result<std::string> encode_png(const Image<uint8_t>& pixels) {
-    std::vector<unsigned char> png;
-    OIIO::Filesystem::IOVecOutput memory(png);
-    const auto out = OIIO::ImageOutput::create("png");
-    OIIO::ImageSpec spec(pixels.width, pixels.height, pixels.channels, OIIO::TypeDesc::UINT8);
-    spec.attribute("oiio:ColorSpace", "sRGB");
-    if (out == nullptr || !out->set_ioproxy(&memory) || !out->open("memory.png", spec) ||
-        !out->write_image(OIIO::TypeDesc::UINT8, pixels.data.data()) || !out->close())
-        return Status(StatusCode::output,
-                      "cannot encode PNG: " + (out ? out->geterror() : OIIO::geterror()));
-    return std::string(reinterpret_cast<const char*>(png.data()), png.size());
-}
 
 Result<Image<uint8_t>> magma_of(const ImageF& values) {
     ImageF shown = values;
@@ -118,9 +104,9 @@ Result<ImageF> read_gray(const std::string& path, int max_side) {
 
 const postchain::io::ImageCalls* postchain_image_calls() {
     using namespace postchain::io;
-    static const ImageCalls calls = {POSTCHAIN_VERSION, OIIO_VERSION_STRING, encode_png,
-                                     magma_of,          read_gray,           describe_image,
-                                     read_stored_image, encode_image,        from_ocio_space,
-                                     to_ocio_space,     to_ocio_view,        ocio_sources};
+    static const ImageCalls calls = {POSTCHAIN_VERSION, OIIO_VERSION_STRING, magma_of,
+                                     read_gray,         describe_image,      read_stored_image,
+                                     encode_image,      from_ocio_space,     to_ocio_space,
+                                     to_ocio_view,      ocio_sources};
     return &calls;
 }

@@ -53,9 +53,6 @@ struct OcioSources {
 struct ImageCalls {
     const char* version;        // version of postchain that the module was built with
     const char* open_image_io;  // version of OpenImageIO
-    // The bytes of a PNG file of one (gray) or three (sRGB) channels. Errors (output): the
-    // encoder's.
-    Result<std::string> (*encode_png)(const Image<uint8_t>& pixels);
     // The published color map magma, display-referred sRGB, of one channel of 0..1, three channels.
     Result<Image<uint8_t>> (*magma_of)(const ImageF& values);
     // The display window of a square image in gray, at most `max_side` pixels on a side; see

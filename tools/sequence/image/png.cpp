@@ -1,13 +1,23 @@
 #include "tools/sequence/image/png.h"
 
+#include <png.h>
+
 #include "tools/sequence/image/image_module.h"
 
 namespace postchain::io {
 
 Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
-    const auto pictures = image_module(StatusCode::output);
-    if (!pictures.ok()) return pictures.status();
-    return (*pictures)->encode_png(pixels);
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = png_uint_32(pixels.width);
+    image.height = png_uint_32(pixels.height);
+    image.format = pixels.channels == 1 ? PNG_FORMAT_GRAY : PNG_FORMAT_RGB;
+    png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
+    std::string png(bytes, '\0');
+    if (!png_image_write_to_memory(&image, png.data(), &bytes, 0, pixels.data.data(), 0, nullptr))
+        return Status(StatusCode::output, concat("cannot encode PNG: ", image.message));
+    png.resize(bytes);
+    return png;
 } catch (...) {
     return status_of_exception("encoding a PNG");
 }

@@ -286,7 +286,7 @@ Status have_folder(const RunSettings& settings) {
 // Finds an unusable configuration before any frame is filtered.
 Status check_images(const RunSettings& settings) {
     const auto& stored = settings.picture.transfer;
-    if (!settings.preview && !(stored && !io::config_of(*stored).empty())) return Status();
+    if (!settings.view && !(stored && !io::config_of(*stored).empty())) return Status();
     const auto module = io::image_module(StatusCode::output);
     if (!module.ok()) return module.status();
     ImageF pixel(1, 1, 3);

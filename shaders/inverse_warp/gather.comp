@@ -198,6 +198,9 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
 // as on llvmpipe, a loop that tests at its beginning runs its body once more.
 void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
     const int count = int(ceil(set.n));
+    // One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's registers, of which the
+    // gather has none left.
+    uvec2 kept[kMaxPutOff + 1];
     int first = 0;
     do {
         int left = 0, k = first;
@@ -213,13 +216,14 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out
                 accumulate(sums, pixel, now, seen(shown, shown.at));
             } else {
-                put_off(left++, k - first, here);
+                kept[left++] = pack_search(k - first, here);
             }
         } while (++k < min(first + kMaxPutOff, count));
         int i = 0;
         if (left > 0) do {
-            const Sample now = sample_at(first + number_put_off(i), set, pixel);
-            accumulate(sums, pixel, now, resolve(pixel, now, taken_up(i, pixel, now)));
+            const uvec2 words = kept[i];
+            const Sample now = sample_at(first + number_of_search(words), set, pixel);
+            accumulate(sums, pixel, now, resolve(pixel, now, unpack_search(words, pixel, now)));
         } while (++i < left);
         first += kMaxPutOff;
     } while (first < count);

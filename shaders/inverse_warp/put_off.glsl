@@ -3,10 +3,6 @@
 // the search's result; the surface at the stored pixel restores it.
 
 const int kMaxPutOff = 32;
-// x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,
-// eight hidden ones, the bits below, the sample's number. One more than needed: Mesa keeps arrays of
-// up to 256 bytes in a GPU's registers, of which the gather has none left.
-uvec2 kept[kMaxPutOff + 1];
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 const uint kAtX = 1u << 19, kAtY = 1u << 20;  // the color is read at the pixel along this axis
 const int kNumber = 21;                       // its first bit
@@ -20,24 +16,26 @@ bool is_settled(Sample now, Search here) {
     return nearest >= 0.0 && here.put_off_for <= nearest;
 }
 
-void put_off(int i, int number, Search here) {
+// x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,
+// eight hidden ones, the bits above, the sample's number.
+uvec2 pack_search(int number, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     const uint bits = here.occluded_starts | here.hidden_starts << 8 | (shown ? kShown : 0u) |
                       (here.nearest.beyond ? kBeyond : 0u) |
                       (here.nearest.at.x == here.nearest_at.x ? kAtX : 0u) |
                       (here.nearest.at.y == here.nearest_at.y ? kAtY : 0u) |
                       (here.shows_behind ? kShowsBehind : 0u) | uint(number) << kNumber;
-    kept[i] = uvec2(pack_cell(ivec2(shown ? here.nearest_at : here.far_at)), bits);
+    return uvec2(pack_cell(ivec2(shown ? here.nearest_at : here.far_at)), bits);
 }
 
-int number_put_off(int i) {
-    return int(kept[i].y >> kNumber);
+int number_of_search(uvec2 words) {
+    return int(words.y >> kNumber);
 }
 
-Search taken_up(int i, Pixel pixel, Sample now) {
-    const vec2 at = vec2(unpack_cell(kept[i].x));
+Search unpack_search(uvec2 words, Pixel pixel, Sample now) {
+    const vec2 at = vec2(unpack_cell(words.x));
     const Surface surface = unpack_surface(texelFetch(surfaces, ivec2(at), 0));
-    const uint bits = kept[i].y;
+    const uint bits = words.y;
     Search here = begin_search(pixel, now, pixel.surface);
     if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,

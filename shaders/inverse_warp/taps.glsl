@@ -23,6 +23,7 @@ struct Tap {
 
 // From the front: taps that this frame shows, which are most of them. From the back: all others,
 // which read more.
+// Global, because a compiler copies an array at each call that takes it.
 Tap taps[TAPS];
 int shown_taps = 0, other_taps = TAPS;
 

@@ -4,7 +4,7 @@
 // differences at M, N, S, E, W. No edges are classified: except for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs uniforms, luma_at(), four_lumas(), color_at(), brightness_weight().
+// Needs uniforms, luma_at(), color_at(), brightness_weight().
 #include "common/precise.glsl"
 
 // Standard deviations, pixels. If the tensor has no direction both are kRound.
@@ -28,16 +28,17 @@ void add(precise inout vec4 sum, precise inout float weights, ivec2 p, ivec2 off
 
 // The mean around M with both thresholds scaled; M itself, bit for bit, below them.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
-    // Four squares around M hold the twelve lumas of the diamond.
+    // The twelve lumas of the diamond around M.
+    const ivec2 last = uniforms.size - 1;
+    const ivec2 low = max(p - 1, ivec2(0)), lowest_at = max(p - 2, ivec2(0));
+    const ivec2 high = min(p + 1, last), highest_at = min(p + 2, last);
     const float m = luma_at(p.x, p.y);
-    const vec4 upper = four_lumas(p + ivec2(0, -2));
-    const vec4 right = four_lumas(p + ivec2(1, 0));
-    const vec4 lower = four_lumas(p + ivec2(-1, 1));
-    const vec4 left = four_lumas(p + ivec2(-2, -1));
-    const float n = upper.x, ne = upper.y, nn = upper.w;
-    const float e = right.w, se = right.x, ee = right.z;
-    const float s = lower.z, sw = lower.w, ss = lower.y;
-    const float w = left.y, nw = left.z, ww = left.x;
+    const float n = luma_at(p.x, low.y), nn = luma_at(p.x, lowest_at.y);
+    const float s = luma_at(p.x, high.y), ss = luma_at(p.x, highest_at.y);
+    const float w = luma_at(low.x, p.y), ww = luma_at(lowest_at.x, p.y);
+    const float e = luma_at(high.x, p.y), ee = luma_at(highest_at.x, p.y);
+    const float nw = luma_at(low.x, low.y), ne = luma_at(high.x, low.y);
+    const float sw = luma_at(low.x, high.y), se = luma_at(high.x, high.y);
 
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));

@@ -10,10 +10,11 @@
 
 // Mean luma across the edge between the lines of p and q, `halves` half texels along it.
 float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
-    const ivec2 corner = min(p, q) + along * (halves >> 1);
-    const vec4 four = four_lumas(corner);
-    precise float here = 0.5 * (four.w + (along.x != 0 ? four.x : four.z));
-    precise float next = 0.5 * (four.y + (along.x != 0 ? four.z : four.x));
+    const ivec2 first = along * (halves >> 1);
+    const ivec2 p0 = inside(p + first), q0 = inside(q + first);
+    const ivec2 p1 = inside(p + first + along), q1 = inside(q + first + along);
+    precise float here = 0.5 * (luma_at(p0.x, p0.y) + luma_at(q0.x, q0.y));
+    precise float next = 0.5 * (luma_at(p1.x, p1.y) + luma_at(q1.x, q1.y));
     precise float both = 0.5 * (here + next);
     return (halves & 1) != 0 ? both : here;
 }

@@ -26,7 +26,7 @@ FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
 
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
 
-// Luma of each pixel as computed by FXAA on the GPU.
+// Stage "luma" of the GPU.
 ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes);
 
 // An opaque gray image of function(x, y).

@@ -226,14 +226,17 @@ class FxaaPass final : public PlainPass {
                          {0, result, Access::write}};
         if (hinted) step.bindings.push_back({2, planner.input(Role::hint), Access::sample_nearest});
         step.take_uniforms<shared::FxaaUniforms>();
-        step.taps = pixels * taps_px(hinted);
+        // Fetches of a pixel at an edge, without the walk along it.
+        const int lumas = parameters_.mode == Mode::directional ? 13 : 9;
+        const int colors = mixed_colors(hinted);
+        step.taps = pixels * uint64_t(lumas + colors + (hinted ? 1 : 0));
         std::vector<Binding> arrays;
         if (planner.has(Role::layers)) {
             const TextureId layers = planner.layers("layers", context.layers_format());
             arrays = {{3, planner.input(Role::layers)}, {1, layers, Access::write}};
             planner.output(Role::layers, layers);
         }
-        add_layered_step(planner, std::move(step), arrays, pixels);
+        add_layered_step(planner, std::move(step), arrays, pixels * uint64_t(colors));
         planner.output(Role::color, result);
     }
 
@@ -257,12 +260,11 @@ class FxaaPass final : public PlainPass {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
     }
 
-    // Fetches of a pixel that is filtered, without the walk: the hint; nine or thirteen lumas; the
-    // pixel's color and those that are mixed with it.
-    int taps_px(bool hinted) const {
-        const int above = hinted && parameters_.hint == Hint::checkerboard ? 1 : 0;
-        const int lumas_and_colors = parameters_.mode == Mode::directional ? 13 + 9 : 9 + 2 + above;
-        return lumas_and_colors + (hinted ? 1 : 0);
+    // Colors that a pixel's result mixes, at most: its own and that across the edge, with the
+    // checkerboard also the one above; or 3x3.
+    int mixed_colors(bool hinted) const {
+        if (parameters_.mode == Mode::directional) return 9;
+        return hinted && parameters_.hint == Hint::checkerboard ? 3 : 2;
     }
 
     std::array<double, 3> weights_of(const FrameDescription& frame) const {

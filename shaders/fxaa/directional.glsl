@@ -29,16 +29,13 @@ void add(precise inout vec4 sum, precise inout float weights, ivec2 p, ivec2 off
 // The mean around M with both thresholds scaled; M itself, bit for bit, below them.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // The twelve lumas of the diamond around M.
-    const ivec2 last = uniforms.size - 1;
-    const ivec2 low = max(p - 1, ivec2(0)), lowest_at = max(p - 2, ivec2(0));
-    const ivec2 high = min(p + 1, last), highest_at = min(p + 2, last);
-    const float m = luma_at(p.x, p.y);
-    const float n = luma_at(p.x, low.y), nn = luma_at(p.x, lowest_at.y);
-    const float s = luma_at(p.x, high.y), ss = luma_at(p.x, highest_at.y);
-    const float w = luma_at(low.x, p.y), ww = luma_at(lowest_at.x, p.y);
-    const float e = luma_at(high.x, p.y), ee = luma_at(highest_at.x, p.y);
-    const float nw = luma_at(low.x, low.y), ne = luma_at(high.x, low.y);
-    const float sw = luma_at(low.x, high.y), se = luma_at(high.x, high.y);
+    const float m = luma_at(p);
+    const float n = luma_at(p + ivec2(0, -1)), nn = luma_at(p + ivec2(0, -2));
+    const float s = luma_at(p + ivec2(0, 1)), ss = luma_at(p + ivec2(0, 2));
+    const float w = luma_at(p + ivec2(-1, 0)), ww = luma_at(p + ivec2(-2, 0));
+    const float e = luma_at(p + ivec2(1, 0)), ee = luma_at(p + ivec2(2, 0));
+    const float nw = luma_at(p + ivec2(-1, -1)), ne = luma_at(p + ivec2(1, -1));
+    const float sw = luma_at(p + ivec2(-1, 1)), se = luma_at(p + ivec2(1, 1));
 
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));

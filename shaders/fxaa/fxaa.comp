@@ -36,9 +36,8 @@ ivec2 inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
 }
 
-// p is inside the frame.
-float luma_at(int x, int y) {
-    return texelFetch(luma_plane, ivec2(x, y), 0).x;
+float luma_at(ivec2 p) {
+    return texelFetch(luma_plane, inside(p), 0).x;
 }
 
 vec4 color_at(ivec2 p) {

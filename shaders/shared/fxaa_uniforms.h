@@ -1,4 +1,4 @@
-// Uniform block of FXAA (shaders/fxaa/*.comp, passes/fxaa/fxaa.cpp).
+// Uniform block of FXAA (shaders/fxaa/, passes/fxaa/fxaa.cpp).
 #ifndef POSTCHAIN_SHARED_FXAA_UNIFORMS_H
 #define POSTCHAIN_SHARED_FXAA_UNIFORMS_H
 

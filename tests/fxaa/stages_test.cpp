@@ -59,6 +59,20 @@ TEST(Luma, NonFiniteTexelsHaveAFiniteLuma) {
     EXPECT_NEAR(gpu_luma({}, {3e38f, 3e38f, 3e38f, 1}), 1.0, 1e-5);
 }
 
+// A color that halves hold has the same luma at both precisions, bit for bit.
+TEST(Luma, KeepsEveryBitAtHalfPrecision) {
+    ImageF color = noise_image(37, 33, 4, 5, 0.0f, 3.0f);
+    for (float& v : color.data) v = std::round(v * 256) / 256;
+    const FramePlanes planes = planes_of(color);
+    const Chain chain = fxaa_chain({});
+    const FrameDescription frame = describe(planes);
+    const ImageF full = luma_on_gpu(chain, frame, planes);
+    EXPECT_TRUE(equal_bits(full, luma_on_gpu(chain, frame, planes, Precision::fp16)));
+    const Difference difference =
+        compare(full, reference(chain, frame, planes).stages.at("0.fxaa.luma"), 2e-6);
+    EXPECT_EQ(difference.fraction, 0) << difference.text;
+}
+
 // White above a horizontal border between rows 3 and 4, black below.
 ImageF step_image() {
     return gray_image(16, 8, [](int, int y) { return y < 4 ? 1 : 0; });

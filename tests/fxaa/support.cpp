@@ -48,8 +48,9 @@ FrameDescription description_of(const FramePlanes& planes) {
 
 }  // namespace
 
-ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes) {
-    Stages gpu = filter_with_stages(chain, frame, planes, {.elide = false});
+ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
+                   Precision precision) {
+    Stages gpu = filter_with_stages(chain, frame, planes, {.precision = precision, .elide = false});
     return std::move(gpu.stages.at("0.fxaa.luma"));
 }
 

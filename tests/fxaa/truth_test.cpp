@@ -229,6 +229,24 @@ TEST(Truth, OnePixelIsLeftOutWithAReason) {
     EXPECT_EQ(kept->steps.size(), 2u);
 }
 
+// Each luma is found once; edges read nine or thirteen of them, and the colors that they mix.
+TEST(Truth, PlanCountsFetches) {
+    const ImageF hint = constant_hint(17, 9, 1, 1);
+    const uint64_t pixels = 17 * 9;
+    auto fetches = [&](const SettingList& settings, const ImageF& given) {
+        const FramePlanes planes = planes_of(constant_image(17, 9, {1, 1, 1, 1}), given);
+        const auto plan = make_plan(fxaa_chain(settings), describe(planes), {.elide = false});
+        EXPECT_TRUE(plan.ok() && plan->steps.size() == 2);
+        EXPECT_EQ(plan->steps[0].taps, pixels);
+        return plan->steps[1].taps / pixels;
+    };
+    EXPECT_EQ(fetches({}, {}), 9u + 2);
+    EXPECT_EQ(fetches({}, hint), 9u + 2 + 1);
+    EXPECT_EQ(fetches({{"hint", std::string("checkerboard")}}, hint), 9u + 3 + 1);
+    EXPECT_EQ(fetches({{"mode", std::string("directional")}}, {}), 13u + 9);
+    EXPECT_EQ(fetches({{"mode", std::string("directional")}}, hint), 13u + 9 + 1);
+}
+
 TEST(Truth, ExactTiesFollowTheStatedOrder) {
     // Black and 1e30 from a hash: the display luma is exactly 0 or 1 (weights 1/4, 1/2, 1/4), so
     // that scores, gradients and ends tie everywhere and fp32 and double both see it.

@@ -198,41 +198,45 @@ class FxaaPass final : public PlainPass {
 
     void plan(PassPlanner& planner) const override {
         const PlanContext& context = planner.context();
-        const int width = context.frame.width;
-        const int height = context.frame.height;
+        const uint64_t pixels = uint64_t(context.frame.width) * uint64_t(context.frame.height);
         const bool hinted = uses_hint(context);
-        const int reach_px = luma_reach_px();
         const TextureId color = planner.input(Role::color);
+        const TextureId luma = planner.texture("luma", Format::r32f);
         const TextureId result = planner.texture("fxaa", context.color_format());
 
-        const int square = shared::kFxaaSquarePx;
+        Step luma_step;
+        luma_step.name = "luma";
+        luma_step.program.file = "fxaa/luma.comp";
+        luma_step.program.defines = {
+            {"LUMA_DISPLAY", std::to_string(parameters_.luma == Luma::display)}};
+        luma_step.bindings = {{0, color, Access::sample_nearest}, {0, luma, Access::write}};
+        luma_step.take_uniforms<shared::FxaaUniforms>();
+        luma_step.taps = pixels;
+        planner.step(std::move(luma_step));
+
         Step step;
         step.name = "fxaa";
         step.program.file = "fxaa/fxaa.comp";
         step.program.defines = {
             {"DIRECTIONAL", std::to_string(parameters_.mode == Mode::directional)},
-            {"REACH_PX", std::to_string(reach_px)},
-            {"LUMA_DISPLAY", std::to_string(parameters_.luma == Luma::display)},
             {"BLEND_TONEMAPPED", std::to_string(parameters_.blend == Blend::tonemapped)},
             {"HINT", std::to_string(hinted ? static_cast<int>(parameters_.hint) : 0)}};
-        step.bindings = {{0, color, Access::sample_nearest}, {0, result, Access::write}};
-        if (hinted) step.bindings.push_back({1, planner.input(Role::hint), Access::sample_nearest});
+        step.bindings = {{0, color, Access::sample_nearest},
+                         {1, luma, Access::sample_nearest},
+                         {0, result, Access::write}};
+        if (hinted) step.bindings.push_back({2, planner.input(Role::hint), Access::sample_nearest});
         step.take_uniforms<shared::FxaaUniforms>();
-        step.spread = Area().in_squares(square);
-        // The color of every pixel for its luma, with the pixels around the squares, and once more
-        // for itself; the hint. Edges read more.
-        const int region = square + 2 * reach_px;
-        const auto groups = step.spread.of({width, height});
-        step.taps =
-            uint64_t(groups[0]) * uint64_t(groups[1]) * uint64_t(region) * uint64_t(region) +
-            uint64_t(width) * uint64_t(height) * (hinted ? 2 : 1);
+        // Fetches of a pixel at an edge, without the walk along it.
+        const int lumas = parameters_.mode == Mode::directional ? 13 : 9;
+        const int colors = mixed_colors(hinted);
+        step.taps = pixels * uint64_t(lumas + colors + (hinted ? 1 : 0));
         std::vector<Binding> arrays;
         if (planner.has(Role::layers)) {
             const TextureId layers = planner.layers("layers", context.layers_format());
-            arrays = {{2, planner.input(Role::layers)}, {1, layers, Access::write}};
+            arrays = {{3, planner.input(Role::layers)}, {1, layers, Access::write}};
             planner.output(Role::layers, layers);
         }
-        add_layered_step(planner, std::move(step), arrays, uint64_t(width) * uint64_t(height));
+        add_layered_step(planner, std::move(step), arrays, pixels * uint64_t(colors));
         planner.output(Role::color, result);
     }
 
@@ -245,6 +249,7 @@ class FxaaPass final : public PlainPass {
         const ImageD luma = reference_luma(parameters_, color, context.frame.luma_weights);
         const ImageD* hint = uses_hint(context) ? &frame.planes.at(Role::hint) : nullptr;
         set_wide_color(frame, reference_fxaa(parameters_, color, luma, hint));
+        frame.stages["luma"] = luma;
         frame.stages["fxaa"] = frame.planes.at(Role::color);
     }
 
@@ -255,14 +260,11 @@ class FxaaPass final : public PlainPass {
         return parameters_.hint != Hint::none && context.available.has(Role::hint);
     }
 
-    // Distance at which lumas around a pixel are read: both texels of the walk's last fetch, or the
-    // texels of the structure tensor.
-    int luma_reach_px() const {
-        if (parameters_.mode == Mode::directional) return 2;
-        // The last step is made without a fetch.
-        const std::vector<double>& steps = preset_steps(parameters_.preset);
-        const double fetched_px = std::accumulate(steps.begin(), steps.end() - 1, 0.0);
-        return static_cast<int>(2 * fetched_px) / 2 + 1;
+    // Colors that a pixel's result mixes, at most: its own and that across the edge, with the
+    // checkerboard also the one above; or 3x3.
+    int mixed_colors(bool hinted) const {
+        if (parameters_.mode == Mode::directional) return 9;
+        return hinted && parameters_.hint == Hint::checkerboard ? 3 : 2;
     }
 
     std::array<double, 3> weights_of(const FrameDescription& frame) const {

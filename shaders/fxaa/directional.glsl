@@ -4,7 +4,7 @@
 // differences at M, N, S, E, W. No edges are classified: except for the threshold the filter is
 // continuous in the lumas.
 //
-// Needs uniforms, luma_at(), four_lumas(), color_at(), brightness_weight().
+// Needs uniforms, luma_at(), color_at(), brightness_weight().
 #include "common/precise.glsl"
 
 // Standard deviations, pixels. If the tensor has no direction both are kRound.
@@ -28,16 +28,14 @@ void add(precise inout vec4 sum, precise inout float weights, ivec2 p, ivec2 off
 
 // The mean around M with both thresholds scaled; M itself, bit for bit, below them.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
-    // Four squares around M hold the twelve lumas of the diamond.
-    const float m = luma_at(p.x, p.y);
-    const vec4 upper = four_lumas(p + ivec2(0, -2));
-    const vec4 right = four_lumas(p + ivec2(1, 0));
-    const vec4 lower = four_lumas(p + ivec2(-1, 1));
-    const vec4 left = four_lumas(p + ivec2(-2, -1));
-    const float n = upper.x, ne = upper.y, nn = upper.w;
-    const float e = right.w, se = right.x, ee = right.z;
-    const float s = lower.z, sw = lower.w, ss = lower.y;
-    const float w = left.y, nw = left.z, ww = left.x;
+    // The twelve lumas of the diamond around M.
+    const float m = luma_at(p);
+    const float n = luma_at(p + ivec2(0, -1)), nn = luma_at(p + ivec2(0, -2));
+    const float s = luma_at(p + ivec2(0, 1)), ss = luma_at(p + ivec2(0, 2));
+    const float w = luma_at(p + ivec2(-1, 0)), ww = luma_at(p + ivec2(-2, 0));
+    const float e = luma_at(p + ivec2(1, 0)), ee = luma_at(p + ivec2(2, 0));
+    const float nw = luma_at(p + ivec2(-1, -1)), ne = luma_at(p + ivec2(1, -1));
+    const float sw = luma_at(p + ivec2(-1, 1)), se = luma_at(p + ivec2(1, 1));
 
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));

@@ -1,24 +1,23 @@
 #version 450 core
-// FXAA, stage "fxaa". A work group does a square of kFxaaSquarePx pixels: it computes the luma of
-// each pixel and of the pixels around that they may read, once, and keeps it in shared memory.
+// FXAA, stage "fxaa".
 //
-//   color [, hint] --> color
+//   color, luma [, hint] --> color
 //
-// LAYERS: number of extra layers REACH_PX: distance at which lumas around a pixel are read.
+// LAYERS: number of extra layers
 // DIRECTIONAL 0: mode: search. 1: mode: directional. HINT 0: none. 1: checkerboard. 2: threshold.
 #include "common/layers.glsl"
 #include "common/work_group.glsl"
 #include "shared/fxaa_uniforms.h"
 #include "fxaa/blend.glsl"
-#include "fxaa/luma.glsl"
 
 layout(binding = 0) uniform sampler2D color_plane;
+layout(binding = 1) uniform sampler2D luma_plane;
 #if HINT
-layout(binding = 1) uniform sampler2D hint_plane;
+layout(binding = 2) uniform sampler2D hint_plane;
 #endif
 layout(binding = 0) writeonly uniform image2D result_plane;
 #ifdef LAYERS
-layout(binding = 2) uniform sampler2DArray layers;
+layout(binding = 3) uniform sampler2DArray layers;
 layout(binding = 1) writeonly uniform image2DArray layers_result;
 #endif
 
@@ -37,26 +36,8 @@ ivec2 inside(ivec2 p) {
     return clamp(p, ivec2(0), uniforms.size - 1);
 }
 
-const int kRegionPx = kFxaaSquarePx + 2 * REACH_PX;
-shared float lumas[kRegionPx * kRegionPx];
-
-// First pixel of the region.
-ivec2 region() {
-    return group_at() * kFxaaSquarePx - REACH_PX;
-}
-
-// Luma of a pixel of the region; a pixel outside the frame has the luma of the nearest inside.
-float luma_at(int x, int y) {
-    const ivec2 at = ivec2(x, y) - region();
-    return lumas[at.y * kRegionPx + at.x];
-}
-
-// Lumas of the pixels p, p + (1, 0), p + (0, 1), p + (1, 1), in the order w, z, x, y of a gather.
-vec4 four_lumas(ivec2 p) {
-    const ivec2 at = p - region();
-    const int first = at.y * kRegionPx + at.x;
-    return vec4(lumas[first + kRegionPx], lumas[first + kRegionPx + 1], lumas[first + 1],
-                lumas[first]);
+float luma_at(ivec2 p) {
+    return texelFetch(luma_plane, inside(p), 0).x;
 }
 
 vec4 color_at(ivec2 p) {
@@ -68,17 +49,6 @@ vec4 color_at(ivec2 p) {
 #else
 #include "fxaa/search.glsl"
 #endif
-
-void find_lumas() {
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
-    int i = int(gl_LocalInvocationIndex);
-    do {
-        const int index = min(i, kRegionPx * kRegionPx - 1);
-        const ivec2 at = ivec2(index % kRegionPx, index / kRegionPx);
-        lumas[index] = luma_of(color_at(region() + at).rgb);
-        i += kBlockPx * kBlockPx;
-    } while (i < kRegionPx * kRegionPx);
-}
 
 vec4 result_at(ivec2 p) {
     const vec4 center = color_at(p);
@@ -135,20 +105,11 @@ void store_layers(ivec2 p) {
 #endif
 
 void main() {
-    find_lumas();
-    barrier();
-    const ivec2 first = group_at() * kFxaaSquarePx + ivec2(gl_LocalInvocationID.xy);
-    ivec2 offset = ivec2(0);
-    do {
-        const ivec2 p = first + offset;
-        if (all(lessThan(p, uniforms.size))) {
-            const vec4 result = result_at(p);
-            STORE(result_plane, p, result);
+    const ivec2 p = invocation_at();
+    if (any(greaterThanEqual(p, uniforms.size))) return;
+    const vec4 result = result_at(p);
+    STORE(result_plane, p, result);
 #ifdef LAYERS
-            store_layers(p);
+    store_layers(p);
 #endif
-        }
-        offset.x += kBlockPx;
-        if (offset.x == kFxaaSquarePx) offset = ivec2(0, offset.y + kBlockPx);
-    } while (offset.y < kFxaaSquarePx);
 }

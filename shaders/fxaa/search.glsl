@@ -6,58 +6,72 @@
 // without a filter weight that rounds); a range within rounding is not an edge even if both
 // thresholds are 0.
 //
-// Needs uniforms, luma_at(), four_lumas(), inside(), color_at(), blend().
+// Needs uniforms, luma_at(), inside(), color_at(), blend().
 
-// Mean luma across the edge between the lines of p and q, `halves` half texels along it.
+// Mean luma across the edge between the lines of p and q, `halves` half texels along it. Both texels
+// along the edge are read even if one is enough: a branch is no faster on a software renderer.
 float line_luma(ivec2 p, ivec2 q, ivec2 along, int halves) {
-    const ivec2 corner = min(p, q) + along * (halves >> 1);
-    const vec4 four = four_lumas(corner);
-    precise float here = 0.5 * (four.w + (along.x != 0 ? four.x : four.z));
-    precise float next = 0.5 * (four.y + (along.x != 0 ? four.z : four.x));
+    const ivec2 first = along * (halves >> 1);
+    const ivec2 second = first + along;
+    precise float here = 0.5 * (luma_at(p + first) + luma_at(q + first));
+    precise float next = 0.5 * (luma_at(p + second) + luma_at(q + second));
     precise float both = 0.5 * (here + next);
     return (halves & 1) != 0 ? both : here;
 }
 
-// The end of the walk in one direction (`sense` 1 or -1): distance in half texels, and its last
-// luma less the pair's mean.
-void walk(ivec2 p, ivec2 q, ivec2 along, int sense, float pair_mean, float stop_at,
-          out int reached, out float end) {
-    reached = 0;
-    end = 0.0;
-    // Tested at its start: with all tests at the end of its body llvmpipe (Mesa 22.3) reads wrong
-    // values of shared memory in this loop.
+// The end of the walk in one direction.
+struct End {
+    int reached;  // distance in half texels
+    float luma;   // the last luma less the pair's mean
+    bool open;    // it is not an end yet
+};
+
+void step_to(int distance, int sense, ivec2 p, ivec2 q, ivec2 along, float pair_mean, float stop_at,
+             inout End end) {
+    precise float difference = line_luma(p, q, along, sense * distance) - pair_mean;
+    if (!end.open) return;
+    end.reached = distance;
+    end.luma = difference;
+    end.open = abs(difference) < stop_at;
+}
+
+// Walks in both directions in one loop, tested at its end: a software renderer runs a body once more
+// to find the test at its start.
+void walk(ivec2 p, ivec2 q, ivec2 along, float pair_mean, float stop_at, out End backward,
+          out End forward) {
+    backward = forward = End(0, 0.0, true);
     const int last = uniforms.walk_length - 1;
-    bool open = true;
-    for (int i = 0; i < last; ++i) {
-        reached = uniforms.walk[i >> 2][i & 3];
-        precise float difference = line_luma(p, q, along, sense * reached) - pair_mean;
-        end = difference;
-        open = abs(difference) < stop_at;
-        if (!open) break;
-    }
-    if (open) reached = uniforms.walk[last >> 2][last & 3];  // the last step moves without a fetch
+    int i = 0;
+    do {
+        const int distance = uniforms.walk[i >> 2][i & 3];
+        step_to(distance, -1, p, q, along, pair_mean, stop_at, backward);
+        step_to(distance, 1, p, q, along, pair_mean, stop_at, forward);
+        ++i;
+    } while (i < last && (backward.open || forward.open));
+    // The last step moves without a fetch.
+    const int farthest = uniforms.walk[last >> 2][last & 3];
+    if (backward.open) backward.reached = farthest;
+    if (forward.open) forward.reached = farthest;
 }
 
 // Stages 1 to 7 at p with both thresholds scaled.
 vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     // 1 local contrast
-    const ivec2 low = max(p - 1, ivec2(0));
-    const ivec2 high = min(p + 1, uniforms.size - 1);
-    const float m = luma_at(p.x, p.y);
-    const float n = luma_at(p.x, low.y);
-    const float s = luma_at(p.x, high.y);
-    const float w = luma_at(low.x, p.y);
-    const float e = luma_at(high.x, p.y);
+    const float m = luma_at(p);
+    const float n = luma_at(p + ivec2(0, -1));
+    const float s = luma_at(p + ivec2(0, 1));
+    const float w = luma_at(p + ivec2(-1, 0));
+    const float e = luma_at(p + ivec2(1, 0));
     const float highest = max(max(n, w), max(e, max(s, m)));
     const float lowest = min(min(n, w), min(e, min(s, m)));
     precise float range = highest - lowest;
     if (range < least_range(lowest, highest, threshold_scale)) return center;
 
     // 2 direction of the edge
-    const float nw = luma_at(low.x, low.y);
-    const float ne = luma_at(high.x, low.y);
-    const float sw = luma_at(low.x, high.y);
-    const float se = luma_at(high.x, high.y);
+    const float nw = luma_at(p + ivec2(-1, -1));
+    const float ne = luma_at(p + ivec2(1, -1));
+    const float sw = luma_at(p + ivec2(-1, 1));
+    const float se = luma_at(p + ivec2(1, 1));
     precise float across_rows = abs(-2.0 * m + (n + s)) * 2.0 + abs(-2.0 * e + (ne + se)) +
                                 abs(-2.0 * w + (nw + sw));
     precise float across_columns = abs(-2.0 * m + (w + e)) * 2.0 + abs(-2.0 * n + (nw + ne)) +
@@ -83,19 +97,16 @@ vec4 filtered(ivec2 p, vec4 center, float threshold_scale) {
     precise float subpix_offset = f * f * uniforms.subpix;
 
     // 5 both ends of the edge
-    int reached_negative, reached_positive;
-    float end_negative, end_positive;
-    walk(p, q, along, -1, pair_mean, stop_at, reached_negative, end_negative);
-    walk(p, q, along, 1, pair_mean, stop_at, reached_positive, end_positive);
+    End backward, forward;
+    walk(p, q, along, pair_mean, stop_at, backward, forward);
 
     // 6 the nearer end decides
-    const bool negative_nearer = reached_negative < reached_positive;
-    const float end = negative_nearer ? end_negative : end_positive;
+    const float end = backward.reached < forward.reached ? backward.luma : forward.luma;
     precise float side = m - pair_mean;
     precise float edge_offset = 0.0;
     if ((end < 0.0) != (side < 0.0))
-        edge_offset = 0.5 - float(min(reached_negative, reached_positive)) /
-                                float(reached_negative + reached_positive);
+        edge_offset = 0.5 - float(min(backward.reached, forward.reached)) /
+                                float(backward.reached + forward.reached);
 
     // 7 a lerp of two texels
 #ifdef LAYERS

@@ -1,17 +1,8 @@
-// Uniform block of FXAA (shaders/fxaa/fxaa.comp, passes/fxaa/fxaa.cpp).
+// Uniform block of FXAA (shaders/fxaa/, passes/fxaa/fxaa.cpp).
 #ifndef POSTCHAIN_SHARED_FXAA_UNIFORMS_H
 #define POSTCHAIN_SHARED_FXAA_UNIFORMS_H
 
 #include "shared/uniforms.h"
-
-// Edge of the square that a work group does, in pixels.
-#ifdef __cplusplus
-namespace postchain::shared {
-#endif
-const int kFxaaSquarePx = 32;
-#ifdef __cplusplus
-}  // namespace postchain::shared
-#endif
 
 UNIFORMS_BEGIN(FxaaUniforms)
     ivec2 size;                // of the planes, pixels

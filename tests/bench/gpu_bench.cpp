@@ -8,8 +8,8 @@
 // is measured first, with the same copy of a frame of 3840x2160.
 // B/px are the bytes that the plan moves per pixel (chain/plan_bytes.h), GB/s those bytes over the
 // median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if a
-// shader exits early, as motion blur does on still tiles, and a lower bound for FXAA, which fetches
-// more along edges. MiB are the textures of one run, apart from the frame's own planes.
+// shader exits early, as motion blur does on still tiles; for FXAA those of an edge without the
+// walk along it. MiB are the textures of one run, apart from the frame's own planes.
 #include <benchmark/benchmark.h>
 
 #include <cstdio>

@@ -3,13 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "chain/work_list.h"
-#include "shaders/embedded.h"
-
-namespace postchain {
-const std::vector<EmbeddedFile>& fxaa_test_shaders();  // of tests/fxaa/shaders
-}
-
 namespace postchain::test {
 
 SettingList stored_settings(const SettingList& more) {
@@ -55,35 +48,10 @@ FrameDescription description_of(const FramePlanes& planes) {
 
 }  // namespace
 
-ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes) {
-    static const bool added = add_shaders(fxaa_test_shaders());
-    (void)added;
-    PlanOptions options{.elide = false};
-    auto plan = make_plan(chain, frame, options);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    if (!plan.ok()) return ImageF(frame.width, frame.height, 1);
-    PlanTexture texture;
-    texture.name = "luma";
-    texture.format = Format::r32f;
-    texture.width = frame.width;
-    texture.height = frame.height;
-    plan->textures.push_back(texture);
-    // FXAA's own uniforms and definitions.
-    Step step = plan->steps.at(0);
-    step.name = "show_luma";
-    step.program.file = "show_luma.comp";
-    step.bindings = {step.bindings.at(0), {0, TextureId(plan->textures.size()) - 1, Access::write}};
-    step.groups = groups_for(frame.width, frame.height);
-    plan->steps.push_back(step);
-    find_lifetimes(*plan, {plan->outputs.at(Role::color)});
-    ImageF luma(frame.width, frame.height, 1);
-    const auto result = executor().filter(
-        *plan, planes, [&](const Step&, const PlanTexture& written, const ImageF& pixels) {
-            if (written.name == "luma") luma = pixels;
-            return Status();
-        });
-    EXPECT_TRUE(result.ok()) << result.status().message();
-    return luma;
+ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
+                   Precision precision) {
+    Stages gpu = filter_with_stages(chain, frame, planes, {.precision = precision, .elide = false});
+    return std::move(gpu.stages.at("0.fxaa.luma"));
 }
 
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint) {

@@ -26,8 +26,9 @@ FramePlanes planes_of(const ImageF& color, const ImageF& hint = {});
 
 ImageF run(const SettingList& settings, const ImageF& color, const ImageF& hint = {});
 
-// Luma of each pixel as computed by FXAA on the GPU.
-ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes);
+// Stage "luma" of the GPU.
+ImageF luma_on_gpu(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
+                   Precision precision = Precision::fp32);
 
 // An opaque gray image of function(x, y).
 template <class Function>

@@ -226,7 +226,25 @@ TEST(Truth, OnePixelIsLeftOutWithAReason) {
     const FramePlanes wide = planes_of(gray_image(2, 1, [](int x, int) { return x; }));
     auto kept = make_plan(fxaa_chain({}), describe(wide));
     ASSERT_TRUE(kept.ok());
-    EXPECT_EQ(kept->steps.size(), 1u);
+    EXPECT_EQ(kept->steps.size(), 2u);
+}
+
+// Each luma is found once; edges read nine or thirteen of them, and the colors that they mix.
+TEST(Truth, PlanCountsFetches) {
+    const ImageF hint = constant_hint(17, 9, 1, 1);
+    const uint64_t pixels = 17 * 9;
+    auto fetches = [&](const SettingList& settings, const ImageF& given) {
+        const FramePlanes planes = planes_of(constant_image(17, 9, {1, 1, 1, 1}), given);
+        const auto plan = make_plan(fxaa_chain(settings), describe(planes), {.elide = false});
+        EXPECT_TRUE(plan.ok() && plan->steps.size() == 2);
+        EXPECT_EQ(plan->steps[0].taps, pixels);
+        return plan->steps[1].taps / pixels;
+    };
+    EXPECT_EQ(fetches({}, {}), 9u + 2);
+    EXPECT_EQ(fetches({}, hint), 9u + 2 + 1);
+    EXPECT_EQ(fetches({{"hint", std::string("checkerboard")}}, hint), 9u + 3 + 1);
+    EXPECT_EQ(fetches({{"mode", std::string("directional")}}, {}), 13u + 9);
+    EXPECT_EQ(fetches({{"mode", std::string("directional")}}, hint), 13u + 9 + 1);
 }
 
 TEST(Truth, ExactTiesFollowTheStatedOrder) {

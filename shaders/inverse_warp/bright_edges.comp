@@ -110,34 +110,39 @@ bool shows_lamp(ivec2 p, Surface own, Surface other, Beside beside) {
     return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
 
+// Items of pixels beside a lamp, of which there are few, in the upper halves of `list`.
+shared uint lamps;
+
 shared uint shows_of_square[kSquares], to_of_square[kSquares];
 
 void main() {
     const int first = int(gl_LocalInvocationIndex);
-    for (int k = first; k < kSquares; k += kThreads) {
+    uint edges[kOwnSquares];
+    for (int i = 0; i < kOwnSquares; ++i) {
+        const int k = own_square(i);
         const ivec2 square = square_of(k);
-        bits_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u;
+        edges[i] = is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u;
         shows_of_square[k] = to_of_square[k] = 0u;
     }
-    make_list();
-    // Those beside a lamp, of which there are few.
+    if (first == 0) lamps = 0u;
+    make_list(edges);
     for (int i = first; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+        const uint item = list[i] & ((1u << kItemBits) - 1u);
+        const ivec2 p = pixel_of(item);
         const Surface own = surface_at(p);
         const Beside beside = find_lamp(p, own.inverse_depth);
         const Surface other = surface_at(beside.to < 0 ? p : p + kAround[beside.to]);
         const bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
-        if (beside.to < 0 || !differs)
-            atomicAnd(bits_of_square[index_of(p / kSquarePx)], ~bit_of(p));
+        if (beside.to >= 0 && differs) atomicOr(list[atomicAdd(lamps, 1u)], item << 16);
     }
     barrier();
-    make_list();
-    for (int i = first; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+    for (int i = first; i < int(lamps); i += kThreads) {
+        const uint item = list[i] >> 16;
+        const ivec2 p = pixel_of(item);
         const Surface own = surface_at(p);
         const Beside beside = find_lamp(p, own.inverse_depth);
         if (!shows_lamp(p, own, surface_at(p + kAround[beside.to]), beside)) continue;
-        const int k = index_of(p / kSquarePx);
+        const int k = square_of_item(item);
         atomicOr(shows_of_square[k], bit_of(p));
         atomicOr(to_of_square[k], uint(beside.to) << (2 * number_of(p)));
     }

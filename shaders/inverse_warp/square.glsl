@@ -19,14 +19,16 @@ layout(local_size_x = kBlockPx / 2, local_size_y = kBlockPx / 2) in;
 const int kSquarePx = INVERSE_WARP_SQUARE_PX;
 const int kThreads = kEdgeThreads * kEdgeThreads;
 const int kSquares = kBlockPx * kBlockPx;  // of a work group
+const int kOwnSquares = kSquares / kThreads;  // of a thread
 
 // Square i of the work group.
 ivec2 square_of(int i) {
     return kBlockPx * group_at() + ivec2(i % kBlockPx, i / kBlockPx);
 }
 
-int index_of(ivec2 square) {
-    return (square.y % kBlockPx) * kBlockPx + square.x % kBlockPx;
+// Number i of this thread's own squares.
+int own_square(int i) {
+    return int(gl_LocalInvocationIndex) + i * kThreads;
 }
 
 bool is_square(ivec2 square) {
@@ -43,21 +45,20 @@ uint bit_of(ivec2 p) {
     return 1u << number_of(p);
 }
 
-// For each square of the work group, bits to list.
-shared uint bits_of_square[kSquares];
-
+// Items: a bit of a square, a number below 1 << kItemBits.
+const int kItemBits = 12;
 shared uint list_length;
 shared uint list[16 * kSquares];
 
-// Lists all bits of the work group, which calls it together.
-void make_list() {
+// Lists the bits of all squares of the work group, which calls it together.
+void make_list(uint bits_of_own[kOwnSquares]) {
     if (gl_LocalInvocationIndex == 0u) list_length = 0u;
     barrier();
-    for (int k = int(gl_LocalInvocationIndex); k < kSquares; k += kThreads) {
-        uint bits = bits_of_square[k];
+    for (int i = 0; i < kOwnSquares; ++i) {
+        uint bits = bits_of_own[i];
         uint at = atomicAdd(list_length, uint(bitCount(bits)));
         while (bits != 0u) {
-            list[at] = uint(k << 4 | findLSB(bits));
+            list[at] = uint(own_square(i) << 4 | findLSB(bits));
             bits &= bits - 1u;
             ++at;
         }
@@ -65,15 +66,10 @@ void make_list() {
     barrier();
 }
 
-ivec2 square_in_list(int i) {
-    return square_of(int(list[i] >> 4));
+int square_of_item(uint item) {
+    return int(item >> 4);
 }
 
-int bit_in_list(int i) {
-    return int(list[i] & 15u);
-}
-
-ivec2 pixel_in_list(int i) {
-    const int bit = bit_in_list(i);
-    return kSquarePx * square_in_list(i) + ivec2(bit & 3, bit >> 2);
+ivec2 pixel_of(uint item) {
+    return kSquarePx * square_of(square_of_item(item)) + ivec2(item & 3u, item >> 2 & 3u);
 }

@@ -78,20 +78,30 @@ uint pack_square(ivec2 square) {
 }
 
 #if MOTION
+#if NEIGHBOR
 shared uint hidden_of_square[kSquares];
+#endif
 
 // Stores the surfaces at edges. Bits of those of the square that are hidden.
 uint pack_edges(int k, uint edges) {
-    bits_of_square[k] = edges;
+#if NEIGHBOR
     hidden_of_square[k] = 0u;
-    make_list();
+#endif
+    make_list(uint[1](edges));
     for (int i = k; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+        const uint item = list[i];
+        const ivec2 p = pixel_of(item);
         const uint hidden = store(p, surface_at(p));
-        if (NEIGHBOR == 1) atomicOr(hidden_of_square[index_of(p / kSquarePx)], hidden);
+#if NEIGHBOR
+        atomicOr(hidden_of_square[square_of_item(item)], hidden);
+#endif
     }
+#if NEIGHBOR
     barrier();
     return hidden_of_square[k];
+#else
+    return 0u;
+#endif
 }
 #else
 uint pack_edges(int k, uint edges) {

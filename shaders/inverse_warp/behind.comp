@@ -108,14 +108,15 @@ uint pack_length(int line, int i, int j) {
 uint shortest_line(ivec2 cell, float q) {
     uint shortest = kNoLine;
     uint left = find_lines(cell, q);
-    while (left != 0u) {
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    if (left != 0u) do {
         const int line = findLSB(left);
         left &= left - 1u;
         const int first = find_behind(cell, line_of(line), q);
         if (first < 0) continue;
         const int second = find_behind(cell, -line_of(line), q);
         if (second >= 0) shortest = min(shortest, pack_length(line, first, second));
-    }
+    } while (left != 0u);
     return shortest;
 }
 

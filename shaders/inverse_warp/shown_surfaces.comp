@@ -118,17 +118,18 @@ bool is_edge(ivec2 p, float inverse_depth) {
 
 void main() {
     const int first = int(gl_LocalInvocationIndex);
-    uint bits[kOwnSquares];
-    for (int i = 0; i < kOwnSquares; ++i) {
-        const int k = own_square(i);
+    begin_list();
+    int k = first;
+    do {
         const ivec2 square = square_of(k);
-        bits[i] = is_square(square) ? near_changed(square) : 0u;
+        add_to_list(k, is_square(square) ? near_changed(square) : 0u);
 #if NEIGHBOR
         hidden_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x >> 16 : 0u;
 #endif
-    }
-    make_list(bits);
-    for (int i = first; i < int(list_length); i += kThreads) {
+    } while ((k += kThreads) < kSquares);
+    barrier();
+    int i = first, end = int(list_length);
+    if (i < end) do {
         const uint item = list[i];
         const ivec2 p = pixel_of(item);
         if (!inside(p)) continue;
@@ -138,26 +139,28 @@ void main() {
 #if NEIGHBOR
         bool hidden;
         const uvec4 bits = pack_of_neighbor(surfaces_here, s, p, hidden);
-        const int k = square_of_item(item);
-        atomicAnd(hidden_of_square[k], ~bit_of(p));
-        if (hidden) atomicOr(hidden_of_square[k], bit_of(p));
+        const int square = square_of_item(item);
+        atomicAnd(hidden_of_square[square], ~bit_of(p));
+        if (hidden) atomicOr(hidden_of_square[square], bit_of(p));
 #else
         const uvec4 bits = pack_surface(s);
 #endif
         imageStore(surfaces, in_half(p), bits);
-    }
+    } while ((i += kThreads) < end);
 #if NEIGHBOR
     memoryBarrierImage();  // another thread may store some of these pixels again
     barrier();
-    for (int i = 0; i < kOwnSquares; ++i) {
-        const int k = own_square(i);
-        bits[i] = may_have_other_light(square_of(k), hidden_of_square[k]);
-    }
-    make_list(bits);
-    for (int i = first; i < int(list_length); i += kThreads) {
+    begin_list();
+    k = first;
+    do add_to_list(k, may_have_other_light(square_of(k), hidden_of_square[k]));
+    while ((k += kThreads) < kSquares);
+    barrier();
+    i = first;
+    end = int(list_length);
+    if (i < end) do {
         const ivec2 p = pixel_of(list[i]);
         if (has_other_light(p, stored_depth_at(shown_at(p))))
             imageStore(surfaces, in_half(p), pack_surface(not_there()));
-    }
+    } while ((i += kThreads) < end);
 #endif
 }

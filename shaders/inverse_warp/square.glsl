@@ -2,6 +2,9 @@
 // the whole group and shared out among its threads: a device that runs threads in step waits for the
 // busiest of them. The order of a list changes from run to run; no pixel may depend on it.
 //
+// Loops over squares and items are tested at their end: a software renderer runs a body once more to find
+// the test at its start.
+//
 // DENSE: a thread for each square, otherwise one for four: where most work is in lists
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
@@ -19,17 +22,12 @@ layout(local_size_x = kBlockPx / 2, local_size_y = kBlockPx / 2) in;
 const int kSquarePx = INVERSE_WARP_SQUARE_PX;
 const int kThreads = kEdgeThreads * kEdgeThreads;
 const int kSquares = kBlockPx * kBlockPx;  // of a work group
-const int kOwnSquares = kSquares / kThreads;  // of a thread
 
 // Square i of the work group.
 ivec2 square_of(int i) {
     return kBlockPx * group_at() + ivec2(i % kBlockPx, i / kBlockPx);
 }
 
-// Number i of this thread's own squares.
-int own_square(int i) {
-    return int(gl_LocalInvocationIndex) + i * kThreads;
-}
 
 bool is_square(ivec2 square) {
     return all(greaterThanEqual(square, ivec2(0))) &&
@@ -45,25 +43,26 @@ uint bit_of(ivec2 p) {
     return 1u << number_of(p);
 }
 
-// Items: a bit of a square, a number below 1 << kItemBits.
+// Items: a bit of a square.
 const int kItemBits = 12;
+const uint kItem = (1u << kItemBits) - 1u;
 shared uint list_length;
 shared uint list[16 * kSquares];
 
-// Lists the bits of all squares of the work group, which calls it together.
-void make_list(uint bits_of_own[kOwnSquares]) {
+// Begins a list. The work group calls it together, and then barrier() once all bits are listed.
+void begin_list() {
     if (gl_LocalInvocationIndex == 0u) list_length = 0u;
     barrier();
-    for (int i = 0; i < kOwnSquares; ++i) {
-        uint bits = bits_of_own[i];
-        uint at = atomicAdd(list_length, uint(bitCount(bits)));
-        while (bits != 0u) {
-            list[at] = uint(own_square(i) << 4 | findLSB(bits));
-            bits &= bits - 1u;
-            ++at;
-        }
-    }
-    barrier();
+}
+
+// Lists bits of square k.
+void add_to_list(int k, uint bits) {
+    uint at = atomicAdd(list_length, uint(bitCount(bits)));
+    if (bits != 0u) do {
+        list[at] = uint(k << 4 | findLSB(bits));
+        bits &= bits - 1u;
+        ++at;
+    } while (bits != 0u);
 }
 
 int square_of_item(uint item) {

@@ -87,15 +87,19 @@ uint pack_edges(int k, uint edges) {
 #if NEIGHBOR
     hidden_of_square[k] = 0u;
 #endif
-    make_list(uint[1](edges));
-    for (int i = k; i < int(list_length); i += kThreads) {
+    begin_list();
+    add_to_list(k, edges);
+    barrier();
+    const int end = int(list_length);
+    int i = k;
+    if (i < end) do {
         const uint item = list[i];
         const ivec2 p = pixel_of(item);
         const uint hidden = store(p, surface_at(p));
 #if NEIGHBOR
         atomicOr(hidden_of_square[square_of_item(item)], hidden);
 #endif
-    }
+    } while ((i += kThreads) < end);
 #if NEIGHBOR
     barrier();
     return hidden_of_square[k];

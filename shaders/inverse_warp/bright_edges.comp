@@ -112,8 +112,8 @@ bool shows_lamp(ivec2 p, ivec2 at) {
     return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
 
-// Pixels beside a lamp, of which there are few: their items, and above these two bits of the lamp's offset,
-// in the upper halves of `list`.
+// Pixels beside a lamp, of which there are few: their items, and above these two bits of the lamp's
+// offset, in the upper halves of `list`. The lower halves stay for the threads that still read them.
 shared uint lamps;
 
 shared uint shows_of_square[kSquares], to_of_square[kSquares];

@@ -191,9 +191,9 @@ class Planner : private SurfacePlanner {
         const Area cells = planner_.describe(depth).area;
         background.cells = planner_.texture("background", Format::rg32f, cells);
         Step step = make_surface_step("behind");
-        step.spread = groups_for(kBlocks.times(4, 4));
+        step.spread = groups_for(kBlocks.times(8, 8));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
-        step.taps = 16 * pixels_;
+        step.taps = 20 * pixels_;
         planner_.step(std::move(step));
     }
 

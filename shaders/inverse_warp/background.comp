@@ -88,15 +88,15 @@ Cell merge_pixels(ivec2 at) {
     return cell;
 }
 
-// Cells of the work group's squares; then those of 8 px and 16 px, each at its first square.
+// Cells of 4 px and 8 px of the work group, each at its first square.
 shared Cell cells[kSquares];
 
-// The four cells of half the edge, which is given in squares.
-Cell merge_cells(ivec2 first, int edge) {
-    Cell cell = empty();
-    uint left = 15u;
+// The cell of square k, and three more of its size, whose edge is given in squares.
+Cell merge_cells(int k, Cell cell, int edge) {
+    uint left = 14u;
     do {
-        cell = merge(cell, cells[index_of(first + edge * corner(findLSB(left)))]);
+        const ivec2 offset = edge * corner(findLSB(left));
+        cell = merge(cell, cells[k + offset.y * kBlockPx + offset.x]);
         left &= left - 1u;
     } while (left != 0u);
     return cell;
@@ -118,17 +118,17 @@ void main() {
         } while (++i < 4);
         store(of_4, first_of_4() + square, 16.0);
     }
-    cells[k] = of_4;
-    barrier();
+    // A cell that another contains at its first square stays with the thread.
     const bool is_8 = is_cell && (square.x & 1) == 0 && (square.y & 1) == 0;
+    const bool is_16 = is_8 && (square.x & 3) == 0 && (square.y & 3) == 0;
+    if (!is_8) cells[k] = of_4;
+    barrier();
     Cell of_8;
     if (is_8) {
-        of_8 = merge_cells(square, 1);
+        of_8 = merge_cells(k, of_4, 1);
         store(of_8, first_of_8() + square / 2, 64.0);
+        if (!is_16) cells[k] = of_8;
     }
     barrier();
-    if (is_8) cells[k] = of_8;
-    barrier();
-    if (is_8 && (square.x & 3) == 0 && (square.y & 3) == 0)
-        store(merge_cells(square, 2), first_of_16() + square / 4, 256.0);
+    if (is_16) store(merge_cells(k, of_8, 2), first_of_16() + square / 4, 256.0);
 }

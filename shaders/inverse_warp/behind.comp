@@ -1,24 +1,23 @@
 #version 450 core
 // Finds the surface that continues behind each cell of 2 px: one seen at one depth and in one color
-// on both sides of the cell, nearest along one of four lines.
+// on both sides of the cell, nearest along one of four lines. A thread for each cell: on a software
+// renderer lists of cells in shared memory took twice as long.
 //
 //   background_depth, background_color -> background   as background_depth, and for cells of 2 px the
 //                                                      line (cells.glsl)
+#include "common/work_group.glsl"
+
 #include "inverse_warp/cells.glsl"
-#include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
 
 layout(binding = 0) uniform sampler2D background_depth;
 layout(binding = 1) uniform sampler2D background_color;
-layout(binding = 0) coherent writeonly uniform image2D background;
+layout(binding = 0) writeonly uniform image2D background;
 
+const int kBlockCells = kBlockPx / 2;
 const int kReachBlocks = 2;    // that hold the cells on all lines
 const float kShows = 0.3;      // part of a cell: more than its edge pixels
 const float kOneColor = 0.25;  // largest difference of c/(1 + c)
-
-ivec2 cell_of(ivec2 square, int i) {
-    return 2 * square + ivec2(i & 1, i >> 1);
-}
 
 bool inside_cells(ivec2 cell) {
     return all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, (uniforms.size + 1) / 2));
@@ -48,19 +47,12 @@ void find_least(ivec2 block, out vec4 first, out vec4 second) {
     }
 }
 
-// Four bits for each cell of the square: lines that may show something behind it on both sides.
-uint find_lines(ivec2 square) {
+// A bit for each line that may show something behind inverse depth q on both sides of the cell.
+uint find_lines(ivec2 cell, float q) {
     vec4 first, second;
-    find_least(kSquarePx * square / kBlockPx, first, second);
-    uint lines = 0u;
-    for (int i = 0; i < 4; ++i) {
-        const ivec2 cell = cell_of(square, i);
-        const float q = texelFetch(background_depth, cell, 0).x;
-        const ivec4 behind = ivec4(lessThan(max(first, second) * kOneDepth, vec4(q)));
-        if (inside_cells(cell))
-            lines |= uint(behind.x | behind.y << 1 | behind.z << 2 | behind.w << 3) << (4 * i);
-    }
-    return lines;
+    find_least(cell / kBlockCells, first, second);
+    const ivec4 behind = ivec4(lessThan(max(first, second) * kOneDepth, vec4(q)));
+    return inside_cells(cell) ? uint(behind.x | behind.y << 1 | behind.z << 2 | behind.w << 3) : 0u;
 }
 
 // The number of the distance to the first surface behind inverse depth q: to the first of its cells
@@ -96,80 +88,48 @@ void copy(ivec2 texel) {
     imageStore(background, texel, texelFetch(background_depth, texel, 0));
 }
 
-// For each cell of the work group, the shortest line on both of whose sides a surface is seen behind it:
-// its length, then eight bits (cells.glsl). On a tie the first line counts.
-shared uint shortest[4 * kSquares];
+// Is there a larger cell at this distance from the first of 4 px?
+bool is_larger_cell(ivec2 texel) {
+    const ivec2 blocks = uniforms.blocks;
+    const int columns = texel.y < 4 * blocks.y ? 4 : (texel.y < 6 * blocks.y ? 2 : 1);
+    return all(lessThan(texel, ivec2(columns, 7) * blocks));
+}
+
 const uint kNoLine = 0xffffffffu;
 
-// Four bits for each line of each cell: the number of the distance on its first side.
-shared uint first_distances[2 * kSquares];
-
+// A line's length, then eight bits (cells.glsl).
 uint pack_length(int line, int i, int j) {
     const float length = float(distance_of(i) + distance_of(j)) * precise_length(vec2(line_of(line)));
     return uint(256.0 * length) << 8 | pack_line(line, i, j);
 }
 
-bool is_of_cells(ivec2 square) {
-    return all(lessThan(square, 4 * uniforms.blocks));
-}
-
-void copy_cells(ivec2 square) {
-    for (int i = 0; i < 4; ++i) copy(cell_of(square, i));
-    copy(first_of_4() + square);
-    if (all(lessThan(square, 2 * uniforms.blocks))) copy(first_of_8() + square);
-    if (all(lessThan(square, uniforms.blocks))) copy(first_of_16() + square);
+// The shortest line on both of whose sides a surface behind inverse depth q is seen, or kNoLine. On a
+// tie the first one counts.
+uint shortest_line(ivec2 cell, float q) {
+    uint shortest = kNoLine;
+    uint left = find_lines(cell, q);
+    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    if (left != 0u) do {
+        const int line = findLSB(left);
+        left &= left - 1u;
+        const int first = find_behind(cell, line_of(line), q);
+        if (first < 0) continue;
+        const int second = find_behind(cell, -line_of(line), q);
+        if (second >= 0) shortest = min(shortest, pack_length(line, first, second));
+    } while (left != 0u);
+    return shortest;
 }
 
 void main() {
-    const int thread = int(gl_LocalInvocationIndex);
-    for (int k = thread; k < kSquares; k += kThreads) {
-        const ivec2 square = square_of(k);
-        bits_of_square[k] = first_distances[2 * k] = first_distances[2 * k + 1] = 0u;
-        for (int i = 0; i < 4; ++i) shortest[4 * k + i] = kNoLine;
-        if (!is_of_cells(square)) continue;
-        copy_cells(square);
-        bits_of_square[k] = find_lines(square);
+    const ivec2 cell = invocation_at();
+    if (any(greaterThanEqual(cell, kBlockCells * uniforms.blocks))) return;
+    if (is_larger_cell(cell)) copy(first_of_4() + cell);
+    vec2 depth_part = texelFetch(background_depth, cell, 0).xy;
+    const uint line = shortest_line(cell, depth_part.x);
+    if (line != kNoLine) {
+        const uvec2 sides = sides_on(line & 255u, cell);
+        if (one_surface(unpack_cell(sides.x), unpack_cell(sides.y)))
+            depth_part.y = with_line(depth_part.y, line & 255u);
     }
-    memoryBarrierImage();  // some of these cells are stored again below, by another thread
-    // First the lines that show something on their first side.
-    make_list();
-    for (int i = thread; i < int(list_length); i += kThreads) {
-        const int k = int(list[i] >> 4), bit = bit_in_list(i);
-        const ivec2 cell = cell_of(square_of(k), bit >> 2);
-        const float q = texelFetch(background_depth, cell, 0).x;
-        const int first = find_behind(cell, line_of(bit & 3), q);
-        if (first < 0)
-            atomicAnd(bits_of_square[k], ~(1u << bit));
-        else
-            atomicOr(first_distances[2 * k + (bit >> 3)], uint(first) << (4 * (bit & 7)));
-    }
-    barrier();
-    make_list();
-    for (int i = thread; i < int(list_length); i += kThreads) {
-        const int k = int(list[i] >> 4), bit = bit_in_list(i);
-        const ivec2 cell = cell_of(square_of(k), bit >> 2), line = line_of(bit & 3);
-        const float q = texelFetch(background_depth, cell, 0).x;
-        const int second = find_behind(cell, -line, q);
-        if (second < 0) continue;
-        const int first = int(first_distances[2 * k + (bit >> 3)] >> (4 * (bit & 7)) & 7u);
-        atomicMin(shortest[4 * k + (bit >> 2)], pack_length(bit & 3, first, second));
-    }
-    barrier();
-    for (int k = thread; k < kSquares; k += kThreads) {
-        uint cells = 0u;
-        for (int i = 0; i < 4; ++i)
-            if (shortest[4 * k + i] != kNoLine) cells |= 1u << i;
-        bits_of_square[k] = cells;
-    }
-    make_list();
-    for (int i = thread; i < int(list_length); i += kThreads) {
-        const int k = int(list[i] >> 4), n = bit_in_list(i);
-        const ivec2 cell = cell_of(square_of(k), n);
-        const uint line = shortest[4 * k + n] & 255u;
-        const uvec2 sides = sides_on(line, cell);
-        if (!one_surface(unpack_cell(sides.x), unpack_cell(sides.y))) continue;
-        const vec2 depth_part = texelFetch(background_depth, cell, 0).xy;
-        imageStore(background, cell,
-                   vec4(depth_part.x, with_line(depth_part.y, line), 0.0, 0.0));
-    }
+    imageStore(background, cell, vec4(depth_part, 0.0, 0.0));
 }

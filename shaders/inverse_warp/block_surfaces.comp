@@ -20,9 +20,13 @@ void main() {
     for (int k = 0; k < 3; ++k) {
         float max_apart = -1.0;
         uvec4 best = uvec4(0u);
-        for (int y = first.y; y < end.y; ++y) {
-            for (int x = first.x; x < end.x; ++x) {
-                const uvec4 bits = texelFetch(surfaces, ivec2(x, y), 0);
+        // Four pixels of a row at a time, its last one again beyond the frame: a loop costs a software
+        // renderer as much as their comparison.
+        ivec2 row = first;
+        do {
+            for (int i = 0; i < 4; ++i) {
+                const uvec4 bits =
+                    texelFetch(surfaces, ivec2(min(row.x + i, end.x - 1), row.y), 0);
                 const Surface s = unpack_surface(bits);
                 float apart_px2 = displaced(s);
                 if (k > 0) apart_px2 = apart(s, chosen[0]);
@@ -32,7 +36,9 @@ void main() {
                     best = bits;
                 }
             }
-        }
+            row.x += 4;
+            if (row.x >= end.x) row = ivec2(first.x, row.y + 1);
+        } while (row.y < end.y);
         imageStore(block_surfaces, ivec2(3 * block.x + k, block.y), best);
         if (k < 2) chosen[k] = unpack_surface(best);
     }

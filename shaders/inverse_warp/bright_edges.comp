@@ -43,6 +43,10 @@ Surface surface_at(ivec2 p) {
     return unpack_surface(texelFetch(surfaces, in_half(p), 0));
 }
 
+float light_at(ivec2 p) {
+    return largest(finite_color(texelFetch(color, p, 0)));
+}
+
 // Largest component of the mean color of a surface in the smallest square around p that shows it
 // away from edges; if none does, of its darkest pixel there.
 float light_around(ivec2 p, Surface own) {
@@ -73,79 +77,86 @@ float light_around(ivec2 p, Surface own) {
     return count > 0.0 ? largest(sum) / count : darkest;
 }
 
-// An edge pixel beside a lamp.
-struct Beside {
-    float light, lamp;  // of the pixel and of the lamp: largest components
-    int to;             // the lamp is seen at the offset kAround[to]; -1: there is none
-};
-
-Beside find_lamp(ivec2 p, float inverse_depth) {
-    Beside beside = Beside(largest(finite_color(texelFetch(color, p, 0))), 0.0, -1);
-    int as_bright = 0;
+// The lamp beside edge pixel p is seen at the offset kAround[find_lamp()]; -1: there is none.
+int find_lamp(ivec2 p, float inverse_depth) {
+    const float light = light_at(p);
+    float lamp = 0.0;
+    int to = -1, as_bright = 0;
     for (int i = 0; i < 4; ++i) {
         const ivec2 at = p + kAround[i];
         if (!inside(at) || one_depth(surface_at(at).inverse_depth, inverse_depth)) continue;
-        const float light = largest(finite_color(texelFetch(color, at, 0)));
-        if (kOtherBrighter * light >= beside.light) ++as_bright;
-        if (light <= beside.lamp) continue;
-        beside.lamp = light;
-        beside.to = i;
+        const float other = light_at(at);
+        if (kOtherBrighter * other >= light) ++as_bright;
+        if (other <= lamp) continue;
+        lamp = other;
+        to = i;
     }
-    const bool brighter = beside.lamp > kOtherBrighter * beside.light;
-    if (!(brighter || as_bright >= kSides) || !(beside.light > 0.0)) beside.to = -1;
-    return beside;
+    const bool brighter = lamp > kOtherBrighter * light;
+    return (brighter || as_bright >= kSides) && light > 0.0 ? to : -1;
 }
 
 bool hides_and_stays(Surface own, Surface other) {
     return own.inverse_depth > other.inverse_depth && longest_of(own) <= kStaysPx;
 }
 
-bool shows_lamp(ivec2 p, Surface own, Surface other, Beside beside) {
+// Does pixel p show the lamp seen at the adjacent pixel `at`?
+bool shows_lamp(ivec2 p, ivec2 at) {
+    const Surface own = surface_at(p), other = surface_at(at);
+    const float light = light_at(p), lamp = light_at(at);
     const bool rim = longest_of(own) <= kStaysPx && apart(other, own) > kLeavesPx * kLeavesPx;
     const float around = light_around(p, own);
-    if (beside.light <= (rim ? kRimBrighter : kBrighter) * around ||
-        beside.lamp <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
+    if (light <= (rim ? kRimBrighter : kBrighter) * around ||
+        lamp <= (rim ? kRimOtherBrighter : kLampBrighter) * around)
         return false;
-    precise const float covered = (beside.light - around) / (beside.lamp - around);
+    precise const float covered = (light - around) / (lamp - around);
     return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
+
+// Pixels beside a lamp, of which there are few: their items, and above these two bits of the lamp's
+// offset, in the upper halves of `list`. The lower halves stay for the threads that still read them.
+shared uint lamps;
 
 shared uint shows_of_square[kSquares], to_of_square[kSquares];
 
 void main() {
     const int first = int(gl_LocalInvocationIndex);
-    for (int k = first; k < kSquares; k += kThreads) {
+    if (first == 0) lamps = 0u;
+    begin_list();
+    int k = first;
+    do {
         const ivec2 square = square_of(k);
-        bits_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u;
         shows_of_square[k] = to_of_square[k] = 0u;
-    }
-    make_list();
-    // Those beside a lamp, of which there are few.
-    for (int i = first; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+        add_to_list(k, is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u);
+    } while ((k += kThreads) < kSquares);
+    barrier();
+    int i = first, end = int(list_length);
+    if (i < end) do {
+        const uint item = list[i] & kItem;
+        const ivec2 p = pixel_of(item);
         const Surface own = surface_at(p);
-        const Beside beside = find_lamp(p, own.inverse_depth);
-        const Surface other = surface_at(beside.to < 0 ? p : p + kAround[beside.to]);
+        const int to = find_lamp(p, own.inverse_depth);
+        const Surface other = surface_at(to < 0 ? p : p + kAround[to]);
         const bool differs = apart(other, own) > kApartPx * kApartPx && !hides_and_stays(own, other);
-        if (beside.to < 0 || !differs)
-            atomicAnd(bits_of_square[index_of(p / kSquarePx)], ~bit_of(p));
-    }
+        if (to >= 0 && differs)
+            atomicOr(list[atomicAdd(lamps, 1u)], (uint(to) << kItemBits | item) << 16);
+    } while ((i += kThreads) < end);
     barrier();
-    make_list();
-    for (int i = first; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
-        const Surface own = surface_at(p);
-        const Beside beside = find_lamp(p, own.inverse_depth);
-        if (!shows_lamp(p, own, surface_at(p + kAround[beside.to]), beside)) continue;
-        const int k = index_of(p / kSquarePx);
-        atomicOr(shows_of_square[k], bit_of(p));
-        atomicOr(to_of_square[k], uint(beside.to) << (2 * number_of(p)));
-    }
+    i = first;
+    end = int(lamps);
+    if (i < end) do {
+        const uint both = list[i] >> 16, item = both & kItem, to = both >> kItemBits;
+        const ivec2 p = pixel_of(item);
+        if (!shows_lamp(p, p + kAround[to])) continue;
+        const int square = square_of_item(item);
+        atomicOr(shows_of_square[square], bit_of(p));
+        atomicOr(to_of_square[square], to << (2 * number_of(p)));
+    } while ((i += kThreads) < end);
     barrier();
-    for (int k = first; k < kSquares; k += kThreads) {
+    k = first;
+    do {
         const ivec2 square = square_of(k);
         if (!is_square(square)) continue;
         imageStore(shown, square * ivec2(2, 1), uvec4(shows_of_square[k]));
         imageStore(shown, square * ivec2(2, 1) + ivec2(1, 0), uvec4(to_of_square[k]));
-    }
+    } while ((k += kThreads) < kSquares);
 }

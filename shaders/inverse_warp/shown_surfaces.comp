@@ -60,18 +60,19 @@ bool has_other_light(ivec2 p, float inverse_depth) {
 
 shared uint hidden_of_square[kSquares];
 
-// Not around a pixel of this square if no cell around has another brightness.
-bool may_have_other_light(ivec2 square) {
+// Those of the hidden pixels of a square around which some cell has another brightness.
+uint may_have_other_light(ivec2 square, uint hidden) {
     const ivec2 cell = kSquarePx * square / kLightCellPx;
     const ivec2 last = (uniforms.size - 1) / kLightCellPx;
-    bool differs = false;
+    bool differs = false, more = hidden != 0u;
     ivec2 offset = ivec2(-kRings);
     do {
         const vec4 l = texelFetch(light, clamp(cell + offset, ivec2(0), last), 0);
         differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kMinDifference);
         offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
-    } while (!differs && offset.y <= kRings);
-    return differs;
+        more = more && !differs && offset.y <= kRings;
+    } while (more);
+    return differs ? hidden : 0u;
 }
 #endif
 
@@ -117,16 +118,20 @@ bool is_edge(ivec2 p, float inverse_depth) {
 
 void main() {
     const int first = int(gl_LocalInvocationIndex);
-    for (int k = first; k < kSquares; k += kThreads) {
+    begin_list();
+    int k = first;
+    do {
         const ivec2 square = square_of(k);
-        bits_of_square[k] = is_square(square) ? near_changed(square) : 0u;
+        add_to_list(k, is_square(square) ? near_changed(square) : 0u);
 #if NEIGHBOR
         hidden_of_square[k] = is_square(square) ? texelFetch(marks, square, 0).x >> 16 : 0u;
 #endif
-    }
-    make_list();
-    for (int i = first; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+    } while ((k += kThreads) < kSquares);
+    barrier();
+    int i = first, end = int(list_length);
+    if (i < end) do {
+        const uint item = list[i];
+        const ivec2 p = pixel_of(item);
         if (!inside(p)) continue;
         Surface s = surface_at(shown_at(p));
         const bool edge = is_edge(p, inverse_depth_of(floatBitsToUint(s.inverse_depth)));
@@ -134,24 +139,28 @@ void main() {
 #if NEIGHBOR
         bool hidden;
         const uvec4 bits = pack_of_neighbor(surfaces_here, s, p, hidden);
-        const int k = index_of(p / kSquarePx);
-        atomicAnd(hidden_of_square[k], ~bit_of(p));
-        if (hidden) atomicOr(hidden_of_square[k], bit_of(p));
+        const int square = square_of_item(item);
+        atomicAnd(hidden_of_square[square], ~bit_of(p));
+        if (hidden) atomicOr(hidden_of_square[square], bit_of(p));
 #else
         const uvec4 bits = pack_surface(s);
 #endif
         imageStore(surfaces, in_half(p), bits);
-    }
+    } while ((i += kThreads) < end);
 #if NEIGHBOR
     memoryBarrierImage();  // another thread may store some of these pixels again
     barrier();
-    for (int k = first; k < kSquares; k += kThreads)
-        bits_of_square[k] = may_have_other_light(square_of(k)) ? hidden_of_square[k] : 0u;
-    make_list();
-    for (int i = first; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+    begin_list();
+    k = first;
+    do add_to_list(k, may_have_other_light(square_of(k), hidden_of_square[k]));
+    while ((k += kThreads) < kSquares);
+    barrier();
+    i = first;
+    end = int(list_length);
+    if (i < end) do {
+        const ivec2 p = pixel_of(list[i]);
         if (has_other_light(p, stored_depth_at(shown_at(p))))
             imageStore(surfaces, in_half(p), pack_surface(not_there()));
-    }
+    } while ((i += kThreads) < end);
 #endif
 }

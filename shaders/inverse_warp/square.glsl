@@ -2,6 +2,9 @@
 // the whole group and shared out among its threads: a device that runs threads in step waits for the
 // busiest of them. The order of a list changes from run to run; no pixel may depend on it.
 //
+// Loops over squares and items are tested at their end: a software renderer runs a body once more to find
+// the test at its start.
+//
 // DENSE: a thread for each square, otherwise one for four: where most work is in lists
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
@@ -25,9 +28,6 @@ ivec2 square_of(int i) {
     return kBlockPx * group_at() + ivec2(i % kBlockPx, i / kBlockPx);
 }
 
-int index_of(ivec2 square) {
-    return (square.y % kBlockPx) * kBlockPx + square.x % kBlockPx;
-}
 
 bool is_square(ivec2 square) {
     return all(greaterThanEqual(square, ivec2(0))) &&
@@ -43,37 +43,32 @@ uint bit_of(ivec2 p) {
     return 1u << number_of(p);
 }
 
-// For each square of the work group, bits to list.
-shared uint bits_of_square[kSquares];
-
+// Items: a bit of a square.
+const int kItemBits = 12;
+const uint kItem = (1u << kItemBits) - 1u;
 shared uint list_length;
 shared uint list[16 * kSquares];
 
-// Lists all bits of the work group, which calls it together.
-void make_list() {
+// Begins a list. The work group calls it together, and then barrier() once all bits are listed.
+void begin_list() {
     if (gl_LocalInvocationIndex == 0u) list_length = 0u;
     barrier();
-    for (int k = int(gl_LocalInvocationIndex); k < kSquares; k += kThreads) {
-        uint bits = bits_of_square[k];
-        uint at = atomicAdd(list_length, uint(bitCount(bits)));
-        while (bits != 0u) {
-            list[at] = uint(k << 4 | findLSB(bits));
-            bits &= bits - 1u;
-            ++at;
-        }
-    }
-    barrier();
 }
 
-ivec2 square_in_list(int i) {
-    return square_of(int(list[i] >> 4));
+// Lists bits of square k.
+void add_to_list(int k, uint bits) {
+    uint at = atomicAdd(list_length, uint(bitCount(bits)));
+    if (bits != 0u) do {
+        list[at] = uint(k << 4 | findLSB(bits));
+        bits &= bits - 1u;
+        ++at;
+    } while (bits != 0u);
 }
 
-int bit_in_list(int i) {
-    return int(list[i] & 15u);
+int square_of_item(uint item) {
+    return int(item >> 4);
 }
 
-ivec2 pixel_in_list(int i) {
-    const int bit = bit_in_list(i);
-    return kSquarePx * square_in_list(i) + ivec2(bit & 3, bit >> 2);
+ivec2 pixel_of(uint item) {
+    return kSquarePx * square_of(square_of_item(item)) + ivec2(item & 3u, item >> 2 & 3u);
 }

@@ -78,20 +78,34 @@ uint pack_square(ivec2 square) {
 }
 
 #if MOTION
+#if NEIGHBOR
 shared uint hidden_of_square[kSquares];
+#endif
 
 // Stores the surfaces at edges. Bits of those of the square that are hidden.
 uint pack_edges(int k, uint edges) {
-    bits_of_square[k] = edges;
+#if NEIGHBOR
     hidden_of_square[k] = 0u;
-    make_list();
-    for (int i = k; i < int(list_length); i += kThreads) {
-        const ivec2 p = pixel_in_list(i);
+#endif
+    begin_list();
+    add_to_list(k, edges);
+    barrier();
+    const int end = int(list_length);
+    int i = k;
+    if (i < end) do {
+        const uint item = list[i];
+        const ivec2 p = pixel_of(item);
         const uint hidden = store(p, surface_at(p));
-        if (NEIGHBOR == 1) atomicOr(hidden_of_square[index_of(p / kSquarePx)], hidden);
-    }
+#if NEIGHBOR
+        atomicOr(hidden_of_square[square_of_item(item)], hidden);
+#endif
+    } while ((i += kThreads) < end);
+#if NEIGHBOR
     barrier();
     return hidden_of_square[k];
+#else
+    return 0u;
+#endif
 }
 #else
 uint pack_edges(int k, uint edges) {

@@ -111,7 +111,7 @@ TEST(UnusedOutput, StepsByReferenceCounting) {
         int left = 0;
         for (const auto& one : hint.plan.elisions)
             left += one.rule == kRuleUnusedOutput ? one.saving.dispatches : 0;
-        EXPECT_EQ(left, 1);  // fxaa
+        EXPECT_EQ(left, 2);  // luma and fxaa
         EXPECT_TRUE(hint.outputs.count(Role::hint));
 
         options.outputs = {Role::motion};

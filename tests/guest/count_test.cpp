@@ -124,15 +124,15 @@ TEST(Count, TheSteadyStateMakesAllocatesAndReadsNothing) {
     }
 }
 
-// One before each of the nine levels but the first, and one at the end (chain/levels.h).
-TEST(Count, ThePapersChainHasNineBarriers) {
+// One before each of the ten levels but the first, and one at the end (chain/levels.h).
+TEST(Count, ThePapersChainHasTenBarriers) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance();
     const auto made = paper_chain("motion_blur,depth_of_field,fxaa");
     prepare_and_run(guest, made, host.frame);
     const uint64_t before = count(guest).barriers;
     ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);
-    EXPECT_EQ(count(guest).barriers - before, 9u);
+    EXPECT_EQ(count(guest).barriers - before, 10u);
 }
 
 // Restoring reads state first: a fixed number of glGet calls in each frame, and no allocation.

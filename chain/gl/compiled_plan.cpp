@@ -116,12 +116,14 @@ Status CompiledPlan::take_programs(ProgramCache& programs) {
     const auto text = [](const std::string& type, size_t bytes) {
         return type.empty() ? std::string("no block") : concat(type, " of ", bytes, " bytes");
     };
-    const auto key_of = [&](const Step& step) {
-        return reads_ == Reads::images ? image_program(plan(), step) : step.program;
-    };
-    for (const Step& step : plan().steps) programs.begin(key_of(step));
+    std::vector<ProgramKey> keys;
     for (const Step& step : plan().steps) {
-        auto program = programs.get(key_of(step));
+        keys.push_back(reads_ == Reads::images ? image_program(plan(), step) : step.program);
+        programs.begin(keys.back());
+    }
+    for (size_t i = 0; i < keys.size(); ++i) {
+        const Step& step = plan().steps[i];
+        auto program = programs.get(keys[i]);
         if (!program.ok()) return program.status();
         if (program->uniforms_type != step.uniforms_type ||
             program->uniforms_bytes >

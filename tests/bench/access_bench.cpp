@@ -19,7 +19,7 @@ constexpr int kReads = 32;  // of each pixel, as in shaders/bench/access.comp
 constexpr const char* kKinds[] = {"none", "texelFetch()", "imageLoad()", "shared memory",
                                   "storage buffer"};
 
-// Of all threads, seconds.
+// CPU time of all threads, seconds.
 double cpu_time() {
     timespec now{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);

@@ -143,9 +143,11 @@ Status CompiledPlan::take_programs(ProgramCache& programs) {
         }
         if (step.work_list >= 0) used_.lists = std::max(used_.lists, 1);
     }
-    if (std::max({used_.textures, used_.images, used_.lists}) > kMaxUnits ||
-        (reads_ == Reads::images && used_.images > kFirstReadImage))
-        return Status(StatusCode::internal, concat("a step uses more than ", kMaxUnits, " units"));
+    const int most_images = reads_ == Reads::images ? kFirstReadImage : kMaxUnits;
+    if (std::max(used_.textures, used_.lists) > kMaxUnits || used_.images > most_images)
+        return Status(StatusCode::internal,
+                      concat("a step uses more than ", kMaxUnits, " texture units or lists, or ",
+                             most_images, " image units"));
     return check_units(used_);
 }
 

@@ -17,6 +17,7 @@ inline constexpr int kFirstReadImage = 8;
 
 // How a step reads the textures that it samples.
 enum class Reads { textures, images };
+// Images on a software renderer that has enough units for them.
 Reads best_reads(const Device& device);
 
 // The step's program for textures that are read as images.

@@ -60,8 +60,8 @@ bool has_other_light(ivec2 p, float inverse_depth) {
 
 shared uint hidden_of_square[kSquares];
 
-// Those of the hidden pixels of a square around which some cell has another brightness.
-uint may_have_other_light(ivec2 square, uint hidden) {
+// The hidden pixels of a square, if some cell around it has another brightness; otherwise none.
+uint hidden_in_other_light(ivec2 square, uint hidden) {
     const ivec2 cell = kSquarePx * square / kLightCellPx;
     const ivec2 last = (uniforms.size - 1) / kLightCellPx;
     bool differs = false, more = hidden != 0u;
@@ -152,7 +152,7 @@ void main() {
     barrier();
     begin_list();
     k = first;
-    do add_to_list(k, may_have_other_light(square_of(k), hidden_of_square[k]));
+    do add_to_list(k, hidden_in_other_light(square_of(k), hidden_of_square[k]));
     while ((k += kThreads) < kSquares);
     barrier();
     i = first;

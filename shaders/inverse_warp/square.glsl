@@ -28,7 +28,6 @@ ivec2 square_of(int i) {
     return kBlockPx * group_at() + ivec2(i % kBlockPx, i / kBlockPx);
 }
 
-
 bool is_square(ivec2 square) {
     return all(greaterThanEqual(square, ivec2(0))) &&
            all(lessThan(kSquarePx * square, uniforms.size));

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 
 #include "chain/egl/context.h"
@@ -55,17 +54,11 @@ struct Times {
     std::vector<double> device_ms, cpu_ms;
 };
 
-double cpu_milliseconds() {
-    timespec now;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return 1e3 * double(now.tv_sec) + 1e-6 * double(now.tv_nsec);
-}
-
 void measure(Executor& executor, const Plan& plan, const FramePlanes& planes, Times* times) {
-    const double begin = cpu_milliseconds();
+    const double begin = bench::cpu_milliseconds();
     bench::require(executor.filter(plan, planes).status());
     if (!times) return;
-    times->cpu_ms.push_back(cpu_milliseconds() - begin);
+    times->cpu_ms.push_back(bench::cpu_milliseconds() - begin);
     double sum = 0;
     for (const PassTime& time : executor.pass_times()) sum += time.milliseconds;
     times->device_ms.push_back(sum);

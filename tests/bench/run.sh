@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # All figures in one run: each pass per megapixel and tap, bytes per pixel, gains of elision, each
-# plane in half, what a GPU's compiler makes of the steps, CPU time of each step, the cost of a read, a guest's frame on the CPU, the whole chain against oiiotool's copy, memory of a
+# plane in half, what a GPU's compiler makes of the steps, CPU time of each step, the cost of a read, a
+# guest's frame on the CPU, the whole chain against oiiotool's copy, memory of a
 # long run against a short one, start-up. Needs a build with tests (tools/test.sh).
 # Usage: tests/bench/run.sh [arguments of sequence_bench]
 set -euo pipefail

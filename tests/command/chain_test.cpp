@@ -245,7 +245,7 @@ TEST_F(ChainTest, ASceneThroughAPictureIsNearerToItsTruthWithIt) {
         for (int x = 0; x < kSide; ++x)
             ring.at(x, y) = std::hypot(x - 31.5, y - 31.5) > 22 && x > 20;
     ASSERT_TRUE(io::write_planes_exr(at("ring.exr"), ring, {"Y"}).ok());
-    ASSERT_EQ(run({"scene", "still", "-o", at("still"), "--size", "96x54", "--truth-samples", "128",
+    ASSERT_EQ(run({"scene", "still", "-o", at("still"), "--size", "64x36", "--truth-samples", "16",
                    "--f-stop", "0.5", "--aperture-image", at("ring.exr")})
                   .code,
               0);

@@ -153,7 +153,8 @@ RandomCase random_case(uint64_t seed) {
     // From random numbers of their own: cases without them stay as they were.
     Random held_shape(seed / kCasesOfAShape * 15485863 + 5), held(seed * 15485863 + 3);
     const int most_layers = held_shape.whole(1, 6);
-    const int layers = held.chance(0.3) ? most_layers : 0;
+    const bool has_layers = seed / kCasesOfAShape % 3 == 1;
+    const int layers = has_layers && held.chance(0.7) ? most_layers : 0;
     if (layers > 0) {
         std::vector<ImageF> stack;
         for (int i = 0; i < layers; ++i) stack.push_back(random_color(width, height, held));
@@ -179,7 +180,7 @@ RandomCase random_case(uint64_t seed) {
             result.frame.mattes.push_back(held.chance(0.6) ? 0 : -1);
         result.frame.mattes[0] = 0;
     }
-    result.elided.precision = random.chance(0.5) ? Precision::fp16 : Precision::fp32;
+    result.elided.precision = shape.chance(0.5) ? Precision::fp16 : Precision::fp32;
     if (random.chance(0.15)) result.elided.outputs.add(Role::hint);
     if (random.chance(0.05)) result.elided.outputs = {Role::hint};
     if (random.chance(0.25))

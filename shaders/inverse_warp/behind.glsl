@@ -23,9 +23,7 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
     if (starts_left != 0u) do {
         const int i = findLSB(starts_left);
         starts_left &= starts_left - 1u;
-        Surface start = pixel.starts[0];
-        for (int k = 1; k < STARTS; ++k)
-            if (k == i) start = pixel.starts[k];
+        const Surface start = start_surface(i);
         if (start.inverse_depth <= kOneDepth * found) break;
         const vec2 d = displacement(start, now);
         precise const vec2 x = pixel.p + floor(0.5 - d), to = pixel.p - d;

@@ -11,6 +11,7 @@
 //       -> color [, soft, spread] [, hint]
 //   color, surfaces of the frames before and after; the layer behind
 //
+//   block_starts.glsl            the start surfaces of the pixel's block
 //   samples.glsl     SampleSet   time samples and lens samples
 //   search.glsl      Search      the search for one sample's surface in this frame
 //   put_off.glsl                 the samples that it does not settle
@@ -62,16 +63,15 @@ layout(binding = 14) uniform sampler2DArray background_layers;
 // Shared by all samples of a pixel.
 struct Pixel {
     vec2 p;
-    ivec2 at;  // the same
-    vec4 color;
-    Surface surface;
+    ivec2 at;   // the same
+    uvec4 own;  // the pixel's own surface
     vec2 random;
     ivec2 block;
-    float longest_px;        // longest displacement that reaches the block
-    Surface starts[STARTS];  // start surfaces of the block, nearest first
+    float longest_px;      // longest displacement that reaches the block
     int start_count;
 };
 
+#include "inverse_warp/block_starts.glsl"
 #include "inverse_warp/samples.glsl"
 #include "inverse_warp/search.glsl"
 #include "inverse_warp/second_layer.glsl"
@@ -89,20 +89,18 @@ Pixel pixel_at(ivec2 at) {
     Pixel pixel;
     pixel.p = vec2(at);
     pixel.at = at;
-    pixel.color = fetch(WIDE(color, layers), kColor, at);
-    pixel.surface = unpack_surface(texelFetch(surfaces, at, 0));
+    pixel.own = texelFetch(surfaces, at, 0);
     pixel.random = random_at(at);
     pixel.block = at / kBlockPx;
-    const ivec2 first = ivec2((uniforms.starts + 1) * pixel.block.x, pixel.block.y);
-    const uvec4 summary = texelFetch(starts, first + ivec2(uniforms.starts, 0), 0);
-    // The room behind the last start holds the summary, which no search uses.
-    for (int i = 0; i < STARTS; ++i) {
-        const ivec2 start = first + ivec2(min(i, uniforms.starts), 0);
-        pixel.starts[i] = unpack_surface(texelFetch(starts, start, 0));
-    }
+    const uvec4 summary = start_texel(pixel.block, uniforms.starts);
     pixel.longest_px = uintBitsToFloat(summary.x);
     pixel.start_count = int(summary.y);
     return pixel;
+}
+
+// Fetched where it is needed: a GPU would hold it in four registers until then.
+vec4 own_color(Pixel pixel) {
+    return fetch(WIDE(color, layers), kColor, pixel.at);
 }
 
 // A surface that a frame shows; `at`: where this frame shows or hides it.
@@ -162,7 +160,7 @@ vec3 factor_of(vec3 covariance) {
 // displacements.
 void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
 #if DENOISE
-    const vec4 mean = value_of(sums.color, pixel.color);
+    const vec4 mean = value_of(sums.color, own_color(pixel));
     const float scale = noise / max(sums.color.weight, 1e-6);
     imageStore(soft, pixel.at, vec4(mean.rgb, share_of * sums.color.weight));
     imageStore(spread, pixel.at, vec4(factor_of(scale * sums.spread), mean.a));
@@ -171,7 +169,7 @@ void store_soft(Pixel pixel, Soft sums, float share_of, float noise) {
 
 // Nothing is displaced into the pixel's block: it keeps its color to the bit.
 void store_unchanged(Pixel pixel) {
-    imageStore(blurred, pixel.at, pixel.color);
+    imageStore(blurred, pixel.at, own_color(pixel));
     store_unchanged_layers(pixel);
     store_hint(pixel.at, given_hint_at(pixel.at));
 #if DENOISE
@@ -183,20 +181,20 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
     // From 0 at the limit, so that the blur begins without a jump.
     const float limit_px = max(uniforms.still_limit_px, 1e-6);
     precise const float onset = clamp(pixel.longest_px / limit_px - 1.0, 0.0, 1.0);
-    const vec4 mean = value_of(sums.color, pixel.color);
-    imageStore(blurred, pixel.at, faded_in(pixel.color, mean, onset));
+    const vec4 own = own_color(pixel), mean = value_of(sums.color, own);
+    imageStore(blurred, pixel.at, faded_in(own, mean, onset));
     store_layers(pixel, onset);
     store_soft(pixel, sums.soft, onset / max(sums.color.weight, 1e-6), noise_scale(last));
     // Half-length of the even streak with the same second moment about p: above half a pixel?
     const bool blurred_by_shutter = 3.0 * sums.moment > 0.25 * sums.color.weight;
-    precise const float in_focus = clamp(1.0 - abs(pixel.surface.radius), 0.0, 1.0);
+    precise const float in_focus = clamp(1.0 - abs(unpack_surface(pixel.own).radius), 0.0, 1.0);
     store_hint(pixel.at, kShutter ? vec2(1.0, blurred_by_shutter ? 1.0 : 0.0)
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
 // These loops, and those that they call, test at their end: if lanes run in step and skip nothing,
 // as on llvmpipe, a loop that tests at its beginning runs its body once more.
-void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sums) {
+void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums) {
     const int count = int(ceil(set.n));
     // One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's registers, of which the
     // gather has none left.
@@ -232,6 +230,7 @@ void add_samples(Pixel pixel, SampleSet set, inout Surface begin, inout Sums sum
 void main() {
     ivec2 at;
     const bool is_pixel = next_pixel(uniforms.size, at);
+    load_starts(at / kBlockPx);
     if (!takes_part(is_pixel, at)) return;
     const Pixel pixel = pixel_at(at);
     if (pixel.longest_px <= uniforms.still_limit_px) {
@@ -239,7 +238,7 @@ void main() {
         return;
     }
     // Without a lens, a search begins at the surface that the previous time sample has found.
-    Surface begin = pixel.surface;
+    uvec4 begin = pixel.own;
     Sums sums = no_samples();
     SampleSet set = first_set(pixel);
     begin_block();

@@ -107,9 +107,8 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
             other = search == 1;
             then.u = other ? at_other.u : at_nearer.u;
             then.bend = other ? at_other.bend : at_nearer.bend;
-            Surface begin = here.far;
-            for (int i = 0; i < STARTS; ++i)
-                if (i + 2 == search) begin = pixel.starts[i];
+            Surface begin = start_surface(search - 2);
+            if (search < 2) begin = here.far;
             if (begin.inverse_depth <= nearest.inverse_depth * ratio) continue;
             x = pixel_before(pixel.p, straight_from_neighbor(begin, then));
         }

@@ -27,6 +27,7 @@ struct Found {
 struct Visit {
     vec2 x;
     bool beyond;  // X lies beyond the frame, whose border pixels go on
+    uvec4 bits;   // the surface there, packed
     Surface surface;
     vec2 d;       // D(X)
     float error;  // |X + D(X) - p|, the longer axis
@@ -87,7 +88,8 @@ Visit visit(vec2 p, vec2 d, Sample now) {
     Visit v;
     v.x = inside_of(x);
     v.beyond = x != v.x;
-    v.surface = unpack_surface(texelFetch(surfaces, ivec2(v.x), 0));
+    v.bits = texelFetch(surfaces, ivec2(v.x), 0);
+    v.surface = unpack_surface(v.bits);
     v.d = displacement(v.surface, now);
     precise const vec2 off = abs(to_x + v.d);
     v.error = max(off.x, off.y);
@@ -176,9 +178,7 @@ bool next_start(inout Search s, Pixel pixel, Sample now) {
                                    : max(s.occluded_from, nearest / now.depth_ratio);
     s.steps = 0;
     const bool more = s.start < pixel.start_count;
-    Surface start = pixel.starts[0];
-    for (int i = 1; i < STARTS; ++i)
-        if (i == s.start) start = pixel.starts[i];
+    const Surface start = start_surface(s.start);
     s.d = displacement(start, now);
     s.start_depth = start.inverse_depth;
     ++s.start;
@@ -188,15 +188,15 @@ bool next_start(inout Search s, Pixel pixel, Sample now) {
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
 // first. With the shutter alone, `begin` becomes the surface found from it: the search of the next
 // time sample begins there.
-Search search(Pixel pixel, Sample now, inout Surface begin) {
-    Search s = begin_search(pixel, now, begin);
+Search search(Pixel pixel, Sample now, inout uvec4 begin) {
+    Search s = begin_search(pixel, now, unpack_surface(begin));
     bool more;
     do {
         const Visit v = visit(pixel.p, s.d, now);
         keep_nearest(s, v, pixel.p, now.depth_ratio);
         keep_farthest(s, v, now.depth_ratio);
         note_occluded(s, v, now.depth_ratio);
-        if (!kLens && v.accepted && s.start == 0) begin = v.surface;
+        if (!kLens && v.accepted && s.start == 0) begin = v.bits;
         s.d = v.d;
         ++s.steps;
         more = true;

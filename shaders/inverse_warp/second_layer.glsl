@@ -57,7 +57,7 @@ Found resolve_second_layer(Pixel pixel, Sample now, Search here) {
         search_second_layer(here.far, pixel.p, now, farthest, nearest);
     for (int i = 0; i < STARTS; ++i)
         if ((here.occluded_starts >> i & 1u) != 0u)
-            search_second_layer(pixel.starts[i], pixel.p, now, farthest, nearest);
+            search_second_layer(start_surface(i), pixel.p, now, farthest, nearest);
     return nearest;
 }
 

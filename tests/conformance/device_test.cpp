@@ -72,9 +72,9 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
     const TestFrame frame = moving_frame(width, height);
     // Few samples: hundreds of runs, in which each sample does the same.
     const bool takes_samples = GetParam().parameters->find("samples");
-    const Chain few = test::chain_of(
-        GetParam().name,
-        takes_samples ? test::Settings{{"samples", int64_t(9)}} : test::Settings());
+    const Chain few =
+        test::chain_of(GetParam().name,
+                       takes_samples ? test::Settings{{"samples", int64_t(9)}} : test::Settings());
     const auto plan = make_plan(few, frame.description, everything());
     ASSERT_TRUE(plan.ok());
     const ImageF clean = run(*plan, frame.planes);

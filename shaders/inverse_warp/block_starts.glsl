@@ -1,0 +1,36 @@
+// The start surfaces of a work group's block, nearest first. A GPU keeps them in the group's memory: in
+// registers they would take so many that fewer groups run at a time. Shared memory and barriers cost a
+// software renderer more than they save, so there each pixel keeps its own.
+
+// The texel of start surface i; behind the last one the block's summary, which no search uses.
+uvec4 start_texel(ivec2 block, int i) {
+    const ivec2 first = ivec2((uniforms.starts + 1) * block.x, block.y);
+    return texelFetch(starts, first + ivec2(min(i, uniforms.starts), 0), 0);
+}
+
+#ifdef READS_IMAGES
+Surface block_starts[STARTS];
+
+void load_starts(ivec2 block) {
+    for (int i = 0; i < STARTS; ++i) block_starts[i] = unpack_surface(start_texel(block, i));
+}
+
+Surface start_surface(int number) {
+    Surface start = block_starts[0];
+    for (int i = 1; i < STARTS; ++i)
+        if (i == number) start = block_starts[i];
+    return start;
+}
+#else
+shared uvec4 block_starts[STARTS];
+
+void load_starts(ivec2 block) {
+    const int i = int(gl_LocalInvocationIndex);
+    if (i < STARTS) block_starts[i] = start_texel(block, i);
+    barrier();
+}
+
+Surface start_surface(int number) {
+    return unpack_surface(block_starts[clamp(number, 0, STARTS - 1)]);
+}
+#endif

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Installs packages, builds and runs every test of the release preset. --full adds the core preset
-# (only chain and passes, each file compiled by itself), the address and undefined-behavior sanitizers,
-# the thread sanitizer on the programs that have threads, and half a minute of each fuzz target (clang).
+# Installs packages, builds and runs the tests of the release preset. --full adds the tests that repeat a
+# part of others (label `full`), the core preset (only chain and passes, each file compiled by itself), the
+# address and undefined-behavior sanitizers, the thread sanitizer on the programs that have threads, and half a
+# minute of each fuzz target (clang).
 # Usage: tools/test.sh [--full]
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -29,6 +30,7 @@ build_and_test() {
 
 build_and_test release
 if $full; then
+    ctest --preset full --no-tests=error -j "$(($(nproc) + 1))"
     build_and_test core
     tests/robustness/sanitize.sh address
     tests/robustness/sanitize.sh thread run_tests io_tests metrics_tests

@@ -5,11 +5,12 @@
 // Loops over squares and items are tested at their end: a software renderer runs a body once more to find
 // the test at its start.
 //
-// DENSE: a thread for each square, otherwise one for four: where most work is in lists
+// A GPU has a thread for each square: the lists limit how many groups run at a time. On a software renderer
+// (READS_IMAGES) a thread does four squares, for most work is in lists, unless DENSE is defined.
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
 
-#ifdef DENSE
+#if defined(DENSE) || !defined(READS_IMAGES)
 const int kEdgeThreads = kBlockPx;
 layout(local_size_x = kBlockPx, local_size_y = kBlockPx) in;
 #else

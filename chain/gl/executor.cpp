@@ -29,7 +29,7 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
     : software_(device.software),
       reads_(gl::best_reads(device)),
       options_(options),
-      programs_(device.log, gl::shader_folder_of_environment()),
+      programs_(device.log, gl::shader_folder_of_environment(), reads_ == gl::Reads::images),
       clock_(device),
       transfers_(device.software) {}
 

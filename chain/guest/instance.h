@@ -13,6 +13,7 @@
 #include "chain/gl/clock.h"
 #include "chain/gl/compiled_plan.h"
 #include "chain/gl/device.h"
+#include "chain/gl/image_reads.h"
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
@@ -91,7 +92,9 @@ class Instance {
 
     // GL objects of the context.
     struct Objects {
-        explicit Objects(const gl::Device& device) : programs(device.log), clock(device) {}
+        explicit Objects(const gl::Device& device)
+            : programs(device.log, {}, gl::best_reads(device) == gl::Reads::images),
+              clock(device) {}
         gl::TexturePool pool;
         gl::ProgramCache programs;
         gl::RunObjects run;

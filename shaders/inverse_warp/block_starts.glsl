@@ -8,7 +8,7 @@ uvec4 start_texel(ivec2 block, int i) {
     return texelFetch(starts, first + ivec2(min(i, uniforms.starts), 0), 0);
 }
 
-#ifdef READS_IMAGES
+#ifdef SOFTWARE_RENDERER
 Surface block_starts[STARTS];
 
 void load_starts(ivec2 block) {

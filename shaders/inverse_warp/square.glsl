@@ -6,11 +6,11 @@
 // the test at its start.
 //
 // A GPU has a thread for each square: the lists limit how many groups run at a time. On a software renderer
-// (READS_IMAGES) a thread does four squares, for most work is in lists, unless DENSE is defined.
+// a thread does four squares, for most work is in lists, unless DENSE is defined.
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
 
-#if defined(DENSE) || !defined(READS_IMAGES)
+#if defined(DENSE) || !defined(SOFTWARE_RENDERER)
 const int kEdgeThreads = kBlockPx;
 layout(local_size_x = kBlockPx, local_size_y = kBlockPx) in;
 #else

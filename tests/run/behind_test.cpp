@@ -34,7 +34,7 @@ const TempFolder& scene() {
         request.on_existing = io::OnExisting::overwrite;
         bool ok = renderer.ok() && scenes::write_scene(**renderer, request).ok();
         request.frames = {2};
-        request.truth_samples = 48;
+        request.truth_samples = 128;
         ok = ok && scenes::write_scene(**renderer, request).ok();
         EXPECT_TRUE(ok);
         return ok;
@@ -92,7 +92,7 @@ TEST_F(BehindTest, BringsTheFrameCloserToGroundTruth) {
     EXPECT_GT(shutter[1], shutter[0] + 0.15);
     blur("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(64)}});
     const auto lens = gain("dof.0002.exr");
-    EXPECT_GT(lens[1], lens[0] + 0.35);
+    EXPECT_GT(lens[1], lens[0] + 0.5);
 }
 
 TEST_F(BehindTest, TakesThePlaceOfEstimates) {

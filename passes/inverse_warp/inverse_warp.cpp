@@ -123,7 +123,7 @@ void WarpOnFrame::plan(PassPlanner& planner) const {
 }
 
 void WarpOnFrame::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
-    const auto all = uniforms_of(settings_, frame_, holds_motion_back(settings_, context));
+    const auto all = uniforms_of(settings_, frame_);
     uniforms.set(all);
     write_surface_uniforms(searched_neighbors(settings_, context.available), all, uniforms);
     noise::write_uniforms(settings_.noise, frame_.frame_number, uniforms);

@@ -6,7 +6,8 @@
 //   inverse_depth [, motion [, motion_back]], shown --shown_surfaces-> some of surfaces
 //       likewise of the frames before and after
 //   surfaces --block_surfaces-> block_surfaces
-//   block_surfaces --starts--> starts; work lists: moving_blocks, still_blocks
+//   block_surfaces --row_starts-> row_starts
+//   row_starts --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
 //   background_depth, background_color --behind-> background
 //   behind --second_surfaces-> some of surfaces, below the frame's

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kAlikePx = 1;
 constexpr double kEqual = 1.001;  // of squares
+constexpr int kMoreInRow = 2;
 
 class Blocks {
   public:
@@ -20,11 +21,14 @@ class Blocks {
           height_(height),
           columns_((width + kBlockPx - 1) / kBlockPx),
           rows_((height + kBlockPx - 1) / kBlockPx),
-          blocks_(size_t(columns_ * rows_)) {}
+          blocks_(size_t(columns_ * rows_)),
+          row_starts_(blocks_.size()) {}
 
     std::vector<Block> choose() {
         for (int j = 0; j < rows_; ++j)
             for (int i = 0; i < columns_; ++i) choose_surfaces(i, j);
+        for (int j = 0; j < rows_; ++j)
+            for (int i = 0; i < columns_; ++i) choose_in_row(i, j);
         for (int j = 0; j < rows_; ++j)
             for (int i = 0; i < columns_; ++i) choose_starts(i, j);
         return std::move(blocks_);
@@ -55,45 +59,55 @@ class Blocks {
         });
     }
 
-    // Can a surface of the block at this offset (in blocks) be displaced into this block?
-    bool reaches(const Surface& s, int offset_x, int offset_y) const {
-        const auto covers = [&](double a, double b, int offset) {
-            double reach = 1 + 1.1 * std::abs(s.radius);
-            if (s_.shutter) reach += std::abs(a) + std::abs(b) + 0.1 * std::sqrt(dot(s.a, s.a));
-            return reach >= std::max(std::abs(offset) - 1, 0) * kBlockPx;
-        };
-        return covers(s.a.x, s.b.x, offset_x) && covers(s.a.y, s.b.y, offset_y);
+    // Can a surface be displaced so many blocks along x, or along y?
+    bool reaches(const Surface& s, int blocks, bool along_x) const {
+        double reach = 1 + 1.1 * std::abs(s.radius);
+        if (s_.shutter) {
+            const double a = along_x ? s.a.x : s.a.y, b = along_x ? s.b.x : s.b.y;
+            reach += std::abs(a) + std::abs(b) + 0.1 * std::sqrt(dot(s.a, s.a));
+        }
+        return reach >= std::max(std::abs(blocks) - 1, 0) * kBlockPx;
     }
 
-    // Surfaces that can be displaced into this block, in row order.
-    std::vector<Surface> reaching(int i, int j) {
-        std::vector<Surface> found;
-        for (int y = 0; y < rows_; ++y)
-            for (int x = 0; x < columns_; ++x)
-                for (const Surface& s : block(x, y).surfaces)
-                    if (reaches(s, x - i, y - j)) found.push_back(s);
-        return found;
-    }
-
-    void choose_starts(int i, int j) {
-        Block& b = block(i, j);
-        const std::vector<Surface> candidates = reaching(i, j);
-        for (const Surface& s : candidates) b.longest_px = std::max(b.longest_px, longest(s, s_));
-        for (int k = 0; k < s_.search.starts; ++k) {
+    // Up to `count` surfaces that are displaced most differently.
+    std::vector<Surface> most_different(const std::vector<Surface>& candidates, int count) const {
+        std::vector<Surface> chosen;
+        for (int k = 0; k < count; ++k) {
             double max_apart = kAlikePx * kAlikePx;
             const Surface* next = nullptr;
             for (const Surface& s : candidates) {
                 double apart_px2 = k == 0 ? displaced(s, s_) + 2 * kAlikePx * kAlikePx : 3e38;
-                for (const Surface& chosen : b.starts)
-                    apart_px2 = std::min(apart_px2, apart(s, chosen, s_));
+                for (const Surface& c : chosen) apart_px2 = std::min(apart_px2, apart(s, c, s_));
                 if (apart_px2 > max_apart * kEqual) {
                     max_apart = apart_px2;
                     next = &s;
                 }
             }
             if (!next) break;
-            b.starts.push_back(*next);
+            chosen.push_back(*next);
         }
+        return chosen;
+    }
+
+    // Of the surfaces of the blocks in its row.
+    void choose_in_row(int i, int j) {
+        std::vector<Surface> candidates;
+        for (int x = 0; x < columns_; ++x)
+            for (const Surface& s : block(x, j).surfaces)
+                if (reaches(s, x - i, true)) candidates.push_back(s);
+        row_starts_[size_t(j * columns_ + i)] =
+            most_different(candidates, s_.search.starts + kMoreInRow);
+    }
+
+    // Of those that the rows of its column have chosen.
+    void choose_starts(int i, int j) {
+        std::vector<Surface> candidates;
+        for (int y = 0; y < rows_; ++y)
+            for (const Surface& s : row_starts_[size_t(y * columns_ + i)])
+                if (reaches(s, y - j, false)) candidates.push_back(s);
+        Block& b = block(i, j);
+        for (const Surface& s : candidates) b.longest_px = std::max(b.longest_px, longest(s, s_));
+        b.starts = most_different(candidates, s_.search.starts);
         std::stable_sort(b.starts.begin(), b.starts.end(), [](const Surface& a, const Surface& c) {
             return a.inverse_depth > c.inverse_depth;
         });
@@ -103,6 +117,7 @@ class Blocks {
     const Settings& s_;
     int width_, height_, columns_, rows_;
     std::vector<Block> blocks_;
+    std::vector<std::vector<Surface>> row_starts_;
 };
 
 }  // namespace

@@ -13,6 +13,10 @@
 namespace postchain::inverse_warp {
 namespace {
 
+// Start surfaces of a row of blocks beyond those of a block: rows choose without knowing the
+// columns' reach.
+constexpr int kMoreInRow = 2;
+
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
 class Planner : private SurfacePlanner {
@@ -105,20 +109,36 @@ class Planner : private SurfacePlanner {
         return block_surfaces;
     }
 
-    Starts add_starts(TextureId block_surfaces) {
-        const bool by_blocks = planner_.context().uses(settings_.still_rule);
-        Starts starts;
-        starts.surfaces = planner_.texture("starts", Format::rgba32ui,
-                                           kBlocks.times(settings_.search.starts + 1, 1));
-        Step step = make_block_step("starts");
-        step.program.defines["STARTS"] = std::to_string(settings_.search.starts);
-        step.program.defines["LISTS"] = flag(by_blocks);
-        step.bindings = {{0, block_surfaces}, {0, starts.surfaces, Access::write}};
+    // Chooses, from `given` surfaces of each block of a row or a column, `chosen` for each block.
+    Step make_starts_step(const char* name, bool rows, int given, int chosen) {
+        Step step = make_block_step(name);
+        step.program.file = "inverse_warp/starts.comp";
+        step.program.defines["ROWS"] = flag(rows);
+        step.program.defines["GIVEN"] = std::to_string(given);
+        step.program.defines["STARTS"] = std::to_string(chosen);
+        step.program.defines["LISTS"] = flag(false);
         step.spread = kBlocks.in_squares(INVERSE_WARP_STARTS_BLOCKS);
         const int ring = ring_of(
             longest_px(settings_, frame_, holds_motion_back(settings_, planner_.context())));
-        step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * 3 * uint64_t(2 * ring + 1) *
-                    uint64_t(2 * ring + 1) * uint64_t(settings_.search.starts);
+        const int line = std::min(2 * ring + 1, blocks_[rows ? 0 : 1]);
+        step.taps = uint64_t(blocks_[0]) * uint64_t(blocks_[1]) * uint64_t(line) * uint64_t(given) *
+                    uint64_t(chosen);
+        return step;
+    }
+
+    Starts add_starts(TextureId block_surfaces) {
+        const bool by_blocks = planner_.context().uses(settings_.still_rule);
+        const int count = settings_.search.starts, row_count = count + kMoreInRow;
+        const TextureId row_starts =
+            planner_.texture("row_starts", Format::rgba32ui, kBlocks.times(row_count, 1));
+        Step rows = make_starts_step("row_starts", true, 3, row_count);
+        rows.bindings = {{0, block_surfaces}, {0, row_starts, Access::write}};
+        planner_.step(std::move(rows));
+        Starts starts;
+        starts.surfaces = planner_.texture("starts", Format::rgba32ui, kBlocks.times(count + 1, 1));
+        Step step = make_starts_step("starts", false, row_count, count);
+        step.bindings = {{0, row_starts}, {0, starts.surfaces, Access::write}};
+        step.program.defines["LISTS"] = flag(by_blocks);
         if (by_blocks) {
             const auto add_list = [&](int unit, const char* name) {
                 return add_work_list(planner_, step, unit, name);

@@ -67,15 +67,13 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
     return std::min(longest, longest_px(settings));
 }
 
-InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame,
-                                bool back) {
+InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame) {
     const auto blocks = groups_for(frame.width, frame.height);
     InverseWarpUniforms uniforms{};
     uniforms.size = {frame.width, frame.height};
     uniforms.blocks = {blocks[0], blocks[1]};
-    uniforms.ring = ring_of(longest_px(settings, frame, back));
-    uniforms.samples = settings.samples;
     uniforms.starts = settings.search.starts;
+    uniforms.samples = settings.samples;
     uniforms.fill_layer = frame.fill_layer;
     uniforms.half_shutter = 1;
     uniforms.max_path_px = 1e15f;

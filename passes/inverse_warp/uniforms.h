@@ -21,7 +21,6 @@ double longest_px(const Settings& settings, const FrameDescription& frame, bool 
 // Blocks on each side whose surfaces can reach a block, for the longest path and radius.
 int ring_of(double longest_px);
 
-shared::InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame,
-                                        bool back);
+shared::InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame);
 
 }  // namespace postchain::inverse_warp

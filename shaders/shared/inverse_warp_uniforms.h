@@ -7,7 +7,7 @@
 UNIFORMS_BEGIN(InverseWarpUniforms)
     ivec2 size;              // of the frame
     ivec2 blocks;            // ceil(size / kBlockPx)
-    int ring;                // blocks on each side whose surfaces can reach a block
+    int starts;              // start surfaces of a block, at most
     int samples;             // per pixel; of the shutter alone: an upper limit
     float half_shutter;      // half the open time, frames; 1 if only the lens is open
     float max_path_px;       // longest path on one side of the frame
@@ -37,17 +37,16 @@ UNIFORMS_BEGIN(InverseWarpUniforms)
     float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
     float pixel_axis_y;
     int fill_layer;  // which of the frame's layers is the fill mask (chain/layers.h); -1: none
-    int starts;      // start surfaces of a block, at most
     // of the step: uniforms, so that both neighbors have one program
     int neighbor;     // -1: planes of the frame before, 1: of the frame after
     int second_half;  // 1: its surfaces are the second half of their texture
-    int pad0;
+    int pad0, pad1;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.
 #define INVERSE_WARP_DENOISE_REACH_PX 2
 
-// Edge of a work group of starts.comp, in blocks: few, because each fetches up to 1e5 surfaces.
+// Edge of a work group of starts.comp, in blocks.
 #define INVERSE_WARP_STARTS_BLOCKS 8
 
 // Edge of the squares of pixels that a thread packs.
@@ -62,7 +61,7 @@ UNIFORMS_END
 #ifdef __cplusplus
 #include <cstddef>
 static_assert(sizeof(postchain::shared::InverseWarpUniforms) == 144);
-static_assert(offsetof(postchain::shared::InverseWarpUniforms, ring) == 16);
+static_assert(offsetof(postchain::shared::InverseWarpUniforms, starts) == 16);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, still_limit_px) == 32);
 static_assert(offsetof(postchain::shared::InverseWarpUniforms, gain_px) == 48);
 #endif

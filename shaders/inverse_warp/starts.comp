@@ -122,7 +122,12 @@ bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
     // Tested at the end: a software renderer runs a body once more to find the test at its start.
     int place = reaching[0];
     do {
-        for (int k = 0; k < GIVEN; ++k) consider(k, i, place, block, farthest, chosen);
+        // Two at a time: llvmpipe ends the loops of an invocation after 65535 iterations of all of them
+        // together, and a line may have 1024 blocks.
+        for (int k = 0; k < GIVEN; k += 2) {
+            consider(k, i, place, block, farthest, chosen);
+            if (k + 1 < GIVEN) consider(k + 1, i, place, block, farthest, chosen);
+        }
     } while (++place <= reaching[1]);
     if (!farthest.found) return false;
     // By constant indices, which registers can have.

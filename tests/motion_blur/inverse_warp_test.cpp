@@ -233,8 +233,7 @@ TEST(InverseWarp, AgreesWithItsReference) {
     }
 }
 
-// Surfaces of many blocks reach each block. llvmpipe ends loops after 65535 iterations: those over
-// the blocks must not come to it.
+// Surfaces of many blocks reach each block.
 TEST(InverseWarp, FindsWhatReachesABlockFromFarAway) {
     BlurFrame frame(2400, 3);
     frame.color() = noise_image(2400, 3, 4, 5);
@@ -250,6 +249,25 @@ TEST(InverseWarp, FindsWhatReachesABlockFromFarAway) {
                                               reference_stages_of(chain, frame).at("color"), 1e-3);
         EXPECT_LE(difference.fraction, 0.01) << starts << " starts: " << difference.text;
     }
+}
+
+// As many blocks as a line can have. llvmpipe ends loops after 65535 iterations.
+TEST(InverseWarp, FindsWhatReachesABlockFromTheOtherEndOfALongLine) {
+    const int length = 16384;
+    BlurFrame frame(2, length);
+    frame.color() = noise_image(2, length, 4, 5);
+    for (int y = 0; y < length; ++y) {  // a column of objects, each with a speed of its own
+        const int object = y / 1000;
+        frame.depth().at(0, y) = 40;
+        frame.depth().at(1, y) = float(5 + object);
+        frame.set_half_velocity(0, y, 3, -8000);
+        frame.set_half_velocity(1, y, 3, float(8000 - 900 * object));
+    }
+    const Chain chain =
+        warp({{"max_blur_fraction", 1.0}, {"starts", int64_t(8)}, {"samples", int64_t(7)}});
+    const Difference difference = compare(stages_of(chain, frame).at("color"),
+                                          reference_stages_of(chain, frame).at("color"), 1e-3);
+    EXPECT_LE(difference.fraction, 0.001) << difference.text;
 }
 
 // The same frame with and without the savings of still blocks.

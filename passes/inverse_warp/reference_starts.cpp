@@ -89,7 +89,7 @@ class Blocks {
         return chosen;
     }
 
-    // Of the surfaces of the blocks in its row.
+    // From the surfaces of the blocks in its row.
     void choose_in_row(int i, int j) {
         std::vector<Surface> candidates;
         for (int x = 0; x < columns_; ++x)
@@ -99,7 +99,7 @@ class Blocks {
             most_different(candidates, s_.search.starts + kMoreInRow);
     }
 
-    // Of those that the rows of its column have chosen.
+    // From those that the rows of its column have chosen.
     void choose_starts(int i, int j) {
         std::vector<Surface> candidates;
         for (int y = 0; y < rows_; ++y)

@@ -13,8 +13,8 @@
 namespace postchain::inverse_warp {
 namespace {
 
-// Start surfaces of a row of blocks beyond those of a block: rows choose without knowing the
-// columns' reach.
+// A row keeps so many more surfaces than a block: some of them do not reach the block along its
+// column.
 constexpr int kMoreInRow = 2;
 
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
@@ -102,17 +102,19 @@ class Planner : private SurfacePlanner {
     TextureId add_block_surfaces(TextureId surfaces) {
         const TextureId block_surfaces =
             planner_.texture("block_surfaces", Format::rgba32ui, kBlocks.times(3, 1));
-        Step step = make_block_step("block_surfaces");
+        Step step = make_surface_step("block_surfaces");
+        step.spread = groups_for(kBlocks);
         step.bindings = {{0, surfaces}, {0, block_surfaces, Access::write}};
         step.taps = 3 * pixels_;
         planner_.step(std::move(step));
         return block_surfaces;
     }
 
-    // Chooses, from `given` surfaces of each block of a row or a column, `chosen` for each block.
+    // Chooses for each block `chosen` surfaces from the `given` ones of each block in its row or
+    // column.
     Step make_starts_step(const char* name, bool rows, int given, int chosen) {
-        Step step = make_block_step(name);
-        step.program.file = "inverse_warp/starts.comp";
+        Step step = make_surface_step("starts");
+        step.name = name;
         step.program.defines["ROWS"] = flag(rows);
         step.program.defines["GIVEN"] = std::to_string(given);
         step.program.defines["STARTS"] = std::to_string(chosen);

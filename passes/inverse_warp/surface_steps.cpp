@@ -69,12 +69,6 @@ Step SurfacePlanner::make_surface_step(const std::string& name) const {
     return step;
 }
 
-Step SurfacePlanner::make_block_step(const std::string& name) const {
-    Step step = make_surface_step(name);
-    step.spread = groups_for(kBlocks);
-    return step;
-}
-
 TextureId SurfacePlanner::add_surfaces() {
     Packed packed = {
         planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};

@@ -34,8 +34,6 @@ class SurfacePlanner {
     Step make_step(const std::string& name) const;
     // For every step that reads surfaces.
     Step make_surface_step(const std::string& name) const;
-    // A step with a thread per block.
-    Step make_block_step(const std::string& name) const;
 
     PassPlanner& planner_;
     const Settings& settings_;

@@ -1,16 +1,17 @@
 #version 450 core
-// For each block the surfaces of a line of blocks around it whose paths reach it along the line: up to
-// STARTS that are displaced most differently. Along rows of block_surfaces, then along columns of what
-// that found, which makes the start surfaces, from which a search starts after the pixel's own: the work
-// of a block grows with the reach, not with its square. One thread per block.
+// Chooses the start surfaces of each block, from which a search starts after the pixel's own. One
+// dispatch chooses along rows of blocks, a second one along columns from what the first has chosen: the
+// work grows with the reach, not with its square. Each considers the surfaces on the block's line whose
+// paths reach the block along it, and chooses up to STARTS that are displaced most differently. One
+// thread per block.
 //
-//   block_surfaces -> row_starts       ROWS 1: STARTS blocks.x by blocks.y
-//   row_starts -> starts   ROWS 0: nearest first, (STARTS + 1) blocks.x by blocks.y; the last texel of a
-//                          block: x bits of the longest path that reaches it, px; y number of start
-//                          surfaces
-//              -> work lists of blocks: still, moving (LISTS)
+// ROWS 1: block_surfaces -> row_starts   STARTS blocks.x by blocks.y
+// ROWS 0: row_starts -> starts   nearest first, (STARTS + 1) blocks.x by blocks.y; the last texel of a
+//                                block: x bits of the longest path that reaches it, px; y number of
+//                                start surfaces
+//                    -> work lists of blocks: still, moving (LISTS)
 //
-// GIVEN: surfaces of a block that are read
+// GIVEN: surfaces of each block in the texture that is read
 #include "shared/inverse_warp_uniforms.h"
 #include "shared/work_group.h"
 
@@ -63,13 +64,13 @@ float reach_of(Surface s) {
     return reach;
 }
 
-// From a block's border to the next block's on the line, so many blocks further, px.
+// Least distance along the line between pixels of two blocks that are so many blocks apart, px.
 float gap_px(int blocks) {
     return float(max(blocks - 1, 0) * kBlockPx);
 }
 
-// First and last block of the lines through this work group's blocks with surfaces that reach one of
-// these.
+// First and last place on the lines of this work group's blocks from which a surface reaches one of
+// these blocks. No invocation looks beyond them.
 shared int first_reaching, last_reaching;
 ivec2 find_reaching() {
     const ivec2 group = invocation_at() - ivec2(gl_LocalInvocationID.xy);
@@ -140,7 +141,7 @@ bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
     return true;
 }
 
-// A block's own surfaces reach it, so at least one is chosen; the first fills what is left.
+// A block's own surfaces reach it, so at least one is chosen. Room that is left repeats the first.
 void store_row(Starts chosen, ivec2 block) {
     for (int i = 0; i < STARTS; ++i) {
         const ivec2 texel = i < chosen.count ? chosen.texel[i] : chosen.texel[0];
@@ -148,7 +149,8 @@ void store_row(Starts chosen, ivec2 block) {
     }
 }
 
-// How many of the others are nearer; on a tie, the one chosen first is.
+// The number of chosen surfaces that are nearer than surface i; on a tie, the one chosen first is
+// nearer.
 int place_of(int i, Starts chosen) {
     const float q = chosen.surface[i].inverse_depth;
     int place = 0;

@@ -76,7 +76,8 @@ struct PlanTexture {
 };
 
 // How a step sees a texture: `layout(binding = unit)` of a sampler2D or image2D; for an array of
-// planes, of a sampler2DArray or image2DArray.
+// planes, of a sampler2DArray or image2DArray. A step may sample a texture that it writes, if each
+// invocation reads only texels that it alone writes, and before it writes them.
 enum class Access {
     sample_nearest,  // sampler2D, nearest, clamp to edge (texelFetch works too)
     read,            // readonly image2D, for a step that has no sampler2D left

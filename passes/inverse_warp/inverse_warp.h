@@ -17,8 +17,7 @@
 //   color [, hint]                                    --keep---> color [, hint]     still_blocks
 //   colors and surfaces of the frames before and after, behind --gather-> surfaces occluded here
 //
-// With denoising, gather writes `gathered`, `soft` and `spread`, and denoise combines them into
-// color.
+// With denoising, gather also writes `soft` and `spread`, and denoise changes color by them.
 //
 // Sources: Yang et al., Image-Based Bidirectional Scene Reprojection, 2011; Bowles et al.,
 // Iterative Image Warping, 2012.

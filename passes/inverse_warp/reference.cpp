@@ -368,7 +368,6 @@ class Gather {
                 with_alpha.at(x, y, 3) = soft.at(x, y, 3);
                 soft.at(x, y, 3) = share_.at(x, y);
             }
-        frame_.stages["gathered"] = color_of_wide(color_);
         frame_.stages["soft"] = std::move(soft);
         frame_.stages["spread"] = std::move(with_alpha);
     }

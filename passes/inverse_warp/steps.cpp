@@ -39,7 +39,7 @@ class Planner : private SurfacePlanner {
         add_tables(from);
         if (from.starts.still_blocks >= 0)
             keep_still_blocks(from.starts.still_blocks, result, hint, soft);
-        add_gather(from, hint, settings_.denoise ? soft.gathered : result, soft);
+        add_gather(from, hint, result, soft);
         if (settings_.denoise) add_denoise(soft, result, from.starts.moving_blocks);
         planner_.output(Role::color, result.color);
         if (layered_) planner_.output(Role::layers, result.layers);
@@ -62,7 +62,7 @@ class Planner : private SurfacePlanner {
     };
     // Between gather and denoise.
     struct Soft {
-        Colors gathered, blurred;
+        Colors blurred;
         TextureId spread = -1;
         TextureId reached = -1;  // with layers
     };
@@ -236,11 +236,9 @@ class Planner : private SurfacePlanner {
 
     Soft add_soft() {
         Soft soft;
-        soft.gathered.color = planner_.texture("gathered", planner_.context().color_format());
         soft.blurred.color = planner_.texture("soft", planner_.context().color_format());
         soft.spread = planner_.texture("spread", planner_.context().color_format());
         if (!layered_) return soft;
-        soft.gathered.layers = layer_images("layers_gathered");
         soft.blurred.layers = layer_images("layers_soft");
         soft.reached = planner_.array("reached", Format::r32ui, {}, words());
         return soft;
@@ -336,16 +334,17 @@ class Planner : private SurfacePlanner {
         return arrays;
     }
 
+    // In place.
     void add_denoise(const Soft& soft, const Colors& result, TextureId moving_blocks) {
         Step step = make_step("denoise");
-        step.bindings = {{0, soft.gathered.color},
+        step.bindings = {{0, result.color},
                          {1, soft.blurred.color},
                          {2, soft.spread},
                          {0, result.color, Access::write}};
         step.taps = 30 * pixels_;
         launch_by(step, moving_blocks);
         if (layered_) {
-            add_layers(step, {{3, soft.gathered.layers},
+            add_layers(step, {{3, result.layers},
                               {4, soft.blurred.layers},
                               {5, soft.reached},
                               {1, result.layers, Access::write}});

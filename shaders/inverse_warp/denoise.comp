@@ -4,22 +4,22 @@
 // than that spread. So their mean is also taken over the pixels around, within a small part of the
 // spread: the more samples, the smaller. Sharp surfaces are left alone.
 //
-//   gathered, soft (rgb: mean color of blurred samples; a: their share), spread (Cholesky factor of
-//   the mean covariance of their displacements, px; mean of their alpha) -> color
+//   color, soft (rgb: mean color of blurred samples; a: their share), spread (Cholesky factor of
+//   the mean covariance of their displacements, px; mean of their alpha) -> color, in place
 //
-// LAYERS: defined if the frame has extra layers: layers_gathered, layers_soft, and the bits of those
-// that are not 0 in a pixel, `reached` (taps.glsl)
+// LAYERS: defined if the frame has extra layers: layers, layers_soft, and the bits of those that are
+// not 0 in a pixel, `reached` (taps.glsl)
 // LIST: only the blocks of a work list
 #include "common/work_list.glsl"
 
 #include "inverse_warp/wide_color.glsl"
 
-layout(binding = 0) uniform sampler2D gathered;
+layout(binding = 0) uniform sampler2D color;
 layout(binding = 1) uniform sampler2D soft;
 layout(binding = 2) uniform sampler2D spread;
 layout(binding = 0) writeonly uniform image2D denoised;
 #ifdef LAYERS
-layout(binding = 3) uniform sampler2DArray layers_gathered;
+layout(binding = 3) uniform sampler2DArray layers;
 layout(binding = 4) uniform sampler2DArray layers_soft;
 layout(binding = 5) uniform usampler2DArray reached;
 layout(binding = 1) writeonly uniform image2DArray layers_denoised;
@@ -91,7 +91,7 @@ vec4 denoised_color(Around a, Plane plane) {
         at = at.x < a.last.x ? at + ivec2(1, 0) : ivec2(a.first.x, at.y + 1);
     } while (at.y <= a.last.y);
     precise const vec4 mean =
-        fetch(WIDE(gathered, layers_gathered), plane, a.p) + a.share / total * sum;
+        fetch(WIDE(color, layers), plane, a.p) + a.share / total * sum;
     return mean;
 }
 
@@ -106,36 +106,24 @@ uint reached_around(Around a, int word) {
 }
 
 void store_denoised_layers(Around a) {
-    for (int word = 0; word < words_of(layers_gathered); ++word) {
-        const uint all = bits_of_word(layers_gathered, word);
-        uint bits = reached_around(a, word) & all, empty = all & ~bits;
-        while (empty != 0u)
-            imageStore(layers_denoised, ivec3(a.p, next_layer(empty, word)), vec4(0.0));
+    for (int word = 0; word < words_of(layers); ++word) {
+        // A layer that is 0 around the pixel stays 0.
+        uint bits = reached_around(a, word) & bits_of_word(layers, word);
         while (bits != 0u) {
             const int l = next_layer(bits, word);
             imageStore(layers_denoised, ivec3(a.p, l), denoised_color(a, Plane(false, l)));
         }
     }
 }
-
-void store_gathered_layers(ivec2 p) {
-    for (int l = 0; l < textureSize(layers_gathered, 0).z; ++l)
-        imageStore(layers_denoised, ivec3(p, l), texelFetch(layers_gathered, ivec3(p, l), 0));
-}
 #else
 void store_denoised_layers(Around a) {}
-void store_gathered_layers(ivec2 p) {}
 #endif
 
 void main() {
     ivec2 p;
     if (!next_pixel(uniforms.size, p)) return;
     const float own_share = texelFetch(soft, p, 0).a;
-    if (own_share == 0.0) {
-        imageStore(denoised, p, fetch(WIDE(gathered, layers_gathered), kColor, p));
-        store_gathered_layers(p);
-        return;
-    }
+    if (own_share == 0.0) return;
     const Around a = around(p, own_share);
     imageStore(denoised, p, denoised_color(a, kColor));
     store_denoised_layers(a);

@@ -70,6 +70,13 @@ TEST(Hazards, WhatWasReadIsWaitedForBeforeItIsWrittenOver) {
     EXPECT_EQ(levels_of(plan), (std::vector<int>{0, 1, 2, 3}));
 }
 
+TEST(Hazards, AStepInPlaceWaitsForItsWritersAndIsWaitedFor) {
+    // The second step reads 1 and writes it.
+    const Plan plan = chain_of({{0, 1}, {1, 1}, {1, 2}}, 3);
+    EXPECT_EQ(waits_of(plan, {0, 1, 2}), (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch}));
+    EXPECT_EQ(levels_of(plan), (std::vector<int>{0, 1, 2}));
+}
+
 TEST(Hazards, AListIsWaitedForByItsReadersAndItsLaunch) {
     Plan plan;
     plan.textures.resize(3);
@@ -272,7 +279,8 @@ TEST(Hazards, OfRandomPlansAndImports) {
         for (int i = 0; i < 2 + below(8); ++i) {
             Step step;
             step.name = concat(i);
-            std::map<int, Access> used;  // a step does not write what it also reads or writes
+            // A step does not write what it also reads or writes, unless it works in place.
+            std::map<int, Access> used;
             for (int t = 0; t < textures + lists; ++t) {
                 if (below(3) > 0) continue;
                 const Access access = t >= textures   ? Access::list
@@ -283,6 +291,8 @@ TEST(Hazards, OfRandomPlansAndImports) {
                     access == Access::sample_nearest && place->second == Access::sample_nearest;
                 if (!is_new && !both_read) continue;
                 step.bindings.push_back({t, t, access});
+                if (access == Access::write && below(4) == 0)
+                    step.bindings.push_back({t, t, Access::sample_nearest});
                 if (access == Access::list && below(2) == 0) step.work_list = t;
             }
             plan.steps.push_back(std::move(step));

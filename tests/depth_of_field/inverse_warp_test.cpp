@@ -150,7 +150,7 @@ TEST(InverseWarpLens, AgreesWithItsReference) {
                    {"range", 2.0}}}) {
         const Stages gpu = dof_stages(planes, settings);
         const ReferenceFrame expected = dof_reference(planes, settings);
-        for (const char* name : {"gathered", "soft", "spread", "color"}) {
+        for (const char* name : {"soft", "spread", "color"}) {
             const auto found = gpu.stages.find(stage(name));
             if (found == gpu.stages.end()) continue;
             const Difference difference =

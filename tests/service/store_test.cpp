@@ -258,6 +258,25 @@ TEST_F(StoreTest, LimitsOfAUser) {
     EXPECT_EQ(add_of(1).what, Added::What::made);
 }
 
+// A job that has not begun has no frames in the store, only their number from its request.
+TEST_F(StoreTest, FramesOfAJobThatHasNotBegunCountAfterARetryAndARestart) {
+    open();
+    User ann;
+    ann.name = "ann";
+    ann.max_frames = 5;
+    const auto add_of = [&](int frames) {
+        return *store_->add({JobKind::run, "{}", 0, "", frames}, 100, ann);
+    };
+    const std::string id = add_of(5).job.id;
+    ASSERT_TRUE(*store_->cancel(id));
+    ASSERT_TRUE(store_->retry(id, ann)->done);
+    EXPECT_EQ(job(id).frames, 5);
+    EXPECT_EQ(add_of(1).what, Added::What::over_limit);
+    ASSERT_EQ(*store_->start(id), 1);
+    open();
+    EXPECT_EQ(job(id).frames, 5);
+}
+
 TEST_F(StoreTest, PrioritiesChangeAndEndedJobsAreRemoved) {
     open();
     const std::string a = add(), b = add();

@@ -69,7 +69,7 @@ void count_frames(Database& database, int64_t job) {
         "UPDATE jobs SET frames = (SELECT COUNT(*) FROM frames WHERE job = ?1), "
         "done = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN ('written', "
         "'skipped')), failed = (SELECT COUNT(*) FROM frames WHERE job = ?1 AND state IN "
-        "('missing', 'quarantined')) WHERE id = ?1",
+        "('missing', 'quarantined')) WHERE id = ?1 AND EXISTS(SELECT 1 FROM frames WHERE job = ?1)",
         job);
 }
 

@@ -22,6 +22,7 @@ class Addon(unittest.TestCase):
     def test_inside_blender_and_on_a_farm(self):
         printed = BLENDER.run(self.folder, "-b", "-P", launch.HERE / "inside.py", "--", self.folder)
         self.assertIn("\nOK\n", printed)
+        self.assertIn("Warning: frame step 2", printed)  # reported by Filter
 
         # The documented lines, on the file that inside.py has left, without the add-on installed.
         script = re.search(r"<!-- farm -->\n+```sh\n(.*?)```", DOCUMENT.read_text("utf8"), re.S)[1]

@@ -122,3 +122,31 @@ class Problems(Case):
         self.says("shifted lens", wrong=False)
         render.pixel_aspect_x = 2
         self.says("pixel aspect", wrong=False)
+
+    def test_motion_blur_of_cycles_that_the_filter_lacks(self):
+        cube, wall = (bpy.data.objects[name] for name in ("cube", "wall"))
+        wall.cycles.use_deform_motion = False  # it does not deform
+        self.assertEqual(self.problems(), [])
+        cube.cycles.use_motion_blur = self.scene.camera.cycles.use_motion_blur = False
+        self.says("Motion Blur is off for 'cube': their motion", wrong=False)
+        self.says("Motion Blur is off for camera 'eye'", wrong=False)
+        wall.shape_key_add(name="rest")
+        self.says("Deformation (Motion Blur) is off for 'wall'", wrong=False)
+        self.scene.postchain.order = "LENS"
+        self.assertEqual(self.problems(), [])
+        self.scene.postchain.order = "JOINT"
+        cube.hide_render = wall.hide_render = self.scene.camera.cycles.use_motion_blur = True
+        self.assertEqual(self.problems(), [])
+        for number in range(7):
+            other = cube.copy()
+            other.hide_render = False
+            self.scene.collection.objects.link(other)
+        self.says("'cube.005' and 2 more", wrong=False)
+
+    def test_shutter_of_cycles_that_the_filter_lacks(self):
+        self.scene.cycles.rolling_shutter_type = "TOP"
+        self.says("Rolling Shutter is on", wrong=False)
+        self.scene.cycles.rolling_shutter_type = "NONE"
+        self.assertEqual(self.problems(), [])
+        self.scene.render.motion_blur_shutter_curve.curves[0].points[0].location.y = 0
+        self.says("Shutter Curve is not constant", wrong=False)

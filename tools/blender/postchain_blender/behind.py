@@ -50,7 +50,7 @@ class POSTCHAIN_OT_behind(command.JobOperator, bpy.types.Operator):
 
     def steps(self, context):
         scene = context.scene
-        filtering.check(scene)
+        filtering.check(self, scene)
         filtering.check_format(scene)
         check(scene)
         pattern = filtering.files(scene)

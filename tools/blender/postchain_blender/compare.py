@@ -58,7 +58,7 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
     def steps(self, context):
         scene, frame = context.scene, context.scene.frame_current
         self._scene, self._frame = scene.name, frame  # the user goes on meanwhile
-        filtering.check(scene)
+        filtering.check(self, scene)
         chain = properties.chain(scene)
         self._folder = os.path.join(filtering.output_folder(scene), f"ground_truth_{frame:04d}")
         os.makedirs(self._folder, exist_ok=True)

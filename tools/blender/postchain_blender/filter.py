@@ -59,11 +59,15 @@ def ranges(frames):
     return ",".join(str(frame) for frame in frames)
 
 
-def check(scene):
-    """Raises CommandError if a render of the scene cannot be filtered."""
-    errors = [text for wrong, text in prepare.problems(scene, **properties.blurs(scene)) if wrong]
+def check(operator, scene):
+    """Raises CommandError if a render of the scene cannot be filtered. The operator reports what will look
+    different."""
+    found = prepare.problems(scene, **properties.blurs(scene))
+    errors = [text for wrong, text in found if wrong]
     if errors:
         raise command.CommandError("; ".join(errors))
+    for _, text in found:
+        operator.report({"WARNING"}, text)
 
 
 def check_rendered(pattern, frames):
@@ -166,7 +170,7 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
 
     def steps(self, context):
         scene = context.scene
-        check(scene)
+        check(self, scene)
         check_format(scene)
         pattern, behind = files(scene), None
         folder = output_folder(scene)

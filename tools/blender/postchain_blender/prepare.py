@@ -117,6 +117,35 @@ def _animates(block, path):
     return any(curve.data_path == path for curve in curves)
 
 
+def _named(objects):
+    """The names of objects, the first five of many."""
+    names = ", ".join(f"'{one.name}'" for one in objects[:5])
+    return names + (f" and {len(objects) - 5} more" if len(objects) > 5 else "")
+
+
+def _motion_of_cycles(scene):
+    """Texts: what Cycles' own motion blur has or leaves out, and the filter does not."""
+    found = []
+    objects = [one for one in scene.objects if one.type != "CAMERA" and not one.hide_render]
+    off = [one for one in objects if not one.cycles.use_motion_blur]
+    if off:
+        found.append(f"Motion Blur is off for {_named(off)}: their motion is in the motion vectors "
+                     "nevertheless, and is blurred")
+    off = [one for one in objects if one.cycles.use_motion_blur and not one.cycles.use_deform_motion
+           and one.is_deform_modified(scene, "RENDER")]
+    if off:
+        found.append(f"Deformation (Motion Blur) is off for {_named(off)}: it is in the motion vectors "
+                     "nevertheless, and is blurred")
+    found += [f"Motion Blur is off for camera '{camera.name}': its motion blurs the sky nevertheless"
+              for camera in cameras(scene) if not camera.cycles.use_motion_blur]
+    if scene.cycles.rolling_shutter_type != "NONE":
+        found.append("Rolling Shutter is on: the filter opens the shutter for all rows at once")
+    points = scene.render.motion_blur_shutter_curve.curves[0].points
+    if any(point.location.y != points[0].location.y for point in points):
+        found.append("the Shutter Curve is not constant: the filter's shutter opens and closes at once")
+    return found
+
+
 def problems(scene, lens, motion):
     """[(error?, text)]: why a render of this scene cannot be filtered, or will look different.
     lens, motion: the chain has depth of field, motion blur."""
@@ -171,6 +200,9 @@ def problems(scene, lens, motion):
         warning("Blender's files do not have the pixel aspect: blur will be too wide or too narrow")
     if motion and shutter_position(scene) != "CENTER":
         warning("the shutter's position is not Center on Frame: the filter's shutter is centered")
+    if motion and render.engine == "CYCLES":
+        for text in _motion_of_cycles(scene):
+            warning(text)
     if scene.frame_step > 1:
         warning(f"frame step {scene.frame_step}: no frame has its neighbors, so surfaces that are "
                 "hidden behind a blur are estimated")

@@ -52,6 +52,11 @@ class Compare(Case):
         self.assertEqual(self.scene.render.image_settings.file_format, "PNG")
         self.assertTrue(self.scene.render.use_motion_blur)
 
+    def test_stereoscopy(self):
+        self.scene.render.use_multiview = True
+        self.scene.postchain.truth_samples = 4
+        self.assertEqual(bpy.ops.postchain.compare(), {"FINISHED"})
+
 
 class Shot(Case):
     def test_file_for_the_farm(self):

@@ -21,7 +21,7 @@ def render(folder, frame, samples):
         marker.camera = None
     settings.engine = "CYCLES"
     settings.use_file_extension = settings.use_border = False
-    settings.use_compositing = settings.use_sequencer = False
+    settings.use_compositing = settings.use_sequencer = settings.use_multiview = False
     blurs = properties.blurs(scene)
     prepare.apply(scene)
     for number in (frame - 1, frame, frame + 1):

@@ -63,6 +63,15 @@ class Filter(Case):
         bpy.ops.postchain.filter()
         self.assertEqual(outcome(), f"INFO\n1 frame is in {self.folder}/out")
 
+    def test_without_file_extensions(self):
+        self.scene.render.use_file_extension = False
+        self.scene.frame_end = 1
+        self.render()
+        self.assertEqual(os.listdir(self.folder + "/render"), ["shot_0001"])
+        bpy.ops.postchain.behind()
+        bpy.ops.postchain.filter()
+        self.assertEqual(self.sidecar(1)["inputs"]["behind"], self.folder + "/render/behind/shot_0001")
+
     def test_missing_pass(self):
         self.render()
         self.scene.view_layers[0].use_pass_z = False

@@ -185,7 +185,8 @@ class POSTCHAIN_OT_filter(command.JobOperator, bpy.types.Operator):
                 behind = layer_behind(pattern)
         self._input, self._frames = pattern, frames
         check_motion(scene, on_disk(pattern)[frames[0]])
-        self._output = os.path.join(folder, os.path.basename(pattern))
+        name = os.path.basename(pattern)  # without extension if File Extensions is off
+        self._output = os.path.join(folder, name if name.endswith(".exr") else name + ".exr")
         if self._output == pattern:
             raise command.CommandError(f"the folder {folder} is that of the render: choose another "
                                        "output folder in the panel")

@@ -116,6 +116,11 @@ class Problems(Case):
         self.says("Sequencer off", wrong=True)
         render.use_sequencer = False
         self.assertEqual(self.problems(), [])
+        for name, token in (("a##_b_####", "##"), ("b_%04d", "%04d"), ("b@2x_##", "@"), ("b_$F4", "$F")):
+            render.filepath = os.path.join(self.folder, name)
+            self.says(f"holds '{token}' beside its frame number", wrong=True)
+        render.filepath = os.path.join(self.folder, "a##/b_##_100%_d")
+        self.assertEqual(self.problems(), [])
         self.scene.cycles.motion_blur_position = "END"
         self.says("not Center on Frame", wrong=False)
         self.scene.camera.data.shift_y = 0.1

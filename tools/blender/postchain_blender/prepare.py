@@ -1,6 +1,8 @@
 """Prepare: what a render for postchain needs, set in the scene, said, and put back. The state is in
 the scene, so it survives saving, loading and undo."""
 import json
+import os
+import re
 
 import bpy
 
@@ -203,6 +205,10 @@ def problems(scene, lens, motion):
     if motion and render.engine == "CYCLES":
         for text in _motion_of_cycles(scene):
             warning(text)
+    token = re.search(r"#+|@+|%\d*d|\$F", os.path.basename(render.frame_path(frame=0)))
+    if token:
+        error(f"the output's file name holds '{token[0]}' beside its frame number, which the command would take "
+              "for a second one: rename it in Output properties, Output")
     if scene.frame_step > 1:
         warning(f"frame step {scene.frame_step}: no frame has its neighbors, so surfaces that are "
                 "hidden behind a blur are estimated")

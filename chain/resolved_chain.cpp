@@ -110,6 +110,7 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
     rules_ = &rules;
     links_.clear();
     frame_ = seen_by(chain, frame);
+    if (!rules.contains(kRuleCameraCut)) frame_.bounds.camera_cut = false;
     shape_.passes.assign(chain.links.size(), {});
     if (Status status = judge(); !status.ok()) return status;
     find_wanted();

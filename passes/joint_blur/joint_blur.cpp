@@ -67,8 +67,10 @@ inverse_warp::Settings settings_of(const Parameters& parameters, const lens::Cir
                                    const FrameDescription& frame) {
     const Camera& camera = frame.camera;
     inverse_warp::Settings settings;
+    const double open_frames =
+        frame.bounds.camera_cut ? 0 : shutter::open_frames(parameters.shutter, camera);
     settings.shutter = {
-        .half_open = 0.5 * shutter::open_frames(parameters.shutter, camera),
+        .half_open = 0.5 * open_frames,
         .max_path_px = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
                            .value_or(inverse_warp::default_max_path_px(frame))};
     settings.lens = {.coc = coc,
@@ -113,9 +115,12 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
         const FrameBounds& bounds = frame().bounds;
         const double half_open = settings().shutter->half_open;
         if (half_open == 0 && coc.largest_radius_px() <= kSharpRadiusPx)
-            return Identity{kRuleConfiguration,
-                            {.name = "shutter_frames is 0; largest circle-of-confusion radius at "
-                                     "any depth",
+            return Identity{bounds.camera_cut ? kRuleCameraCut : kRuleConfiguration,
+                            {.name = bounds.camera_cut
+                                         ? "motion leads across a cut; largest circle-of-confusion "
+                                           "radius at any depth"
+                                         : "shutter_frames is 0; largest circle-of-confusion "
+                                           "radius at any depth",
                              .value = coc.largest_radius_px(),
                              .limit = kSharpRadiusPx,
                              .unit = "px"}};

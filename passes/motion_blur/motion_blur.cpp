@@ -37,8 +37,7 @@ class MotionBlurOnFrame final : public Filter {
         const FrameBounds& bounds = frame_.bounds;
         if (shutter == 0)
             return Identity{kRuleConfiguration, {.name = "shutter_frames", .value = 0}};
-        if (bounds.camera_cut && context.uses(kRuleCameraCut))
-            return Identity{kRuleCameraCut, {"motion leads across a cut"}};
+        if (bounds.camera_cut) return Identity{kRuleCameraCut, {"motion leads across a cut"}};
         if (context.has_one_color()) return Identity{kRuleFacts, {"all pixels have one color"}};
         const bool reads_back =
             parameters_.mode == Mode::inverse_warp && context.available.has(Role::motion_back);

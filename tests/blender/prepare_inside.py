@@ -90,6 +90,20 @@ class Prepare(Case):
 
 
 class Problems(Case):
+    def test_cameras_of_markers_beyond_the_frame_range(self):
+        first = self.scene.camera
+        for frame in (-9, 0, 2, 4):  # the range is 1 to 3
+            other = first.copy()
+            other.data = first.data.copy()
+            other.data.type = "PANO" if frame in (-9, 4) else "PERSP"
+            other.name = f"at {frame}"
+            self.scene.collection.objects.link(other)
+            self.scene.timeline_markers.new("cut", frame=frame).camera = other
+        self.assertEqual([one.name for one in addon().prepare.cameras(self.scene)], ["eye", "at 0", "at 2"])
+        self.assertFalse([text for wrong, text in self.problems() if wrong])
+        self.scene.frame_end = 4
+        self.says("camera 'at 4' is panoramic", wrong=True)
+
     def test_settings_that_cannot_be_filtered(self):
         render = self.scene.render
         render.engine = "BLENDER_WORKBENCH"

@@ -157,8 +157,8 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
 
 TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     write_sequence(at(""), {1, 2});
-    // Frame 2 crosses a cut: its own color is returned unchanged, and no other frame's.
-    const auto written = filter("motion_blur", {"--cuts", "2"});
+    // A shot of its own: its color is returned unchanged, and no other frame's.
+    const auto written = filter("motion_blur", {"--cuts", "1,2"});
     ASSERT_EQ(written.code, 0) << written.text();
     EXPECT_EQ(read_color(out(2)).data, read_color(in(2)).data);
     EXPECT_NE(read_color(out(1)).data, read_color(in(1)).data);

@@ -385,6 +385,28 @@ TEST(CameraCut, ReturnsTheInput) {
     }
 }
 
+// The lens still blurs.
+TEST(CameraCut, ClosesTheShutterOfTheJointBlur) {
+    const FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
+    FrameDescription frame = describe(planes);
+    const Chain cut = chain_of("joint_blur", {{"samples", int64_t(8)}, {"f_stop", 2.0}});
+    const Chain closed =
+        chain_of("joint_blur", {{"samples", int64_t(8)}, {"f_stop", 2.0}, {"shutter_frames", 0.0}});
+    const auto color = [&](const Chain& chain, const PlanOptions& options) {
+        return filter(chain, frame, planes, options).at(Role::color);
+    };
+    const ImageF blurred = color(cut, no_rule()), unmoved = color(closed, no_rule());
+    frame.bounds.camera_cut = true;
+    EXPECT_NE(first_difference(blurred, unmoved), "");
+    EXPECT_NE(first_difference(planes.at(Role::color), unmoved), "");
+    EXPECT_EQ(first_difference(color(cut, only({kRuleCameraCut})), unmoved), "");
+    EXPECT_EQ(first_difference(color(cut, {.rules_off = {kRuleCameraCut}}), blurred), "");
+    const Chain sharp = chain_of("joint_blur", {{"max_radius_px", 0.5}});
+    const auto plan = make_plan(sharp, frame, only({kRuleCameraCut}));
+    ASSERT_TRUE(plan.ok()) << plan.status().message();
+    EXPECT_TRUE(plan->passes[0].elided);
+}
+
 TEST(CameraCut, OtherPassesRun) {
     FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
     FrameDescription frame = describe(planes);

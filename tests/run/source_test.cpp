@@ -55,6 +55,42 @@ TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
     }
 }
 
+// Vectors that lead to another shot are replaced by those of the frame's other side.
+TEST(Source, MotionAcrossACutIsNotUsed) {
+    TempFolder folder;
+    Planes planes = make_planes(24, 16);
+    for (float& value : planes.back.data) value *= 0.5f;
+    const auto is = [&](const std::set<int>& cuts, const ImageF* motion, const ImageF* back) {
+        SourceSettings settings;
+        settings.cuts = cuts;
+        const auto frame = source_of(folder.path("f.exr"), settings);
+        ASSERT_TRUE(frame.ok()) << frame.status().message();
+        EXPECT_EQ(frame->description.bounds.camera_cut, !motion);
+        ASSERT_EQ(frame->planes.count(Role::motion_back), back ? 1u : 0u);
+        if (motion) {
+            EXPECT_LE(test::largest_difference(*frame->planes.at(Role::motion), *motion), 1e-6);
+        }
+        if (back) {
+            EXPECT_LE(test::largest_difference(*frame->planes.at(Role::motion_back), *back), 1e-6);
+        }
+    };
+    for (const char* convention : {"cycles", "nuke"}) {
+        SCOPED_TRACE(convention);
+        FrameFile file;
+        file.convention = convention;
+        test::write_frame(folder.path("f.exr"), planes, file);
+        is({2}, &planes.motion, &planes.back);
+        is({1}, &planes.back, nullptr);    // the last of a shot
+        is({0}, &planes.motion, nullptr);  // the first
+        is({0, 1}, nullptr, nullptr);      // a shot of its own
+    }
+    FrameFile file;
+    file.convention = "arnold";
+    test::write_frame(folder.path("f.exr"), planes, file);
+    is({0}, &planes.motion, nullptr);
+    is({1}, nullptr, nullptr);
+}
+
 TEST(Source, OnlyWhatIsWantedIsRead) {
     TempFolder folder;
     test::write_frame(folder.path("f.exr"), make_planes(24, 16));
@@ -107,7 +143,7 @@ TEST(Source, WhatNobodyCanReadIsNotDecoded) {
     };
     const RoleSet blur = {Role::color, Role::inverse_depth, Role::motion};
     EXPECT_EQ(needed(), blur);
-    settings.cuts = {1};
+    settings.cuts = {0, 1};
     EXPECT_EQ(needed(), RoleSet());
     settings.cuts = {2};
     EXPECT_EQ(needed(), blur);

@@ -11,7 +11,6 @@ enum class Neighbors { none, before, both };
 struct Parameters {
     Neighbors neighbors = Neighbors::both;
     bool vectors = false;
-    bool cuts = false;
 };
 
 const ParameterTable& table() {
@@ -20,7 +19,6 @@ const ParameterTable& table() {
             .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
                     {.help = "frames from which this one is set off"})
             .boolean("vectors", &Parameters::vectors, {.help = "add their depth and vectors too"})
-            .boolean("cuts", &Parameters::cuts, {.help = "off where a cut follows"})
             .table();
     return rows;
 }
@@ -54,9 +52,7 @@ class Echo final : public PlainPass {
 
     Reach reach() const override { return {0, 0}; }
 
-    std::optional<Identity> identity(const PlanContext& context) const override {
-        if (parameters_.cuts && context.frame.bounds.camera_cut)
-            return Identity{kRuleCameraCut, {.name = "a cut follows"}};
+    std::optional<Identity> identity(const PlanContext&) const override {
         if (parameters_.neighbors != Neighbors::none) return std::nullopt;
         return Identity{kRuleConfiguration, {.name = "neighbors is none"}};
     }

@@ -82,8 +82,12 @@ class POSTCHAIN_OT_compare(command.JobOperator, bpy.types.Operator):
     def done(self, context, job):
         with open(self._at("report/report.json"), encoding="utf-8") as file:
             variants = json.load(file)["variants"]
-        rows = [[variant["name"]] + [form.format(variant["metrics"][key]["mean"])
-                                     for key, (_, form) in SHOWN.items()] for variant in variants]
+        rows = []
+        for variant in variants:
+            means = {key: variant["metrics"][key]["mean"] for key in SHOWN}
+            # The PSNR of equal images and the SSIM of tiny ones do not exist.
+            rows.append([variant["name"]] + ["none" if means[key] is None else form.format(means[key])
+                                             for key, (_, form) in SHOWN.items()])
         job.warnings.clear()  # the report has them
         page = self._at("report/index.html")
         scene = bpy.data.scenes.get(self._scene)

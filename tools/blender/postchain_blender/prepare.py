@@ -6,7 +6,7 @@ import re
 
 import bpy
 
-from .camera import shutter_position
+from .camera import camera_at, shutter_position
 
 LOSSY = {"DWAA", "DWAB", "B44", "B44A", "PXR24"}  # of depth and motion vectors too
 PASSES = {"use_pass_z": "depth pass", "use_pass_vector": "motion vector pass",
@@ -14,8 +14,10 @@ PASSES = {"use_pass_z": "depth pass", "use_pass_vector": "motion vector pass",
 
 
 def cameras(scene):
-    """Those that the scene renders with: its own and the markers'."""
-    found = [scene.camera] + [marker.camera for marker in scene.timeline_markers]
+    """Those that the scene renders with: its own, and the markers' in the frame range."""
+    starts = {scene.frame_start} | {marker.frame for marker in scene.timeline_markers
+                                    if scene.frame_start < marker.frame <= scene.frame_end}
+    found = [scene.camera] + [camera_at(scene, frame) for frame in sorted(starts)]
     return list(dict.fromkeys(one for one in found if one and one.type == "CAMERA"))
 
 

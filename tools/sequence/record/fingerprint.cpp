@@ -145,7 +145,8 @@ std::string fingerprint_of(const Chain& chain, const RunSettings& settings,
     const RuleNames rules = settings.plan.rules(chain);
     for (const auto& rule : settings.plan.rules_on)
         if (rules.count(rule)) text += rule + "\n";
-    if (settings.source.cuts.count(frame) && rules.count(kRuleCameraCut)) text += "camera cut\n";
+    if (inputs.frame->header.motion_crosses_cut && rules.count(kRuleCameraCut))
+        text += "camera cut\n";
     for (const auto& [neighbor, other] : inputs.neighbors)
         text += concat(postchain::name_of(neighbor), " ", text_of_frame(*other));
     if (inputs.behind) text += concat("behind ", text_of_frame(*inputs.behind));

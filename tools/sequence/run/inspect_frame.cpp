@@ -158,7 +158,8 @@ InspectedFrame inspect_frame(const RunSettings& settings, const std::map<Role, s
         if (const auto next = all.find(frame + 1); next != all.end() && pattern.has_token())
             next_files[role] = next->second;
     }
-    if (next_files.count(Role::color) && source->description.planes.has(Role::motion)) {
+    if (next_files.count(Role::color) && !settings.source.cuts.contains(frame) &&
+        source->description.planes.has(Role::motion)) {
         auto next = open_source_frame(settings.source, next_files, frame + 1);
         found.signs = next.ok()
                           ? scan_signs(settings.source, *header, *next,

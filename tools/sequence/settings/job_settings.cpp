@@ -198,7 +198,8 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .group = kInputGroup})
         .text("cuts", &JobSettings::cuts,
               {.unit = "RANGE",
-               .help = "frames whose motion vectors cross a camera cut; they get no motion blur",
+               .help = "frames that a camera cut follows: motion vectors and neighboring "
+                       "frames across it are not used",
                .unset_means = "none",
                .group = kInputGroup})
         .text("camera", &JobSettings::camera,

@@ -122,6 +122,20 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
     return Status();
 }
 
+// Motion vectors to or from a frame of another shot mean nothing: those on the frame's other side
+// are used in their place.
+void keep_motion_of_shot(bool cut_before, bool cut_after, FrameHeader& header) {
+    auto& assignment = header.assignment;
+    if (cut_before) assignment.erase(Role::motion_back);
+    if (!cut_after || !assignment.contains(Role::motion)) return;
+    const auto back = assignment.find(Role::motion_back);
+    header.motion_crosses_cut = back == assignment.end();
+    if (header.motion_crosses_cut) return;
+    assignment[Role::motion] = back->second;
+    header.match.options.motion = header.match.options.motion_back;
+    assignment.erase(back);
+}
+
 const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
                           const ProfileMatch& match) {
     if (!settings.profile)
@@ -245,6 +259,7 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
         header.match.options.unpremultiplied = picture->info().unassociated;
     for (const auto& [role, where] : header.match.roles)
         header.assignment[role] = {where.part, where.channels};
+    keep_motion_of_shot(settings.cuts.contains(frame - 1), settings.cuts.contains(frame), header);
 
     auto layers =
         find_frame_layers(settings.layers, data_names(profile_of(settings, *writer, header.match)),
@@ -286,6 +301,7 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
         if (auto warning = camera->check_resolution(display))
             header.warnings.push_back(warning->text());
     find_camera_motion(settings, metadata, frame, display, header);
+    if (header.makes_motion) header.motion_crosses_cut = false;
     header.camera_attributes = std::move(metadata.found);
     return header;
 }
@@ -307,7 +323,7 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     for (const auto& link : chain.links)
         for (const Place& place : link.pass->depth_places())
             frame.bounds.inverse_depth_at[place] = 0;
-    const bool cut = settings.cuts.count(frame.frame_number) > 0;
+    frame.bounds.camera_cut = header.motion_crosses_cut;
     frame.mattes = matte_indices(chain, settings.layers.mattes);
     RoleSet own = roles_in_files(header);
     // Cryptomattes are filtered as layers too, in chunks.
@@ -315,26 +331,22 @@ RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const 
     if (mattes_of(chain).empty()) own.remove(Role::mattes);
     const RoleSet usable = chain.required() | chain.optional();
     bool planned = false;
-    const auto read_with = [&](const std::vector<Neighbor>& neighbors, bool camera_cut) {
+    const auto read_with = [&](const std::vector<Neighbor>& neighbors) {
         frame.planes = own;
         for (Neighbor neighbor : neighbors)
             for (Role role : kNeighborRoles)
                 if (own.has(role) && usable.has(is_stacked(role) ? role_of(neighbor, Role::color)
                                                                  : role_of(neighbor, role)))
                     frame.planes.add(role_of(neighbor, role));
-        frame.bounds.camera_cut = camera_cut;
         const auto plan = make_plan(chain, frame, options);
         if (!plan.ok()) return RoleSet();
         planned = true;
         return plan->reads;
     };
-    RoleSet all = read_with({}, cut);
+    RoleSet all = read_with({});
     if (!usable.of(Neighbor::before).empty() || !usable.of(Neighbor::after).empty()) {
-        all = all | read_with({Neighbor::before}, cut) | read_with({Neighbor::after}, cut) |
-              read_with({Neighbor::before, Neighbor::after}, cut);
-        // A cut on one side must not keep the frame on the other side from reading this one.
-        const RoleSet whole = read_with({Neighbor::before, Neighbor::after}, false);
-        for (Neighbor neighbor : kNeighbors) all = all | whole.of(neighbor);
+        all = all | read_with({Neighbor::before}) | read_with({Neighbor::after}) |
+              read_with({Neighbor::before, Neighbor::after});
     }
     // If a pass reads the depth at a place, planning needs it.
     if (!frame.bounds.inverse_depth_at.empty()) all.add(Role::inverse_depth);

@@ -41,7 +41,7 @@ struct SourceSettings {
     bool all_views = false;          // kAllViews may be chosen
     std::optional<CameraFile> camera;
     NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
-    std::set<int> cuts;  // frames whose motion vectors cross a camera cut
+    std::set<int> cuts;  // frames that a camera cut follows
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
     // Pattern of neighboring frames, for their cameras.
@@ -62,6 +62,7 @@ struct FrameHeader {
     bool looked_for_cameras = false;  // in the files of the frames before and after
     bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
     bool has_behind = false;          // a file of the layer behind is given, or color is deep
+    bool motion_crosses_cut = false;  // and is not replaced by that of the other side
     bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
     std::optional<Zoom> zoom;         // to add to the file's motion vectors
     std::vector<io::FoundAttribute> camera_attributes;  // of color's part

@@ -141,9 +141,12 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
     }
     const io::Window &own = color_part(frame.header).display_window,
                      &its = color_part((*other)->header).display_window;
-    // Its color is used even if it lacks layers.
-    const RoleSet lacking = frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers};
-    if (own != its)
+    // Its color is used even if it lacks layers, or motion_back, as at a cut.
+    const RoleSet lacking =
+        frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers, Role::motion_back};
+    if ((*other)->header.motion_crosses_cut)
+        why = concat("the motion of frame ", number, " crosses a cut");
+    else if (own != its)
         why =
             concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());
     else if (!lacking.empty())

@@ -221,7 +221,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
     frame.description.height = header.window.height();
     frame.description.origin_y = header.window.min_y - frame.input.display_window.min_y;
     frame.description.bounds = findings.bounds;
-    frame.description.bounds.camera_cut = settings.cuts.count(frame.input.files.frame_number) > 0;
+    frame.description.bounds.camera_cut = header.motion_crosses_cut;
     for (const auto& [role, where] : header.assignment)
         if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
     frame.match = std::move(header.match);

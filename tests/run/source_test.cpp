@@ -330,6 +330,51 @@ TEST(Source, MotionOfTheCameraInPlaceOfMissingVectorsIsAWarning) {
     EXPECT_TRUE(said(CameraMotion::missing, {}).empty());
 }
 
+// A chain that reads fewer planes gets the same ones.
+TEST(Source, APlaneDoesNotDependOnWhichOthersAreRead) {
+    TempFolder folder;
+    Planes planes = make_planes(24, 16);
+    for (int y = 0; y < 16; ++y)
+        for (int x = 0; x < 24; ++x) {
+            if (planes.depth.at(x, y) == 2) continue;
+            planes.depth.at(x, y) = 1e10f;  // sky, whose vectors are not or half written
+            for (int c = 0; c < 2; ++c) planes.motion.at(x, y, c) = 0;
+            if (y < 8)
+                for (int c = 0; c < 2; ++c) planes.back.at(x, y, c) = 0;
+            planes.color.at(x, y, 3) = x == 5 ? 0.5f : 1;  // beside the square: a clear edge
+        }
+    FrameFile file;
+    file.convention = "cycles";
+    file.attributes["cycles.ViewLayer.samples"] = std::string("96");
+    test::write_frame(folder.path("f.exr"), planes, file);
+    SourceSettings settings;
+    for (const char* camera :
+         {R"({"focal_length_mm": 40, "sensor_width_mm": 36, "camera_matrix_world": {
+              "1": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "2": [[0.8, 0, 0.6], [0, 1, 0],
+              [-0.6, 0, 0.8]]}})",
+          R"({"sensor_width_mm": 36, "frames": {"1": {"focal_length_mm": 40},
+              "2": {"focal_length_mm": 50}}, "camera_matrix_world": {
+              "1": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "2": [[0.8, 0, 0.6], [0, 1, 0],
+              [-0.6, 0, 0.8]]}})"}) {
+        settings.camera = parse_camera(camera, "camera.json");
+        ASSERT_TRUE(settings.camera->status().ok()) << settings.camera->status().message();
+        const auto whole = source_of(folder.path("f.exr"), settings);
+        ASSERT_TRUE(whole.ok()) << whole.status().message();
+        EXPECT_GT(whole->surface_health.sky_motion_from_camera, 0u);
+        EXPECT_GT(whole->surface_health.clear_edges, 0u);
+        for (const RoleSet wanted :
+             {RoleSet{Role::inverse_depth}, RoleSet{Role::motion}, RoleSet{Role::motion_back},
+              RoleSet{Role::inverse_depth, Role::motion},
+              RoleSet{Role::motion, Role::motion_back}}) {
+            const auto part = source_of(folder.path("f.exr"), settings, wanted);
+            ASSERT_TRUE(part.ok()) << part.status().message();
+            for (const auto& [role, plane] : part->planes)
+                EXPECT_EQ(plane->data, whole->planes.at(role)->data)
+                    << name_of(role) << " of " << wanted.text();
+        }
+    }
+}
+
 // Cycles leaves a zoom out of its motion vectors.
 TEST(Source, AZoomIsAddedInFilesOfCyclesAndIfAskedFor) {
     TempFolder folder;

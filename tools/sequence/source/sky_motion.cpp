@@ -185,12 +185,13 @@ std::array<double, 2> from_center(const FrameDescription& frame, size_t pixel) {
         frame.origin_y + double(pixel / size_t(frame.width)) + 0.5 - 0.5 * frame.display_height};
 }
 
-// A vector of sky that the renderer did not write.
-bool lacks_sky_motion(const FramePlanes& planes, size_t pixel, const float* v, const float* k) {
-    return v[0] == 0 && v[1] == 0 && (!k || (k[0] == 0 && k[1] == 0)) && is_sky(planes, pixel);
+// The vector is of sky, and the renderer did not write it.
+bool lacks_sky_motion(const FramePlanes& planes, size_t pixel, const float* vector) {
+    return vector[0] == 0 && vector[1] == 0 && is_sky(planes, pixel);
 }
 
-// Sets the motion vectors of the pixels for which `wanted` is true; returns their number.
+// Sets the motion vectors for which `wanted` is true; returns the number of their pixels. Each
+// plane gets the same vectors whether or not the other is there.
 template <class Wanted>
 uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescription& frame,
                      Wanted wanted) {
@@ -208,7 +209,8 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
     for (size_t pixel = 0; pixel < planes.at(Role::color).pixels(); ++pixel) {
         float* v = planes.at(Role::motion).data.data() + 2 * pixel;
         float* k = back == planes.end() ? nullptr : back->second.data.data() + 2 * pixel;
-        if (!wanted(pixel, v, k)) continue;
+        const bool sets_forward = wanted(pixel, v), sets_backward = k && wanted(pixel, k);
+        if (!sets_forward && !sets_backward) continue;
         const auto [x, y] = from_center(frame, pixel);
         const double w = is_infinitely_far(depth.data[pixel]) ? 0 : double(depth.data[pixel]);
         std::optional<std::array<double, 2>> forward, backward;
@@ -217,9 +219,10 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
         // No frame was rendered on that side: the surface moves as on the other side.
         if (!forward && !views.knows_after) forward = backward;
         if (!backward && !views.knows_before) backward = forward;
-        if (forward) set(v, *forward, largest);
-        if (k && backward) set(k, *backward, largest_back);
-        count += forward || (k && backward);
+        const bool has_forward = sets_forward && forward, has_backward = sets_backward && backward;
+        if (has_forward) set(v, *forward, largest);
+        if (has_backward) set(k, *backward, largest_back);
+        count += has_forward || has_backward;
     }
     FrameBounds& bounds = frame.bounds;
     bounds.max_speed_px = std::max(bounds.max_speed_px, largest);
@@ -232,8 +235,8 @@ uint64_t set_vectors(const SkyViews& views, FramePlanes& planes, FrameDescriptio
 
 uint64_t fill_sky_motion(const SkyViews& views, FramePlanes& planes, FrameDescription& frame) {
     if (!has_planes(planes)) return 0;
-    return set_vectors(views, planes, frame, [&](size_t pixel, const float* v, const float* k) {
-        return lacks_sky_motion(planes, pixel, v, k);
+    return set_vectors(views, planes, frame, [&](size_t pixel, const float* vector) {
+        return lacks_sky_motion(planes, pixel, vector);
     });
 }
 
@@ -249,13 +252,16 @@ uint64_t add_zoom_motion(const Zoom& zoom, bool keep_sky, FramePlanes& planes,
     for (size_t pixel = 0; pixel < planes.at(Role::motion).pixels(); ++pixel) {
         float* v = planes.at(Role::motion).data.data() + 2 * pixel;
         float* k = back == planes.end() ? nullptr : back->second.data.data() + 2 * pixel;
-        if (keep_sky && lacks_sky_motion(planes, pixel, v, k)) continue;
+        const auto keeps = [&](const float* vector) {
+            return keep_sky && lacks_sky_motion(planes, pixel, vector);
+        };
+        const bool adds_forward = !keeps(v), adds_backward = k && !keeps(k);
         const auto at = from_center(frame, pixel);
         for (size_t i = 0; i < 2; ++i) {
-            v[i] = float((at[i] + double(v[i])) * zoom.after - at[i]);
-            if (k) k[i] = float(at[i] - (at[i] - double(k[i])) * zoom.before);
+            if (adds_forward) v[i] = float((at[i] + double(v[i])) * zoom.after - at[i]);
+            if (adds_backward) k[i] = float(at[i] - (at[i] - double(k[i])) * zoom.before);
         }
-        ++count;
+        count += adds_forward || adds_backward;
         bounds.max_speed_px = std::max(bounds.max_speed_px, std::hypot(double(v[0]), double(v[1])));
         if (k)
             bounds.max_speed_back_px =
@@ -271,8 +277,7 @@ uint64_t set_camera_motion(const SkyViews& views, FramePlanes& planes, FrameDesc
             std::fill(plane->second.data.begin(), plane->second.data.end(), 0.0f);
     frame.bounds.max_speed_px = 0;
     if (planes.contains(Role::motion_back)) frame.bounds.max_speed_back_px = 0;
-    return set_vectors(views, planes, frame,
-                       [](size_t, const float*, const float*) { return true; });
+    return set_vectors(views, planes, frame, [](size_t, const float*) { return true; });
 }
 
 void SkyCounts::add(const SkyCounts& more) {

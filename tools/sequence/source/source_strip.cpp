@@ -47,10 +47,9 @@ void in_pixels(MotionConvention& motion, const io::Window& window) {
 
 RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
     RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
-    // Generated vectors need depth.
-    if (header.makes_motion && (present.has(Role::motion) || present.has(Role::motion_back)))
-        present = present | RoleSet{Role::inverse_depth, Role::motion};
-    if (header.zoom && present.has(Role::motion_back)) present.add(Role::motion);
+    // Vectors at clear edges and of the sky depend on depth, and conversion goes through `motion`.
+    if (present.has(Role::motion) || present.has(Role::motion_back))
+        present = present | (roles_in_files(header) & RoleSet{Role::inverse_depth, Role::motion});
     return present;
 }
 

@@ -20,8 +20,10 @@ using namespace report;
 namespace {
 
 using test::sweep;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 class Bench : public ::testing::Test {
   protected:
@@ -110,6 +112,20 @@ TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
     EXPECT_EQ(report->images.size(), 4u + 6u);  // input and its maps, truth; three of each
     EXPECT_EQ(report->title, "small: error against run time");
     EXPECT_EQ(report->pareto_metric, "hdr_flip");
+}
+
+TEST_F(Bench, AVariantWithAnotherShutterThanAGeneratedTruthIsWarnedOf) {
+    BenchSettings with = settings();
+    with.truth_cameras[2].shutter_frames = 0.25;
+    const auto variants = sweep({"motion_blur.shutter_frames=0.25,0.75"});
+    const auto report = run(*variants, with);
+    ASSERT_TRUE(report.ok()) << report.status().message();
+    EXPECT_THAT(report->warnings,
+                ::testing::Contains(AllOf(HasSubstr(" filters frame 2 with shutter_frames 0.75 in "
+                                                    "place of 0.25 of the generated"),
+                                          StartsWith(variants->back().name))));
+    EXPECT_THAT(report->warnings,
+                Not(::testing::Contains(StartsWith(variants->front().name + " filters"))));
 }
 
 TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {

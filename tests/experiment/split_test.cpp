@@ -134,6 +134,21 @@ TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
     EXPECT_FALSE(has_seeds(test::parse("postchain: 1\npasses: [fxaa]\n")));
 }
 
+// A seed that nothing reads is none: flicker has no value, rather than 0.
+TEST(ConvergedChain, ASeedWithoutRandomNumbersIsNone) {
+    for (const char* quiet : {"depth_of_field: {method: gilham}", "motion_blur: {noise: none}",
+                              "motion_blur: {mode: guertin, jitter: 0, tile_jitter: false}",
+                              "motion_blur: {mode: inverse_warp, time_jitter: 0}"}) {
+        const Chain chain = test::parse(concat("postchain: 1\npasses: [", quiet, "]\n"));
+        EXPECT_FALSE(has_seeds(chain)) << quiet;
+        EXPECT_THAT(seeds_of(chain), ::testing::IsEmpty()) << quiet;
+    }
+    const Chain both = test::parse(
+        "postchain: 1\npasses: [motion_blur: {mode: guertin}, depth_of_field: {method: gilham}]\n");
+    EXPECT_TRUE(has_seeds(both));
+    EXPECT_EQ(seeds_of(both), std::vector<std::string>{"passes[0].motion_blur.seed 0"});
+}
+
 TEST(ConvergedChain, SeedsGoRoundAtTheEndOfTheirRange) {
     const Chain chain = test::parse("postchain: 1\npasses: [motion_blur: {seed: 2147483647}]\n");
     EXPECT_THAT(with_seed_offset(chain, 1).text(), ::testing::HasSubstr(" seed=0 "));

@@ -59,6 +59,32 @@ TEST_F(TruthFiles, AnotherSizeNamesBoth) {
     EXPECT_THAT(survey().message(), HasSubstr("in.0003.exr is 64x40"));
 }
 
+Status write_cropped(const std::string& path, const ImageF& whole, const io::Window& display,
+                     const io::Window& data) {
+    const ImageF stored = io::placed(whole, display, data);
+    io::PlanesFile file;
+    for (int c = 0; c < 3; ++c)
+        file.channels.push_back({std::string(1, "RGB"[c]), io::PixelType::float32, &stored, c});
+    file.origin_x = data.min_x;
+    file.origin_y = data.min_y;
+    file.display_window = display;
+    io::WriteOptions options;
+    options.on_existing = io::OnExisting::overwrite;
+    return io::write_planes_exr(path, file, options).status();
+}
+
+// A cropped ground truth is not completed with black, unless the input is clear there too.
+TEST_F(TruthFiles, ACroppedDataWindowMustCoverThatOfTheInput) {
+    test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
+    const io::Window display = {0, 0, 63, 39}, data = {9, 4, 50, 39};
+    const ImageF picture(64, 40, 3, 0.5f);
+    ASSERT_TRUE(write_cropped(folder_.path("truth.0002.exr"), picture, display, data).ok());
+    expect_refused("the data window of the ground truth is 42x36 (9, 4)-(50, 39), but that of ");
+    EXPECT_THAT(survey().message(), HasSubstr("in.0002.exr is 64x40 (0, 0)-(63, 39)"));
+    ASSERT_TRUE(write_cropped(folder_.path("in.0002.exr"), picture, display, data).ok());
+    EXPECT_TRUE(survey().ok()) << survey().message();
+}
+
 // Within one display window the same pixels are compared, whatever each file's data window.
 TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
     test::write_truth(folder_.path(), "truth", 1, 3, 0.1f);
@@ -74,20 +100,10 @@ TEST_F(TruthFiles, AnotherDataWindowIsAligned) {
     Result<metrics::RgbImage> whole = Status(StatusCode::internal, ""), moved = whole;
     load(whole);
     const io::Window display = {0, 0, 63, 39};
-    for (const io::Window& data : {io::Window{-5, -2, 70, 41}, io::Window{9, 4, 50, 39}}) {
-        const ImageF stored = io::placed(whole->rgb, display, data);
-        io::PlanesFile file;
-        for (int c = 0; c < 3; ++c)
-            file.channels.push_back({std::string(1, "RGB"[c]), io::PixelType::float32, &stored, c});
-        file.origin_x = data.min_x;
-        file.origin_y = data.min_y;
-        file.display_window = display;
-        io::WriteOptions options;
-        options.on_existing = io::OnExisting::overwrite;
-        ASSERT_TRUE(io::write_planes_exr(folder_.path("truth.0002.exr"), file, options).ok());
-        load(moved);
-        EXPECT_EQ(moved->rgb, io::placed(stored, data, display)) << data.text();
-    }
+    const io::Window overscan = {-5, -2, 70, 41};
+    ASSERT_TRUE(write_cropped(folder_.path("truth.0002.exr"), whole->rgb, display, overscan).ok());
+    load(moved);
+    EXPECT_EQ(moved->rgb, whole->rgb);
 }
 
 TEST_F(TruthFiles, BlackIsRefused) {
@@ -161,6 +177,41 @@ TEST_F(TruthFiles, GeneratedScenesAreKnownByTheirCameraFile) {
     EXPECT_EQ(through.request->camera.aperture_image, request.camera.aperture_image);
     std::ofstream(folder_.path("camera.json")) << R"({"scene": "zoom", "f_stop": 2})";
     EXPECT_THAT(find_scene(settings.run, *survey).why_not, HasSubstr("names no generated scene"));
+}
+
+// Values of the chain, of the pass and of the camera file, each against that of the scene.
+TEST_F(TruthFiles, ValuesThatDifferFromThoseOfTheSceneAreNamed) {
+    auto settings = test::settings_for(folder_.path(), folder_.path("report"));
+    scenes::SceneRequest request;
+    request.name = "still";
+    const auto model = scenes::model_for(request);
+    ASSERT_TRUE(model.ok());
+    const Camera of_scene = scenes::camera_at(*model, 1);
+    CameraFile file;
+    file.camera = of_scene;
+    settings.run.source.camera = file;
+    const auto differences = [&](const char* passes, const std::vector<std::string>& sets) {
+        const auto header = sequence::open_source_frame(
+            settings.run.source, {{Role::color, folder_.path("in.0001.exr")}}, 1);
+        EXPECT_TRUE(header.ok()) << header.status().message();
+        return differences_from_truth(
+            test::parse(concat("postchain: 1\npasses: [", passes, "]\n"), sets), *header, of_scene);
+    };
+    using ::testing::ElementsAre;
+    EXPECT_THAT(differences("depth_of_field, motion_blur, fxaa", {}), ElementsAre());
+    const std::string f_stop = text_of(ParameterValue(*of_scene.f_stop)),
+                      shutter = text_of(ParameterValue(*of_scene.shutter_frames));
+    EXPECT_THAT(differences("depth_of_field, motion_blur", {"camera.f_stop=0.25"}),
+                ElementsAre("f_stop 0.25 in place of " + f_stop));
+    EXPECT_THAT(differences("motion_blur: {shutter_angle_deg: 36}", {}),
+                ElementsAre("shutter_frames 0.1 in place of " + shutter));
+    EXPECT_THAT(differences("depth_of_field: {aperture_blades: 5}", {}),
+                ElementsAre("aperture_blades 5 in place of 0"));
+    settings.run.source.camera->camera.shutter_frames = 0.125;
+    EXPECT_THAT(differences("depth_of_field, motion_blur", {}),
+                ElementsAre("shutter_frames 0.125 in place of " + shutter));
+    settings.run.source.camera.reset();
+    EXPECT_THAT(differences("motion_blur", {}), ElementsAre());  // the default is the scene's
 }
 
 ExperimentSettings settings_of(const std::string& folder, io::OnExisting on_existing) {

@@ -110,6 +110,12 @@ TEST(StudyFile, QuestionsSayWhatIsEqual) {
                 "questions: [{pair: [report, joint], equal: samples}]" +
                 end),
         HasSubstr("the passes of report take 25 and those of joint 57"));
+    EXPECT_THAT(refused("postchain_study: 1\nkind: bench\nchains:\n"
+                        "  few: [joint_blur: {samples: 32}]\n"
+                        "  adaptive: [joint_blur: {samples: 32, max_samples: 64}]\n"
+                        "questions: [{pair: [few, adaptive], equal: samples}]" +
+                        end),
+                HasSubstr("says equal samples, but adaptive samples adaptively"));
     EXPECT_THAT(refused(kSampled + "questions: [{pair: [more, joint], equal: price}]" + end),
                 HasSubstr("questions[0].equal: is samples or time"));
     EXPECT_THAT(refused(kSampled + "questions: [{pair: [more, joint], equa: time}]" + end),

@@ -28,6 +28,10 @@ Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
                                                   frame, ", ", int(100 * share), " %"));
                        });
     if (!pattern.ok()) return pattern.status();
+    const auto model = scenes::model_for(*scene.request);
+    if (!model.ok()) return model.status();
+    for (int frame : scene.request->frames)
+        settings.truth_cameras[frame] = scenes::camera_at(*model, frame);
     settings.truth = *pattern;
     settings.truth_is = concat("generated: ", scene.request->name, ", ", settings.truth_samples,
                                " samples per pixel");

@@ -65,13 +65,31 @@ class BenchRun {
             report_.variants.push_back(std::move(variant));
             wanted_ = wanted_ | one.chain.required() | one.chain.optional();
             if (!(one.chain.camera == variants_[0].chain.camera) && basis_.truth &&
-                report_.notes.empty())
-                report_.notes.push_back("variants differ in camera but share one ground truth");
+                settings_.truth_cameras.empty())
+                note("variants differ in camera but share one ground truth");
+            if (Status status = warn_of_camera(one); !status.ok()) return status;
         }
         for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
         report_.files = files_;
         store_.emplace(settings_.folder, conditions_of(report_, settings_, variants_), files_);
         return store_->prepare();
+    }
+
+    // A generated ground truth has the lens and shutter of the scene.
+    Status warn_of_camera(const BenchVariant& variant) {
+        for (const auto& [frame, camera] : settings_.truth_cameras) {
+            const auto header =
+                sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame);
+            if (!header.ok()) return header.status();
+            const auto texts = differences_from_truth(variant.chain, *header, camera);
+            if (texts.empty()) continue;
+            report_.warnings.push_back(
+                concat(variant.name, " filters frame ", frame, " with ", joined(texts, ", "),
+                       " of the generated ground truth: its error contains the difference; render "
+                       "the sequence with these values, as `postchain scene` takes them"));
+            break;
+        }
+        return Status();
     }
 
     // Key of a frame's result.

@@ -38,11 +38,11 @@ Result<std::map<std::string, double>> measure_part(const ImageF& test, const Ima
     return values;
 }
 
-template <class Link>
-bool samples(const Link& link) {
+bool samples(const ChainLink& link) {
     const auto& rows = link.type->parameters->rows();
-    return std::any_of(rows.begin(), rows.end(),
-                       [](const Parameter& row) { return row.convergence != Convergence::none; });
+    return std::any_of(rows.begin(), rows.end(), [&](const Parameter& row) {
+        return row.convergence != Convergence::none && reads(link, row);
+    });
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ Chain converged_chain(const Chain& chain, std::vector<std::string>* changes) {
         if (changes && !samples(link))
             changes->push_back(concat("passes[", i, "].", link.type->name, " does not sample"));
         for (const Parameter& row : link.type->parameters->rows()) {
-            if (!link.type->parameters->unread(row, link.pass->parameters()).empty()) continue;
+            if (!reads(link, row)) continue;
             const ParameterValue before = row.get(link.pass->parameters());
             if (row.convergence == Convergence::set) {
                 const ParameterValue value = row.type == ParameterType::integer
@@ -77,7 +77,7 @@ Chain with_seed_offset(const Chain& chain, int offset) {
     Chain copy = chain.clone();
     for (auto& link : copy.links) {
         for (const Parameter& row : link.type->parameters->rows()) {
-            if (row.convergence != Convergence::averaged) continue;
+            if (row.convergence != Convergence::averaged || !reads(link, row)) continue;
             const auto value = std::get<int64_t>(row.get(link.pass->parameters()));
             row.set(link.pass->parameters(), moved_on(row, value, offset));
         }
@@ -88,13 +88,13 @@ Chain with_seed_offset(const Chain& chain, int offset) {
 bool has_seeds(const Chain& chain) {
     for (const auto& link : chain.links)
         for (const Parameter& row : link.type->parameters->rows())
-            if (row.convergence == Convergence::averaged) return true;
+            if (row.convergence == Convergence::averaged && reads(link, row)) return true;
     return false;
 }
 
 bool samples(const Chain& chain) {
     return std::any_of(chain.links.begin(), chain.links.end(),
-                       [](const auto& link) { return samples(link); });
+                       [](const ChainLink& link) { return samples(link); });
 }
 
 Result<Converged> converge(const Chain& chain, const FrameDescription& frame, PlaneView planes,

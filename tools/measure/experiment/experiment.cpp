@@ -133,12 +133,16 @@ std::vector<int> spread_frames(const std::vector<int>& frames, int count) {
     return chosen;
 }
 
+bool reads(const ChainLink& link, const Parameter& row) {
+    return link.type->parameters->unread(row, link.pass->parameters()).empty();
+}
+
 std::vector<std::string> seeds_of(const Chain& chain) {
     std::vector<std::string> seeds;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const auto& link = chain.links[i];
         for (const Parameter& row : link.type->parameters->rows())
-            if (row.convergence == Convergence::averaged)
+            if (row.convergence == Convergence::averaged && reads(link, row))
                 seeds.push_back(concat("passes[", i, "].", link.type->name, ".", row.key, " ",
                                        text_of(row.get(link.pass->parameters()))));
     }

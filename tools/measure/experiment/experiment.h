@@ -77,7 +77,10 @@ double mean_squared(const Image<A>& a, const Image<B>& b) {
 // Up to `count` of the frames, evenly spaced, starting with the first.
 std::vector<int> spread_frames(const std::vector<int>& frames, int count);
 
-// "motion_blur.seed 0" for every row that only changes random numbers.
+// Whether the pass reads the row with the link's other values.
+bool reads(const ChainLink& link, const Parameter& row);
+
+// "motion_blur.seed 0" for every row that only changes random numbers, if the pass reads it.
 std::vector<std::string> seeds_of(const Chain& chain);
 
 // Adds a value to the series at a frame's index; means are over frames with a value.

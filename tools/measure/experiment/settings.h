@@ -2,6 +2,7 @@
 // the run itself have their own rows (tools/sequence/settings/job_settings.h).
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,10 @@ struct ExperimentSettings {
     std::string truth;          // as typed; empty = none given
     std::string truth_is;       // its name in the report; empty = as typed
     std::string no_truth;       // why there is none; empty = none was given
-    std::string folder;         // of the report; created if it does not exist
-    std::string assets;         // folder of the page's images; empty = embedded
+    // Lens and shutter of a generated one, by frame; empty = not generated.
+    std::map<int, Camera> truth_cameras;
+    std::string folder;  // of the report; created if it does not exist
+    std::string assets;  // folder of the page's images; empty = embedded
     io::OnExisting on_existing = io::OnExisting::fail;  // for an existing report
     bool resumes = false;                               // skip: continues an earlier report
     std::vector<std::string> command;

@@ -1,8 +1,10 @@
 #include "tools/measure/experiment/truth.h"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
+#include "chain/resolved_chain.h"
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -24,6 +26,13 @@ std::string size_text(const io::Window& window) {
 bool black(const metrics::RgbImage& image) {
     return std::all_of(image.rgb.data.begin(), image.rgb.data.end(),
                        [](float v) { return v <= 0; });
+}
+
+// But for the digits that camera.json rounds.
+bool same_value(const ParameterValue& a, const ParameterValue& b) {
+    const auto* x = std::get_if<double>(&a);
+    const auto* y = std::get_if<double>(&b);
+    return x && y ? std::abs(*x - *y) <= 1e-6 * std::max(std::abs(*x), std::abs(*y)) : a == b;
 }
 
 }  // namespace
@@ -52,11 +61,14 @@ Result<Truth> Truth::open(const std::string& pattern, const std::vector<int>& fr
     return truth;
 }
 
+Result<sequence::FrameHeader> Truth::open_frame(int frame) const {
+    return sequence::open_source_frame({}, files_.at(frame), frame);
+}
+
 Result<sequence::SourceFrame> Truth::read(int frame) const {
-    const sequence::SourceSettings settings;
-    auto header = sequence::open_source_frame(settings, files_.at(frame), frame);
+    auto header = open_frame(frame);
     if (!header.ok()) return header.status();
-    return sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);
+    return sequence::read_source_frame({}, std::move(*header), {}, io::Keep::nothing);
 }
 
 Result<metrics::RgbImage> Truth::load(int frame) const {
@@ -86,17 +98,28 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
         const std::string& path = files_.at(frame).at(Role::color);
         auto filtered = sequence::open_source_frame(input.source, list->files.at(frame), frame);
         if (!filtered.ok()) return filtered.status();
+        auto header = open_frame(frame);
+        if (!header.ok()) return header.status();
+        const io::ExrPart& part_of_input = sequence::color_part(*filtered);
+        const io::ExrPart& part_of_truth = sequence::color_part(*header);
+        const io::Window of_input = filtered->window, of_truth = header->window;
+        const auto differ = [&](const char* what, const io::Window& truth,
+                                const io::Window& input) {
+            return Status(
+                StatusCode::input,
+                concat(path, ": the ", what, " of the ground truth is ", size_text(truth),
+                       ", but that of ", filtered->files.color_file().path(), " is ",
+                       size_text(input), "; render the ground truth with the input's region"));
+        };
+        const bool one_display = part_of_truth.display_window == part_of_input.display_window;
+        if (of_truth != of_input && !(one_display && of_truth.contains(of_input)))
+            return differ("window", of_truth, of_input);
+        // Beyond its data window the ground truth would be completed with black.
+        if (!part_of_truth.data_window.contains(part_of_input.data_window))
+            return differ("data window", part_of_truth.data_window, part_of_input.data_window);
+        windows_[frame] = of_input;
         auto source = read(frame);
         if (!source.ok()) return source.status();
-        const io::Window& of_input = filtered->window;
-        const io::Window& of_truth = source->input.window;
-        const bool one_display =
-            source->input.display_window == sequence::color_part(*filtered).display_window;
-        if (of_truth != of_input && !(one_display && of_truth.contains(of_input)))
-            return Status(StatusCode::input,
-                          concat(path, ": the ground truth is ", size_text(of_truth), ", but ",
-                                 filtered->files.color_file().path(), " is ", size_text(of_input)));
-        windows_[frame] = of_input;
         if (const auto bad = source->health.nonfinite_color)
             return Status(StatusCode::input,
                           concat(path, ": the ground truth has ", report::counted(bad, "pixel"),
@@ -205,6 +228,34 @@ SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& s
     }
     found.request = std::move(request);
     return found;
+}
+
+std::vector<std::string> differences_from_truth(const Chain& chain,
+                                                const sequence::FrameHeader& header,
+                                                const Camera& camera_of_truth) {
+    FrameDescription frame;
+    frame.width = header.window.width();
+    frame.height = header.window.height();
+    frame.camera = header.camera.overlaid_by(chain.camera);
+    for (const auto& link : chain.links)
+        for (const Place& place : link.pass->depth_places())
+            frame.bounds.inverse_depth_at[place] = 0;
+    std::vector<std::string> texts;
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        const auto pass = resolve_link(chain, i, frame);
+        if (!pass.ok()) continue;
+        for (const UsedValue& used : (*pass)->used_values()) {
+            const Parameter* row = camera_parameters().find(used.key);
+            if (!row || used.of == UsedValue::Of::frame) continue;
+            const ParameterValue truth = row->get(&camera_of_truth);
+            if (same_value(used.value, truth)) continue;
+            const bool looked_up = used.row == "focus_at";
+            texts.push_back(concat(used.key, " ",
+                                   looked_up ? std::string("at focus_at") : text_of(used.value),
+                                   " in place of ", text_of(truth)));
+        }
+    }
+    return texts;
 }
 
 Result<std::string> generate_truth(const scenes::SceneRequest& given, const std::string& parent,

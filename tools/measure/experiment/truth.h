@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "chain/chain.h"
 #include "chain/egl/context.h"
 #include "tools/measure/metrics/exposure.h"
 #include "tools/measure/metrics/pair.h"
@@ -28,8 +29,8 @@ class Truth {
     bool has(int frame) const { return files_.contains(frame); }
     const std::vector<int>& frames() const { return frames_; }  // with a ground truth, in order
 
-    // Reads every frame once; must come before load(). Errors (input), naming both files: it does
-    // not cover the filtered window of the input's frame, NaN or Inf, all black.
+    // Reads every frame once; must come before load(). Errors (input), naming both files: its
+    // window or data window does not cover that of the input's frame, NaN or Inf, all black.
     Status survey(const sequence::RunSettings& input, metrics::ToneMapper mapper);
     const metrics::ExposureRange& exposures() const { return exposures_; }
 
@@ -40,6 +41,7 @@ class Truth {
     std::string identity(int frame) const;
 
   private:
+    Result<sequence::FrameHeader> open_frame(int frame) const;
     Result<sequence::SourceFrame> read(int frame) const;
     std::map<int, std::map<Role, std::string>> files_;
     std::vector<int> frames_;
@@ -68,6 +70,12 @@ struct SceneOfInput {
     std::string why_not;
 };
 SceneOfInput find_scene(const sequence::RunSettings& input, const InputSurvey& survey);
+
+// Values of lens and shutter with which `chain` filters `header`'s frame, but not the camera of its
+// generated ground truth: "f_stop 1.4 in place of 2.8".
+std::vector<std::string> differences_from_truth(const Chain& chain,
+                                                const sequence::FrameHeader& header,
+                                                const Camera& camera_of_truth);
 
 // Renders missing frames of `both` as both.####.exr (float) into this request's folder under
 // `parent`; returns the pattern. Makes a GL context and leaves none current. `files`: of the

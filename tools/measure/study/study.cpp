@@ -1,5 +1,7 @@
 #include "tools/measure/study/study.h"
 
+#include "tools/measure/experiment/experiment.h"
+
 namespace postchain::study {
 
 const char* name_of(Equal equal) {
@@ -14,14 +16,25 @@ const char* name_of(Equal equal) {
     return "";
 }
 
-int samples_of(const Chain& chain) {
+namespace {
+
+// 0 if the pass has no such row or does not read it.
+int count_of(const ChainLink& link, const char* key) {
+    const Parameter* row = link.type->parameters->find(key);
+    if (!row || !experiment::reads(link, *row)) return 0;
+    const auto value = row->get(link.pass->parameters());
+    const auto* count = std::get_if<int64_t>(&value);
+    return count ? int(*count) : 0;
+}
+
+}  // namespace
+
+std::optional<int> samples_of(const Chain& chain) {
     int samples = 0;
     for (const auto& link : chain.links) {
-        const ParameterTable& table = *link.type->parameters;
-        const Parameter* row = table.find("samples");
-        if (!row || !table.unread(*row, link.pass->parameters()).empty()) continue;
-        const auto value = row->get(link.pass->parameters());
-        if (const auto* count = std::get_if<int64_t>(&value)) samples += int(*count);
+        const int of_link = count_of(link, "samples");
+        if (count_of(link, "max_samples") > of_link) return std::nullopt;
+        samples += of_link;
     }
     return samples;
 }

@@ -82,6 +82,9 @@ def test_the_bits_of_the_command(layered, tmp_path):
         assert (bits(found.layers[name]) == bits(expected)).all(), name
     ranks = channels_of_exr(written, [f"Object00.{letter}" for letter in "rgba"])
     assert (bits(found.cryptomattes["Object"]) == bits(ranks)).all()
+    with pytest.raises(postchain.UsageError,
+                       match="before: is frame 3, but the one before frame 2 is frame 1"):
+        chain.run_layers(frame, before=after, after=before)
     given = extras_of(1)
     # The matte holds the square out; without it the coverage is blurred too.
     assert (bits(ranks) == bits(given["cryptomattes"]["Object"][0])).all()

@@ -44,6 +44,15 @@ def test_a_camera_as_a_dict(frames, tmp_path):
     assert other["written"] == 1, "another camera is another result"
 
 
+def test_frames_as_arrays_of_numpy(frames, tmp_path):
+    for given in (numpy.arange(1, 3), numpy.array([2, 1]), [numpy.int64(1), 2], (1, 2)):
+        summary = run_fxaa(frames, tmp_path, frames=given, on_existing="overwrite")
+        assert summary["written"] == 2
+    assert run_fxaa(frames, tmp_path, frames=numpy.array(2), on_existing="overwrite")["total"] == 1
+    with pytest.raises(postchain.UsageError, match="frames: is a float"):
+        run_fxaa(frames, tmp_path, frames=numpy.array([1.5]))
+
+
 def run_fxaa(folder, out, **settings):
     return postchain.run_sequence(FXAA, folder / "frame.####.exr", out / "out.####.exr", **settings)
 

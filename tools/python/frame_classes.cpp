@@ -39,11 +39,20 @@ FrameArrays no_arrays() {
     return {py::none(), py::none(), py::none(), py::none(), py::none(), py::none(), py::none()};
 }
 
-// A frame that is given as one, or as arrays. `place`: "before".
-FramePtr neighbor_of(const char* place, const py::object& value, int number,
+// The frame before or after `frame`, given as one or as arrays.
+FramePtr neighbor_of(Neighbor which, const py::object& value, const Frame& frame,
                      const FrameArguments& given, const py::kwargs& settings) {
     if (value.is_none()) return nullptr;
-    if (py::isinstance<Frame>(value)) return value.cast<std::shared_ptr<Frame>>();
+    const std::string place = name_of(which);
+    const int number = frame.number() + (which == Neighbor::before ? -1 : 1);
+    if (py::isinstance<Frame>(value)) {
+        auto neighbor = value.cast<std::shared_ptr<Frame>>();
+        if (frame.has_number() && neighbor->has_number() && neighbor->number() != number)
+            raise(Status(StatusCode::usage,
+                         concat(place, ": is frame ", neighbor->number(), ", but the one ", place,
+                                " frame ", frame.number(), " is frame ", number)));
+        return neighbor;
+    }
     FrameArrays arrays = no_arrays();
     const std::pair<const char*, py::object*> planes[] = {{"color", &arrays.color},
                                                           {"depth", &arrays.depth},
@@ -66,7 +75,7 @@ FramePtr neighbor_of(const char* place, const py::object& value, int number,
                          concat(place, ": unknown plane '", key, "'; known are ", joined(known))));
         *plane->second = py::reinterpret_borrow<py::object>(array);
     }
-    return Frame::of_arrays(given.method, arrays, number, given.camera,
+    return Frame::of_arrays(given.method, arrays, py::int_(number), given.camera,
                             given.depth_encoding.value_or("linear"), given.pixel_aspect.value_or(1),
                             settings);
 }
@@ -86,13 +95,12 @@ FrameWithNeighbors frames_of(const FrameArguments& given, const py::kwargs& sett
     } else {
         FrameArrays arrays = given.arrays;
         arrays.color = given.color;
-        frame = Frame::of_arrays(given.method, arrays,
-                                 given.number.is_none() ? 0 : frame_number_of(given.number),
-                                 given.camera, given.depth_encoding.value_or("linear"),
+        frame = Frame::of_arrays(given.method, arrays, given.number, given.camera,
+                                 given.depth_encoding.value_or("linear"),
                                  given.pixel_aspect.value_or(1), settings);
     }
-    frames.before = neighbor_of("before", given.before, frame->number() - 1, given, settings);
-    frames.after = neighbor_of("after", given.after, frame->number() + 1, given, settings);
+    frames.before = neighbor_of(Neighbor::before, given.before, *frame, given, settings);
+    frames.after = neighbor_of(Neighbor::after, given.after, *frame, given, settings);
     frames.frame = std::move(frame);
     return frames;
 }
@@ -137,7 +145,8 @@ constexpr const char* kArrayArguments =
     "motion: height x width x 2, pixels to the next frame, x to the right, y down\n"
     "motion_back: likewise from the previous frame to this one\n"
     "camera: a dict or a file with the keys of a camera file\n"
-    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=)\n"
+    "before, after: neighboring frames, as Frame or dict(color=, depth=, motion=); a Frame whose\n"
+    "  number is another's is refused\n"
     "mattes: a dict of height x width, 0 to 1, by the names that passes have as `matte`\n"
     "cryptomattes: a dict by name of float32, height x width x 4, 8, ... (id, coverage of each\n"
     "  rank), or of (array, manifest); for the mattes \"cryptomatte:NAME\" of passes";
@@ -282,19 +291,19 @@ void add_frame(py::module_& module) {
         "Chain.run_layers().";
     py::class_<Frame, std::shared_ptr<Frame>> frame(module, "Frame", text.c_str());
     frame.def(
-        py::init([](const py::object& color, const py::object& depth, const py::object& motion,
-                    const py::object& motion_back, const py::object& camera,
-                    const py::object& layers, const py::object& mattes,
-                    const py::object& cryptomattes, int number, const std::string& depth_encoding,
-                    double pixel_aspect, const py::kwargs& settings) {
-            return Frame::of_arrays(
-                "Frame", {color, depth, motion, motion_back, layers, mattes, cryptomattes}, number,
-                camera, depth_encoding, pixel_aspect, settings);
-        }),
+        py::init(
+            [](const py::object& color, const py::object& depth, const py::object& motion,
+               const py::object& motion_back, const py::object& camera, const py::object& layers,
+               const py::object& mattes, const py::object& cryptomattes, const py::object& number,
+               const std::string& depth_encoding, double pixel_aspect, const py::kwargs& settings) {
+                return Frame::of_arrays(
+                    "Frame", {color, depth, motion, motion_back, layers, mattes, cryptomattes},
+                    number, camera, depth_encoding, pixel_aspect, settings);
+            }),
         py::arg("color"), py::arg("depth") = py::none(), py::arg("motion") = py::none(),
         py::arg("motion_back") = py::none(), py::arg("camera") = py::none(), py::kw_only(),
         py::arg("layers") = py::none(), py::arg("mattes") = py::none(),
-        py::arg("cryptomattes") = py::none(), py::arg("frame") = 0,
+        py::arg("cryptomattes") = py::none(), py::arg("frame") = py::none(),
         py::arg("depth_encoding") = "linear", py::arg("pixel_aspect") = 1.0);
     frame.def("planes", planes_of_frame,
               "Its planes in the canonical convention, read-only: color, inverse_depth, motion, "

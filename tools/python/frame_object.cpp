@@ -117,7 +117,7 @@ std::vector<std::string> planning_warnings(const ChainObject& chain, const Plann
 }  // namespace
 
 std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameArrays& arrays,
-                                        int number, const py::object& camera,
+                                        const py::object& given, const py::object& camera,
                                         const std::string& depth_encoding, double pixel_aspect,
                                         const py::kwargs& settings) {
     const auto& encodings = depth_encoding_names();
@@ -128,6 +128,8 @@ std::shared_ptr<Frame> Frame::of_arrays(const std::string& method, const FrameAr
     if (!(pixel_aspect > 0 && pixel_aspect < 1e3))
         raise(Status(StatusCode::usage, "pixel_aspect: must be > 0"));
     auto frame = std::make_shared<Frame>();
+    frame->has_number_ = !given.is_none();
+    const int number = frame->has_number_ ? frame_number_of(given) : 0;
     const std::string name = concat("frame ", number);
     frame->settings_ =
         job_settings(method, "frame.exr", "", camera, settings, &frame_keys()).source;

@@ -17,10 +17,12 @@ namespace postchain::python {
 // A frame whose planes are converted when a chain first needs them, and kept.
 class Frame : public std::enable_shared_from_this<Frame> {
   public:
-    // `method`: the caller's, for messages. `camera`: a dict, a path, or None. `settings`: keys of
-    // array_keys() and layer_keys(). Raise.
+    // `method`: the caller's, for messages. `number`: None is 0, and no neighbor's number is held
+    // against it. `camera`: a dict, a path, or None. `settings`: keys of array_keys() and
+    // layer_keys(). Raise.
     static std::shared_ptr<Frame> of_arrays(const std::string& method, const FrameArrays& arrays,
-                                            int number, const pybind11::object& camera,
+                                            const pybind11::object& number,
+                                            const pybind11::object& camera,
                                             const std::string& depth_encoding, double pixel_aspect,
                                             const pybind11::kwargs& settings);
     // `input`: a file, or a pattern of which `number` is a frame. `settings`: keys of read_keys().
@@ -35,6 +37,7 @@ class Frame : public std::enable_shared_from_this<Frame> {
     const sequence::SourceSettings& settings() const { return settings_; }
     const sequence::FrameHeader& header() const { return header_; }
     int number() const { return header_.files.frame_number; }
+    bool has_number() const { return has_number_; }
     bool has_alpha() const;
     // Color and the planes of `wanted` that it has. Any thread.
     Result<std::shared_ptr<const sequence::SourceFrame>> read(RoleSet wanted) const;
@@ -44,6 +47,7 @@ class Frame : public std::enable_shared_from_this<Frame> {
 
     sequence::SourceSettings settings_;
     std::optional<DepthEncoding> depth_encoding_;  // of arrays
+    bool has_number_ = true;
     sequence::FrameHeader header_;
     mutable std::mutex mutex_;
     mutable RoleSet read_;

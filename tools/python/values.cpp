@@ -20,8 +20,12 @@ py::object plain_value(const py::object& value) {
     throw py::type_error("a " + type_of(value) + " has no place in a chain or camera");
 }
 
+// NumPy's arrays have __index__ too, which fails unless they hold one number.
 bool is_integer(const py::handle& value) {
-    return PyIndex_Check(value.ptr()) != 0 && !py::isinstance<py::bool_>(value);
+    if (!PyIndex_Check(value.ptr()) || py::isinstance<py::bool_>(value)) return false;
+    if (py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()))) return true;
+    PyErr_Clear();
+    return false;
 }
 
 int64_t integer_of(const py::handle& value, const std::string& place) {

@@ -233,9 +233,13 @@ TEST_F(SessionTest, ASequenceThatGrowsAndLosesFrames) {
 TEST_F(SessionTest, AnUnreadableFrameDoesNotEndTheSession) {
     write_text(path("in.0002.exr"), "no image");
     open();
+    settle();
+    EXPECT_EQ(session_->picture_state(), "refined");
     session_->go_to(2);
     ASSERT_TRUE(wait_for([&] { return !session_->trouble().empty(); }));
     EXPECT_NE(session_->trouble().find("in.0002.exr"), std::string::npos);
+    settle();
+    EXPECT_EQ(session_->picture_state(), "of frame 1");
     session_->go_to(3);
     settle();
     EXPECT_EQ(session_->trouble(), "");
@@ -269,6 +273,7 @@ TEST_F(SessionTest, AChainThatCannotRunKeepsThePicture) {
     EXPECT_NE(session_->trouble().find("focal_length_mm"), std::string::npos);
     settle();
     EXPECT_TRUE(session_->painted().image) << "the frame as it is";
+    EXPECT_EQ(session_->picture_state(), "as before");
     session_->document().undo();
     settle();
     EXPECT_EQ(session_->trouble(), "");

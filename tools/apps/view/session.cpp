@@ -94,6 +94,15 @@ std::string Session::trouble() const {
     return filter_status_.message();
 }
 
+std::string Session::picture_state() const {
+    if (!trouble().empty()) {
+        if (!shown_.color) return "";
+        return shown_.frame == frame_ ? "as before" : concat("of frame ", shown_.frame);
+    }
+    if (at_rest()) return "refined";
+    return shown_.draft ? "draft" : "...";
+}
+
 void Session::go_to(int frame) {
     const auto list = frames();
     if (list.empty()) return;

@@ -112,6 +112,9 @@ class Session {
     void clear_messages() { messages_.clear(); }
     // Why the picture is not of the current settings; empty: it is.
     std::string trouble() const;
+    // The state of the picture: "refined", "draft", "..."; in trouble "of frame 2", or "as before"
+    // the change.
+    std::string picture_state() const;
 
     // The chain at this frame; null before the first tick().
     const std::shared_ptr<const Chain>& chain() const { return chain_; }

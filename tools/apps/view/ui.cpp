@@ -119,6 +119,7 @@ void Ui::draw_bottom(float x, float y, float width, float height) {
     ImGui::Begin("bottom", nullptr,
                  ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    const bool narrow = width < 360 * ui_.scale;  // no room to align what is on the right
     if (ImGui::Button(ui_.session.playing() ? "stop" : "play"))
         ui_.session.play(!ui_.session.playing());
     ui_.mark("play");
@@ -127,7 +128,7 @@ void Ui::draw_bottom(float x, float y, float width, float height) {
     if (!frames.empty()) {
         const auto at = std::lower_bound(frames.begin(), frames.end(), ui_.session.frame());
         int index = int(std::min(at - frames.begin(), std::ptrdiff_t(frames.size()) - 1));
-        ImGui::SetNextItemWidth(-210 * ui_.scale);
+        ImGui::SetNextItemWidth((narrow ? 80 : -210) * ui_.scale);
         const std::string label = concat("frame ", ui_.session.frame());
         if (ImGui::SliderInt("##frame", &index, 0, int(frames.size()) - 1, label.c_str()))
             ui_.session.go_to(frames[size_t(std::clamp(index, 0, int(frames.size()) - 1))]);
@@ -135,18 +136,14 @@ void Ui::draw_bottom(float x, float y, float width, float height) {
     } else {
         ImGui::TextDisabled("no frame yet");
     }
-    ImGui::SameLine(width - 205 * ui_.scale);
+    ImGui::SameLine(narrow ? 0 : width - 205 * ui_.scale);
     if (ImGui::Button("fit")) picture_.port().fit();
     ui_.mark("fit");
     ImGui::SameLine();
     if (ImGui::Button("1:1")) picture_.port().one_to_one();
     ui_.mark("1:1");
     ImGui::SameLine();
-    const bool rests = ui_.session.at_rest();
-    ImGui::Text("%3.0f%% %s", 100 * picture_.port().zoom(),
-                rests                       ? "refined"
-                : ui_.session.shown().draft ? "draft"
-                                            : "...");
+    ImGui::Text("%3.0f%% %s", 100 * picture_.port().zoom(), ui_.session.picture_state().c_str());
     std::string values;
     if (picture_.cursor()) {
         values = concat((*picture_.cursor())[0], ", ", (*picture_.cursor())[1]);

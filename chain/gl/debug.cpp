@@ -21,11 +21,16 @@ void forget_errors() {
 }
 
 DebugGroup::DebugGroup(const std::string& label) {
-    glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, GLsizei(label.size()), label.data());
+    GLint depth = 0, most = 0;
+    glGetIntegerv(GL_DEBUG_GROUP_STACK_DEPTH, &depth);
+    glGetIntegerv(GL_MAX_DEBUG_GROUP_STACK_DEPTH, &most);
+    pushed_ = depth < most;
+    if (pushed_)
+        glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, GLsizei(label.size()), label.data());
 }
 
 DebugGroup::~DebugGroup() {
-    glPopDebugGroup();
+    if (pushed_) glPopDebugGroup();
 }
 
 void label(unsigned kind, unsigned name, const std::string& label) {

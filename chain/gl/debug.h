@@ -12,13 +12,17 @@ namespace postchain::gl {
 Status check_error(const std::string& doing);
 void forget_errors();
 
-// Groups the GL calls of a scope in debuggers (KHR_debug).
+// Groups the GL calls of a scope in debuggers (KHR_debug), unless the host's own groups leave no
+// room for one.
 class DebugGroup {
   public:
     explicit DebugGroup(const std::string& label);
     ~DebugGroup();
     DebugGroup(const DebugGroup&) = delete;
     DebugGroup& operator=(const DebugGroup&) = delete;
+
+  private:
+    bool pushed_ = false;
 };
 // `kind` is GL_TEXTURE or GL_BUFFER.
 void label(unsigned kind, unsigned name, const std::string& label);

@@ -22,6 +22,24 @@ int64_t nearest(const Parameter& row, double value) {
     return row.odd ? rounded | 1 : rounded;
 }
 
+// Adaptive sampling stays on, because it selects a program.
+Chain with_part(const ChainHandle& chain, double part) {
+    Chain scaled = chain.chain().clone();
+    const auto rows = chain.samples();
+    for (const auto& [pass, row] : rows) {
+        const int64_t full = chain.integer(pass, *row);
+        int64_t value = nearest(*row, double(full) * part);
+        for (const auto& [other_pass, least] : rows) {
+            if (row->key != "max_samples" || least == row || other_pass != pass) continue;
+            const int64_t of_least = chain.integer(pass, *least);
+            if (full > of_least)
+                value = std::max(value, nearest(*least, double(of_least) * part) + 1);
+        }
+        row->set(scaled.links[pass].pass->parameters(), value);
+    }
+    return scaled;
+}
+
 }  // namespace
 
 const Budgets::Governed* Budgets::find(uint64_t chain) const {
@@ -30,31 +48,11 @@ const Budgets::Governed* Budgets::find(uint64_t chain) const {
     return nullptr;
 }
 
-// Adaptive sampling stays on, because it selects a program.
-int64_t Budgets::scaled(const std::vector<Samples>& all, const Samples& one, double part) {
-    const int64_t value = nearest(*one.row, double(one.full) * part);
-    for (const Samples& least : all)
-        if (&least != &one && least.pass == one.pass && one.row->key == "max_samples" &&
-            one.full > least.full)
-            return std::max(value, nearest(*least.row, double(least.full) * part) + 1);
-    return value;
-}
-
-void Budgets::set_samples(ChainHandle& chain, Governed& governed, double part) {
-    for (Samples& samples : governed.samples) {
-        const int64_t before = chain.integer(samples.pass, *samples.row);
-        if (before != samples.now) samples.full = before;  // the host has set it meanwhile
-        samples.now = scaled(governed.samples, samples, part);
-        if (samples.now == before) continue;
-        (void)chain.set(samples.pass, samples.row->key, samples.now);  // within the row's range
-    }
-}
-
 void Budgets::forget_destroyed() {
     std::erase_if(all_, [](const Governed& one) { return one.life.expired(); });
 }
 
-Failure Budgets::set(ChainHandle& chain, const pc_budget& budget) {
+Failure Budgets::set(const ChainHandle& chain, const pc_budget& budget) {
     forget_destroyed();
     if (budget.reserved != 0) return {PC_ERROR_VERSION, "pc_budget.reserved is not 0"};
     if (!(budget.milliseconds >= 0) || !std::isfinite(budget.milliseconds))
@@ -62,25 +60,15 @@ Failure Budgets::set(ChainHandle& chain, const pc_budget& budget) {
                 concat("milliseconds: ", budget.milliseconds, "; give a time, or 0 for no budget")};
     if (budget.least != 0 && !(budget.least >= 0.25f && budget.least <= 1))
         return {PC_ERROR_ARGUMENT, concat("least: ", budget.least, " is not within 0.25 and 1")};
-    const auto found = std::find_if(all_.begin(), all_.end(),
-                                    [&](const Governed& one) { return one.chain == chain.id(); });
-    if (found != all_.end()) {
-        set_samples(chain, *found, 1);
-        all_.erase(found);
-    }
-    if (budget.milliseconds == 0) return {};
     const double least = budget.least == 0 ? 0.25 : double(budget.least);
-    Governed governed{chain.id(), chain.life(), Governor(double(budget.milliseconds), least), {}};
-    for (const auto& [pass, row] : chain.samples()) {
-        const int64_t full = chain.integer(pass, *row);
-        governed.samples.push_back({pass, row, full, full});
-    }
-    if (governed.samples.empty())
+    if (budget.milliseconds > 0 && chain.samples().empty())
         return {
             PC_ERROR_CHAIN,
             "no pass of the chain reads a number of samples, so nothing makes it quicker; leave "
             "passes out, or choose a method that has samples"};
-    all_.push_back(std::move(governed));
+    std::erase_if(all_, [&](const Governed& one) { return one.chain == chain.id(); });
+    if (budget.milliseconds > 0)
+        all_.push_back({chain.id(), chain.life(), Governor(double(budget.milliseconds), least)});
     return {};
 }
 
@@ -92,44 +80,49 @@ void Budgets::query(const ChainHandle& chain, pc_budget_state& state) const {
     state.changes = governed ? uint32_t(governed->governor.changes()) : 0;
 }
 
+ChainVersion Budgets::version(const ChainHandle& chain) {
+    Governed* governed = find(chain.id());
+    const double part = governed ? governed->governor.part() : 1;
+    if (part == 1) return chain.version();
+    if (governed->revision != chain.revision() || governed->part != part) {
+        governed->scaled = {std::make_shared<const Chain>(with_part(chain, part)), chain.id(),
+                            ChainHandle::new_revision()};
+        governed->revision = chain.revision();
+        governed->part = part;
+    }
+    return governed->scaled;
+}
+
 std::vector<Chain> Budgets::variants(const ChainHandle& chain) const {
     std::vector<Chain> all;
-    const Governed* governed = find(chain.id());
-    if (!governed) return all;
-    for (const double part : Governor::kParts) {
-        Chain variant = chain.chain().clone();
-        for (const Samples& samples : governed->samples)
-            samples.row->set(variant.links[samples.pass].pass->parameters(),
-                             scaled(governed->samples, samples, part));
-        all.push_back(std::move(variant));
-    }
+    if (!find(chain.id())) return all;
+    for (const double part : Governor::kParts) all.push_back(with_part(chain, part));
     return all;
 }
 
-bool Budgets::undo(ChainHandle& chain) {
+bool Budgets::undo(const ChainHandle& chain) {
     Governed* governed = find(chain.id());
     if (!governed || !governed->changed) return false;
     governed->changed = false;
     governed->governor.take_back();
-    set_samples(chain, *governed, governed->governor.part());
     return true;
 }
 
-bool Budgets::govern(ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
+void Budgets::Governed::take_times(gl::Clock& clock) {
+    const gl::Times* newest = clock.newest(std::span(ran).first(std::min(runs, ran.size())));
+    if (!newest || newest->tag <= last) return;
+    last = newest->tag;
+    governor.add(newest->milliseconds());
+}
+
+bool Budgets::govern(const ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
     forget_destroyed();
+    // Before a chain runs again, the clock may have written over its times.
+    for (Governed& one : all_) one.take_times(clock);
     Governed* governed = find(chain.id());
     if (!governed) return false;
-    const gl::Times* newest = clock.newest(
-        std::span(governed->ran).first(std::min(governed->runs, governed->ran.size())));
-    if (newest && newest->tag > governed->last) {
-        governed->last = newest->tag;
-        governed->governor.add(newest->milliseconds());
-    }
     governed->changed = governed->governor.change(now_seconds());
-    if (governed->changed) {
-        set_samples(chain, *governed, governed->governor.part());
-        governed->runs = 0;
-    }
+    if (governed->changed) governed->runs = 0;
     governed->ran[governed->runs++ % governed->ran.size()] = tag;
     return true;
 }

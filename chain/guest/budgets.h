@@ -1,4 +1,5 @@
-// Budgets of time that a host gave to chains, and the samples that keep within them.
+// Budgets of time that a host gave to chains, and the samples that keep within them. The host's
+// chain keeps its own values: what runs is a copy with fewer samples.
 #pragma once
 
 #include <array>
@@ -17,32 +18,32 @@ namespace postchain::guest {
 class Budgets {
   public:
     // PC_ERROR_CHAIN: no pass reads a number of samples. PC_ERROR_ARGUMENT: a value of the budget.
-    Failure set(ChainHandle& chain, const pc_budget& budget);
+    Failure set(const ChainHandle& chain, const pc_budget& budget);
     void query(const ChainHandle& chain, pc_budget_state& state) const;
-    // Before the chain's frame `tag`, a number that increases: takes the times of its newest
-    // finished frame, tagged likewise, into account, and sets the chain's samples. True if the
-    // chain has a budget: the frame must be timed.
-    bool govern(ChainHandle& chain, gl::Clock& clock, uint64_t tag);
+    // Before the chain's frame `tag`, a number that increases: takes the times of every chain's
+    // newest finished frame, tagged likewise, into account, and decides the part of this one's
+    // samples. True if it has a budget: the frame must be timed.
+    bool govern(const ChainHandle& chain, gl::Clock& clock, uint64_t tag);
     // Takes the change of samples back that govern() has just made, if it made one.
-    bool undo(ChainHandle& chain);
+    bool undo(const ChainHandle& chain);
+    // The chain as it runs: with the samples of its part, or as the host has it.
+    ChainVersion version(const ChainHandle& chain);
     // The chain with the samples of every part that govern() may choose; none without a budget.
     std::vector<Chain> variants(const ChainHandle& chain) const;
     // Chains that have a budget. Those of destroyed chains go with the next set() or govern().
     size_t size() const { return all_.size(); }
 
   private:
-    // A parameter that is a number of samples.
-    struct Samples {
-        uint32_t pass;
-        const Parameter* row;
-        int64_t full;  // the host's
-        int64_t now;
-    };
     struct Governed {
+        void take_times(gl::Clock& clock);
+
         uint64_t chain;
         std::weak_ptr<const uint64_t> life;  // of the chain
         Governor governor;
-        std::vector<Samples> samples;
+        // The copy of the host's `revision` with `part` of its samples.
+        ChainVersion scaled = {};
+        uint64_t revision = 0;
+        double part = 1;
         std::array<uint64_t, 8> ran = {};  // tags of its frames since the last change
         size_t runs = 0;
         uint64_t last = 0;     // tag of the times that were taken last
@@ -53,8 +54,6 @@ class Budgets {
         return const_cast<Governed*>(std::as_const(*this).find(chain));
     }
     void forget_destroyed();
-    static int64_t scaled(const std::vector<Samples>& all, const Samples& one, double part);
-    static void set_samples(ChainHandle& chain, Governed& governed, double part);
 
     std::vector<Governed> all_;
 };

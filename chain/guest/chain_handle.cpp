@@ -83,6 +83,11 @@ uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
     return cost;
 }
 
+uint64_t ChainHandle::new_revision() {
+    static std::atomic<uint64_t> last = 0;
+    return ++last;
+}
+
 ChainHandle::ChainHandle(Chain chain) : chain_(std::make_shared<Chain>(std::move(chain))) {
     static std::atomic<uint64_t> last = 0;
     id_ = std::make_shared<const uint64_t>(++last);
@@ -158,7 +163,7 @@ Failure ChainHandle::set(uint32_t pass, std::string_view key, const ParameterVal
         row->set(values, before);
         return s.at(place);
     }
-    ++revision_;
+    revision_ = new_revision();
     for (Row& known : rows_) known.cost = -1;
     return {PC_OK, row->warning(key, value)};
 }
@@ -179,7 +184,7 @@ Failure ChainHandle::set_aperture(const float* values) {
     auto image = BokehKernel::make(std::vector<float>(values, values + count));
     if (!image.ok()) return image.status().at("aperture");
     own().camera.aperture_image = std::move(*image);
-    ++revision_;
+    revision_ = new_revision();
     return {};
 }
 
@@ -212,7 +217,7 @@ Failure ChainHandle::set_mask(uint32_t pass, pc_mask_effect effect) {
     if (effect == PC_MASK_UNMOVED) changed.matte_effect = MatteEffect::unmoved;
     if (Status s = changed.check_matte(); !s.ok()) return s.at(changed.type->name);
     own().links[pass] = std::move(changed);
-    ++revision_;
+    revision_ = new_revision();
     for (Row& known : rows_) known.cost = -1;
     return {};
 }

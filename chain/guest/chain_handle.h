@@ -15,6 +15,13 @@ namespace postchain::guest {
 // The matte of a pass that treats the object of pc_frame.mask differently.
 inline constexpr const char* kMask = "mask";
 
+// A chain with its values at one moment.
+struct ChainVersion {
+    std::shared_ptr<const Chain> chain;
+    uint64_t id = 0;        // of its handle
+    uint64_t revision = 0;  // unique in this process
+};
+
 class ChainHandle {
   public:
     // Takes over a chain of passes() (chain/guest/registry.h). If none of them names a matte, all
@@ -24,11 +31,12 @@ class ChainHandle {
     static Result<Chain> parse(std::string_view passes);
 
     const Chain& chain() const { return *chain_; }
-    // A snapshot: later changes are made in a copy.
-    std::shared_ptr<const Chain> shared() const { return chain_; }
+    // Later changes are made in a copy.
+    ChainVersion version() const { return {chain_, id(), revision_}; }
     uint64_t id() const { return *id_; }                        // unique in this process
     std::weak_ptr<const uint64_t> life() const { return id_; }  // expires with the handle
     uint64_t revision() const { return revision_; }             // increases with every change
+    static uint64_t new_revision();
 
     // `pass`: an index, or PC_CAMERA. PC_ERROR_ARGUMENT: no such pass. PC_ERROR_CHAIN: no such key,
     // or a value outside its domain; the chain is unchanged. PC_OK with a text: a warning.
@@ -67,7 +75,7 @@ class ChainHandle {
 
     std::shared_ptr<Chain> chain_;
     std::shared_ptr<const uint64_t> id_;
-    uint64_t revision_ = 1;
+    uint64_t revision_ = new_revision();
     std::vector<Row> rows_;
 };
 

@@ -68,7 +68,8 @@ Focus::~Focus() {
 }
 
 void Focus::abandon() {
-    for (Slot& slot : slots_) slot.fence.abandon();
+    for (Followed& followed : chains_)
+        for (Slot& slot : followed.slots) slot.fence.abandon();
     buffer_ = 0;
     step_.reset();
 }
@@ -88,23 +89,30 @@ Failure Focus::find_places(const Chain& chain, Depths& places) {
 }
 
 Focus::Followed& Focus::find(uint64_t chain, const Depths& places) {
-    const auto found = std::find_if(chains_.begin(), chains_.end(),
-                                    [&](const Followed& one) { return one.chain == chain; });
-    const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
-    if (found != chains_.end() &&
-        std::equal(found->depths.begin(), found->depths.end(), places.begin(), places.end(), same))
-        return *found;
-    Followed made = {chain, places, false};
-    if (found != chains_.end()) {
-        move_from(found->depths, made.depths);
-        made.known = found->known && !found->depths.empty();
-        chains_.erase(found);
+    auto found = std::find_if(chains_.begin(), chains_.end(),
+                              [&](const Followed& one) { return one.chain == chain; });
+    if (found == chains_.end()) {
+        if (chains_.size() < kMaxChains) {
+            chains_.push_back({chain, chains_.size(), places});
+            return chains_.back();
+        }
+        found = chains_.begin();
+        found->chain = chain;
+        found->known = false;
+        found->depths.clear();
     }
-    for (Slot& slot : slots_)
-        if (slot.chain == chain) slot.pending = false;
-    if (chains_.size() == kMaxChains) chains_.erase(chains_.begin());
-    chains_.push_back(std::move(made));
-    return chains_.back();
+    std::rotate(found, found + 1, chains_.end());
+    Followed& followed = chains_.back();
+    const auto same = [](const auto& a, const auto& b) { return a.first == b.first; };
+    if (std::equal(followed.depths.begin(), followed.depths.end(), places.begin(), places.end(),
+                   same))
+        return followed;
+    Depths moved = places;
+    move_from(followed.depths, moved);
+    followed.known = followed.known && !followed.depths.empty();
+    followed.depths = std::move(moved);
+    for (Slot& slot : followed.slots) slot.pending = false;
+    return followed;
 }
 
 const Focus::Depths& Focus::now(uint64_t chain, const Depths& places) {
@@ -117,9 +125,9 @@ Failure Focus::prepare(const HostFrame& frame, gl::TexturePool& pool, gl::Progra
         constexpr GLbitfield kAccess =
             GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
         glCreateBuffers(1, &buffer_);
-        glNamedBufferStorage(buffer_, sizeof(Values) * kSlots, nullptr, kAccess);
-        mapped_ = static_cast<const Values*>(
-            glMapNamedBufferRange(buffer_, 0, sizeof(Values) * kSlots, kAccess));
+        glNamedBufferStorage(buffer_, sizeof(Region) * kMaxChains, nullptr, kAccess);
+        mapped_ = static_cast<const Region*>(
+            glMapNamedBufferRange(buffer_, 0, sizeof(Region) * kMaxChains, kAccess));
         if (!mapped_) {
             glDeleteBuffers(1, &buffer_);
             buffer_ = 0;
@@ -141,29 +149,29 @@ Failure Focus::prepare(const HostFrame& frame, gl::TexturePool& pool, gl::Progra
 Status Focus::follow(uint64_t chain, const Depths& places, const HostFrame& frame,
                      gl::RunObjects& run) {
     Followed& followed = find(chain, places);
-    const size_t newest = next_;
-    next_ = (next_ + 1) % kSlots;
-    slots_[newest].fence.wait();
+    const size_t newest = followed.next;
+    followed.next = (newest + 1) % kSlots;
+    Slot& slot = followed.slots[newest];
+    slot.fence.wait();
     shared::GuestUniforms uniforms = uniforms_of(frame);
     set_places(places, frame, uniforms);
-    uniforms.focus_slot = int(newest);
+    uniforms.focus_slot = int(followed.region * kSlots + newest);
     step_->import(kDepth, frame.depth.name);
     step_->import(kFound, buffer_);
     step_->set_uniforms(0, std::as_bytes(std::span(&uniforms, 1)));
     if (Status status = step_->run(run); !status.ok()) return status;
     glMemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
-    slots_[newest].fence = gl::Fence::here();
-    slots_[newest].chain = chain;
-    slots_[newest].pending = true;
+    slot.fence = gl::Fence::here();
+    slot.pending = true;
 
     const bool begins = !followed.known || frame.flag(PC_CAMERA_CUT);
-    if (begins) slots_[newest].fence.wait();
+    if (begins) slot.fence.wait();
     // Its own depth otherwise counts from the next frame on, however quick the device is.
     const Values* target = nullptr;
     for (size_t age = begins ? 0 : 1; age < kSlots && !target; ++age) {
-        Slot& slot = slots_[(newest + kSlots - age) % kSlots];
-        if (slot.chain == chain && slot.pending && slot.fence.passed())
-            target = &mapped_[&slot - slots_.data()];
+        const size_t at = (newest + kSlots - age) % kSlots;
+        if (followed.slots[at].pending && followed.slots[at].fence.passed())
+            target = &mapped_[followed.region][at];
     }
     if (!target) return Status();
     const double seconds = double(frame.given->focus_seconds);

@@ -43,29 +43,32 @@ class Focus {
     void abandon();
 
   private:
-    struct Followed {
-        uint64_t chain = 0;
-        Depths depths;
-        bool known = false;
-    };
     // A frame's depths, in the order of the places.
     struct Slot {
         gl::Fence fence;
-        uint64_t chain = 0;
         bool pending = false;
     };
+    // A device may be as many of a chain's frames behind.
+    static constexpr size_t kSlots = 8;
+    struct Followed {
+        uint64_t chain = 0;
+        size_t region = 0;  // of the buffer
+        Depths depths;
+        bool known = false;
+        std::array<Slot, kSlots> slots = {};
+        size_t next = 0;
+    };
     using Values = std::array<float, GUEST_FOCUS_PLACES>;
-    static constexpr size_t kSlots = 8, kMaxChains = 8;
+    using Region = std::array<Values, kSlots>;
+    static constexpr size_t kMaxChains = 64;
 
     Followed& find(uint64_t chain, const Depths& places);
 
     unsigned buffer_ = 0;
-    const Values* mapped_ = nullptr;
+    const Region* mapped_ = nullptr;  // kMaxChains
     std::optional<gl::CompiledPlan> step_;
     bool array_ = false;            // of the step
-    std::vector<Followed> chains_;  // the newest last
-    std::array<Slot, kSlots> slots_;
-    size_t next_ = 0;
+    std::vector<Followed> chains_;  // the one that ran last is the last
 };
 
 }  // namespace postchain::guest

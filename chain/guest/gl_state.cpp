@@ -60,7 +60,8 @@ void GlState::save(const gl::UsedUnits& used, bool arrays) {
 }
 
 void GlState::restore() const {
-    glUseProgram(GLuint(program_));
+    const bool deleted = program_ != 0 && !glIsProgram(GLuint(program_));  // when its use ended
+    glUseProgram(deleted ? 0 : GLuint(program_));
     bind(GL_UNIFORM_BUFFER, 0, uniform_);
     glBindBuffer(GL_UNIFORM_BUFFER, GLuint(uniform_buffer_));
     if (used_.lists > 0) {

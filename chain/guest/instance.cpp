@@ -148,7 +148,7 @@ void Instance::log(int level, const std::string& message) const {
     info_.log(info_.user, level, message.c_str());
 }
 
-Failure Instance::check(const ChainHandle& chain, const pc_frame* given, HostFrame& frame) {
+Failure Instance::check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame) {
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     const int limit = device_.limits.texture_px;
     if (frame.width > limit || frame.height > limit)
@@ -156,9 +156,8 @@ Failure Instance::check(const ChainHandle& chain, const pc_frame* given, HostFra
                                        "; this device's limit is ", limit, " a side")};
     if (Failure failure = check_context(); !failure.ok()) return failure;
     focused_.clear();
-    if (Failure failure = Focus::find_places(chain.chain(), focused_); !failure.ok())
-        return failure;
-    if (!focused_.empty()) frame.focus = &objects_->focus.now(chain.id(), focused_);
+    if (Failure failure = Focus::find_places(*chain.chain, focused_); !failure.ok()) return failure;
+    if (!focused_.empty()) frame.focus = &objects_->focus.now(chain.id, focused_);
     return {};
 }
 
@@ -178,36 +177,37 @@ Failure Instance::ready_focus(const HostFrame& frame) {
     });
 }
 
-Failure Instance::follow_focus(const ChainHandle& chain, HostFrame& frame) {
+Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
     if (!frame.focus || frame.depth.name == 0) return {};
     if (!objects_->programs.has(Focus::program(frame)))
         return {PC_ERROR_PREPARE,
-                difference_text(kind_of(frame, chain.id(), chain.revision()), prepared_kinds_)};
+                difference_text(kind_of(frame, chain.id, chain.revision), prepared_kinds_)};
     if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
     ++dispatches_;
     return keep_state(Focus::kUsed, frame.arrays() != 0, [&] {
-        return objects_->focus.follow(chain.id(), focused_, frame, objects_->run);
+        return objects_->focus.follow(chain.id, focused_, frame, objects_->run);
     });
 }
 
-Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool wait) {
+Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool wait) {
+    const ChainVersion chain = budgets_.version(handle);
     HostFrame frame;
     if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
     // Without waiting the host calls again and again with one frame: that is planned once.
-    const PlanKey key = key_of(frame, {}, chain.id(), chain.revision());
+    const PlanKey key = key_of(frame, {}, chain.id, chain.revision);
     const FrameValues values = values_of(frame);
     if (prepared_ != key || prepared_values_ != values) {
         prepared_.reset();
         prepared_programs_.clear();
-        auto host = make_host_plan(chain.chain(), frame);
+        auto host = make_host_plan(*chain.chain, frame);
         if (!host.ok()) return host.status();
-        prepared_programs_ = all_programs(chain.chain(), frame, host->plan);
-        for (const Chain& variant : budgets_.variants(chain))
+        prepared_programs_ = all_programs(*chain.chain, frame, host->plan);
+        for (const Chain& variant : budgets_.variants(handle))
             for (ProgramKey& program : host_programs(variant, frame, host->plan))
                 if (std::find(prepared_programs_.begin(), prepared_programs_.end(), program) ==
                     prepared_programs_.end())
                     prepared_programs_.push_back(std::move(program));
-        rooms_.restore(chain.id());
+        rooms_.restore(chain.id);
         prepared_ = key;
         prepared_values_ = values;
     }
@@ -224,7 +224,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_frame* given, bool 
     if (!wait && compiled > 0) return {PC_PENDING, ""};
     if (frame.focus && frame.depth.name)
         if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
-    const FrameKind kind = kind_of(frame, chain.id(), chain.revision());
+    const FrameKind kind = kind_of(frame, chain.id, chain.revision);
     std::erase(prepared_kinds_, kind);
     prepared_kinds_.push_back(kind);
     if (prepared_kinds_.size() > kMaxKinds) prepared_kinds_.erase(prepared_kinds_.begin());
@@ -266,28 +266,28 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
     return wait;
 }
 
-Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame, Entry*& entry) {
+Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame, Entry*& entry) {
     const bool runs = std::exchange(newest_frame_, frames_) != frames_;  // not pc_prepare()
-    const Room room = rooms_.room_for(handle.id(), frame, runs),
+    const Room room = rooms_.room_for(chain.id, frame, runs),
                tight = {frame.plane_width(), frame.plane_height()};
-    PlanKey key = key_of(frame, room, handle.id(), handle.revision());
-    Failure failure = find_or_make(handle, frame, key, entry);
+    PlanKey key = key_of(frame, room, chain.id, chain.revision);
+    Failure failure = find_or_make(chain, frame, key, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
     // Once more without what other plans hold, unless they run in turn with this one.
     const bool in_turn = runs && forgot_ > 0 && frames_ <= forgot_ + kept_frames();
     if (runs) forgot_ = frames_;
     forget_all();
     if (!in_turn) {
-        failure = find_or_make(handle, frame, key, entry);
+        failure = find_or_make(chain, frame, key, entry);
         if (failure.result != PC_ERROR_MEMORY) return failure;
         forget_all();
     }
     if (room != tight || in_turn) {
         key.room = tight;
-        failure = find_or_make(handle, frame, key, entry);
+        failure = find_or_make(chain, frame, key, entry);
         if (failure.result == PC_ERROR_MEMORY) forget_all();
     }
-    rooms_.fall_back(handle.id(), tight, failure.ok());
+    rooms_.fall_back(chain.id, tight, failure.ok());
     return failure;
 }
 
@@ -297,9 +297,9 @@ void Instance::forget_all() {
     objects_->pool.trim(0);
 }
 
-Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame,
+Failure Instance::find_or_make(const ChainVersion& version, const HostFrame& frame,
                                const PlanKey& key, Entry*& entry) {
-    const Chain& chain = handle.chain();
+    const Chain& chain = *version.chain;
     if (Failure failure = find_entry(objects_->entries, chain, frame, key, resolved_, entry);
         entry || !failure.ok())
         return failure;
@@ -310,8 +310,9 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     ++plans_;
     for (const auto& known : objects_->entries) {
         const PlanKey& other = known->purpose.key;
-        const bool replaced = other.chain == key.chain && other.revision < key.revision;
-        if (!replaced && known->last_run + kept_frames() >= frames_) continue;
+        const bool replaced = other.chain == key.chain && other.revision != key.revision;
+        if (!replaced && known->last_run + std::max(kept_frames(), kMaxEntries) >= frames_)
+            continue;
         if (other.room != key.room || !same_shape(known->compiled.plan(), host->plan)) continue;
         known->compiled.take_values(std::move(host->plan));
         known->purpose = std::move(purpose);
@@ -321,9 +322,8 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
     }
     for (const Step& step : host->plan.steps)
         if (!objects_->programs.has(step.program))
-            return {
-                PC_ERROR_PREPARE,
-                difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_)};
+            return {PC_ERROR_PREPARE,
+                    difference_text(kind_of(frame, version.id, version.revision), prepared_kinds_)};
     return make(std::move(purpose), frame, *host, entry);
 }
 
@@ -372,26 +372,29 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
     return status;
 }
 
-Failure Instance::needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out) {
+Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_frame_needs& out) {
+    const ChainVersion version = budgets_.version(handle);
+    const Chain& chain = *version.chain;
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
     Focus::Depths focused;
-    if (Failure failure = Focus::find_places(chain.chain(), focused); !failure.ok()) return failure;
+    if (Failure failure = Focus::find_places(chain, focused); !failure.ok()) return failure;
     if (!focused.empty()) frame.focus = &focused;
-    auto host = make_host_plan(chain.chain(), frame);
+    auto host = make_host_plan(chain, frame);
     if (!host.ok()) return host.status();
     const StoragePlan storage = share_storage(host->plan, rooms_.expected(frame));
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;
-    for (const ProgramKey& key : all_programs(chain.chain(), frame, host->plan)) {
+    for (const ProgramKey& key : all_programs(chain, frame, host->plan)) {
         ++out.programs;
         if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
     }
     return {};
 }
 
-Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& result) {
+Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_texture& result) {
+    ChainVersion chain = budgets_.version(handle);
     HostFrame frame;
     if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
     const bool validates = (info_.flags & PC_VALIDATE) != 0;
@@ -403,19 +406,21 @@ Failure Instance::run(ChainHandle& chain, const pc_frame* given, pc_texture& res
     }
     if (Failure failure = follow_focus(chain, frame); !failure.ok()) return failure;
     ++frames_;
-    const bool timed = budgets_.govern(chain, objects_->clock, frames_);
+    const bool timed = budgets_.govern(handle, objects_->clock, frames_);
+    chain = budgets_.version(handle);
     objects_->pool.begin_frame();
     Entry* entry = nullptr;
     Failure failure = find_or_make(chain, frame, entry);
-    if (failure.result == PC_ERROR_PREPARE && budgets_.undo(chain)) {
+    if (failure.result == PC_ERROR_PREPARE && budgets_.undo(handle)) {
         log(PC_LOG_WARNING,
             "the budget is not kept, because other samples are other programs here: "
             "call pc_prepare() after pc_set_budget()");
+        chain = budgets_.version(handle);
         failure = find_or_make(chain, frame, entry);
     }
     if (!failure.ok()) return failure;
     entry->last_run = frames_;
-    last_.chain = chain.shared();
+    last_.chain = chain.chain;
     last_.frame = *given;
     if (frame.focus) last_.focus = *frame.focus;
     last_.debug_view = entry->purpose.key.debug_view;

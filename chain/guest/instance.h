@@ -45,10 +45,9 @@ class Instance {
 
     // PC_PENDING while programs are left to compile.
     Failure prepare(const ChainHandle& chain, const pc_frame* given, bool wait);
-    // Changes the chain's samples if it has a budget.
-    Failure run(ChainHandle& chain, const pc_frame* given, pc_texture& result);
+    Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
 
-    Failure set_budget(ChainHandle& chain, const pc_budget& given) {
+    Failure set_budget(const ChainHandle& chain, const pc_budget& given) {
         prepared_.reset();  // the budget's samples may be other programs
         return budgets_.set(chain, given);
     }
@@ -87,8 +86,9 @@ class Instance {
         std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
     };
     static constexpr size_t kMaxKinds = 64;  // for messages
-    // Maximum number of plans kept, for example for a cut, a debug view, or the other eye.
-    static constexpr size_t kMaxEntries = 8;
+    // Maximum number of plans kept, for example for other chains, a cut, or the other eye. A plan
+    // is taken over by another chain after as many frames without a run.
+    static constexpr size_t kMaxEntries = 64;
 
     // GL objects of the context.
     struct Objects {
@@ -107,16 +107,16 @@ class Instance {
     explicit Instance(const pc_create_info& info) : info_(info) {}
     Failure open();
     // check_frame(), the device's limits, check_context(), and the depths in focus so far.
-    Failure check(const ChainHandle& chain, const pc_frame* given, HostFrame& frame);
+    Failure check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame);
     // The result of work(), which uses these units; the host's state is then as `info_.state` says.
     template <class Work>
     auto keep_state(const gl::UsedUnits& used, bool arrays, const Work& work);
     Failure ready_focus(const HostFrame& frame);
     // Finds and follows the depths at the places that the chain focuses at.
-    Failure follow_focus(const ChainHandle& chain, HostFrame& frame);
+    Failure follow_focus(const ChainVersion& chain, HostFrame& frame);
     // PC_ERROR_PREPARE if a program is not compiled.
-    Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, Entry*& entry);
-    Failure find_or_make(const ChainHandle& chain, const HostFrame& frame, const PlanKey& key,
+    Failure find_or_make(const ChainVersion& chain, const HostFrame& frame, Entry*& entry);
+    Failure find_or_make(const ChainVersion& chain, const HostFrame& frame, const PlanKey& key,
                          Entry*& entry);
     uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
     Failure make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry);

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 
+#include "chain/gl/debug.h"
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_frame.h"
+#include "chain/guest/validate.h"
 #include "chain/sign_check.h"
 
 namespace postchain::guest {
@@ -75,6 +77,10 @@ Failure check_motion(const pc_frame* of_host, const pc_texture& other_color, int
         other_color.width < frame.width || other_color.x > other_color.width - frame.width ||
         other_color.height < frame.height || other_color.y > other_color.height - frame.height)
         return {PC_ERROR_INPUT, "other_color: not given, or it does not cover the frame"};
+    gl::forget_errors();  // the host's, which would look like those of the queries
+    if (Failure failure = validate(frame); !failure.ok()) return failure;
+    if (Failure failure = validate("other_color", other_color, frame.color, false); !failure.ok())
+        return failure;
     const shared::GuestUniforms uniforms = uniforms_of(frame);
     const DensePacking packing;
     FramePlanes planes;

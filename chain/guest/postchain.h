@@ -78,7 +78,8 @@ enum { PC_LOG_ERROR = 0, PC_LOG_WARNING = 1, PC_LOG_INFO = 2 };
 typedef uint32_t pc_state;
 enum {
     PC_STATE_RESTORE = 0, /* read before and restored after: about 70 glGet a frame, each of which
-                             waits for the driver's thread if it has one */
+                             waits for the driver's thread if it has one. Not kept: subroutine
+                             uniforms, and a program that was deleted while in use */
     PC_STATE_RESET = 1,   /* GL's initial values; texture units that were used have no texture.
                              Recommended: reads nothing. A host that caches its state invalidates
                              what pc_run() changes (GL state, above) */
@@ -105,7 +106,8 @@ typedef struct pc_create_info {
     void* (*get_proc_address)(void* user, const char* name);
     void (*log)(void* user, int level, const char* message); /* PC_LOG_*; no newline; may be NULL */
     uint64_t texture_budget; /* bytes; 0 = no limit; beyond it PC_ERROR_MEMORY */
-    uint32_t keep_frames;    /* a texture is freed after this many pc_run() without use; 0 = 8 */
+    uint32_t keep_frames;    /* a texture is freed after this many pc_run() without use; 0 = 8.
+                                Give at least the number of chains that run in turn */
     uint32_t reserved;
     /* The largest frame: textures are made for it, and a smaller frame changes uniforms
      * alone. A larger one is filtered too, with new textures, for keep_frames frames. 0 = the
@@ -342,10 +344,11 @@ PC_API pc_result pc_set_timing(pc_instance*, int level);
  * With one, pc_run() waits for every interval while timing is on.) */
 PC_API pc_result pc_timings(pc_instance*, pc_time* times, uint32_t* count, uint64_t* frame_number);
 
-/* A time that the frames of a chain may take on the device. The library then lowers the `samples`
- * of its passes while they take longer, and raises them again up to the values that the host set,
- * by the times of frames that the device has finished; at most every half a second. A change makes
- * pc_run() plan again on the CPU, and make the texture of lens samples anew. With a mask or
+/* A time that the frames of a chain may take on the device. This instance then filters with fewer
+ * `samples` while they take longer, and with more again, up to the values that the host set, by
+ * the times of frames that the device has finished; at most every half a second. The chain keeps
+ * its values, for other instances too; pc_query_budget() tells the part that is used. A change
+ * makes pc_run() plan again on the CPU, and make the texture of lens samples anew. With a mask or
  * PC_HALF_RESOLUTION other samples are other programs: call pc_prepare() after pc_set_budget(). */
 typedef struct pc_budget {
     uint32_t struct_size, reserved;
@@ -384,7 +387,8 @@ PC_API pc_result pc_explain(const pc_instance*, char* text, size_t* size);
  * PC_MOTION_TO_NEXT). Returns the signs that fit best, 1 or -1: {1, 1} = the conventions are right.
  * *margin: error of the second best signs divided by the error of the best. Below 1.1 the result is
  * undecided (a frame without motion, or with motion along one axis only). other_color has the layer
- * and level of the frame's color. */
+ * and level of the frame's color. The textures are checked as with PC_VALIDATE; GL's error flag is
+ * clear afterwards. */
 PC_API pc_result pc_check_motion(pc_instance*, const pc_frame* frame, const pc_texture* other_color,
                                  int signs[2], float* margin);
 #ifdef __cplusplus

@@ -8,22 +8,35 @@
 namespace postchain::guest {
 namespace {
 
-const char* name_of_target(int target) {
-    switch (target) {
-        case GL_TEXTURE_2D:
-            return "GL_TEXTURE_2D";
-        case GL_TEXTURE_2D_ARRAY:
-            return "GL_TEXTURE_2D_ARRAY";
-        case GL_TEXTURE_2D_MULTISAMPLE:
-            return "GL_TEXTURE_2D_MULTISAMPLE";
-        case GL_TEXTURE_CUBE_MAP:
-            return "GL_TEXTURE_CUBE_MAP";
-        case GL_TEXTURE_3D:
-            return "GL_TEXTURE_3D";
-        case GL_TEXTURE_RECTANGLE:
-            return "GL_TEXTURE_RECTANGLE";
+struct Target {
+    GLenum target, binding;
+    const char* name;
+};
+constexpr Target kTargets[] = {
+    {GL_TEXTURE_2D, GL_TEXTURE_BINDING_2D, "a GL_TEXTURE_2D"},
+    {GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BINDING_2D_ARRAY, "a GL_TEXTURE_2D_ARRAY"},
+    {GL_TEXTURE_2D_MULTISAMPLE, GL_TEXTURE_BINDING_2D_MULTISAMPLE, "a GL_TEXTURE_2D_MULTISAMPLE"},
+    {GL_TEXTURE_CUBE_MAP, GL_TEXTURE_BINDING_CUBE_MAP, "a GL_TEXTURE_CUBE_MAP"},
+    {GL_TEXTURE_3D, GL_TEXTURE_BINDING_3D, "a GL_TEXTURE_3D"},
+    {GL_TEXTURE_RECTANGLE, GL_TEXTURE_BINDING_RECTANGLE, "a GL_TEXTURE_RECTANGLE"}};
+
+// By GL_TEXTURE_TARGET or, where a driver has no such query (Mesa in a compatibility profile), by
+// binding it. The error flag is clear before and after.
+Target target_of(unsigned name) {
+    GLint found = 0;
+    glGetTextureParameteriv(name, GL_TEXTURE_TARGET, &found);
+    const bool asked = glGetError() == GL_NO_ERROR && found != 0;
+    for (const Target& one : kTargets) {
+        if (asked && GLenum(found) == one.target) return one;
+        if (asked) continue;
+        GLint bound = 0;
+        glGetIntegerv(one.binding, &bound);
+        glBindTexture(one.target, name);
+        const bool fits = glGetError() == GL_NO_ERROR;
+        glBindTexture(one.target, GLuint(bound));
+        if (fits) return one;
     }
-    return "another target";
+    return {0, 0, "of another target"};
 }
 
 // Formats whose precision the driver chooses; null for others.
@@ -68,19 +81,21 @@ int last_possible_level() {
     return int(std::bit_width(unsigned(side))) - 1;
 }
 
-Failure check(const char* member, const pc_texture& given, const HostTexture& texture,
-              bool written) {
+}  // namespace
+
+Failure validate(const char* member, const pc_texture& given, const HostTexture& checked,
+                 bool written) {
     if (given.name == 0) return {};
-    const gl::ImageOf image = texture.image;
+    const gl::ImageOf image = checked.image;
     const auto fault = [&](const std::string& text) {
         return Failure(PC_ERROR_INPUT, concat(member, ": texture ", given.name, " ", text));
     };
     if (!glIsTexture(given.name)) return fault("is not one of this context; was it deleted?");
-    GLint target = 0, width = 0, height = 0, depth = 0, format = 0, base = 0;
-    glGetTextureParameteriv(given.name, GL_TEXTURE_TARGET, &target);
-    if (target != (texture.array ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D))
-        return fault(concat("is a ", name_of_target(target), "; ",
-                            target == GL_TEXTURE_2D || target == GL_TEXTURE_2D_ARRAY
+    GLint width = 0, height = 0, depth = 0, format = 0, base = 0, last = 0;
+    const Target found = target_of(given.name);
+    if (found.target != (checked.array ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D))
+        return fault(concat("is ", found.name, "; ",
+                            found.target == GL_TEXTURE_2D || found.target == GL_TEXTURE_2D_ARRAY
                                 ? concat("set ", member, "_slice.target to it")
                                 : "only GL_TEXTURE_2D and GL_TEXTURE_2D_ARRAY can be read"));
     // Beyond the last level that any texture can have, a query would be an error of GL.
@@ -107,6 +122,10 @@ Failure check(const char* member, const pc_texture& given, const HostTexture& te
     glGetTextureParameteriv(given.name, GL_TEXTURE_BASE_LEVEL, &base);
     if (base != 0)
         return fault(concat("has GL_TEXTURE_BASE_LEVEL ", base, "; set 0, the level of the frame"));
+    glGetTextureParameteriv(given.name, GL_TEXTURE_MAX_LEVEL, &last);
+    if (last < image.level)
+        return fault(concat("has GL_TEXTURE_MAX_LEVEL ", last, ", below ", member, "_slice.level ",
+                            image.level, "; raise it to that level"));
     if (format == GL_DEPTH24_STENCIL8 || format == GL_DEPTH32F_STENCIL8) {
         GLint mode = 0;
         glGetTextureParameteriv(given.name, GL_DEPTH_STENCIL_TEXTURE_MODE, &mode);
@@ -121,8 +140,6 @@ Failure check(const char* member, const pc_texture& given, const HostTexture& te
     return {};
 }
 
-}  // namespace
-
 Failure validate(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     const struct {
@@ -134,7 +151,7 @@ Failure validate(const HostFrame& frame) {
         {"motion", given.motion, frame.motion},       {"mask", given.mask, frame.mask},
         {"exposure", given.exposure, frame.exposure}, {"output", given.output, frame.output}};
     for (const auto& [member, texture, checked] : all)
-        if (Failure failure = check(member, texture, checked, &texture == &given.output);
+        if (Failure failure = validate(member, texture, checked, &texture == &given.output);
             !failure.ok())
             return failure;
     return {};

@@ -195,7 +195,7 @@ Failure Instance::run(const ChainHandle& chain, const pc_vk_frame& given,
     if (Failure failure = find_or_make(chain, images.frame, entry); !failure.ok()) return failure;
     entry->last_run = ++runs_;
     retired_->begin(runs_);
-    last_chain_ = chain.shared();
+    last_chain_ = chain.version().chain;
     last_frame_ = images.values;
     last_view_ = entry->purpose.key.debug_view;
     CompiledPlan& compiled = entry->compiled;

@@ -41,8 +41,11 @@ void main() {
     color.rgb *= gain();
     color = finite_color(color);
     precise vec4 result = up_filtered + sharp * (color - up_unfiltered);
-    result.rgb = max(result.rgb, vec3(0.0)) / gain();
-    result.a = clamp(result.a, 0.0, 1.0);
+    // Detail added to blur must not lead beyond both: below 0, or above an alpha of 1.
+    const vec4 least = min(vec4(0.0), min(color, up_filtered));
+    result = max(result, least);
+    result.a = min(result.a, max(1.0, max(color.a, up_filtered.a)));
+    result.rgb /= gain();
     result = clamp(result, -uniforms.output_max, uniforms.output_max);
     imageStore(host_output, stored_at(p, uniforms.output_at), result);
 }

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -92,48 +93,92 @@ pc_budget_state state_of(const pc::Instance& guest, const pc::Chain& chain) {
     return state;
 }
 
+// Runs the chain until it has this part of its samples.
+void run_until(const pc::Instance& guest, const pc::Chain& made, const pc_frame& frame,
+               float part) {
+    for (int i = 0; i < 400 && state_of(guest, made).part != part; ++i) {
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(state_of(guest, made).part, part);
+}
+
+pc_budget budget_of(float milliseconds, float least = 0) {
+    auto budget = pc::make<pc_budget>();
+    budget.milliseconds = milliseconds;
+    budget.least = least;
+    return budget;
+}
+
+void set_budget(const pc::Instance& guest, const pc::Chain& made, const pc_budget& budget) {
+    EXPECT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+}
+
+// No frame keeps it, on any machine.
+constexpr float kTooLittle = 1e-4f;
+
+ImageF filtered(const pc::Instance& guest, const pc::Chain& made, const pc_frame& frame) {
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, &result), PC_OK) << pc_error();
+    return read(result, 40, 24);
+}
+
+ImageF with_samples(double count, const pc_frame& frame) {
+    const auto guest = instance();
+    const auto plain = chain("joint_blur,fxaa");
+    set(plain, 0, "samples", count);
+    return read(prepare_and_run(guest, plain, frame), 40, 24);
+}
+
 // A budget that no frame keeps, and one that all do: no time of this machine decides.
-TEST(TimeBudget, ChangesTheSamplesAndGivesThemBack) {
+TEST(TimeBudget, FiltersWithAPartOfTheSamples) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance();
     const auto made = chain("joint_blur,fxaa");
     set(made, 0, "samples", 32);
     ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
-    auto budget = pc::make<pc_budget>();
-    const auto run_until = [&](double wanted) {
-        for (int i = 0; i < 400 && samples(made) != wanted; ++i) {
-            EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
-        }
-        EXPECT_EQ(samples(made), wanted);
-    };
-    budget.milliseconds = 1e-4f;
-    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
-    run_until(8);
-    EXPECT_EQ(state_of(guest, made).part, 0.25f);
+    set_budget(guest, made, budget_of(kTooLittle));
+    run_until(guest, made, host.frame, 0.25f);
     EXPECT_EQ(state_of(guest, made).changes, 1u);
-    pc_texture result = {};
-    ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
-    const auto eight = chain("joint_blur,fxaa");
-    set(eight, 0, "samples", 8);
-    const ImageF governed = read(result, 40, 24);
-    EXPECT_TRUE(equal_bits(governed, read(prepare_and_run(guest, eight, host.frame), 40, 24)));
+    EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(8, host.frame)));
     for (int i = 0; i < 3; ++i) pc_run(guest.get(), made.get(), &host.frame, nullptr);
     EXPECT_GT(state_of(guest, made).frame_ms, 0);
 
-    budget.milliseconds = 1e6f;
-    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
-    EXPECT_EQ(samples(made), 32) << "a new budget begins with the host's samples";
-    budget.milliseconds = 1e-4f;
-    budget.least = 0.5f;
-    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
-    run_until(16);
-    set(made, 0, "samples", 64);  // the host's own change counts from the next change on
-    budget.milliseconds = 0;
-    ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
-    EXPECT_EQ(samples(made), 64);
+    set_budget(guest, made, budget_of(1e6f));
+    EXPECT_EQ(state_of(guest, made).part, 1) << "a new budget begins with the host's samples";
+    set_budget(guest, made, budget_of(kTooLittle, 0.5f));
+    run_until(guest, made, host.frame, 0.5f);
+    set(made, 0, "samples", 64);  // counts at once
+    EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(32, host.frame)));
+    set_budget(guest, made, budget_of(0));
     EXPECT_EQ(state_of(guest, made).milliseconds, 0);
     EXPECT_EQ(state_of(guest, made).part, 1);
+    EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(64, host.frame)));
+}
+
+// The chain's values stay the host's: another instance, and one made after this one is destroyed,
+// filter with all samples.
+TEST(TimeBudget, IsOfOneInstance) {
+    const auto host = canonical_frame(40, 24);
+    const auto made = chain("joint_blur,fxaa");
+    set(made, 0, "samples", 32);
+    const ImageF all = with_samples(32, host.frame);
+    {
+        const auto guest = instance(), other = instance();
+        for (const auto* one : {&guest, &other})
+            ASSERT_EQ(pc_prepare(one->get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
+        set_budget(guest, made, budget_of(kTooLittle));
+        run_until(guest, made, host.frame, 0.25f);
+        EXPECT_EQ(samples(made), 32);
+        EXPECT_TRUE(equal_bits(filtered(other, made, host.frame), all));
+        set_budget(other, made, budget_of(kTooLittle, 0.5f));
+        run_until(other, made, host.frame, 0.5f);
+        EXPECT_TRUE(equal_bits(filtered(other, made, host.frame), with_samples(16, host.frame)));
+        EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(8, host.frame)));
+    }
+    EXPECT_EQ(samples(made), 32);
+    const auto later = instance();
+    EXPECT_TRUE(equal_bits(read(prepare_and_run(later, made, host.frame), 40, 24), all));
 }
 
 // With a mask other samples are other programs: compiled if the chain is prepared with its budget,
@@ -143,45 +188,38 @@ TEST(TimeBudget, WithAMask) {
     const HostTexture mask(0x8229 /* GL_R8 */, ImageF(40, 24, 1, 0.5f));
     pc_frame frame = host.frame;
     frame.mask = mask;
-    auto budget = pc::make<pc_budget>();
-    budget.milliseconds = 1e-4f;
     for (const bool first : {true, false}) {
         const auto guest = instance();
         const auto made = chain("joint_blur");
         set(made, 0, "samples", 32);
-        const auto set_budget = [&] {
-            ASSERT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
-        };
-        if (first) set_budget();
+        if (first) set_budget(guest, made, budget_of(kTooLittle));
         ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
-        if (!first) set_budget();
+        if (!first) set_budget(guest, made, budget_of(kTooLittle));
         for (int i = 0; i < 80; ++i) {
             ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
             std::this_thread::sleep_for(std::chrono::milliseconds(10));
         }
-        EXPECT_EQ(samples(made), first ? 8 : 32);
+        EXPECT_EQ(state_of(guest, made).part, first ? 0.25f : 1);
     }
 }
 
-// Two chains in turn on one instance: each gets its own times.
-TEST(TimeBudget, OfTwoChains) {
+// Chains in turn on one instance, more than the clock remembers frames: each gets its own times.
+TEST(TimeBudget, OfManyChains) {
     const auto host = canonical_frame(40, 24);
     const auto guest = instance();
-    const auto one = chain("joint_blur"), other = chain("motion_blur");
-    auto budget = pc::make<pc_budget>();
-    budget.milliseconds = 1e-4f;
-    const double full[] = {samples(one), samples(other)};
-    for (const auto* made : {&one, &other}) {
-        ASSERT_EQ(pc_prepare(guest.get(), made->get(), &host.frame, 1), PC_OK) << pc_error();
-        ASSERT_EQ(pc_set_budget(guest.get(), made->get(), &budget), PC_OK) << pc_error();
+    std::vector<pc::Chain> chains;
+    for (int i = 0; i < 9; ++i) chains.push_back(chain(i % 2 ? "motion_blur" : "joint_blur"));
+    for (const auto& made : chains) {
+        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
+        set_budget(guest, made, budget_of(kTooLittle));
     }
-    for (int i = 0; i < 400 && (samples(one) == full[0] || samples(other) == full[1]); ++i) {
-        for (const auto* made : {&one, &other})
-            ASSERT_EQ(pc_run(guest.get(), made->get(), &host.frame, nullptr), PC_OK) << pc_error();
+    const auto reduced = [&](const pc::Chain& made) { return state_of(guest, made).part < 1; };
+    for (int i = 0; i < 200 && !std::all_of(chains.begin(), chains.end(), reduced); ++i) {
+        for (const auto& made : chains)
+            ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
         std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    EXPECT_LT(samples(one), full[0]);
-    EXPECT_LT(samples(other), full[1]);
+    for (const auto& made : chains) EXPECT_TRUE(reduced(made));
 }
 
 TEST(TimeBudget, BadValues) {

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <regex>
 #include <set>
+#include <vector>
 
 #include "tests/guest/allocations.h"
 #include "tests/guest/gl_calls.h"
@@ -233,15 +234,18 @@ TEST(Count, ShapesThatAreKnownPlanAndAllocateNothing) {
 TEST(Count, ChainsOfOneShapeKeepTheirPlans) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance(0, PC_STATE_RESET);
-    const pc::Chain chains[] = {chain(kPasses), chain(kPasses), chain(kPasses)};
-    for (int i = 0; i < 3; ++i) {
-        set(chains[i], PC_CAMERA, "shutter_frames", 0.3 + 0.1 * i);
+    constexpr size_t kChains = 12;
+    std::vector<pc::Chain> chains;
+    for (size_t i = 0; i < kChains; ++i) {
+        chains.push_back(chain(kPasses));
+        set(chains[i], PC_CAMERA, "shutter_frames", 0.3 + 0.05 * double(i));
         prepare_and_run(guest, chains[i], host.frame);
     }
     const pc_counters before = count(guest);
-    for (int i = 0; i < 12; ++i) {
+    for (size_t i = 0; i < 3 * kChains; ++i) {
         const uint64_t already = allocations();
-        const pc_result result = pc_run(guest.get(), chains[i % 3].get(), &host.frame, nullptr);
+        const pc_result result =
+            pc_run(guest.get(), chains[i % kChains].get(), &host.frame, nullptr);
         const uint64_t made_here = allocations() - already;
         ASSERT_EQ(result, PC_OK) << pc_error();
         EXPECT_EQ(made_here, 0u) << "frame " << i;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
@@ -174,6 +175,30 @@ TEST(Focus, EachChainHasItsOwn) {
     ASSERT_EQ(pc_chain_set_point(left.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
     frame.flags |= PC_CAMERA_CUT;
     expect_near(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
+}
+
+// With 8 chains the focus once stood still, with 9 it jumped.
+TEST(Focus, ManyChainsInTurnAreFollowed) {
+    const Scene scene;
+    const HostTexture other = two_depths(0.05f, 0.25f);
+    for (const size_t count : {8u, 9u}) {
+        const auto guest = instance();
+        pc_frame frame = scene.frame;
+        std::vector<pc::Chain> chains;
+        for (size_t i = 0; i < count; ++i) {
+            chains.push_back(focused(0.2, 0.5));
+            ASSERT_EQ(pc_prepare(guest.get(), chains.back().get(), &frame, 1), PC_OK);
+        }
+        // Half of the way in each frame; a depth counts from the next frame on.
+        frame.frame_seconds = 1;
+        frame.focus_seconds = float(1 / std::log(2.0));
+        for (const auto& made : chains) filtered(guest, made, frame);
+        frame.depth = other;
+        for (int i = 0; i < 2; ++i)
+            for (const auto& made : chains) filtered(guest, made, frame);
+        const double quarter = 0.05 + 0.25 * (0.25 - 0.05);
+        expect_near(filtered(guest, chains[0], frame), at_distance(guest, frame, quarter));
+    }
 }
 
 // A chain that focuses at a place is prepared like any other.

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "tests/guest/host.h"
@@ -149,6 +150,10 @@ TEST(Inputs, SlicesThatAreNotThere) {
         refuses(color, {GL_TEXTURE_2D_ARRAY, 0, level}, text.c_str());
         EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << level;
     }
+    // A level that GL does not reach reads as black.
+    glTextureParameteri(static_cast<pc_texture>(color).name, GL_TEXTURE_MAX_LEVEL, 0);
+    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 1},
+            "has GL_TEXTURE_MAX_LEVEL 0, below color_slice.level 1; raise it to that level");
     refuses(color, {}, "is a GL_TEXTURE_2D_ARRAY; set color_slice.target to it");
     refuses(host.color, {GL_TEXTURE_2D_ARRAY, 0, 0},
             "is a GL_TEXTURE_2D; set color_slice.target to it");
@@ -339,6 +344,24 @@ TEST(Inputs, HalfResolution) {
                 for (int c = 0; c < 4; ++c)
                     ASSERT_NEAR(masked.at(x, y, c), color.at(x, y, c), 1e-6) << x << ", " << y;
     }
+}
+
+// Negative color of wide gamuts, and alpha beyond 1, are no overshoot of the detail.
+TEST(Inputs, HalfResolutionKeepsTheRangeOfTheFrame) {
+    ImageF color(kWidth, kHeight, 4);
+    for (size_t i = 0; i < color.pixels(); ++i)
+        for (size_t c = 0; c < 4; ++c)
+            color.data[4 * i + c] = std::array{-0.25f, 0.5f, 2.0f, i % 2 ? 1.5f : -0.5f}[c];
+    auto host = canonical_frame(kWidth, kHeight);
+    const HostTexture given(GL_RGBA32F, color), output(GL_RGBA32F, kWidth, kHeight);
+    const auto guest = instance(PC_VALIDATE);
+    host.frame.color = given;
+    host.frame.output = output;
+    host.frame.flags |= PC_HALF_RESOLUTION | PC_GIVEN_SHUTTER;
+    host.frame.shutter_frames = 0;
+    const ImageF result =
+        read(prepare_and_run(guest, chain("motion_blur"), host.frame), kWidth, kHeight);
+    EXPECT_LE(compare(result, color, 0).max, 1e-6);
 }
 
 TEST(Inputs, HalfResolutionNeedsAnOutputOfItsOwn) {

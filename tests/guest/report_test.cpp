@@ -292,6 +292,16 @@ TEST(Conventions, SignsAreChecked) {
     frame.flags |= PC_MOTION_TO_NEXT;  // but the other image is the previous one
     ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
     EXPECT_EQ(signs[0], -1);
+    // What cannot be read is an error, not a result.
+    pc_texture unusable = other;
+    unusable.name = 12345;
+    EXPECT_EQ(pc_check_motion(guest.get(), &frame, &unusable, signs, &margin), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("other_color: texture 12345 is not one of this context"));
+    const HostTexture small(GL_RGBA32F, 32, 24);
+    unusable.name = small.texture().name;
+    EXPECT_EQ(pc_check_motion(guest.get(), &frame, &unusable, signs, &margin), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("is 32x24, not 64x48"));
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     frame.motion.name = 0;
     EXPECT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_ERROR_INPUT);
 }

@@ -347,6 +347,39 @@ TEST(State, PreparingChangesNone) {
     EXPECT_EQ(differences(before, read_state()), "") << "pc_check_motion";
 }
 
+// The host's groups fill the stack: labels push none, and so pop none of them.
+TEST(State, LabelsLeaveTheGroupsOfTheHost) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance(PC_LABELS);
+    const auto made = chain("motion_blur,fxaa");
+    prepare_and_run(guest, made, host.frame);
+    GLint before = 0, most = 0, after = 0;
+    glGetIntegerv(GL_DEBUG_GROUP_STACK_DEPTH, &before);
+    glGetIntegerv(GL_MAX_DEBUG_GROUP_STACK_DEPTH, &most);
+    for (GLint depth = before; depth < most; ++depth)
+        glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, "host");
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    glGetIntegerv(GL_DEBUG_GROUP_STACK_DEPTH, &after);
+    EXPECT_EQ(after, most);
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    while (after-- > before) glPopDebugGroup();
+}
+
+// A program that the host deleted while it is in use ends with the use.
+TEST(State, AProgramThatIsDeletedInUse) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance();
+    const auto made = chain("fxaa");
+    prepare_and_run(guest, made, host.frame);
+    const char* source = "#version 450\nlayout(local_size_x = 1) in;\nvoid main() {}\n";
+    const GLuint program = glCreateShaderProgramv(GL_COMPUTE_SHADER, 1, &source);
+    glUseProgram(program);
+    glDeleteProgram(program);
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    EXPECT_EQ(read_state().at("program")[0], 0);
+}
+
 // With reset no object of the guest stays bound; with leave some do.
 TEST(State, ResetAndLeave) {
     const auto host = canonical_frame(40, 24);

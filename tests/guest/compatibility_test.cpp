@@ -1,0 +1,71 @@
+// A host with a compatibility profile, as older engines and toolkits make it.
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/guest/host.h"
+
+namespace postchain::test::compatibility_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+class Compatibility : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        make_host_context();
+        display_ =
+            eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+        ASSERT_TRUE(eglInitialize(display_, nullptr, nullptr));
+        ASSERT_TRUE(eglBindAPI(EGL_OPENGL_API));
+        const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                     4,
+                                     EGL_CONTEXT_MINOR_VERSION,
+                                     5,
+                                     EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                     EGL_CONTEXT_OPENGL_COMPATIBILITY_PROFILE_BIT,
+                                     EGL_NONE};
+        context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+        ASSERT_NE(context_, EGL_NO_CONTEXT);
+        ASSERT_TRUE(eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_));
+    }
+    void TearDown() override {
+        if (context_ == EGL_NO_CONTEXT) return;
+        eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        eglDestroyContext(display_, context_);
+        regain_host_context();
+    }
+    EGLDisplay display_ = EGL_NO_DISPLAY;
+    EGLContext context_ = EGL_NO_CONTEXT;
+};
+
+// Mesa answers the query of a texture's target in core profiles alone.
+TEST_F(Compatibility, TexturesAreValidated) {
+    const auto host = canonical_frame(40, 24);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain("motion_blur,fxaa");
+    GLint before = 0, after = 0;
+    glGetIntegerv(GL_TEXTURE_BINDING_3D, &before);
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    pc_frame frame = host.frame;
+    frame.color_slice.target = GL_TEXTURE_2D_ARRAY;
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("is a GL_TEXTURE_2D; set color_slice.target to it"));
+    GLuint volume = 0;
+    glCreateTextures(GL_TEXTURE_3D, 1, &volume);
+    glTextureStorage3D(volume, 1, GL_RGBA32F, 40, 24, 2);
+    frame = host.frame;
+    frame.color.name = volume;
+    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("is a GL_TEXTURE_3D; only GL_TEXTURE_2D and"));
+    glDeleteTextures(1, &volume);
+    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
+    glGetIntegerv(GL_TEXTURE_BINDING_3D, &after);
+    EXPECT_EQ(after, before);
+}
+
+}  // namespace
+}  // namespace postchain::test::compatibility_test

@@ -72,6 +72,7 @@ uint32_t difference(const Plan& a, const Plan& b) {
 uint32_t cost_of(const Chain& chain, uint32_t pass, const Parameter& row) {
     const FrameDescription frame = typical_frame();
     std::vector<Plan> plans;
+    if (auto plan = make_plan(chain, frame); plan.ok()) plans.push_back(std::move(*plan));
     for (const auto& value : trials(row)) {
         Chain trial = chain.clone();
         if (!row.check(value).ok()) continue;
@@ -228,7 +229,8 @@ Failure ChainHandle::describe(uint32_t index, pc_parameter& out) {
     Row& row = rows_[index];
     const Parameter& parameter = *row.parameter;
     const ParameterValue value = parameter.get(parameters_of(*chain_, row.pass));
-    row.text = text_of(value);
+    // Texts that a host has stay where they are.
+    if (std::string text = text_of(value); text != row.text) row.text = std::move(text);
     if (row.cost < 0) row.cost = int(cost_of(*chain_, row.pass, parameter));
     out.pass = row.pass;
     out.pass_name = row.pass == PC_CAMERA ? "camera" : chain_->links[row.pass].type->name.c_str();

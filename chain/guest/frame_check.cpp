@@ -220,6 +220,10 @@ Failure check_frame(const pc_frame* given, HostFrame& frame, const HostFormat* (
     if (given->debug_view && strnlen(given->debug_view, kLongestView + 1) > kLongestView)
         return {PC_ERROR_ARGUMENT, concat("debug_view: longer than ", kLongestView, " letters")};
     if (Failure failure = check_numbers(frame); !failure.ok()) return failure;
+    if (given->debug_view && std::string_view(given->debug_view).starts_with("host.color") &&
+        frame.output.name == frame.color.name && !frame.output_is_color())
+        return {PC_ERROR_ARGUMENT,
+                "debug_view: host.color cannot be drawn into another rectangle of its texture"};
     if (frame.halved()) {
         if (frame.output.name == 0 || frame.output.name == frame.color.name)
             return {PC_ERROR_INPUT,

@@ -49,7 +49,10 @@ struct HostFrame {
         return texture.at_origin && top_left() && !texture.array && texture.image.level == 0 &&
                texture.width == width && texture.height == height && !halved();
     }
-    bool color_in_place() const { return is_plane(color) && !has_gain(); }
+    // Not if the output is another rectangle of its texture, which may overlap it.
+    bool color_in_place() const {
+        return is_plane(color) && !has_gain() && (output.name != color.name || output_is_color());
+    }
     bool depth_in_place() const {
         return is_plane(depth) && given->depth_encoding == PC_DEPTH_INVERSE;
     }

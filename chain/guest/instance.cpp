@@ -148,12 +148,16 @@ void Instance::log(int level, const std::string& message) const {
     info_.log(info_.user, level, message.c_str());
 }
 
+Failure Instance::check_size(const HostFrame& frame) const {
+    const int limit = device_.limits.texture_px;
+    if (frame.width <= limit && frame.height <= limit) return {};
+    return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
+                                   "; this device's limit is ", limit, " a side")};
+}
+
 Failure Instance::check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame) {
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
-    const int limit = device_.limits.texture_px;
-    if (frame.width > limit || frame.height > limit)
-        return {PC_ERROR_INPUT, concat("the frame is ", frame.width, "x", frame.height,
-                                       "; this device's limit is ", limit, " a side")};
+    if (Failure failure = check_size(frame); !failure.ok()) return failure;
     if (Failure failure = check_context(); !failure.ok()) return failure;
     focused_.clear();
     if (Failure failure = Focus::find_places(*chain.chain, focused_); !failure.ok()) return failure;
@@ -189,6 +193,17 @@ Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
     });
 }
 
+std::vector<ProgramKey> Instance::programs_to_prepare(const ChainHandle& chain,
+                                                      const HostFrame& frame,
+                                                      const Plan& plan) const {
+    std::vector<ProgramKey> programs = all_programs(chain.chain(), frame, plan);
+    for (const Chain& variant : budgets_.variants(chain))
+        for (ProgramKey& program : host_programs(variant, frame, plan))
+            if (std::ranges::find(programs, program) == programs.end())
+                programs.push_back(std::move(program));
+    return programs;
+}
+
 Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool wait) {
     const ChainVersion chain = budgets_.version(handle);
     HostFrame frame;
@@ -201,12 +216,7 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
         prepared_programs_.clear();
         auto host = make_host_plan(*chain.chain, frame);
         if (!host.ok()) return host.status();
-        prepared_programs_ = all_programs(*chain.chain, frame, host->plan);
-        for (const Chain& variant : budgets_.variants(handle))
-            for (ProgramKey& program : host_programs(variant, frame, host->plan))
-                if (std::find(prepared_programs_.begin(), prepared_programs_.end(), program) ==
-                    prepared_programs_.end())
-                    prepared_programs_.push_back(std::move(program));
+        prepared_programs_ = programs_to_prepare(handle, frame, host->plan);
         rooms_.restore(chain.id);
         prepared_ = key;
         prepared_values_ = values;
@@ -377,6 +387,7 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     const Chain& chain = *version.chain;
     HostFrame frame;
     if (Failure failure = check_frame(given, frame); !failure.ok()) return failure;
+    if (Failure failure = check_size(frame); !failure.ok()) return failure;
     Focus::Depths focused;
     if (Failure failure = Focus::find_places(chain, focused); !failure.ok()) return failure;
     if (!focused.empty()) frame.focus = &focused;
@@ -386,7 +397,7 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;
-    for (const ProgramKey& key : all_programs(chain, frame, host->plan)) {
+    for (const ProgramKey& key : programs_to_prepare(handle, frame, host->plan)) {
         ++out.programs;
         if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
     }

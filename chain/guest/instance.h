@@ -108,6 +108,11 @@ class Instance {
     Failure open();
     // check_frame(), the device's limits, check_context(), and the depths in focus so far.
     Failure check(const ChainVersion& chain, const pc_frame* given, HostFrame& frame);
+    // PC_ERROR_INPUT: larger than the device's textures.
+    Failure check_size(const HostFrame& frame) const;
+    // Programs of every frame of this kind, with the samples of every part of a budget.
+    std::vector<ProgramKey> programs_to_prepare(const ChainHandle& chain, const HostFrame& frame,
+                                                const Plan& plan) const;
     // The result of work(), which uses these units; the host's state is then as `info_.state` says.
     template <class Work>
     auto keep_state(const gl::UsedUnits& used, bool arrays, const Work& work);

@@ -21,9 +21,9 @@
 /* Errors: a result < 0 is a failure. pc_error() has its text, whichever call it was; that of a call
  * on an instance also goes to the log. No call throws, aborts or exits. A handle that is NULL,
  * foreign or destroyed is PC_ERROR_ARGUMENT, and one that a callback destroys within a call on it
- * is not destroyed. A failed pc_run() has dispatched nothing and has not written the output, except
- * with PC_VALIDATE for PC_ERROR_GL, which is found afterwards. Its result is the host's own color,
- * or 0 if pc_frame cannot be read. */
+ * is not destroyed. A failed pc_run() has dispatched nothing but the step of `focus_at`, and has not
+ * written the output, except with PC_VALIDATE for PC_ERROR_GL, which is found afterwards. Its
+ * result is the host's own color, or 0 if pc_frame cannot be read. */
 
 /* A frame: once a kind of frame has run, pc_run() creates no GL object but a fence every fourth
  * frame, does not compile, allocate, plan or read back, and waits only if the device is eight
@@ -79,7 +79,8 @@ typedef uint32_t pc_state;
 enum {
     PC_STATE_RESTORE = 0, /* read before and restored after: about 70 glGet a frame, each of which
                              waits for the driver's thread if it has one. Not kept: subroutine
-                             uniforms, and a program that was deleted while in use */
+                             uniforms, a program that was deleted while in use, and names that
+                             another context has deleted, for which GL has an error */
     PC_STATE_RESET = 1,   /* GL's initial values; texture units that were used have no texture.
                              Recommended: reads nothing. A host that caches its state invalidates
                              what pc_run() changes (GL state, above) */

@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
+
+#include "chain/gl/debug.h"
 
 namespace postchain::guest {
 namespace {
@@ -21,14 +24,17 @@ constexpr Target kTargets[] = {
     {GL_TEXTURE_RECTANGLE, GL_TEXTURE_BINDING_RECTANGLE, "a GL_TEXTURE_RECTANGLE"}};
 
 // By GL_TEXTURE_TARGET or, where a driver has no such query (Mesa in a compatibility profile), by
-// binding it. The error flag is clear before and after.
+// binding it, which needs a clear error flag and leaves one.
 Target target_of(unsigned name) {
+    const Target other = {0, 0, "of another target"};
     GLint found = 0;
     glGetTextureParameteriv(name, GL_TEXTURE_TARGET, &found);
-    const bool asked = glGetError() == GL_NO_ERROR && found != 0;
+    if (found != 0) {
+        const auto* one = std::ranges::find(kTargets, GLenum(found), &Target::target);
+        return one == std::end(kTargets) ? other : *one;
+    }
+    gl::forget_errors();
     for (const Target& one : kTargets) {
-        if (asked && GLenum(found) == one.target) return one;
-        if (asked) continue;
         GLint bound = 0;
         glGetIntegerv(one.binding, &bound);
         glBindTexture(one.target, name);
@@ -36,7 +42,7 @@ Target target_of(unsigned name) {
         glBindTexture(one.target, GLuint(bound));
         if (fits) return one;
     }
-    return {0, 0, "of another target"};
+    return other;
 }
 
 // Formats whose precision the driver chooses; null for others.

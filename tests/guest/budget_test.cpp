@@ -203,6 +203,34 @@ TEST(TimeBudget, WithAMask) {
     }
 }
 
+// Its programs are among those that are announced.
+TEST(TimeBudget, NeedsThePrograms) {
+    const auto host = canonical_frame(40, 24);
+    const HostTexture mask(0x8229 /* GL_R8 */, ImageF(40, 24, 1, 0.5f));
+    pc_frame frame = host.frame;
+    frame.mask = mask;
+    const auto guest = instance();
+    const auto made = chain("joint_blur");
+    const auto needs = [&] {
+        auto needs = pc::make<pc_frame_needs>();
+        EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &needs), PC_OK) << pc_error();
+        return needs;
+    };
+    const uint32_t without = needs().programs;
+    set_budget(guest, made, budget_of(1));
+    EXPECT_GT(needs().programs, without);
+    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    auto counters = pc::make<pc_counters>();
+    ASSERT_EQ(pc_count(guest.get(), &counters), PC_OK);
+    EXPECT_EQ(counters.programs, needs().programs);
+    EXPECT_EQ(needs().programs_to_compile, 0u);
+    frame.width = frame.height = frame.color.width = frame.color.height = 1 << 20;
+    frame.depth = frame.motion = frame.mask = {};
+    auto large = pc::make<pc_frame_needs>();
+    EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &large), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("this device's limit is"));
+}
+
 // Chains in turn on one instance, more than the clock remembers frames: each gets its own times.
 TEST(TimeBudget, OfManyChains) {
     const auto host = canonical_frame(40, 24);

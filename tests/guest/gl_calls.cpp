@@ -111,6 +111,7 @@ struct Counted<kVariable> {
     F(glGetTextureParameteriv)       \
     F(glGetTextureSubImage)          \
     F(glGetUniformLocation)          \
+    F(glIsProgram)                   \
     F(glIsTexture)                   \
     F(glLinkProgram)                 \
     F(glMapNamedBufferRange)         \

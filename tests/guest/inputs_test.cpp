@@ -123,6 +123,31 @@ TEST(Inputs, OneTextureInAndOut) {
     expect_equal(other.layer(1, 2), host.test.planes.at(Role::color));
 }
 
+// Another rectangle of color's texture, which overlaps it: also where the chain has nothing to do.
+TEST(Inputs, OutputThatOverlapsColor) {
+    auto host = canonical_frame(kWidth, kHeight);
+    const ImageF& picture = host.test.planes.at(Role::color);
+    const auto guest = instance(PC_VALIDATE);
+    const auto made = chain("motion_blur");
+    for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
+        pc_frame frame = host.frame;
+        frame.flags |= cut;
+        const ImageF expected = cut ? picture : by_executor(host.test, "motion_blur");
+        const auto both = HostTexture::inside(GL_RGBA32F, picture, kWidth + 20, kHeight + 20, 0, 0);
+        frame.color = frame.output = both;
+        frame.color.x = frame.color.y = 0;
+        frame.output.x = 9;
+        frame.output.y = 11;
+        frame.width = kWidth;
+        frame.height = kHeight;
+        const pc_texture result = prepare_and_run(guest, made, frame);
+        expect_equal(read(result, kWidth, kHeight), expected);
+        frame.debug_view = "host.color";
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_ARGUMENT);
+        EXPECT_THAT(pc_error(), HasSubstr("debug_view: host.color cannot be drawn into another"));
+    }
+}
+
 TEST(Inputs, SlicesThatAreNotThere) {
     const auto host = canonical_frame(kWidth, kHeight);
     const ArrayTexture color(GL_RGBA32F, host.test.planes.at(Role::color));

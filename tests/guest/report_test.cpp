@@ -57,6 +57,19 @@ TEST(Parameters, EveryRowOfEveryTableWithItsValue) {
     EXPECT_EQ(passes.size(), builtin_passes().types().size());
 }
 
+// Texts stay where they are until the chain changes.
+TEST(Parameters, TextsOutliveOtherReads) {
+    const auto made = chain("motion_blur");
+    set(made, 0, "jitter", 0.12345678901234567);
+    const auto text_of_jitter = [&] {
+        for (const auto& row : pc::parameters(made.get()))
+            if (std::string(row.key) == "jitter") return row.text;
+        return "";
+    };
+    const char* text = text_of_jitter();
+    EXPECT_EQ(text_of_jitter(), text);
+}
+
 // A parameter whose cost is a uniform compiles no program and creates no texture.
 TEST(Parameters, AUniformIsAllThatItCosts) {
     const auto host = canonical_frame(kWidth, kHeight);

@@ -93,7 +93,9 @@ bool is_all(const std::string& view, const FileChannels& file) {
 // The view that is meant; empty = the only one.
 std::string view_of(const std::string& view, const FileChannels& file) {
     const std::vector<std::string> with = views_with_channels(file), views = views_of(file);
-    if (is_all(view, file)) return with.empty() ? std::string() : with[0];
+    // The same in each file of a sequence, in whichever order it has them.
+    if (is_all(view, file))
+        return with.empty() ? std::string() : *std::min_element(with.begin(), with.end());
     return view.empty() && !views.empty() ? views[0] : view;
 }
 
@@ -225,7 +227,22 @@ Result<std::string> choose_layer(const Profile& profile, const Names& names,
         return Status(StatusCode::usage,
                       "layer '" + wanted + "' is not in the file; found are " + shown(layers));
     }
-    if (layers.size() == 1 || layers[0].empty()) return layers[0];
+    if (layers.size() == 1) return layers[0];
+    if (layers[0].empty()) {
+        // In files with one part per layer the unnamed one may be another by its channels alone.
+        std::string chosen;
+        auto most = find_roles(profile, chosen, names);
+        for (const auto& layer : layers) {
+            auto roles = find_roles(profile, layer, names);
+            const auto its = roles.find(Role::color), own = most.find(Role::color);
+            if (its == roles.end() || own == most.end() ||
+                its->second.channels != own->second.channels || roles.size() <= most.size())
+                continue;
+            chosen = layer;
+            most = std::move(roles);
+        }
+        return chosen;
+    }
     std::vector<std::string> best;
     size_t most = 0;
     for (const auto& layer : layers) {
@@ -261,8 +278,10 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
     match.views = views_of(file);
     match.view = view_of(view, file);
     const std::vector<std::string> with_channels = views_with_channels(file);
-    if (is_all(view, file) && !with_channels.empty())
-        match.other_views.assign(with_channels.begin() + 1, with_channels.end());
+    if (is_all(view, file)) {
+        match.other_views = with_channels;
+        std::erase(match.other_views, match.view);
+    }
     if (!view.empty() && !is_all(view, file) &&
         std::find(match.views.begin(), match.views.end(), view) == match.views.end())
         return Status(

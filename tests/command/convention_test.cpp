@@ -190,6 +190,11 @@ TEST_F(ConventionTest, PartsAndViews) {
     EXPECT_EQ(bytes(out(3), 1), bytes(out(2), 1));
     EXPECT_EQ(bytes(out(3), 2), bytes(in(1), 2));
     EXPECT_EQ(sidecar(3)["views"], (std::vector<std::string>{"left", "right"}));
+    const auto picture =
+        run({"run", at("fxaa.yaml"), "-i", in(1), "-o", at("o.tif"), "--view", "all"});
+    EXPECT_EQ(picture.code, 2) << picture.text();
+    EXPECT_TRUE(contains(picture.err, "--view all applies only to EXR outputs")) << picture.err;
+    EXPECT_FALSE(std::filesystem::exists(at("o.tif")));
     const auto again = run({"run", at("fxaa.yaml"), "-i", in(1), "-o", out(3), "--view", "all",
                             "--on-existing", "skip"});
     EXPECT_EQ(again.code, 0) << again.text();

@@ -226,6 +226,31 @@ TEST(Layers, TheUnnamedOneComesFirst) {
     EXPECT_THAT(channels(diffuse, Role::motion), ElementsAre("forward.u", "forward.v"));
 }
 
+// One part per layer, with short channel names: its channels alone make an unnamed layer too, which
+// lacks the other parts.
+TEST(Layers, APartsNameIsALayerToo) {
+    const FileChannels file = {{{"ViewLayer.Combined", "", {"R", "G", "B", "A"}},
+                                {"ViewLayer.Depth", "", {"Z"}},
+                                {"ViewLayer.Vector", "", {"X", "Y", "Z", "W"}}},
+                               {}};
+    const ProfileMatch match = detect(file);
+    EXPECT_EQ(match.layer, "ViewLayer");
+    EXPECT_EQ(match.roles.at(Role::motion), (RoleChannels{2, {"Z", "W"}}));
+    EXPECT_EQ(match.roles.at(Role::inverse_depth), (RoleChannels{1, {"Z"}}));
+}
+
+// Files of a sequence may have the views in different orders.
+TEST(Views, TheFirstOfAllIsTheSameInEveryFile) {
+    const PartChannels left = {"l", "left", {"R", "G", "B"}},
+                       right = {"r", "right", {"R", "G", "B"}};
+    for (const FileChannels& file :
+         {FileChannels{{left, right}, {}}, FileChannels{{right, left}, {}}}) {
+        const ProfileMatch match = detect(file, "", kAllViews);
+        EXPECT_EQ(match.view, "left");
+        EXPECT_THAT(match.other_views, ElementsAre("right"));
+    }
+}
+
 TEST(Views, OfMultiViewChannelNames) {
     FileChannels file = one_part({});
     file.views = {"left", "right"};

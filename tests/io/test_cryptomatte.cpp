@@ -3,6 +3,7 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -146,6 +147,57 @@ TEST(Cryptomatte, EveryWordForChannels) {
         ASSERT_TRUE(all.ok()) << all.status().message();
         EXPECT_EQ(all->front().levels[1].channels[3], std::string("crypto_object01.") + words[3]);
     }
+}
+
+// Each view has its own ranks and manifest: in a part of the view, or by the view's word.
+TEST(Cryptomatte, OfAView) {
+    const test::TempFolder folder;
+    const auto part_of = [](const std::string& view) {
+        test::FilePart part;
+        part.name = "beauty." + view;
+        for (const char* channel : {"r", "g", "b", "a"})
+            part.channels.push_back({std::string("crypto_object00.") + channel, Imf::FLOAT});
+        part.data = part.display = {{0, 0}, {3, 3}};
+        part.edit = [view](Imf::Header& header) {
+            header.setView(view);
+            for (const auto& [what, value] :
+                 attributes({{"manifest", "{\"" + view + "\": \"248bfa47\"}"}}))
+                header.insert("cryptomatte/1234567/" + what, Imf::StringAttribute(value));
+        };
+        return part;
+    };
+    test::write_file(folder.path("parts.exr"), {part_of("left"), part_of("right")});
+    auto parts = ExrFile::open(folder.path("parts.exr"));
+    ASSERT_TRUE(parts.ok());
+    for (const std::string view : {"left", "right"}) {
+        const auto all = find_cryptomattes(*parts, Manifests::read, {}, {view, view == "left"});
+        ASSERT_TRUE(all.ok() && all->size() == 1) << all.status().message();
+        EXPECT_EQ(all->front().levels[0].part, view == "left" ? 0 : 1);
+        EXPECT_EQ(all->front().manifest.count(view), 1u);
+        EXPECT_EQ(all->front().manifest.size(), 1u);
+    }
+    test::FilePart one = part_of("left");
+    one.name = "";
+    for (const char* channel : {"r", "g", "b", "a"})
+        one.channels.push_back({std::string("crypto_object00.right.") + channel, Imf::FLOAT});
+    const auto edit = one.edit;
+    one.edit = [edit](Imf::Header& header) {
+        edit(header);
+        header.erase("view");
+        Imf::addMultiView(header, {"left", "right"});
+    };
+    test::write_file(folder.path("one.exr"), {one});
+    auto file = ExrFile::open(folder.path("one.exr"));
+    ASSERT_TRUE(file.ok());
+    const auto of = [&](const CryptoView& view) {
+        auto all = find_cryptomattes(*file, Manifests::read, {}, view);
+        return all.ok() && !all->empty() && !all->front().levels.empty()
+                   ? all->front().levels[0].channels[0]
+                   : std::string();
+    };
+    EXPECT_EQ(of({"left", true}), "crypto_object00.r");
+    EXPECT_EQ(of({"right", false}), "crypto_object00.right.r");
+    EXPECT_EQ(of({"center", false}), "") << "the channels are the left view's";
 }
 
 TEST(Cryptomatte, RanksOfOneIdAddUp) {

@@ -1,8 +1,11 @@
 // One frame from its files to the canonical frame.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "chain/depth_at.h"
 #include "chain/plan_print.h"
@@ -194,6 +197,43 @@ TEST(Source, FocusAtAPlaceIsFoundInEachFrame) {
     EXPECT_NE(json_text(plan_json(*plan)).find(R"("depth_at":[{"place":[0.25,0.5],"distance":)"),
               std::string::npos)
         << json_text(plan_json(*plan));
+}
+
+// Depth of another encoding than the profile's gives surfaces before the near clip plane.
+TEST(Source, DepthOfAnotherEncodingIsDoubted) {
+    TempFolder folder;
+    const auto warnings = [&](const std::string& convention, double scale, double power,
+                              std::optional<double> near) {
+        Planes planes = make_planes(24, 16);
+        for (float& depth : planes.depth.data)
+            depth = float(scale * std::pow(double(depth), power));
+        FrameFile file;
+        file.convention = convention;
+        test::write_frame(folder.path("f.exr"), planes, file);
+        SourceSettings settings;
+        if (near) settings.camera.emplace().camera.near_clip = near;
+        const auto frame = source_of(folder.path("f.exr"), settings);
+        EXPECT_TRUE(frame.ok()) << frame.status().message();
+        std::string text;
+        for (const std::string& warning : frame->warnings) text += warning;
+        return text;
+    };
+    using ::testing::HasSubstr;
+    EXPECT_EQ(warnings("nuke", 1, 1, 0.3), "");
+    EXPECT_EQ(warnings("nuke", 1, 1, 2.0), "");
+    // Distances of 2 and 6, or of the sky too, in the channel of 1/distance.
+    EXPECT_THAT(warnings("nuke", 1, -1, 0.3),
+                HasSubstr("f.exr: the nearest depth, read as 1/distance, is 0.167, before the near "
+                          "clip plane at 0.3; is it a distance? Then give --profile generic"));
+    EXPECT_THAT(warnings("nuke", 1e-9, -1, {}), HasSubstr("before the near clip plane; is it"));
+    EXPECT_THAT(warnings("nuke", std::numeric_limits<double>::infinity(), 1, {}),
+                HasSubstr("depth, read as 1/distance, is 0 everywhere: infinitely far"));
+    // From 0 to 1 between the clip planes.
+    EXPECT_EQ(warnings("generic", 1, 1, 0.3), "");
+    EXPECT_THAT(warnings("generic", 0.01, 1, 0.3),
+                HasSubstr("read as distance, is 0.02, before the near clip plane at 0.3; is it a "
+                          "distance in scene units?"));
+    EXPECT_EQ(warnings("generic", 0.01, 1, {}), "");
 }
 
 TEST(Source, CameraFileOverMetadata) {

@@ -90,16 +90,26 @@ std::string find_manifest(const std::map<std::string, std::string>& attributes,
     return "it has no manifest";
 }
 
+bool is_in(const ExrPart& part, const CryptoView& view) {
+    return view.name.empty() || part.view.empty() || part.view == view.name;
+}
+
 // The four channels of a level, which is a layer of a part or a separate part.
 std::optional<CryptoLevel> level_of(const std::vector<ExrPart>& parts, const std::string& name,
-                                    int number) {
+                                    int number, const CryptoView& view) {
     const std::string layer = concat(name, number < 10 ? "0" : "", number);
     constexpr std::array<std::array<const char*, 4>, 3> kWords = {
         {{"r", "g", "b", "a"}, {"R", "G", "B", "A"}, {"red", "green", "blue", "alpha"}}};
     for (size_t part = 0; part < parts.size(); ++part) {
         const ExrPart& info = parts[part];
-        std::vector<std::string> prefixes = {layer + "."};
-        if (info.name == layer) prefixes.push_back("");
+        if (!is_in(info, view)) continue;
+        const std::string in_view = layer + "." + view.name;
+        std::vector<std::string> prefixes;
+        if (!view.name.empty()) prefixes.push_back(in_view + ".");
+        if (view.name.empty() || view.is_default || info.view == view.name) {
+            prefixes.push_back(layer + ".");
+            if (info.name == layer || info.name == in_view) prefixes.push_back("");
+        }
         for (const std::string& prefix : prefixes) {
             for (const auto& words : kWords) {
                 CryptoLevel level{int(part), {}};
@@ -115,9 +125,9 @@ std::optional<CryptoLevel> level_of(const std::vector<ExrPart>& parts, const std
     return {};
 }
 
-void find_levels(const PixelFile& file, Cryptomatte& cryptomatte) {
+void find_levels(const PixelFile& file, const CryptoView& view, Cryptomatte& cryptomatte) {
     for (int number = 0; number < 100; ++number) {
-        auto level = level_of(file.parts(), cryptomatte.name, number);
+        auto level = level_of(file.parts(), cryptomatte.name, number, view);
         if (!level) break;
         cryptomatte.levels.push_back(std::move(*level));
     }
@@ -197,10 +207,12 @@ bool Cryptomatte::holds(int part, std::string_view channel) const {
 }
 
 Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file, Manifests manifests,
-                                                   const PathHold& hold) try {
+                                                   const PathHold& hold,
+                                                   const CryptoView& view) try {
     // By name, since each part of a file may repeat the attributes.
     std::map<std::string, std::map<std::string, std::string>> found;
     for (const ExrPart& part : file.parts()) {
+        if (!is_in(part, view)) continue;
         std::map<std::string, std::map<std::string, std::string>> keys;
         for (const auto& [name, value] : part.attributes) {
             const std::string key = key_of(name);
@@ -225,7 +237,7 @@ Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file, Manife
                 file, cryptomatte,
                 concat("its ", what, " is ", quoted(it->second), ", and only ", only, " is known"));
         };
-        find_levels(file, cryptomatte);
+        find_levels(file, view, cryptomatte);
         cryptomatte.fault = stated("hash", "MurmurHash3_32");
         if (cryptomatte.fault.ok()) cryptomatte.fault = stated("conversion", "uint32_to_float32");
         if (cryptomatte.fault.ok()) cryptomatte.fault = check_levels(file, cryptomatte);
@@ -255,7 +267,7 @@ std::vector<std::string> attributes_without_ranks(const ExrPart& part,
         const std::string key = key_of(attribute);
         const auto name = part.attributes.find(concat(kPrefix, key, "/name"));
         if (key.empty() || name == part.attributes.end()) continue;
-        if (level_of(parts, name->second, 0) && !level_of(left, name->second, 0))
+        if (level_of(parts, name->second, 0, {}) && !level_of(left, name->second, 0, {}))
             lost.push_back(attribute);
     }
     return lost;

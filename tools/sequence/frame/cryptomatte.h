@@ -62,13 +62,21 @@ enum class Manifests { read, not_read };
 // read. Without a PathHold every file is read, and links are followed.
 using PathHold = std::function<Result<std::string>(const std::string& path)>;
 
+// The view of a file whose cryptomattes are meant. Empty: every channel, as in a file without
+// views.
+struct CryptoView {
+    std::string name;
+    bool is_default = false;  // channels without a view are its own
+};
+
 // Sorted by name. An unreadable manifest is not an error: Cryptomatte::no_manifest has the reason.
 // An unusable cryptomatte is not an error either: Cryptomatte::fault (input) has the file and the
 // reason: a hash or conversion outside the specification, missing ranks (then it has no levels),
 // ranks that are not float channels or are in parts of different size.
 Result<std::vector<Cryptomatte>> find_cryptomattes(const PixelFile& file,
                                                    Manifests manifests = Manifests::read,
-                                                   const PathHold& hold = {});
+                                                   const PathHold& hold = {},
+                                                   const CryptoView& view = {});
 
 // The attributes of `part` that are invalid in a file with only the channels of `written`: those of
 // cryptomattes whose ranks are in `parts` (the whole file) but not in the new file.

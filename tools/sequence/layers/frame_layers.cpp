@@ -271,11 +271,11 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const io::PixelFile& file, const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
-    auto cryptomattes = io::find_cryptomattes(file,
-                                              settings.mattes.empty() && settings.ids.empty()
-                                                  ? io::Manifests::not_read
-                                                  : io::Manifests::read,
-                                              settings.hold);
+    auto cryptomattes = io::find_cryptomattes(
+        file,
+        settings.mattes.empty() && settings.ids.empty() ? io::Manifests::not_read
+                                                        : io::Manifests::read,
+        settings.hold, {match.view, !match.views.empty() && match.view == match.views[0]});
     if (!cryptomattes.ok()) return cryptomattes.status();
     mark_cryptomattes(*cryptomattes, layers);
     std::vector<std::string> notes;

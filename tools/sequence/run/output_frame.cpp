@@ -55,6 +55,11 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
                              "out"));
     const RoleChannels& color = header.assignment.at(Role::color);
     if (io::image_format_of(path)) {
+        if (!header.match.other_views.empty())
+            return Status(StatusCode::usage,
+                          path +
+                              ": --view all applies only to EXR outputs, which can hold several "
+                              "views; write .exr, or name one view");
         if (!header.layers.fill_mask.empty())
             return Status(StatusCode::usage,
                           path +

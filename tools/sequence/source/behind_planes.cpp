@@ -50,6 +50,9 @@ Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::strin
     behind.stamps.push_back(io::FileStamp::of(path));
     auto header = open_source_frame(settings_of_behind(settings), behind.files, frame.number);
     if (!header.ok()) return header.status();
+    if (!header->match.view.empty() && header->match.view != frame.header.match.view)
+        return Status(StatusCode::input,
+                      concat(path, ": the layer behind has no view ", frame.header.match.view));
     const io::Window own = color_part(frame.header).display_window,
                      its = color_part(*header).display_window;
     if (own != its)

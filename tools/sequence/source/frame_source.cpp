@@ -96,6 +96,10 @@ Status add_own_file(const SourceSettings& settings, const Writer& writer, const 
                     Role role, ProfileMatch& match) {
     auto own = match_file(settings, writer, file);
     if (own.ok() && own->roles.count(role)) {
+        if (!own->view.empty() && own->view != match.view)
+            return Status(StatusCode::input,
+                          concat(file.path(), ": has no view ", match.view,
+                                 "; filter one after the other (--view ", own->view, ")"));
         match.roles[role] = own->roles.at(role);
         if (role == Role::inverse_depth) match.options.depth = own->options.depth;
         if (role == Role::motion) match.options.motion = own->options.motion;

@@ -146,6 +146,8 @@ void SequenceReader::find_neighbor(Neighbor neighbor, FrameInputs& inputs) {
         frame.planes.of(neighbor) - (*other)->planes - RoleSet{Role::layers, Role::motion_back};
     if ((*other)->header.motion_crosses_cut)
         why = concat("the motion of frame ", number, " crosses a cut");
+    else if ((*other)->header.match.view != frame.header.match.view)
+        why = concat("frame ", number, " has no view ", frame.header.match.view);
     else if (own != its)
         why =
             concat("frame ", number, " has display window ", its.text(), ", this one ", own.text());

@@ -1,6 +1,8 @@
 #include "tools/sequence/source/source_strip.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <new>
 #include <utility>
 
@@ -191,6 +193,33 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     return strip;
 }
 
+// Why the stored depth seems to have another encoding; empty: it does not. A depth buffer's values
+// lie between the clip planes by themselves.
+std::string doubt_of_depth(const SourceFrame& frame) {
+    const DepthEncoding encoding = frame.conversion.depth;
+    const bool inverse = encoding == DepthEncoding::inverse;
+    if (!frame.description.planes.has(Role::inverse_depth) ||
+        !(inverse || encoding == DepthEncoding::linear))
+        return "";
+    const double most = frame.description.bounds.max_inverse_depth;
+    if (inverse && most == 0) return "depth, read as 1/distance, is 0 everywhere: infinitely far";
+    // Without a clip plane: distances of the sky, read as 1/distance.
+    constexpr double kNearest = 1e-4;
+    const auto& near = frame.description.camera.near_clip;
+    const double nearest = near ? *near * (1 - 1e-3) : inverse ? kNearest : 0;
+    if (!std::isfinite(most) || most * nearest <= 1) return "";
+    const char* remedy = inverse
+                             ? "is it a distance? Then give --profile generic, or a profile of "
+                               "your own with encoding: linear"
+                             : "is it a distance in scene units? Otherwise state its encoding in a "
+                               "profile of your own";
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.3g", 1 / most);
+    return concat("the nearest depth, read as ", inverse ? "1/distance" : "distance", ", is ",
+                  digits, ", before the near clip plane", near ? concat(" at ", *near) : "", "; ",
+                  remedy);
+}
+
 }  // namespace
 
 Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
@@ -264,6 +293,7 @@ void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader he
                                               frame.first_nonfinite_text(), "; nothing written"));
     }
     count(health.negative_depth, "with depth <= 0 are treated as infinitely far");
+    if (const std::string doubt = doubt_of_depth(frame); !doubt.empty()) warn(doubt);
     count(health.sentinel_motion, "with the 'no vector' sentinel are treated as static");
     count(
         surfaces.sky_without_motion,

@@ -204,6 +204,11 @@ TEST_F(InputTest, NonFiniteValuesAreCountedAndNamed) {
     EXPECT_EQ(outputs(), std::vector<std::string>({"o.0002.exr"}));
     const auto sound = filter("all", {"--strict", "--frames", "2", "--on-existing", "overwrite"});
     EXPECT_EQ(sound.code, 0) << sound.text();
+    // Whichever frame failed first.
+    test::write_text(in(0), "no EXR");
+    const auto later =
+        filter("all", {"--strict", "--on-error", "continue", "--on-existing", "overwrite"});
+    EXPECT_EQ(later.code, 7) << later.text();
 }
 
 // Negative alpha divides a blurred color by almost zero: the result exceeds half's range.

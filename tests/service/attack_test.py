@@ -281,6 +281,12 @@ class Files(Attacked):
         self.assertTrue({"200", "202", "409", "422", "429", "503"} <= set(submit["responses"]))
         for path in ["browse", "chains", "image"]:
             self.assertIn("404", document["paths"]["/v1/" + path]["get"]["responses"], path)
+        for path, types in {"/v1/image": {"image/png", "image/vnd.postchain"},
+                            "/v1/jobs/{id}/thumbnail.png": {"image/png", "image/vnd.postchain"},
+                            "/v1/preview": {"image/png", "image/vnd.postchain",
+                                            "image/x-exr"}}.items():
+            operation = next(iter(document["paths"][path].values()))
+            self.assertEqual(set(operation["responses"]["200"]["content"]), types, path)
         for query in ["state=finished", "before=x", "before=0", "limit=-1", "limit=", "states=done"]:
             self.assertEqual(self.server.ask("GET", f"/v1/jobs?{query}")[0], 400, query)
         for target in ["image", "image?frame=x&input=a.exr", "image?frame=1&side=0",
@@ -310,6 +316,7 @@ class Token(Attacked):
             self.assertEqual((status, headers["www-authenticate"]), (401, "Bearer"), target)
         for target in ["/", "/healthz", "/readyz"]:
             self.assertEqual(self.server.ask("GET", target)[0], 200)
+            self.assertEqual(self.server.ask("GET", target + "?x=1")[0], 400, target)
         self.assertNotIn(b"renderer", self.server.ask("GET", "/readyz")[2])
 
     def test_wrong_ones(self):

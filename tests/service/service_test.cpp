@@ -71,11 +71,12 @@ TEST_F(Jobs, AStrangersFileIsNeverReplacedByFail) {
     open();
     const Job job = ended(submit(body()));
     EXPECT_EQ(job.state, JobState::failed);
-    EXPECT_EQ(job.exit_code, 5);
-    EXPECT_THAT(job.message, HasSubstr("out/o.0004.exr: exists"));
-    EXPECT_THAT(job.message, Not(HasSubstr(root())));
+    EXPECT_EQ(job.exit_code, 1);
+    EXPECT_EQ(job.done, 5);
+    EXPECT_THAT(job.message, HasSubstr("1 of 6 frames quarantined: 4"));
+    EXPECT_THAT(frames(job.id)[3].message, HasSubstr("out/o.0004.exr: exists"));
+    EXPECT_THAT(frames(job.id)[3].message, Not(HasSubstr(root())));
     EXPECT_EQ(test::read_text(out(4)), "mine");
-    EXPECT_FALSE(fs::exists(out(1)));
 }
 
 // A process died during the job: the outputs are checked frame by frame.
@@ -186,8 +187,51 @@ TEST_F(Jobs, OnErrorStopEndsAtTheFirstFailure) {
     const Job job = ended(submit(body(R"(, "on_error": "stop")")));
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.failed, 1);
-    EXPECT_EQ(job.exit_code, 4);
+    EXPECT_GE(job.done, 1);
+    EXPECT_EQ(job.exit_code, 1);  // as of the command: some frames are written
     EXPECT_THAT(job.message, HasSubstr("a retry continues"));
+}
+
+// Under `on_existing: fail` the frames that exist are refused, and the others made.
+TEST_F(Jobs, OutputsThatExistAreRefusedOneByOne) {
+    open();
+    ASSERT_EQ(ended(submit(body())).state, JobState::done);
+    EXPECT_EQ(ended(submit(body())).exit_code, 5);  // none is made
+    const Job stopped = ended(submit(body(R"(, "on_error": "stop")")));
+    EXPECT_EQ(stopped.exit_code, 5);
+    EXPECT_THAT(frames(stopped.id), ::testing::IsEmpty());
+}
+
+// All files count for max_disk, and the frames of measurements for max_frames.
+TEST_F(Jobs, WhatItWritesAndMeasuresIsCounted) {
+    open();
+    const auto size = [&](const fs::path& folder) {
+        int64_t sum = 0;
+        for (const auto& entry : fs::recursive_directory_iterator(folder))
+            if (entry.is_regular_file()) sum += int64_t(entry.file_size());
+        return sum;
+    };
+    const auto inputs = size(root());
+    const Job run = ended(submit(body(R"(, "dump_stages": "stages", "png": true)")));
+    EXPECT_EQ(run.state, JobState::done) << run.message;
+    EXPECT_EQ(run.bytes, size(root()) - inputs);
+    const Job ab = ended(submit(
+        R"({"kind": "ab", "chain": {"postchain": 1, "passes": ["fxaa"]},
+            "chain_b": {"postchain": 1, "passes": []}, "input": "in.####.exr", "frames": "1-2",
+            "output": "report", "repeats": 1, "page_frames": 1})"));
+    EXPECT_EQ(ab.state, JobState::done) << ab.message;
+    EXPECT_EQ(ab.frames, 2);
+    EXPECT_EQ(ab.done, 2);
+    EXPECT_EQ(ab.bytes, size(root("report")));
+}
+
+TEST_F(Jobs, ACanceledJobHasTheExitCodeOfAnInterruptedCommand) {
+    open();
+    submit(body());
+    const std::string id = submit(in_folder(body(), "other"));
+    ASSERT_TRUE(std::holds_alternative<Job>(service_->cancel(user(), id)));
+    EXPECT_EQ(ended(id).state, JobState::canceled);
+    EXPECT_EQ(ended(id).exit_code, 143);
 }
 
 TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
@@ -322,6 +366,25 @@ TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     EXPECT_THAT(test::read_text(root("study/report.json")), Not(HasSubstr(root())));
     const auto inner = service_->report_file(user(), slow, "scenes/s0/quick_vs_report/index.html");
     EXPECT_TRUE(std::holds_alternative<ResultFile>(inner));
+}
+
+// Each user's Idempotency-Keys are their own.
+TEST_F(Jobs, AKeyIsOfItsUser) {
+    use("  ann: {token: a234567890123456}\n  ben: {token: b543210987654321}\n");
+    hold();
+    const auto submitted = [&](const char* name, const std::string& text) {
+        bool created = false;
+        const auto answer = service_->submit(user(name), text, "key", &created);
+        return std::holds_alternative<Job>(answer) ? std::get<Job>(answer).id : std::string();
+    };
+    const std::string of_ann = submitted("ann", held_body());
+    const std::string of_ben = submitted("ben", held_body());
+    EXPECT_NE(of_ann, of_ben);
+    EXPECT_NE(of_ben, "");
+    EXPECT_EQ(submitted("ann", held_body()), of_ann);
+    EXPECT_EQ(submitted("ben", held_body()), of_ben);
+    EXPECT_EQ(submitted("ben", held_body(" ")), "") << "another body";
+    test::HeldPass::held = false;
 }
 
 TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {

@@ -258,6 +258,20 @@ TEST_F(StoreTest, LimitsOfAUser) {
     EXPECT_EQ(add_of(1).what, Added::What::made);
 }
 
+TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {
+    open();
+    const std::string id = add();
+    ASSERT_TRUE(*store_->cancel(id, 143));
+    EXPECT_EQ(job(id).exit_code, 143);
+    add();
+    const auto full = store_->retry(id, User(), 1);
+    EXPECT_FALSE(full->done);
+    EXPECT_EQ(full->why, "1 jobs are waiting; try again later");
+    EXPECT_EQ(job(id).state, JobState::canceled);
+    EXPECT_TRUE(store_->retry(id, User(), 2)->done);
+    EXPECT_EQ(job(id).exit_code, 0);
+}
+
 // A job that has not begun has no frames in the store, only their number from its request.
 TEST_F(StoreTest, FramesOfAJobThatHasNotBegunCountAfterARetryAndARestart) {
     open();

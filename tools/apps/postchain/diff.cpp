@@ -193,26 +193,31 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
     metrics::TemporalError temporal;
     metrics::ExposureRange exposures;
     bool exceeded = false;
+    // No summary of a part of the frames.
+    const auto end_with = [&](const Status& failure) {
+        fail(failure);
+        return sequence::exit_code(failure, all.size());
+    };
     for (const DiffFrame& frame : work.frames) {
         if (stop.asked()) break;
         log::progress(
             concat("frame ", frame.number, ", ", all.size(), " of ", work.frames.size(), " done"));
         auto pair = read_pair(work, frame);
-        if (!pair.ok()) return fail(pair.status());
+        if (!pair.ok()) return end_with(pair.status());
         auto compared = metrics::compare(*pair, work.compare);
-        if (!compared.ok()) return fail(compared.status());
+        if (!compared.ok()) return end_with(compared.status());
         exposures = compared->exposures;
         Values values = compared->values;
         if (work.tde) {
             if (Status status = temporal.add(*pair); !status.ok())
-                return fail(status.at(frame.a + " against the frame before"));
+                return end_with(status.at(frame.a + " against the frame before"));
             values.emplace_back(kTde, temporal.last());
         }
         if (const auto bad = pair->reference.nonfinite)
             log::warning(
                 concat(frame.a, ": ", bad, " reference pixels are non-finite, ", "treated as 0"));
         if (Status status = write_maps(work, frame, compared->map); !status.ok())
-            return fail(status);
+            return end_with(status);
 
         log::progress("");
         if (options.json) {

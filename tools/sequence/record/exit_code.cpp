@@ -33,7 +33,7 @@ int exit_code(const Status& first_failure, size_t good) {
 int exit_code(const RunSummary& summary) {
     const size_t bad = summary.failed + summary.missing;
     // --strict checks values: its exit code takes precedence over frames that succeeded.
-    if (summary.first_failure.code() == StatusCode::health) return kExitHealth;
+    if (summary.unhealthy) return kExitHealth;
     if (bad == 0) return summary.held > 0 ? kExitSomeFailed : kExitOk;
     return exit_code(summary.first_failure, summary.written + summary.skipped + summary.held);
 }

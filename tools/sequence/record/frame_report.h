@@ -45,6 +45,7 @@ struct FrameReport {
     io::Window window;  // data window of the output
     uint64_t output_nonfinite = 0;
     io::WriteReport write;
+    uint64_t stage_bytes = 0;  // of its stages
     double read_ms = 0, convert_ms = 0, filter_ms = 0, write_ms = 0;
     std::vector<PassTime> pass_times;
     std::vector<WorkDone> work_done;
@@ -64,7 +65,8 @@ struct RunProgress {
 struct RunSummary {
     size_t total = 0, written = 0, skipped = 0, held = 0, missing = 0, failed = 0;
     Status first_failure;
-    std::vector<int> gaps;  // numbers missing on disk that were not requested
+    bool unhealthy = false;  // --strict refused a frame, the first that failed or another
+    std::vector<int> gaps;   // numbers missing on disk that were not requested
     double elapsed_s = 0;
     ExecutorCounters counters;
     int frames_in_flight = 0;

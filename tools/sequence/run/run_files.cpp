@@ -14,7 +14,7 @@ namespace {
 
 class StageNames {
   public:
-    StageNames(const Chain& chain, const std::vector<FrameTask>& tasks) : starts_{"input."} {
+    StageNames(const Chain& chain, const std::vector<FrameTask>& tasks) {
         for (size_t i = 0; i < chain.links.size(); ++i)
             starts_.push_back(concat(i, ".", chain.links[i].type->name, "."));
         for (const FrameTask& task : tasks) ends_.insert(stage_path("", "", task.frame));

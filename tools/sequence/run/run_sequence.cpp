@@ -142,7 +142,7 @@ class FilterJob final : public FrameJob {
         StageObserver dump;
         if (!settings_.dump_folder.empty())
             dump = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
-                return dump_stage(report.frame, texture, pixels);
+                return dump_stage(texture, pixels, report);
             };
         // The first view last: what the report says of the run is its.
         for (SourceFrame& view : frame.source->other_views) {
@@ -253,14 +253,15 @@ class FilterJob final : public FrameJob {
             .status();
     }
 
-    Status dump_stage(int frame, const PlanTexture& texture, const ImageF& pixels) const {
+    Status dump_stage(const PlanTexture& texture, const ImageF& pixels, FrameReport& report) const {
         static const std::vector<std::string> names = {"R", "G", "B", "A"};
-        const std::string path = stage_path(settings_.dump_folder, texture.name, frame);
+        const std::string path = stage_path(settings_.dump_folder, texture.name, report.frame);
         const auto permit = files_.permit(path);
         if (!permit.ok()) return permit.status();
-        return io::write_planes_exr(path, pixels, {names.begin(), names.begin() + pixels.channels},
-                                    *permit)
-            .status();
+        const auto written = io::write_planes_exr(
+            path, pixels, {names.begin(), names.begin() + pixels.channels}, *permit);
+        if (written.ok()) report.stage_bytes += written->bytes;
+        return written.status();
     }
 
     const Chain& chain_;

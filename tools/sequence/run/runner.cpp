@@ -322,6 +322,7 @@ class Walk {
             }
             if (!report->status.ok() && summary_.first_failure.ok())
                 summary_.first_failure = report->status;
+            if (report->status.code() == StatusCode::health) summary_.unhealthy = true;
             ++done_;
             RunProgress progress = progress_so_far();
             progress.remaining_s =

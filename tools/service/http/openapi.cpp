@@ -170,6 +170,7 @@ Json operation_of(const Route& route) {
         success["content"] = {{route.type, route.schema.empty()
                                                ? Json::object()
                                                : Json{{"schema", ref(route.schema)}}}};
+    for (const std::string& type : route.other_types) success["content"][type] = Json::object();
     Json& responses = operation["responses"] = {{std::to_string(route.status), success}};
     if (route.operation == "submitJob") {
         responses["202"]["headers"]["Location"] = {

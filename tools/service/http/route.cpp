@@ -72,6 +72,12 @@ Handler replies(std::function<Reply(const Call&)> reply) {
     };
 }
 
+bool is_open(const std::vector<Route>& routes, const Target& target) {
+    return std::ranges::any_of(routes, [&](const Route& route) {
+        return route.open && match(route.path, target.segments);
+    });
+}
+
 std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const std::string& method,
                                       const Target& target) {
     std::vector<std::string> allowed;

@@ -42,10 +42,11 @@ struct Route {
     int status = 200;                          // on success
     std::vector<int> refusals = {};            // statuses besides those that any route has
     std::string type = "application/json";
-    std::string schema = {};   // name of the reply's schema; empty = none
-    bool streams = false;      // HEAD is not possible
-    bool at_once = false;      // the reply is immediate and needs no other thread
-    bool reads_files = false;  // may wait for a disk: runs on Shared::disk_pool
+    std::vector<std::string> other_types = {};  // that a request may ask for
+    std::string schema = {};                    // name of the reply's schema; empty = none
+    bool streams = false;                       // HEAD is not possible
+    bool at_once = false;                       // the reply is immediate and needs no other thread
+    bool reads_files = false;                   // may wait for a disk: runs on Shared::disk_pool
 };
 
 // A handler that replies at the end of the call.
@@ -56,6 +57,8 @@ struct Match {
     const Route* route = nullptr;
     std::vector<std::string> values;
 };
+// Whether the path is one that requires no token, whatever its method and query.
+bool is_open(const std::vector<Route>& routes, const Target& target);
 std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const std::string& method,
                                       const Target& target);
 

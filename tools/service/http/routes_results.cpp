@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "tools/measure/report/page/encode.h"
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/replies.h"
 #include "tools/service/http/report_parts.h"
@@ -174,6 +175,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
              .queries = image_queries(),
              .refusals = {403, 422},
              .type = "image/png",
+             .other_types = {report::kPictureType},
              .reads_files = true});
     routes.push_back(
         {.path = "/v1/jobs/{id}/thumbnail.png",
@@ -187,6 +189,7 @@ void add_result_routes(std::vector<Route>& routes, Service& service) {
          .queries = image_queries(),
          .refusals = {403, 422},
          .type = "image/png",
+         .other_types = {report::kPictureType},
          .reads_files = true});
     routes.push_back({.path = "/v1/jobs/{id}/frames/{n}/output",
                       .operation = "getOutput",

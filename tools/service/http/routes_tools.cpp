@@ -67,6 +67,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                           }(),
                       .refusals = {403, 404, 422},
                       .type = "image/png",
+                      .other_types = {report::kPictureType},
                       .reads_files = true});
     routes.push_back({.method = "POST",
                       .path = "/v1/plan",
@@ -88,6 +89,7 @@ void add_tool_routes(std::vector<Route>& routes, Service& service) {
                       .body = "PreviewRequest",
                       .refusals = {403, 409, 422},
                       .type = "image/png",
+                      .other_types = {kExrType, report::kPictureType},
                       .reads_files = true});
     routes.push_back(
         {.method = "POST",

@@ -56,11 +56,15 @@ Status JobFrames::enter_frames(const std::string& id, const std::vector<JobFrame
     return change([&](Database& database) {
         const int64_t job = number_of(id);
         int64_t place = 0;
-        for (const JobFrame& frame : frames)
+        for (const JobFrame& frame : frames) {
             database.run(
                 "INSERT OR IGNORE INTO frames(job, place, frame, state, output, message) "
                 "VALUES(?, ?, ?, ?, ?, ?)",
                 job, place++, frame.frame, name_of(frame.state), frame.output, frame.message);
+            if (frame.state == FrameState::quarantined)
+                add_event(job, "quarantined",
+                          {{"frame", frame.frame}, {"attempts", 0}, {"message", frame.message}});
+        }
         database.run("UPDATE jobs SET begun = 1 WHERE id = ?", job);
         count_frames(database, job);
         add_event(job, "frames", {{"frames", frames.size()}});

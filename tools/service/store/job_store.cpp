@@ -30,6 +30,15 @@ std::string over_limit(Database& database, int new_frames, const User& owner) {
     return "";
 }
 
+bool is_full(Database& database, size_t max_queue) {
+    return uint64_t(database.number("SELECT COUNT(*) FROM jobs WHERE state = 'queued'")) >=
+           max_queue;
+}
+
+std::string full_text(size_t max_queue) {
+    return concat(max_queue, " jobs are waiting; try again later");
+}
+
 template <class... Values>
 std::optional<Job> job_where(Database& database, const char* where, const Values&... values) {
     return first(Statement(database, concat(kJob, "WHERE ", where), values...), job_of);
@@ -60,9 +69,7 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
                 const bool equal = same->body == job.body && same->owner == owner.name;
                 return Added{equal ? Added::What::same : Added::What::other_body, *same, ""};
             }
-        if (uint64_t(database.number("SELECT COUNT(*) FROM jobs WHERE state = 'queued'")) >=
-            max_queue)
-            return Added{Added::What::full, {}, ""};
+        if (is_full(database, max_queue)) return Added{Added::What::full, {}, full_text(max_queue)};
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
             return Added{Added::What::over_limit, {}, why};
         database.run(
@@ -203,7 +210,8 @@ Status JobStore::end(const Job& job) {
     const Status status = change([&](Database& database) {
         const int64_t id = number_of(job.id);
         if (database.run("UPDATE jobs SET state = ?, message = ?, exit_code = ?, verdict = ?, "
-                         "ended_ms = ?, attempts = 0 WHERE id = ? AND state = 'running'",
+                         "ended_ms = ?, attempts = 0, done = CASE WHEN kind <> 'run' AND ?1 = "
+                         "'done' THEN frames ELSE done END WHERE id = ? AND state = 'running'",
                          name_of(job.state), job.message, job.exit_code, job.verdict, now_ms(),
                          id) == 0)
             return;
@@ -217,20 +225,26 @@ Status JobStore::end(const Job& job) {
     return status;
 }
 
-Result<bool> JobStore::cancel(const std::string& id) {
+Status JobStore::has_written(const std::string& id, int64_t bytes) {
+    return change([&](Database& database) {
+        database.run("UPDATE jobs SET bytes = ? WHERE id = ?", bytes, number_of(id));
+    });
+}
+
+Result<bool> JobStore::cancel(const std::string& id, int exit_code) {
     return change([&](Database& database) {
         const int64_t job = number_of(id);
         const bool done =
             database.run(
-                "UPDATE jobs SET state = 'canceled', message = 'canceled', ended_ms = ? "
-                "WHERE id = ? AND state IN ('queued', 'running')",
-                now_ms(), job) > 0;
+                "UPDATE jobs SET state = 'canceled', message = 'canceled', exit_code = ?, ended_ms "
+                "= ? WHERE id = ? AND state IN ('queued', 'running')",
+                exit_code, now_ms(), job) > 0;
         if (done) add_event(job, "canceled");
         return done;
     });
 }
 
-Result<Retried> JobStore::retry(const std::string& id, const User& owner) {
+Result<Retried> JobStore::retry(const std::string& id, const User& owner, size_t max_queue) {
     return change([&](Database& database) {
         const int64_t job = number_of(id);
         Statement ended(database,
@@ -238,6 +252,7 @@ Result<Retried> JobStore::retry(const std::string& id, const User& owner) {
                         "'canceled')",
                         job);
         if (!ended.step()) return Retried();
+        if (is_full(database, max_queue)) return Retried{false, full_text(max_queue)};
         if (auto why = over_limit(database, int(ended.integer(0)), owner); !why.empty())
             return Retried{false, why};
         database.run(

@@ -5,6 +5,7 @@
 //              +--- requeue, or the process ended ---+
 #pragma once
 
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,12 +32,12 @@ struct Added {
     enum class What { made, same, other_body, full, over_limit };
     What what = What::made;
     Job job;          // if made, same, other_body
-    std::string why;  // over_limit: the user's limit
+    std::string why;  // full, over_limit
 };
 
 struct Retried {
-    bool done = false;  // false: over the limit, or neither failed nor canceled
-    std::string why;    // the owner's limit
+    bool done = false;  // false: over a limit, or neither failed nor canceled
+    std::string why;    // the queue's or the owner's limit
 };
 
 // Times for /metrics.
@@ -79,10 +80,14 @@ class JobStore final : public JobFrames {
     Status requeue(const std::string& id, const std::string& why, bool counts);
     // Reads id, state, message, exit_code and verdict of `job`.
     Status end(const Job& job);
+    // The size of what an ab, bench or study has written so far.
+    Status has_written(const std::string& id, int64_t bytes);
     // Cancels a queued or running job; false for other states.
-    Result<bool> cancel(const std::string& id);
-    // Queues the unfinished frames of a failed or canceled job, within the owner's limits.
-    Result<Retried> retry(const std::string& id, const User& owner = User());
+    Result<bool> cancel(const std::string& id, int exit_code = 0);
+    // Queues the unfinished frames of a failed or canceled job, within the limits of its owner and
+    // of waiting jobs.
+    Result<Retried> retry(const std::string& id, const User& owner = User(),
+                          size_t max_queue = std::numeric_limits<size_t>::max());
     // Changes the priority of an unfinished job; false for other states.
     Result<bool> set_priority(const std::string& id, int priority);
     // Removes an ended job with its frames and events; false for other states, and while it has

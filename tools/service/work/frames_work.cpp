@@ -57,7 +57,7 @@ class FramesWork {
                 if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
                 return rest_left(WorkEnd::failed(status));
             }
-            if (quarantined_ && stops_on_error_) return rest_left(WorkEnd::failed(first_failure_));
+            if (quarantined_ && stops_on_error_) return rest_left(stopped_by_error());
         }
     }
 
@@ -78,6 +78,8 @@ class FramesWork {
         if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (Status status = place_.store.enter_frames(id_, *frames); !status.ok())
             return store_failed(status);
+        const auto refused = std::ranges::find(*frames, FrameState::quarantined, &JobFrame::state);
+        if (refused != frames->end()) first_failure_ = Status(StatusCode::output, refused->message);
         return std::nullopt;
     }
 
@@ -186,12 +188,11 @@ class FramesWork {
         const bool own = batch_->begun.count(report.frame) > 0;
         if (report.outcome == sequence::Outcome::skipped) {
             end.state = own ? FrameState::written : FrameState::skipped;
+            if (own) end.bytes = bytes_of_outputs(report.output, settings_);
             return end;
         }
         end.state = FrameState::written;
-        std::error_code error;
-        if (const auto bytes = fs::file_size(report.output, error); !error)
-            end.bytes = int64_t(bytes);
+        end.bytes = bytes_of_outputs(report.output, settings_) + int64_t(report.stage_bytes);
         for (const std::string& warning : report.warnings)
             end.message += (end.message.empty() ? "" : "; ") + roots.shown_in(warning);
         end.held = report.outcome == sequence::Outcome::held;
@@ -204,6 +205,7 @@ class FramesWork {
     void failed(const sequence::FrameReport& report) {
         const Status& status = report.status;
         if (first_failure_.ok()) first_failure_ = status;
+        if (status.code() == StatusCode::health) unhealthy_ = true;
         if (status.code() == StatusCode::gl) {
             gl_failed_ = true;
             gl_message_ = status.message();
@@ -238,8 +240,16 @@ class FramesWork {
         return end;
     }
 
+    WorkEnd stopped_by_error() const {
+        WorkEnd end = WorkEnd::failed(first_failure_);
+        const auto job = place_.store.job(id_);
+        if (job.ok() && *job)
+            end.exit_code = exit_code_of_frames((*job)->done, first_failure_, unhealthy_);
+        return end;
+    }
+
     WorkEnd ending() const {
-        const auto end = end_of_frames(place_.store, id_, first_failure_);
+        const auto end = end_of_frames(place_.store, id_, first_failure_, unhealthy_);
         return end.ok() ? *end : store_failed(end.status());
     }
 
@@ -254,6 +264,7 @@ class FramesWork {
     Status first_failure_;
     Status store_;  // why the store could not record a frame
     bool quarantined_ = false;
+    bool unhealthy_ = false;  // --strict refused a frame
     bool gl_failed_ = false;
     std::string gl_message_;
 };
@@ -278,9 +289,12 @@ Status check_run_paths(const RunSettings& settings, const Roots& roots) {
 Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Roots& roots) {
     const auto tasks = tasks_of(request.run);
     if (!tasks.ok()) return tasks.status();
-    if (Status status = sequence::files_of_run(request.chain.chain, request.run, *tasks).check();
-        !status.ok())
-        return status;
+    const io::OutputFiles files = sequence::files_of_run(request.chain.chain, request.run, *tasks);
+    if (Status status = files.check_names(); !status.ok()) return status;
+    // With `on_error: continue` each frame is refused separately.
+    const bool stops = request.run.on_error == sequence::ErrorPolicy::stop;
+    if (stops)
+        if (Status status = files.check_existing(); !status.ok()) return status;
     if (Status status = check_run_paths(request.run, roots); !status.ok()) return status;
     std::vector<JobFrame> frames;
     for (const FrameTask& task : *tasks) {
@@ -291,6 +305,12 @@ Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Root
             frame.state = FrameState::missing;
             frame.message =
                 sequence::absent_files(task.frame, request.run) + ": frame is not on disk";
+        } else if (!stops) {
+            if (const Status status = files.check_existing(sequence::outputs_of(task, request.run));
+                !status.ok()) {
+                frame.state = FrameState::quarantined;
+                frame.message = roots.shown_in(status.message());
+            }
         }
         frames.push_back(std::move(frame));
     }
@@ -328,8 +348,25 @@ bool made_after(const std::string& path, int64_t ms) {
     return !error && std::chrono::duration_cast<std::chrono::milliseconds>(since).count() >= ms;
 }
 
+int64_t bytes_of_outputs(const std::string& output, const RunSettings& settings) {
+    FrameTask task;
+    task.output = output;
+    int64_t sum = 0;
+    for (const std::string& path : sequence::outputs_of(task, settings)) {
+        std::error_code error;
+        if (const auto bytes = fs::file_size(path, error); !error) sum += int64_t(bytes);
+    }
+    return sum;
+}
+
+int exit_code_of_frames(int done, const Status& first_failure, bool unhealthy) {
+    if (unhealthy) return sequence::kExitHealth;
+    return done > 0 || first_failure.ok() ? sequence::kExitSomeFailed
+                                          : sequence::exit_code(first_failure);
+}
+
 Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
-                              const Status& first_failure) {
+                              const Status& first_failure, bool unhealthy) {
     const auto tally = store.tally(id);
     const auto job = store.job(id);
     if (!tally.ok()) return tally.status();
@@ -344,9 +381,7 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
     if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
     if (!tally->quarantined.empty()) {
         end.state = JobState::failed;
-        if ((*job)->done == 0 && !first_failure.ok())
-            end.exit_code = sequence::exit_code(first_failure);
-        if (first_failure.code() == StatusCode::health) end.exit_code = sequence::kExitHealth;
+        end.exit_code = exit_code_of_frames((*job)->done, first_failure, unhealthy);
     }
     return end;
 }

@@ -301,7 +301,7 @@ Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, b
             FrameEnd end;
             end.frame = frame.frame;
             end.state = changed ? FrameState::written : FrameState::skipped;
-            end.bytes = int64_t(fs::file_size(path, error));
+            end.bytes = bytes_of_outputs(path, request.run);
             if (Status status = store_.frame_ends(job.id, end); !status.ok()) return status;
         } else if (at_end) {
             if (Status status = store_.frame_begins(job.id, frame.frame); !status.ok())
@@ -317,7 +317,7 @@ Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, b
     if (Status status = store_.set_remote(job.id, ""); !status.ok()) return status;
     const auto left = store_.to_do(job.id);
     if (!left.ok() || !left->empty()) return left.status();
-    const auto how = end_of_frames(store_, job.id, Status());
+    const auto how = end_of_frames(store_, job.id, Status(), false);
     return how.ok() ? enter_end(job, *how) : how.status();
 }
 

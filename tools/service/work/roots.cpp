@@ -107,7 +107,8 @@ Result<std::string> Roots::resolve(const std::string& path) const {
         return Status(StatusCode::usage, "'" + given(path) + "' is too long for a path");
     for (const std::string& folder : entries())
         if (!resolved.empty() && io::is_inside(resolved, folder)) return resolved;
-    return Status(StatusCode::usage, "'" + given(path) + "' is outside the folders of this " +
+    return Status(StatusCode::usage, "'" + shown(given(path)) +
+                                         "' is outside the folders of this " +
                                          (within_.empty() ? "service" : "user"));
 }
 

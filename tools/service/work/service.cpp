@@ -1,10 +1,12 @@
 #include "tools/service/work/service.h"
 
+#include <csignal>
 #include <filesystem>
 #include <functional>
 
 #include "config/describe.h"
 #include "config/schema.h"
+#include "tools/sequence/record/exit_code.h"
 #include "tools/sequence/run/device.h"
 #include "tools/service/work/browse.h"
 #include "tools/service/work/planned.h"
@@ -116,16 +118,19 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         if (idempotency_key.size() > kMaxKeyBytes)
             throw Problem{Problem::Kind::invalid,
                           concat("the Idempotency-Key is longer than ", kMaxKeyBytes, " bytes")};
+        // Each user's keys are their own.
+        const std::string key = idempotency_key.empty() || user.name.empty()
+                                    ? idempotency_key
+                                    : user.name + "\n" + idempotency_key;
         // An accepted body is not checked again.
-        const auto earlier = stored(state_->store->job_of_key(idempotency_key));
+        const auto earlier = stored(state_->store->job_of_key(key));
         if (earlier && earlier->body == body && earlier->owner == user.name)
             return state_->shown(*earlier);
         const Submission job = taken(check_submission(body, state_->reader_of(user),
                                                       state_->settings.remote.queue != nullptr));
         check_priority(user, job.priority);
-        Added added =
-            stored(state_->store->add({job.kind, body, job.priority, idempotency_key, job.frames},
-                                      state_->settings.max_queue, user));
+        Added added = stored(state_->store->add({job.kind, body, job.priority, key, job.frames},
+                                                state_->settings.max_queue, user));
         switch (added.what) {
             case Added::What::made:
                 *created = true;
@@ -139,13 +144,8 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
                               "job " + added.job.id +
                                   " has this Idempotency-Key and another body; use a new key"};
             case Added::What::over_limit:
-                throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
             case Added::What::full:
-                throw Problem{
-                    Problem::Kind::busy,
-                    concat(state_->settings.max_queue, " jobs are waiting; try again later"),
-                    {},
-                    kRetryAfterS};
+                throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
         }
         return state_->shown(std::move(added.job));
     });
@@ -189,7 +189,7 @@ Answer<Job> Service::cancel(const User& user, const std::string& id) {
     return answer([&] {
         const char* why_not = "; only waiting and running jobs can be canceled";
         return state_->change(user, id, why_not, [&](const Job&) {
-            const bool done = stored(state_->store->cancel(id));
+            const bool done = stored(state_->store->cancel(id, sequence::kExitSignal + SIGTERM));
             if (done) state_->backend->stop_job(id);
             return done;
         });
@@ -201,7 +201,8 @@ Answer<Job> Service::retry(const User& user, const std::string& id) {
         const char* why_not = "; only failed and canceled jobs can be retried";
         return state_->change(user, id, why_not, [&](const Job& job) {
             const KnownUser owner = state_->settings.users->named(job.owner);
-            const Retried retried = stored(state_->store->retry(id, owner ? *owner : user));
+            const Retried retried =
+                stored(state_->store->retry(id, owner ? *owner : user, state_->settings.max_queue));
             if (!retried.why.empty())
                 throw Problem{Problem::Kind::busy, retried.why, {}, kRetryAfterS};
             if (retried.done) state_->backend->wake();

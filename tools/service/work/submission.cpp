@@ -16,6 +16,20 @@ Problem fault_at(const std::string& body, const Roots& roots, const std::string&
     return text.problem();
 }
 
+int frames_of(const sequence::RunSettings& run) {
+    const auto list = io::find_frames(run.input, run.frames);
+    return list.ok() ? int(list->frames.size()) : 0;  // if not, the job fails when it starts
+}
+
+// The frames of an ab, bench or study, counted once for each measurement of a scene.
+int measured_frames(const JobRequest& job) {
+    if (job.kind != JobKind::study) return frames_of(job.run);
+    int frames = 0;
+    for (const study::Task& task : study::tasks_of(job.study))
+        frames += frames_of(job.study.scenes[task.scene].measured.run);
+    return frames;
+}
+
 }  // namespace
 
 std::string in_terms_of_request(std::string message, const ParameterTable& table) {
@@ -57,7 +71,10 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
         return fault_at(body, reader.roots(), "dump_stages",
                         "this service hands its jobs to another queue, whose tasks write no "
                         "stages; use `postchain run --dump-stages` or a service without --backend");
-    if (job.kind != JobKind::run) return submission;
+    if (job.kind != JobKind::run) {
+        submission.frames = measured_frames(job);
+        return submission;
+    }
     const auto refuse = [&](const std::string& key, const Status& status) {
         return fault_at(
             body, reader.roots(), key,

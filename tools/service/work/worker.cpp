@@ -2,6 +2,8 @@
 
 #include <sys/resource.h>
 
+#include <filesystem>
+
 #include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
@@ -10,6 +12,7 @@
 namespace postchain::service {
 namespace {
 
+namespace fs = std::filesystem;
 using namespace std::chrono_literals;
 
 constexpr std::chrono::milliseconds kFirstWait = 1s;
@@ -27,6 +30,22 @@ Status failure_of(const Progress::UnderWay& stuck, double limit_s) {
                             : "the disk hangs, or the limit is too low for it";
     return Status(code, concat(stuck.what, " within ", limit_s, " s: ", cause,
                                "; then retry the job, or submit it with a larger frame_timeout"));
+}
+
+// Size of the files in the folder that an ab, bench or study writes.
+int64_t bytes_of_report(const JobRequest& request) {
+    const std::string& folder = request.kind == JobKind::ab      ? request.ab.folder
+                                : request.kind == JobKind::bench ? request.bench.folder
+                                                                 : request.study_settings.folder;
+    int64_t sum = 0;
+    std::error_code error;
+    for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
+         at.increment(error)) {
+        std::error_code of_file;
+        if (at->is_regular_file(of_file) && !at->is_symlink(of_file))
+            sum += int64_t(at->file_size(of_file));
+    }
+    return sum;
 }
 
 }  // namespace
@@ -306,6 +325,8 @@ WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
     WorkEnd end = request.kind == JobKind::run     ? work_on_frames(job, request, place)
                   : request.kind == JobKind::study ? work_on_study(job, request, place)
                                                    : work_on_experiment(job, request, place);
+    if (request.kind != JobKind::run && !hand.lost)
+        (void)store_.has_written(job.id, bytes_of_report(request));
     if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run &&
         attempts >= settings_.attempts)
         end = WorkEnd::failed(Status(StatusCode::gl, end.message));

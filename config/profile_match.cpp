@@ -229,7 +229,8 @@ Result<std::string> choose_layer(const Profile& profile, const Names& names,
     }
     if (layers.size() == 1) return layers[0];
     if (layers[0].empty()) {
-        // In files with one part per layer the unnamed one may be another by its channels alone.
+        // With one part per layer, a layer's channels alone make an unnamed one too, without the
+        // other parts.
         std::string chosen;
         auto most = find_roles(profile, chosen, names);
         for (const auto& layer : layers) {

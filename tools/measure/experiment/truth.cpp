@@ -28,7 +28,7 @@ bool black(const metrics::RgbImage& image) {
                        [](float v) { return v <= 0; });
 }
 
-// But for the digits that camera.json rounds.
+// Equal up to the digits that camera.json keeps.
 bool same_value(const ParameterValue& a, const ParameterValue& b) {
     const auto* x = std::get_if<double>(&a);
     const auto* y = std::get_if<double>(&b);

@@ -22,9 +22,9 @@ Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Root
 bool is_own_output(const JobRequest& request, int frame);
 // Whether a file was changed after this time, in milliseconds since 1970.
 bool made_after(const std::string& path, int64_t ms);
-// Of the frame's image, sidecar and preview, as far as they exist.
+// Size of a frame's image, sidecar and preview, as far as they exist.
 int64_t bytes_of_outputs(const std::string& output, const sequence::RunSettings& settings);
-// Of a job with frames that failed, as sequence::exit_code(). `unhealthy`: --strict refused one.
+// The exit code of a job with frames that failed. `unhealthy`: --strict refused one.
 int exit_code_of_frames(int done, const Status& first_failure, bool unhealthy);
 // The end of a job whose frames have all ended. Errors (output): the store.
 Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,

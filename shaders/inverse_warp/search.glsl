@@ -185,25 +185,36 @@ bool next_start(inout Search s, Pixel pixel, Sample now) {
     return more && s.start_depth > s.occluded_from;
 }
 
+// One visit, and where to go from there. False if the search has ended.
+bool search_on(inout Search s, Pixel pixel, Sample now, inout uvec4 begin) {
+    const Visit v = visit(pixel.p, s.d, now);
+    keep_nearest(s, v, pixel.p, now.depth_ratio);
+    keep_farthest(s, v, now.depth_ratio);
+    note_occluded(s, v, now.depth_ratio);
+    if (!kLens && v.accepted && s.start == 0) begin = v.bits;
+    s.d = v.d;
+    ++s.steps;
+    bool more = true;
+    if (v.accepted || leads_nowhere(s, v, now.depth_ratio) ||
+        s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
+        more = next_start(s, pixel, now);
+    return more;
+}
+
 // Searches from the surface `begin`, then from the start surfaces of the pixel's block, nearest
 // first. With the shutter alone, `begin` becomes the surface found from it: the search of the next
 // time sample begins there.
 Search search(Pixel pixel, Sample now, inout uvec4 begin) {
     Search s = begin_search(pixel, now, unpack_surface(begin));
-    bool more;
+    bool more = true;
+#ifdef VULKAN
+    // Mesa's lavapipe 22.3 mixes up visits in this loop if it tests at its end.
+    while (more) more = search_on(s, pixel, now, begin);
+#else
     do {
-        const Visit v = visit(pixel.p, s.d, now);
-        keep_nearest(s, v, pixel.p, now.depth_ratio);
-        keep_farthest(s, v, now.depth_ratio);
-        note_occluded(s, v, now.depth_ratio);
-        if (!kLens && v.accepted && s.start == 0) begin = v.bits;
-        s.d = v.d;
-        ++s.steps;
-        more = true;
-        if (v.accepted || leads_nowhere(s, v, now.depth_ratio) ||
-            s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
-            more = next_start(s, pixel, now);
+        more = search_on(s, pixel, now, begin);
     } while (more);
+#endif
     s.shows_behind = s.far.inverse_depth * now.depth_ratio < s.first_depth;
     return s;
 }

@@ -163,7 +163,8 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
 
 // Before its first write, a job checks all of its files and then removes leftovers of killed jobs.
 TEST(Writers, RemoveWhatKillsLeft) {
-    const Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
+    Counts checks = count(R"(\bfiles(->|\.)check(_names)?\(\))");
+    checks.erase("tools/service/work/frames_work.cpp");  // its run removes them
     const Counts removals = count(R"(\bremove_left_temporaries\(\);)");
     // run, ab and bench, study, scene, diff, selftest, sheet, blind, stress, tune, view and its
     // export

@@ -2,6 +2,9 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "config/chain_from_text.h"
 #include "tests/vulkan/frames.h"
 
@@ -66,6 +69,36 @@ TEST(Bits, MethodsHaveTheBitsOfGl) {
         "postchain: 1\npasses: [{joint_blur: {}}, {fxaa: {}}]",
     };
     for (const char* text : chains) expect_equal(from_text(text), gl.frame, gl.test, text);
+}
+
+// Depths and colors that change from pixel to pixel, so that searches visit several surfaces: a
+// loop of theirs that tests at its end is compiled wrongly by lavapipe.
+TEST(Bits, OfNoise) {
+    for (const uint32_t seed : {1u, 2u, 3u}) {
+        auto gl = canonical_frame(kWidth, kHeight);
+        std::mt19937 random(seed);
+        auto unit = [&] { return float(random() >> 8) / 16777216.0f; };
+        ImageF color = gl.test.planes.at(Role::color),
+               depth = gl.test.planes.at(Role::inverse_depth),
+               motion = gl.test.planes.at(Role::motion);
+        for (float& value : color.data) value = unit();
+        for (size_t i = 3; i < color.data.size(); i += 4) color.data[i] = 1;
+        for (float& value : depth.data) value = 0.05f + 0.4f * std::floor(4 * unit()) / 4;
+        for (float& value : motion.data) value += 8 * unit() - 4;
+        const HostTexture c(GL_RGBA32F, color), d(GL_R32F, depth), m(GL_RG32F, motion);
+        pc_frame values = gl.frame;
+        values.color = c;
+        values.depth = d;
+        values.motion = m;
+        values.f_stop = 0.2f;  // circles of a few pixels
+        gl.test.planes[Role::color] = color;
+        gl.test.planes[Role::inverse_depth] = depth;
+        gl.test.planes[Role::motion] = motion;
+        for (const char* text : {"postchain: 1\npasses: [{motion_blur: {}}]",
+                                 "postchain: 1\npasses: [{depth_of_field: {}}]",
+                                 "postchain: 1\npasses: [{joint_blur: {}}]"})
+            expect_equal(from_text(text), values, gl.test, text);
+    }
 }
 
 }  // namespace

@@ -32,7 +32,7 @@ std::variant<Admitted, Reply> Api::admit(const Request& header) const {
     if (!target) return problem(400, "the address is malformed");
     auto found = find_route(routes_, header.method, *target);
     // A client without the token learns nothing about the routes.
-    const bool open = is_open(routes_, *target);
+    const bool open = is_open(routes_, header.method, *target);
     auto user = guard_.identify(header);
     if (auto* refused = std::get_if<Reply>(&user); refused && !open) return std::move(*refused);
     if (auto* refused = std::get_if<Reply>(&found)) return std::move(*refused);

@@ -59,6 +59,10 @@ std::string fault_of(const Route& route, const std::string& name, const std::str
     return "";
 }
 
+bool takes(const Route& route, const std::string& method) {
+    return route.method == method || (method == "HEAD" && route.method == "GET" && !route.streams);
+}
+
 }  // namespace
 
 std::string Call::query(const std::string& name) const {
@@ -72,9 +76,9 @@ Handler replies(std::function<Reply(const Call&)> reply) {
     };
 }
 
-bool is_open(const std::vector<Route>& routes, const Target& target) {
+bool is_open(const std::vector<Route>& routes, const std::string& method, const Target& target) {
     return std::ranges::any_of(routes, [&](const Route& route) {
-        return route.open && match(route.path, target.segments);
+        return route.open && takes(route, method) && match(route.path, target.segments);
     });
 }
 
@@ -84,8 +88,7 @@ std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const st
     for (const Route& route : routes) {
         auto values = match(route.path, target.segments);
         if (!values) continue;
-        if (route.method == method ||
-            (method == "HEAD" && route.method == "GET" && !route.streams)) {
+        if (takes(route, method)) {
             for (const auto& [key, value] : target.query)
                 if (const std::string fault = fault_of(route, key, value); !fault.empty())
                     return problem(400, fault);

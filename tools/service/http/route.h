@@ -57,8 +57,8 @@ struct Match {
     const Route* route = nullptr;
     std::vector<std::string> values;
 };
-// Whether the path is one that requires no token, whatever its method and query.
-bool is_open(const std::vector<Route>& routes, const Target& target);
+// Whether the method of this path requires no token, whatever the query.
+bool is_open(const std::vector<Route>& routes, const std::string& method, const Target& target);
 std::variant<Match, Reply> find_route(const std::vector<Route>& routes, const std::string& method,
                                       const Target& target);
 

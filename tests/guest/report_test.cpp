@@ -305,7 +305,7 @@ TEST(Conventions, SignsAreChecked) {
     frame.flags |= PC_MOTION_TO_NEXT;  // but the other image is the previous one
     ASSERT_EQ(pc_check_motion(guest.get(), &frame, &other, signs, &margin), PC_OK);
     EXPECT_EQ(signs[0], -1);
-    // What cannot be read is an error, not a result.
+    // A texture that cannot be read is an error, not a result.
     pc_texture unusable = other;
     unusable.name = 12345;
     EXPECT_EQ(pc_check_motion(guest.get(), &frame, &unusable, signs, &margin), PC_ERROR_INPUT);

@@ -1,6 +1,7 @@
 #include "tools/measure/experiment/bench.h"
 
 #include <algorithm>
+#include <set>
 #include <string>
 
 #include "tools/measure/experiment/bench_frame.h"
@@ -67,27 +68,33 @@ class BenchRun {
             if (!(one.chain.camera == variants_[0].chain.camera) && basis_.truth &&
                 settings_.truth_cameras.empty())
                 note("variants differ in camera but share one ground truth");
-            if (Status status = warn_of_camera(one); !status.ok()) return status;
         }
+        if (Status status = warn_of_cameras(); !status.ok()) return status;
         for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
         report_.files = files_;
         store_.emplace(settings_.folder, conditions_of(report_, settings_, variants_), files_);
         return store_->prepare();
     }
 
-    // A generated ground truth has the lens and shutter of the scene.
-    Status warn_of_camera(const BenchVariant& variant) {
+    // A generated ground truth has the lens and shutter of the scene. Each variant is warned of
+    // once.
+    Status warn_of_cameras() {
+        std::set<const BenchVariant*> named;
         for (const auto& [frame, camera] : settings_.truth_cameras) {
             const auto header =
                 sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame);
             if (!header.ok()) return header.status();
-            const auto texts = differences_from_truth(variant.chain, *header, camera);
-            if (texts.empty()) continue;
-            report_.warnings.push_back(
-                concat(variant.name, " filters frame ", frame, " with ", joined(texts, ", "),
-                       " of the generated ground truth: its error contains the difference; render "
-                       "the sequence with these values, as `postchain scene` takes them"));
-            break;
+            for (const BenchVariant& variant : variants_) {
+                if (named.contains(&variant)) continue;
+                const auto texts = differences_from_truth(variant.chain, *header, camera);
+                if (texts.empty()) continue;
+                named.insert(&variant);
+                report_.warnings.push_back(
+                    concat(variant.name, " filters frame ", frame, " with ", joined(texts, ", "),
+                           " of the generated ground truth: its error contains the difference; "
+                           "render the sequence with these values, as `postchain scene` takes "
+                           "them"));
+            }
         }
         return Status();
     }

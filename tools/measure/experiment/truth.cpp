@@ -65,14 +65,14 @@ Result<sequence::FrameHeader> Truth::open_frame(int frame) const {
     return sequence::open_source_frame({}, files_.at(frame), frame);
 }
 
-Result<sequence::SourceFrame> Truth::read(int frame) const {
-    auto header = open_frame(frame);
-    if (!header.ok()) return header.status();
-    return sequence::read_source_frame({}, std::move(*header), {}, io::Keep::nothing);
+Result<sequence::SourceFrame> Truth::read(sequence::FrameHeader header) {
+    return sequence::read_source_frame({}, std::move(header), {}, io::Keep::nothing);
 }
 
 Result<metrics::RgbImage> Truth::load(int frame) const {
-    auto source = read(frame);
+    auto header = open_frame(frame);
+    if (!header.ok()) return header.status();
+    auto source = read(std::move(*header));
     if (!source.ok()) return source.status();
     return metrics::rgb_image_of(
         io::placed(*source->planes.at(Role::color), source->input.window, windows_.at(frame)));
@@ -103,13 +103,12 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
         const io::ExrPart& part_of_input = sequence::color_part(*filtered);
         const io::ExrPart& part_of_truth = sequence::color_part(*header);
         const io::Window of_input = filtered->window, of_truth = header->window;
-        const auto differ = [&](const char* what, const io::Window& truth,
-                                const io::Window& input) {
+        const auto differ = [&](const char* what, const io::Window& its, const io::Window& own) {
             return Status(
                 StatusCode::input,
-                concat(path, ": the ", what, " of the ground truth is ", size_text(truth),
+                concat(path, ": the ", what, " of the ground truth is ", size_text(its),
                        ", but that of ", filtered->files.color_file().path(), " is ",
-                       size_text(input), "; render the ground truth with the input's region"));
+                       size_text(own), "; render the ground truth with the input's region"));
         };
         const bool one_display = part_of_truth.display_window == part_of_input.display_window;
         if (of_truth != of_input && !(one_display && of_truth.contains(of_input)))
@@ -118,7 +117,7 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
         if (!part_of_truth.data_window.contains(part_of_input.data_window))
             return differ("data window", part_of_truth.data_window, part_of_input.data_window);
         windows_[frame] = of_input;
-        auto source = read(frame);
+        auto source = read(std::move(*header));
         if (!source.ok()) return source.status();
         if (const auto bad = source->health.nonfinite_color)
             return Status(StatusCode::input,

@@ -42,7 +42,7 @@ class Truth {
 
   private:
     Result<sequence::FrameHeader> open_frame(int frame) const;
-    Result<sequence::SourceFrame> read(int frame) const;
+    static Result<sequence::SourceFrame> read(sequence::FrameHeader header);
     std::map<int, std::map<Role, std::string>> files_;
     std::vector<int> frames_;
     std::map<int, io::Window> windows_;  // of the input's frames, by number

@@ -24,9 +24,11 @@ int frames_of(const sequence::RunSettings& run) {
 // The frames of an ab, bench or study, counted once for each measurement of a scene.
 int measured_frames(const JobRequest& job) {
     if (job.kind != JobKind::study) return frames_of(job.run);
+    std::vector<int> of_scenes;
+    for (const study::Scene& scene : job.study.scenes)
+        of_scenes.push_back(frames_of(scene.measured.run));
     int frames = 0;
-    for (const study::Task& task : study::tasks_of(job.study))
-        frames += frames_of(job.study.scenes[task.scene].measured.run);
+    for (const study::Task& task : study::tasks_of(job.study)) frames += of_scenes[task.scene];
     return frames;
 }
 

@@ -42,8 +42,8 @@ int64_t bytes_of_report(const JobRequest& request) {
     for (fs::recursive_directory_iterator at(folder, error), end; !error && at != end;
          at.increment(error)) {
         std::error_code of_file;
-        if (at->is_regular_file(of_file) && !at->is_symlink(of_file))
-            sum += int64_t(at->file_size(of_file));
+        if (!at->is_regular_file(of_file) || at->is_symlink(of_file)) continue;
+        if (const auto bytes = at->file_size(of_file); !of_file) sum += int64_t(bytes);
     }
     return sum;
 }

@@ -1,0 +1,150 @@
+"""Puts one fault at a time into the code, runs the tests that should fail, and prints a table.
+
+Usage: run.py [--build FOLDER] [NAME ...]   NAME: a pattern of names, such as 'clock*'
+
+Each tests/mutants/*.toml is a list of
+
+    [[mutant]]
+    name = "no barrier between steps"
+    file = "chain/gl/compiled_plan.cpp"
+    line = "if (command.barriers) glMemoryBarrier(command.barriers);"  # stands once in the file
+    with = ""
+    tests = ["executor_tests:Barriers.*"]
+
+`line` is any part of the file's text, `with` replaces it. A test is a name of ctest, after `:` a GoogleTest
+filter that selects a part of it. A mutant is caught by the default if a test without the label `full` fails.
+The tests run without a fault first. The file is restored also if the run is interrupted. Exit code 1: a test
+fails without a fault, or a mutant survives its tests, does not compile, or its line does not stand once in its
+file.
+"""
+
+import argparse
+import collections
+import fnmatch
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tomllib
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+TIME_LIMIT_S = 600
+
+Test = collections.namedtuple("Test", "command environment folder full")
+
+
+def tests_of_build(build):
+    """All tests of ctest by name."""
+    listing = subprocess.run(["ctest", "--test-dir", build, "--show-only=json-v1"], check=True,
+                             capture_output=True, text=True).stdout
+    tests = {}
+    for entry in json.loads(listing)["tests"]:
+        properties = {p["name"]: p["value"] for p in entry.get("properties", [])}
+        environment = dict(word.split("=", 1) for word in properties.get("ENVIRONMENT", []))
+        tests[entry["name"]] = Test(entry["command"], environment, properties.get("WORKING_DIRECTORY", build),
+                                    "full" in properties.get("LABELS", []))
+    return tests
+
+
+def selected(command, pattern, environment):
+    """The tests of a GoogleTest program that `command` runs and `pattern` selects."""
+    listing = subprocess.run([*command, "--gtest_list_tests"], check=True, capture_output=True, text=True,
+                             env=environment).stdout
+    suite, names = "", []
+    for line in listing.splitlines():
+        word = line.split("#")[0].strip()
+        if not line.startswith(" ") and word.endswith("."):
+            suite = word
+        elif line.startswith("  "):
+            names.append(suite + word)
+    return [name for name in names if any(fnmatch.fnmatchcase(name, p) for p in pattern.split(":"))]
+
+
+def fails(tests, build, wanted):
+    """Whether a test of the list fails."""
+    name, _, pattern = wanted.partition(":")
+    test = tests[name]
+    environment = os.environ | {"GALLIVM_PERF": "nopt", "LP_NUM_THREADS": "1"} | test.environment
+    command = test.command
+    if pattern:
+        chosen = selected(command, pattern, environment)
+        if not chosen:
+            raise SystemExit(f"{wanted}: no test of {name} has such a name")
+        command = [*command, "--gtest_filter=" + ":".join(chosen)]
+    try:
+        return subprocess.run(command, cwd=test.folder, env=environment, stdin=subprocess.DEVNULL,
+                              capture_output=True, timeout=TIME_LIMIT_S).returncode != 0
+    except subprocess.TimeoutExpired:
+        return True
+
+
+def compile_tests(tests, build, wanted):
+    """Builds the programs that the tests run. Whether that succeeded."""
+    files = set()
+    for name in {word.partition(":")[0] for word in wanted}:
+        for word in tests[name].command + list(tests[name].environment.values()):
+            path = pathlib.Path(word)
+            if path.is_absolute() and path.is_relative_to(build) and path.suffix != ".zip":
+                files.add(str(path.relative_to(build)))
+    known = subprocess.run(["ninja", "-C", build, "-t", "targets", "all"], check=True, capture_output=True,
+                           text=True).stdout
+    known = {line.partition(":")[0] for line in known.splitlines()}
+    return subprocess.run(["ninja", "-C", build, *sorted(files & known)], capture_output=True).returncode == 0
+
+
+def run(mutant, tests, build):
+    """The row of the table: verdict, and the tests that failed."""
+    path = SOURCE / mutant["file"]
+    before = path.read_text()
+    if before.count(mutant["line"]) != 1:
+        return "line not found once", []
+    try:
+        path.write_text(before.replace(mutant["line"], mutant["with"]))
+        if not compile_tests(tests, build, mutant["tests"]):
+            return "does not compile", []
+        failed = [word for word in mutant["tests"] if fails(tests, build, word)]
+    finally:
+        path.write_text(before)
+    if not failed:
+        return "survives", []
+    by_default = any(not tests[word.partition(":")[0]].full for word in failed)
+    return "default" if by_default else "full", failed
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", default=SOURCE / "build", type=pathlib.Path)
+    parser.add_argument("names", nargs="*", help="patterns of names; none: all mutants")
+    arguments = parser.parse_args()
+    build = arguments.build.resolve()
+
+    mutants = [mutant for path in sorted(pathlib.Path(__file__).parent.glob("*.toml"))
+               for mutant in tomllib.loads(path.read_text())["mutant"]
+               if not arguments.names or any(fnmatch.fnmatch(mutant["name"], p) for p in arguments.names)]
+    tests = tests_of_build(build)
+    wanted = sorted({word for mutant in mutants for word in mutant["tests"]})
+    unknown = [word for word in wanted if word.partition(":")[0] not in tests]
+    if unknown:
+        sys.exit("no such test: " + ", ".join(unknown))
+    if not compile_tests(tests, build, wanted):
+        sys.exit("the tests do not compile; run cmake --build --preset release")
+    broken = [word for word in wanted if fails(tests, build, word)]
+    if broken:
+        sys.exit("these fail without a fault: " + ", ".join(broken))
+
+    counts = collections.Counter()
+    print("| fault | file | caught by | tests that fail |\n|---|---|---|---|")
+    for mutant in mutants:
+        verdict, failed = run(mutant, tests, build)
+        counts[verdict if verdict in ("default", "full") else "not caught"] += 1
+        print(f"| {mutant['name']} | {mutant['file']} | {verdict} | {', '.join(failed)} |", flush=True)
+    compile_tests(tests, build, wanted)
+    caught = counts["default"] + counts["full"]
+    print(f"\n{len(mutants)} mutants: {counts['default']} caught by the default, {caught} by --full, "
+          f"{counts['not caught']} not caught")
+    return 1 if caught < len(mutants) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs the packages that building postchain needs, on Debian bookworm; with --tests also those of
-# its tests, with --fuzz also those of fuzzing (clang and its runtime). Does nothing if all are
-# installed. Usage: tools/install_packages.sh [--tests | --fuzz]
+# Installs the packages that building postchain needs, on Debian bookworm; with --tests also those of the default
+# tests, with --full those of all tests, with sanitizers and fuzzing. Does nothing if all are installed.
+# Usage: tools/install_packages.sh [--tests | --full]
 set -euo pipefail
 
 # libglfw3-dev and libimgui-dev are those of postchain view; without them the rest is built.
@@ -14,17 +14,21 @@ packages=(
     libsqlite3-dev prometheus-cpp-dev libboost-dev curl
     libglfw3-dev libimgui-dev
 )
-if [[ ${1:-} == --tests || ${1:-} == --fuzz ]]; then
+case ${1:-} in
+    --tests | --full)
+        packages+=(
+            libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
+            glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers python3
+        )
+        ;;
+esac
+if [[ ${1:-} == --full ]]; then
     packages+=(
-        libgtest-dev libgmock-dev libbenchmark-dev clang-format glslang-tools spirv-tools
-        glslang-dev libvulkan-dev mesa-vulkan-drivers vulkan-validationlayers
         dpkg-dev file libogre-1.12-dev xvfb xdotool slurmctld slurmd slurm-client munge prometheus
-        python3 python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
-        chromium chromium-driver sqlite3 nginx-light caddy
+        python3-dev python3-numpy python3-openimageio python3-pytest python3-matplotlib pybind11-dev
+        chromium chromium-driver sqlite3 nginx-light caddy blender
+        clang libclang-rt-14-dev
     )
-fi
-if [[ ${1:-} == --fuzz ]]; then
-    packages+=(clang libclang-rt-14-dev)
 fi
 missing=()
 for package in "${packages[@]}"; do

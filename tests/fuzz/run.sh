@@ -44,7 +44,7 @@ for target in "${targets[@]}"; do
     }
 done
 
-tools/install_packages.sh --fuzz
+tools/install_packages.sh --full
 cmake --preset fuzz
 cmake --build --preset fuzz -j "${POSTCHAIN_JOBS:-$(nproc)}"
 

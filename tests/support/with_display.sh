@@ -4,7 +4,7 @@
 # it would restart when its last client disconnects, and refuse a client that connects just then.
 set -euo pipefail
 if ! command -v Xvfb >/dev/null; then
-    echo "Xvfb is not installed; run tools/install_packages.sh --tests" >&2
+    echo "Xvfb is not installed; run tools/install_packages.sh --full" >&2
     exit 1
 fi
 exec 3< <(exec Xvfb -displayfd 1 -screen 0 1280x800x24 -nolisten tcp -noreset 2>/dev/null)

@@ -2,24 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
-#include <cstdlib>
-
 #include "chain/egl/context.h"
 #include "tests/passes/registry.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
-namespace {
-
-// The value. Ends the process on failure, because no test can run without it.
-template <class T>
-T must(Result<T> result) {
-    if (result.ok()) return std::move(*result);
-    std::fprintf(stderr, "%s\n", result.status().message().c_str());
-    std::abort();
-}
-
-}  // namespace
 
 const PassRegistry& every_pass() {
     static const PassRegistry registry([] {
@@ -40,10 +27,8 @@ void append(Chain& chain, const std::string& type, Settings settings) {
     Pass* pass = chain.append(every_pass(), type);
     ASSERT_NE(pass, nullptr) << "no pass '" << type << "'";
     const ParameterTable& table = *every_pass().find(type)->parameters;
-    for (const auto& [key, value] : settings) {
-        const Status status = table.set(pass->parameters(), key, value);
-        ASSERT_TRUE(status.ok()) << type << "." << key << ": " << status.message();
-    }
+    for (const auto& [key, value] : settings)
+        ASSERT_EQ(error_of(table.set(pass->parameters(), key, value)), "") << type;
 }
 
 Chain chain_of(const std::string& type, Settings settings) {
@@ -61,36 +46,27 @@ PlanOptions whole_passes() {
 
 FramePlanes filter(const Chain& chain, const FrameDescription& frame, const FramePlanes& planes,
                    const PlanOptions& options, Plan* plan) {
-    auto made = make_plan(chain, frame, options);
-    EXPECT_TRUE(made.ok()) << made.status().message();
-    if (!made.ok()) return {};
-    auto result = executor().filter(*made, planes);
-    EXPECT_TRUE(result.ok()) << result.status().message();
-    if (plan) *plan = *made;
-    return result.ok() ? std::move(*result) : FramePlanes();
+    const Plan made = must(make_plan(chain, frame, options));
+    FramePlanes result = must(executor().filter(made, planes));
+    if (plan) *plan = made;
+    return result;
 }
 
 Stages filter_with_stages(const Chain& chain, const FrameDescription& frame,
                           const FramePlanes& planes, const PlanOptions& options) {
     Stages stages;
-    auto made = make_plan(chain, frame, options);
-    EXPECT_TRUE(made.ok()) << made.status().message();
-    if (!made.ok()) return stages;
-    auto result = executor().filter(
-        *made, planes, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
-            stages.stages[texture.name] = pixels;
-            return Status();
-        });
-    EXPECT_TRUE(result.ok()) << result.status().message();
-    if (result.ok()) stages.outputs = std::move(*result);
+    stages.outputs =
+        must(executor().filter(must(make_plan(chain, frame, options)), planes,
+                               [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+                                   stages.stages[texture.name] = pixels;
+                                   return Status();
+                               }));
     return stages;
 }
 
 ReferenceFrame reference(const Chain& chain, const FrameDescription& frame,
                          const FramePlanes& planes, const PlanOptions& options) {
-    auto result = run_reference(chain, frame, planes, options);
-    EXPECT_TRUE(result.ok()) << result.status().message();
-    return result.ok() ? std::move(*result) : ReferenceFrame();
+    return must(run_reference(chain, frame, planes, options));
 }
 
 }  // namespace postchain::test

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -15,7 +16,7 @@ namespace postchain::test {
 // The passes of this build, and those of tests/passes.
 const PassRegistry& every_pass();
 
-Executor& executor();  // made on first use; ends the test process without GL
+Executor& executor();  // made on first use; throws without GL
 
 using Settings = std::initializer_list<std::pair<std::string, ParameterValue>>;
 

@@ -204,6 +204,7 @@ Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueu
         columns = unsigned(plan().textures[size_t(step.work_list)].width);
         rows = 1;
         if (command.in_bands && queue && queue->reads_counts()) {
+            glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
             columns = count_work(list);
         } else if (!command.in_bands || columns * taps_of_group(step) <= kBandTaps) {
             glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, list);

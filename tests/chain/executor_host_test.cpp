@@ -2,10 +2,13 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
+
 #include "chain/gl/transfers.h"
 #include "tests/chain/executor_support.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
@@ -37,6 +40,29 @@ TEST_F(Execute, RunGivesUnusedSizesBackToo) {
         EXPECT_LE(executor.counters().textures_alive, 2u * 4u) << size;
     }
     EXPECT_EQ(executor.counters().texture_allocations, 2u * 101u);
+}
+
+// More frames than the executor has room for uniform blocks, each from the last one's result. On a
+// GPU nothing between them waits for the device.
+TEST_F(Execute, AFrameMayTakeTheResultOfTheLast) {
+    const HostTexture color(8, 8);
+    const float one[4] = {1, 1, 1, 1};
+    glClearTexImage(color.name(), 0, GL_RGBA, GL_FLOAT, one);
+    GLuint result = color.name();
+    const Plan there = two_steps(8, 8);
+    Plan back = there;
+    const float half = 0.5f;
+    for (Step& step : back.steps) std::memcpy(step.uniforms.data(), &half, sizeof(half));
+    const auto first = make_executor(), second = make_executor();
+    for (int frame = 0; frame < 40; ++frame) {
+        Executor& executor = frame % 2 ? *second : *first;
+        const auto out = executor.run(frame % 2 ? back : there, {{Role::color, result}});
+        ASSERT_EQ(test::error_of(out), "");
+        result = out->at(Role::color);
+    }
+    const auto pixels = gl::Transfers().download(result, Format::rgba32f, 8, 8);
+    ASSERT_EQ(test::error_of(pixels), "");
+    EXPECT_EQ(pixels->at(0, 7), 1);
 }
 
 // An engine has the frame before at hand, and never the one after.

@@ -92,9 +92,10 @@ void Execute::TearDownTestSuite() {
     fs::remove_all(folder_);
 }
 
-std::unique_ptr<Executor> Execute::make_executor(const ExecutorOptions& options) {
+std::unique_ptr<Executor> Execute::make_executor(const ExecutorOptions& options,
+                                                 const gl::Device& device) {
     setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
-    auto made = std::make_unique<Executor>(gl::describe_current(), options);
+    auto made = std::make_unique<Executor>(device, options);
     unsetenv("POSTCHAIN_SHADER_DIR");  // is read once, when an executor is made
     return made;
 }

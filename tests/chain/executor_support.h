@@ -15,7 +15,8 @@ class Execute : public ::testing::Test {
     static void SetUpTestSuite();
     static void TearDownTestSuite();
     // Reads its shaders in folder_.
-    static std::unique_ptr<Executor> make_executor(const ExecutorOptions& options = {});
+    static std::unique_ptr<Executor> make_executor(
+        const ExecutorOptions& options = {}, const gl::Device& device = gl::describe_current());
     // color -> a -> b, each step scaling by 2 and adding the pixel's x.
     static Plan two_steps(int width, int height, Format format = Format::rgba32f);
     // color -> result: 1 in blocks whose first pixel is dark, 2 in the others.

@@ -10,6 +10,7 @@
 #include "chain/work_list.h"
 #include "tests/chain/executor_support.h"
 #include "tests/support/images.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
@@ -118,6 +119,17 @@ TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
             EXPECT_EQ(done[1].of, unsigned(blocks[0] * blocks[1]));
         }
     }
+}
+
+// As a software renderer does, which also reads the lengths of lists.
+TEST_F(Execute, PlanesReadAsImages) {
+    gl::Device device = gl::describe_current();
+    device.software = true;
+    device.limits.image_units = 32;
+    const auto executor = make_executor({}, device);
+    const FramePlanes in = {{Role::color, test::noise_image(33, 37, 4, 7)}};
+    for (const Plan& plan : {two_steps(33, 37), sorted(33, 37)})
+        EXPECT_EQ(test::must(executor->filter(plan, in)), test::must(executor_->filter(plan, in)));
 }
 
 TEST_F(Execute, ObserverSeesATextureOnceWhenItIsWhole) {

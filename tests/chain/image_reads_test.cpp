@@ -13,6 +13,7 @@ namespace {
 gl::Device with_image_units(int count) {
     executor();  // a GL context
     gl::Device device = gl::describe_current();
+    device.software = true;
     device.limits.image_units = count;
     return device;
 }

@@ -9,6 +9,8 @@
 
 #include "chain/gl/half.h"
 #include "tests/support/gpu.h"
+#include "tests/support/images.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
@@ -70,7 +72,7 @@ TEST(Halves, FloatsAreRoundedToTheNearest) {
     }
 }
 
-// Sizes of several pieces, together more than the ring has; rows of odd bytes.
+// Sizes of several pieces, of more than the ring has; rows of odd bytes.
 class Transfers : public testing::TestWithParam<bool> {};
 
 TEST_P(Transfers, PlanesComeBackAsTheyWere) {
@@ -83,25 +85,43 @@ TEST_P(Transfers, PlanesComeBackAsTheyWere) {
     } cases[] = {{Format::rgba32f, 700, 501, 0}, {Format::rgba16f, 1021, 700, 0},
                  {Format::rg32f, 3, 5, 0},       {Format::r16f, 333, 77, 0},
                  {Format::r32f, 1, 1, 0},        {Format::rg16f, 1001, 303, 3},
-                 {Format::rgba32f, 517, 203, 4}, {Format::r8, 31, 33, 0}};
+                 {Format::rgba32f, 517, 203, 4}, {Format::r8, 31, 33, 0},
+                 {Format::rg32f, 3, 2, 40}};
     for (size_t i = 0; i < 3 * std::size(cases); ++i) {
         const auto& [format, width, height, layers] = cases[i % std::size(cases)];
-        const auto texture = pool.acquire(format, width, height, layers);
-        ASSERT_TRUE(texture.ok());
+        const gl::Texture* texture = test::must(pool.acquire(format, width, height, layers));
         ImageF pixels(width, height * std::max(layers, 1), channels_of(format));
         const bool bytes = format == Format::r8;
         for (size_t at = 0; at < pixels.data.size(); ++at)
             pixels.data[at] = bytes ? float(at % 3 == 1) : float(int(at * 31 % 2048) - 1024) / 8;
-        const Status status = transfers.upload(**texture, pixels);
-        ASSERT_TRUE(status.ok()) << status.message();
-        const auto back = transfers.download((*texture)->name, format, width, height, layers);
-        ASSERT_TRUE(back.ok()) << back.status().message();
-        EXPECT_TRUE(*back == pixels) << name_of(format) << " " << width << "x" << height;
+        ASSERT_EQ(test::error_of(transfers.upload(*texture, pixels)), "");
+        EXPECT_TRUE(test::must(transfers.download(texture->name, format, width, height, layers)) ==
+                    pixels)
+            << name_of(format) << " " << width << "x" << height;
     }
-    const auto texture = pool.acquire(Format::rg32f, 4, 4, 0);
-    ASSERT_TRUE(texture.ok());
-    EXPECT_FALSE(transfers.upload(**texture, ImageF(4, 4, 1)).ok());
-    EXPECT_FALSE(transfers.upload(**texture, ImageF(4, 5, 2)).ok());
+}
+
+// A device that is behind has taken no piece of the ring yet: the rest waits.
+TEST_P(Transfers, PlanesAreHandedOverAhead) {
+    test::executor();
+    gl::Transfers transfers(GetParam());
+    gl::TexturePool pool;
+    const gl::Texture* texture = test::must(pool.acquire(Format::rg32f, 3, 2, 40));
+    const ImageF pixels = test::noise_image(3, 2 * 40, 2, 1);
+    gl::Upload upload{texture, &pixels};
+    while (transfers.advance(upload)) EXPECT_EQ(upload.row % 2, 0);
+    EXPECT_GE(upload.row, 2 * 32);
+    EXPECT_EQ(test::error_of(transfers.finish(upload)), "");
+    EXPECT_EQ(test::must(transfers.download(texture->name, Format::rg32f, 3, 2, 40)), pixels);
+}
+
+TEST_P(Transfers, AnImageThatDoesNotFitIsRefused) {
+    test::executor();
+    gl::Transfers transfers(GetParam());
+    gl::TexturePool pool;
+    const gl::Texture* texture = test::must(pool.acquire(Format::rg32f, 4, 4, 0));
+    EXPECT_FALSE(transfers.upload(*texture, ImageF(4, 4, 1)).ok());
+    EXPECT_FALSE(transfers.upload(*texture, ImageF(4, 5, 2)).ok());
 }
 
 INSTANTIATE_TEST_SUITE_P(Transfers, Transfers, testing::Bool(), [](const auto& software) {

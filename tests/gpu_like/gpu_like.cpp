@@ -10,6 +10,12 @@
 //   late      the device finishes later than it is asked to: a fence passes at the 8th question,
 //   when
 //             it is waited for, or with a later one. The renderer is none that computes on the CPU
+//   order     what llvmpipe does in order by chance has to be asked for: a texture or list that a
+//             dispatch wrote is used after glMemoryBarrier with the bit of that use, and written
+//             over after one if a dispatch read it; buffers that stay mapped are filled again after
+//             a fence, and pixels that are read back are NaN until theirs has passed. Nothing waits
+//             as on a renderer that computes on the CPU
+//   reverse   the last work group and the last invocation of each come first
 //   contract  products that feed sums are fused with them, as far as `precise` allows, in half of
 //             all programs: POSTCHAIN_GPU_LIKE_SEED chooses which
 //
@@ -30,7 +36,9 @@
 #include <string>
 #include <vector>
 
+#include "chain/status.h"
 #include "tests/gpu_like/contract.h"
+#include "tests/gpu_like/order.h"
 #include "tests/gpu_like/spirv_of.h"
 
 namespace postchain::test {
@@ -124,7 +132,20 @@ uvec4 gpu_like_stored(uvec4 value, int unit) { return value; }
     imageStore(image, at, gpu_like_stored(value, gpu_like_unit_##image))
 )";
 
-std::string with_behaviors(const std::string& source) {
+std::string reversed(std::string source) {
+    constexpr const char* kSize = "gl_WorkGroupSize.x * gl_WorkGroupSize.y * gl_WorkGroupSize.z";
+    for (const auto& [id, count] :
+         {std::pair("gl_WorkGroupID", std::string("gl_NumWorkGroups")),
+          {"gl_LocalInvocationID", "gl_WorkGroupSize"},
+          {"gl_LocalInvocationIndex", kSize},
+          {"gl_GlobalInvocationID", "gl_NumWorkGroups * gl_WorkGroupSize"}})
+        source = std::regex_replace(source, std::regex(concat("\\b", id, "\\b")),
+                                    concat("(", count, " - 1u - ", id, ")"));
+    return source;
+}
+
+std::string with_behaviors(std::string source) {
+    if (behaves("reverse")) source = reversed(std::move(source));
     std::string prelude;
     if ((behaves("weights") || behaves("ulp")) && source.find("textureLod(") != std::string::npos)
         prelude += std::string("const bool kGpuLikeWeights = ") +
@@ -152,6 +173,14 @@ std::map<GLuint, GLuint> named;
 GLuint named_program(GLuint program) {
     const auto found = named.find(program);
     return found == named.end() ? program : found->second;
+}
+
+std::string source_of(GLuint program) {
+    GLuint shader = 0;
+    GLsizei shaders = 0;
+    glGetAttachedShaders(program, 1, &shaders, &shader);
+    const auto found = sources.find(shaders == 1 ? shader : 0);
+    return found == sources.end() ? "" : found->second;
 }
 
 bool contracts(const std::string& source) {
@@ -193,7 +222,7 @@ void APIENTRY shader_source(GLuint shader, GLsizei count, const GLchar* const* t
     for (GLsizei i = 0; i < count; ++i)
         source += lengths && lengths[i] >= 0 ? std::string(texts[i], size_t(lengths[i])) : texts[i];
     source = with_behaviors(source);
-    if (behaves("contract")) sources[shader] = source;
+    sources[shader] = source;
     const char* text = source.c_str();
     REAL(glShaderSource)(shader, 1, &text, nullptr);
 }
@@ -204,8 +233,10 @@ bool is_image(GLint type) {
 
 void APIENTRY link_program(GLuint program) {
     trace("link %u", program);
+    const std::string source = source_of(program);
     if (behaves("contract")) take_spirv(program);
     REAL(glLinkProgram)(program);
+    if (behaves("order")) order::linked(program, named_program(program), source);
     if (!behaves("limits")) return;
     GLint uniforms = 0, lists = 0, images = 0, textures = 0;
     glGetProgramInterfaceiv(program, GL_UNIFORM, GL_ACTIVE_RESOURCES, &uniforms);
@@ -240,6 +271,11 @@ void APIENTRY get_block(GLuint program, GLuint block, GLenum name, GLint* value)
 void APIENTRY block_name(GLuint program, GLuint block, GLsizei size, GLsizei* length,
                          GLchar* name) {
     REAL(glGetActiveUniformBlockName)(named_program(program), block, size, length, name);
+}
+
+void APIENTRY use_program(GLuint program) {
+    if (behaves("order")) order::step_begins();
+    REAL(glUseProgram)(program);
 }
 
 void APIENTRY delete_program(GLuint program) {
@@ -294,10 +330,19 @@ void APIENTRY texture_storage_3d(GLuint texture, GLsizei levels, GLenum format, 
     made(texture, format);
 }
 
+GLsizeiptr bytes_of(GLenum format, GLenum type, GLsizeiptr texels) {
+    const bool one = format == GL_RED || format == GL_RED_INTEGER, two = format == GL_RG;
+    return texels * (one ? 1 : two ? 2 : 4) * (type == GL_HALF_FLOAT ? 2 : 4);
+}
+
 void APIENTRY texture_sub_image_2d(GLuint texture, GLint level, GLint x, GLint y, GLsizei width,
                                    GLsizei height, GLenum format, GLenum type, const void* pixels) {
     trace("upload %u, %d rows", texture, height);
     storages[texture].written = false;
+    if (behaves("order")) {
+        order::writes_texture(texture);
+        order::takes_pixels(pixels, bytes_of(format, type, GLsizeiptr(width) * height));
+    }
     REAL(glTextureSubImage2D)(texture, level, x, y, width, height, format, type, pixels);
 }
 
@@ -306,12 +351,19 @@ void APIENTRY texture_sub_image_3d(GLuint texture, GLint level, GLint x, GLint y
                                    GLenum type, const void* pixels) {
     trace("upload %u, %d rows", texture, height);
     storages[texture].written = false;
+    if (behaves("order")) {
+        order::writes_texture(texture);
+        order::takes_pixels(pixels, bytes_of(format, type, GLsizeiptr(width) * height * depth));
+    }
     REAL(glTextureSubImage3D)
     (texture, level, x, y, z, width, height, depth, format, type, pixels);
 }
 
 void APIENTRY delete_textures(GLsizei count, const GLuint* textures) {
-    for (GLsizei i = 0; i < count; ++i) storages.erase(textures[i]);
+    for (GLsizei i = 0; i < count; ++i) {
+        storages.erase(textures[i]);
+        order::deletes_texture(textures[i]);
+    }
     REAL(glDeleteTextures)(count, textures);
 }
 
@@ -326,6 +378,7 @@ void APIENTRY bind_image_texture(GLuint unit, GLuint texture, GLint level, GLboo
 // The uniform blocks of a frame: it begins.
 void APIENTRY flush_mapped(GLuint buffer, GLintptr offset, GLsizeiptr size) {
     trace("frame");
+    if (behaves("order")) order::fills_range(buffer, offset, size);
     if (behaves("nan"))
         for (const auto& [texture, storage] : storages)
             if (storage.written && storage.format != GL_NONE)
@@ -337,42 +390,81 @@ void APIENTRY get_texture(GLuint texture, GLint level, GLint x, GLint y, GLint z
                           GLsizei height, GLsizei depth, GLenum format, GLenum type, GLsizei bytes,
                           void* pixels) {
     trace("read %u, %d rows", texture, height);
+    if (behaves("order")) order::reads_texture(texture);
     REAL(glGetTextureSubImage)
     (texture, level, x, y, z, width, height, depth, format, type, bytes, pixels);
+    if (!behaves("order")) return;
+    REAL(glFinish)();
+    order::brings_pixels(pixels, bytes_of(format, type, GLsizeiptr(width) * height * depth));
+}
+
+void APIENTRY clear_buffer(GLuint buffer, GLenum internal, GLintptr offset, GLsizeiptr size,
+                           GLenum format, GLenum type, const void* value) {
+    if (behaves("order")) order::writes_buffer(buffer);
+    REAL(glClearNamedBufferSubData)(buffer, internal, offset, size, format, type, value);
+}
+
+void APIENTRY get_buffer(GLuint buffer, GLintptr offset, GLsizeiptr size, void* bytes) {
+    if (behaves("order")) order::reads_buffer(buffer);
+    REAL(glGetNamedBufferSubData)(buffer, offset, size, bytes);
+}
+
+void* APIENTRY map_buffer(GLuint buffer, GLintptr offset, GLsizeiptr size, GLbitfield access) {
+    void* const memory = REAL(glMapNamedBufferRange)(buffer, offset, size, access);
+    order::maps(buffer, memory);
+    return memory;
+}
+
+void APIENTRY delete_buffers(GLsizei count, const GLuint* buffers) {
+    for (GLsizei i = 0; i < count; ++i) order::deletes_buffer(buffers[i]);
+    REAL(glDeleteBuffers)(count, buffers);
 }
 
 constexpr int kQuestions = 8;
-struct LateFence {
+struct FenceState {
     uint64_t number;
     int asked = 0;
 };
-std::map<GLsync, LateFence> late_fences;
+std::map<GLsync, FenceState> fences;
 uint64_t made_fences = 0, passed_fences = 0;  // a device passes them in order
+
+void pass_fences(uint64_t count) {
+    passed_fences = std::max(passed_fences, count);
+    order::passes_fences(passed_fences);
+}
 
 GLsync APIENTRY fence_sync(GLenum condition, GLbitfield flags) {
     const GLsync fence = REAL(glFenceSync)(condition, flags);
-    if (behaves("late")) late_fences[fence] = {++made_fences};
+    fences[fence] = {++made_fences};
+    order::makes_fence();
     return fence;
 }
 
 GLenum APIENTRY client_wait(GLsync fence, GLbitfield flags, GLuint64 timeout) {
     if (timeout > 0) trace("wait");
-    if (const auto late = late_fences.find(fence); late != late_fences.end()) {
-        LateFence& own = late->second;
-        if (timeout == 0 && own.number > passed_fences && ++own.asked < kQuestions)
+    if (const auto own = fences.find(fence); own != fences.end()) {
+        auto& [number, asked] = own->second;
+        if (behaves("late") && timeout == 0 && number > passed_fences && ++asked < kQuestions)
             return GL_TIMEOUT_EXPIRED;
-        passed_fences = std::max(passed_fences, own.number);
+        pass_fences(number);
     }
     return REAL(glClientWaitSync)(fence, flags, GL_TIMEOUT_IGNORED);
 }
 
 void APIENTRY delete_sync(GLsync fence) {
-    late_fences.erase(fence);
+    fences.erase(fence);
     REAL(glDeleteSync)(fence);
 }
 
+void APIENTRY finish() {
+    REAL(glFinish)();
+    order::makes_fence();
+    pass_fences(++made_fences);
+}
+
 const GLubyte* APIENTRY get_string(GLenum name) {
-    if (behaves("late") && name == GL_RENDERER) return reinterpret_cast<const GLubyte*>("gpu_like");
+    if ((behaves("late") || behaves("order")) && name == GL_RENDERER)
+        return reinterpret_cast<const GLubyte*>("gpu_like");
     return REAL(glGetString)(name);
 }
 
@@ -411,26 +503,39 @@ void APIENTRY get_integer_64(GLenum name, GLint64* value) {
     if (behaves("limits") && name == GL_MAX_SHADER_STORAGE_BLOCK_SIZE) *value = kListBytes;
 }
 
+GLuint current_program() {
+    GLint program = 0;
+    REAL(glGetIntegerv)(GL_CURRENT_PROGRAM, &program);
+    return GLuint(program);
+}
+
 void tell_half_images() {
     if (!behaves("half")) return;
-    GLint program = 0, half = 0;
-    REAL(glGetIntegerv)(GL_CURRENT_PROGRAM, &program);
+    const GLuint program = current_program();
+    GLint half = 0;
     for (const auto& [unit, format] : bound_images)
         if (is_half(format)) half |= 1 << unit;
-    const GLint location = glGetUniformLocation(GLuint(program), "gpu_like_half");
-    if (location >= 0) glProgramUniform1i(GLuint(program), location, half);
+    const GLint location = glGetUniformLocation(program, "gpu_like_half");
+    if (location >= 0) glProgramUniform1i(program, location, half);
 }
 
 void APIENTRY dispatch(GLuint x, GLuint y, GLuint z) {
     trace("dispatch");
     tell_half_images();
+    if (behaves("order")) order::dispatches(current_program(), false);
     REAL(glDispatchCompute)(x, y, z);
 }
 
 void APIENTRY dispatch_indirect(GLintptr offset) {
     trace("dispatch");
     tell_half_images();
+    if (behaves("order")) order::dispatches(current_program(), true);
     REAL(glDispatchComputeIndirect)(offset);
+}
+
+void APIENTRY memory_barrier(GLbitfield bits) {
+    order::passes_barrier(bits);
+    REAL(glMemoryBarrier)(bits);
 }
 
 __attribute__((constructor)) void replace() {
@@ -440,6 +545,7 @@ __attribute__((constructor)) void replace() {
     epoxy_glGetUniformLocation = uniform_location;
     epoxy_glGetActiveUniformBlockiv = get_block;
     epoxy_glGetActiveUniformBlockName = block_name;
+    epoxy_glUseProgram = use_program;
     epoxy_glDeleteProgram = delete_program;
     epoxy_glDeleteShader = delete_shader;
     epoxy_glTextureStorage2D = texture_storage_2d;
@@ -450,9 +556,15 @@ __attribute__((constructor)) void replace() {
     epoxy_glBindImageTexture = bind_image_texture;
     epoxy_glFlushMappedNamedBufferRange = flush_mapped;
     epoxy_glGetTextureSubImage = get_texture;
+    epoxy_glClearNamedBufferSubData = clear_buffer;
+    epoxy_glGetNamedBufferSubData = get_buffer;
+    epoxy_glMapNamedBufferRange = map_buffer;
+    epoxy_glDeleteBuffers = delete_buffers;
     epoxy_glFenceSync = fence_sync;
     epoxy_glClientWaitSync = client_wait;
     epoxy_glDeleteSync = delete_sync;
+    epoxy_glFinish = finish;
+    epoxy_glMemoryBarrier = memory_barrier;
     epoxy_glGetString = get_string;
     epoxy_glBindBufferBase = bind_buffer_base;
     epoxy_glBindBufferRange = bind_buffer_range;

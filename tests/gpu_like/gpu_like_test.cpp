@@ -12,7 +12,8 @@
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
-#include "tests/support/gpu.h"
+#include "tests/support/plans.h"
+#include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 
 namespace postchain::test {
@@ -117,16 +118,15 @@ TEST_F(GpuLike, FusesProductsAndSumsInHalfOfThePrograms) {
         unsetenv("POSTCHAIN_GPU_LIKE_SEED");
         return results;
     };
-    for (const char* value :
-         {"x * x + y", "y - x * -x", "-(-x * x - y)", "dot(vec2(1.0, x), vec2(y, x))"}) {
-        const std::string statement = concat("float z = ", value, ";");
-        EXPECT_EQ(results_of(statement), (std::set<float>{0, kept})) << value;
-        const bool call = statement.find("dot") != std::string::npos;  // glslang marks none
-        EXPECT_EQ(results_of("precise " + statement).contains(kept), call) << value;
-    }
-    for (const char* value :
-         {"float p = x; p *= x; float z = p + y;", "float z = (x * vec2(x, 1.0) + vec2(y)).x;"})
-        EXPECT_EQ(results_of(value), (std::set<float>{0, kept})) << value;
+    for (const char* statement :
+         {"float z = x * x + y;", "float z = y - x * -x;", "float z = -(-x * x - y);",
+          "float z = dot(vec2(1.0, x), vec2(y, x));", "float p = x; p *= x; float z = p + y;",
+          "float z = (x * vec2(x, 1.0) + vec2(y)).x;"})
+        EXPECT_EQ(results_of(statement), (std::set<float>{0, kept})) << statement;
+    for (const char* statement : {"precise float z = x * x + y;", "precise float z = y - x * -x;"})
+        EXPECT_EQ(results_of(statement), std::set<float>{0}) << statement;
+    EXPECT_TRUE(results_of("precise float z = dot(vec2(1.0, x), vec2(y, x));").contains(kept))
+        << "glslang marks no call";
     const auto fused = [](float p, float q, float term) {
         return float(double(p) * double(q) + double(term));
     };
@@ -157,61 +157,57 @@ TEST_F(GpuLike, RoundsStoredHalfFloatsTowardZero) {
 
 TEST_F(GpuLike, FillsTexturesWithNanWhenAFrameBegins) {
     gl::TexturePool pool;
-    const auto taken = pool.acquire(Format::rg16f, 3, 2, 0),
-               given = pool.acquire(Format::r32f, 1, 1, 0);
-    ASSERT_TRUE(taken.ok() && given.ok());
+    const gl::Texture& taken = *must(pool.acquire(Format::rg16f, 3, 2, 0));
+    const gl::Texture& given = *must(pool.acquire(Format::r32f, 1, 1, 0));
     const auto read = [](const gl::Texture& texture) {
-        const auto pixels = gl::Transfers().download(texture.name, texture.format, texture.width,
-                                                     texture.height, 0);
-        return pixels.ok() ? pixels->data.back() : 0.0f;
+        return must(gl::Transfers().download(texture.name, texture.format, texture.width,
+                                             texture.height, 0))
+            .data.back();
     };
-    EXPECT_TRUE(std::isnan(read(**taken)));
-    ASSERT_TRUE(gl::Transfers().upload(**taken, ImageF(3, 2, 2, 7.0f)).ok());
-    ASSERT_TRUE(gl::Transfers().upload(**given, ImageF(1, 1, 1, 7.0f)).ok());
-    glBindImageTexture(0, (*taken)->name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG16F);
-    EXPECT_EQ(read(**taken), 7);
+    EXPECT_TRUE(std::isnan(read(taken)));
+    ASSERT_EQ(error_of(gl::Transfers().upload(taken, ImageF(3, 2, 2, 7.0f))), "");
+    ASSERT_EQ(error_of(gl::Transfers().upload(given, ImageF(1, 1, 1, 7.0f))), "");
+    glBindImageTexture(0, taken.name, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RG16F);
+    EXPECT_EQ(read(taken), 7);
     gl::RunObjects objects;
-    ASSERT_TRUE(objects.reserve(16).ok());
+    ASSERT_EQ(error_of(objects.reserve(16)), "");
     const std::byte block[16] = {};
     objects.upload(block);
-    EXPECT_TRUE(std::isnan(read(**taken)));
-    EXPECT_EQ(read(**given), 7);
+    EXPECT_TRUE(std::isnan(read(taken)));
+    EXPECT_EQ(read(given), 7);
 }
 
-// A frame of 9 MB, whose values are its number.
-FramePlanes planes_of(float value) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(512, 640, 4, value);
-    planes[Role::color].at(200, 300, 1) = 7;
-    planes[Role::motion] = ImageF(512, 640, 2, 9 * value);
-    planes[Role::inverse_depth] = ImageF(512, 640, 1, value);
-    return planes;
+// What a motion blur reads; a constant for each.
+FramePlanes blurred_planes(int width, int height, float value) {
+    return planes_of(ImageF(width, height, 4, value), ImageF(width, height, 1, value),
+                     ImageF(width, height, 2, 9 * value));
+}
+
+Plan plan_of(const char* mode, int width, int height) {
+    FrameDescription frame;
+    frame.width = frame.display_width = width;
+    frame.height = frame.display_height = height;
+    frame.planes = {Role::color, Role::motion, Role::inverse_depth};
+    return must(make_plan(chain_of("motion_blur", {{"mode", std::string(mode)}}), frame));
 }
 
 TEST_F(GpuLike, UploadsTheNextFrameWhileOneIsFiltered) {
-    const Chain chain = chain_of("motion_blur", {{"mode", std::string("single")}});
-    FrameDescription frame;
-    frame.width = frame.display_width = 512;
-    frame.height = frame.display_height = 640;
-    frame.planes = {Role::color, Role::motion, Role::inverse_depth};
-    const auto plan = make_plan(chain, frame);
-    ASSERT_TRUE(plan.ok()) << plan.status().message();
-    const auto shared = [](FramePlanes planes) {
+    const Plan plan = plan_of("single", 512, 640);  // 9 MB
+    const auto shared = [](float value) {
         SharedPlanes all;
-        for (auto& [role, plane] : planes)
+        for (auto& [role, plane] : blurred_planes(512, 640, value)) {
+            plane.at(200, 300) = 7;
             all[role] = std::make_shared<const ImageF>(std::move(plane));
+        }
         return all;
     };
-    const SharedPlanes first = shared(planes_of(0.5f)), second = shared(planes_of(0.25f));
-    const auto expected = executor().filter(*plan, second);
-    ASSERT_TRUE(expected.ok()) << expected.status().message();
-
+    const SharedPlanes first = shared(0.5f), second = shared(0.25f);
+    const FramePlanes expected = must(executor().filter(plan, second));
     const auto calls_in = [&](const SharedPlanes& planes) {
         traced();
-        const auto out = executor().filter(*plan, planes);
-        EXPECT_TRUE(out.ok());
-        if (out.ok() && &planes == &second) {
-            EXPECT_EQ(out->at(Role::color), expected->at(Role::color));
+        const FramePlanes out = must(executor().filter(plan, planes));
+        if (&planes == &second) {
+            EXPECT_EQ(out.at(Role::color), expected.at(Role::color));
         }
         return traced();
     };
@@ -229,7 +225,7 @@ TEST_F(GpuLike, UploadsTheNextFrameWhileOneIsFiltered) {
     {
         // The next frame is known a little later.
         const ExpectScope expects(executor(), [&]() -> NextRun {
-            return ++asked < 3 ? NextRun{} : NextRun{&*plan, &second};
+            return ++asked < 3 ? NextRun{} : NextRun{&plan, &second};
         });
         overlapped = calls_in(first);
     }
@@ -251,17 +247,8 @@ TEST_F(GpuLike, UploadsTheNextFrameWhileOneIsFiltered) {
 
 TEST_F(GpuLike, LinksEveryProgramBeforeItAsksForOne) {
     Executor fresh(gl::describe_current());
-    const Chain chain = chain_of("motion_blur", {{"mode", std::string("guertin")}});
-    FrameDescription frame;
-    frame.width = frame.display_width = frame.height = frame.display_height = 64;
-    frame.planes = {Role::color, Role::motion, Role::inverse_depth};
-    const auto plan = make_plan(chain, frame);
-    ASSERT_TRUE(plan.ok()) << plan.status().message();
-    FramePlanes planes = {{Role::color, ImageF(64, 64, 4, 0.5f)},
-                          {Role::motion, ImageF(64, 64, 2, 9.0f)},
-                          {Role::inverse_depth, ImageF(64, 64, 1, 1.0f)}};
     traced();
-    ASSERT_TRUE(fresh.filter(*plan, planes).ok());
+    must(fresh.filter(plan_of("guertin", 64, 64), blurred_planes(64, 64, 1)));
     const auto calls = traced();
     const auto asked = std::find(calls.begin(), calls.end(), "status");
     EXPECT_GE(std::count(calls.begin(), asked, "link"), 3);

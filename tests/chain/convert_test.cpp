@@ -56,18 +56,28 @@ TEST(Convert, EveryDepthEncodingGivesTheSameInverseDepth) {
     }
 }
 
+// On a display of 3 x 3 pixels f_px = 50 * 3 / 36 = 4.1667: a pixel beside the center is 1 px off
+// the axis, cos = 4.1667 / sqrt(4.1667^2 + 1), one in a corner sqrt(2) px.
 TEST(Convert, RayDistanceIsProjectedOnTheAxis) {
-    // 3 x 1 pixels, f_px = 50 * 3 / 36 = 4.1667. The left pixel's center is 1 px off the axis:
-    // cos = 4.1667 / sqrt(4.1667^2 + 1) = 0.972387; d = 2 * cos.
-    FramePlanes planes;
-    planes[Role::inverse_depth] = ImageF(3, 1, 1, 2.0f);
-    FrameDescription frame = frame_of(3, 1);
+    const double f_px = 50.0 * 3 / 36;
+    FrameDescription frame = frame_of(3, 3);
     ConvertOptions options;
     options.depth = DepthEncoding::ray_distance;
-    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
-    EXPECT_NEAR(planes[Role::inverse_depth].data[1], 0.5, 1e-7);
-    EXPECT_NEAR(planes[Role::inverse_depth].data[0], 0.5 / 0.9723871, 1e-6);
-    EXPECT_EQ(planes[Role::inverse_depth].data[0], planes[Role::inverse_depth].data[2]);
+    const auto expect_projected = [&](int width, int height) {
+        FramePlanes planes = {{Role::inverse_depth, ImageF(width, height, 1, 2.0f)}};
+        ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+        for (int y = 0; y < height; ++y)
+            for (int x = 0; x < width; ++x)
+                EXPECT_NEAR(
+                    planes[Role::inverse_depth].at(x, y),
+                    0.5 * std::hypot(f_px, x + frame.origin_x - 1, y + frame.origin_y - 1) / f_px,
+                    1e-7)
+                    << x << "," << y;
+    };
+    expect_projected(3, 3);
+    frame.origin_x = 1;  // the data window is a part of the display, and goes beyond it
+    frame.origin_y = -1;
+    expect_projected(1, 2);
 }
 
 TEST(Convert, LinearDepthKnowsSkyAndNonsense) {

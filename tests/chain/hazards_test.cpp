@@ -10,6 +10,7 @@
 
 #include "chain/levels.h"
 #include "chain/planner.h"
+#include "chain/storage.h"
 #include "passes/registry.h"
 
 namespace postchain {
@@ -198,27 +199,24 @@ std::vector<int> own_storage(const Plan& plan) {
     return storage;
 }
 
-// Each texture takes the storage of any earlier one that no later step uses.
-std::vector<int> shared_storage(const Plan& plan) {
-    std::vector<int> storage = own_storage(plan);
-    for (size_t t = 0; t < storage.size(); ++t)
-        for (size_t before = 0; before < storage.size(); ++before) {
-            const PlanTexture &a = plan.textures[before], &b = plan.textures[t];
-            if (a.imported || b.imported || a.format == Format::work_list ||
-                b.format == Format::work_list || storage[t] != int(t) || b.first_step < 0)
-                continue;
-            bool free = true;
-            for (size_t other = 0; other < storage.size(); ++other)
-                free = free && (storage[other] != storage[before] || other == t ||
-                                plan.textures[other].last_step < b.first_step);
-            if (free) storage[t] = storage[before];
-        }
-    return storage;
-}
-
 size_t waiting_steps(const Plan& plan, const std::vector<int>& storage) {
     const auto waits = waits_of(plan, storage);
     return size_t(std::count_if(waits.begin(), waits.end(), [](uint32_t w) { return w != 0; }));
+}
+
+// Textures of one storage live one after another, lists have their own, and no other step waits.
+void expect_shared(const Plan& plan) {
+    const std::vector<int> storage = share_storage(plan).numbers();
+    expect_ordered(plan, storage);
+    EXPECT_EQ(waiting_steps(plan, storage), waiting_steps(plan, own_storage(plan)));
+    for (size_t a = 0; a < storage.size(); ++a)
+        for (size_t b = 0; b < a; ++b) {
+            if (storage[a] != storage[b]) continue;
+            const PlanTexture &first = plan.textures[a], &second = plan.textures[b];
+            EXPECT_TRUE(first.last_step < second.first_step || second.last_step < first.first_step)
+                << first.name << " and " << second.name;
+            EXPECT_NE(first.format, Format::work_list);
+        }
 }
 
 // For each step and texture that it reads, the earlier steps that have written that.
@@ -245,7 +243,7 @@ TEST(Hazards, OfPlansOfTheBuiltInPasses) {
           plan_of({"joint_blur", "fxaa"}), plan_of({"depth_of_field", "motion_blur", "fxaa"}),
           plan_of({"motion_blur", "motion_blur"}), plan_of({"joint_blur"}, {}, true), papers()}) {
         expect_ordered(plan, own_storage(plan));
-        expect_ordered(plan, shared_storage(plan));
+        expect_shared(plan);
         EXPECT_EQ(waiting_steps(plan, own_storage(plan)) > 0, plan.steps.size() > 1);
         const auto names = [](const Plan& of) {
             std::multiset<std::string> all;
@@ -256,13 +254,44 @@ TEST(Hazards, OfPlansOfTheBuiltInPasses) {
         order_by_level(plan);
         EXPECT_EQ(names(plan), names(before));
         expect_ordered(plan, own_storage(plan));
-        expect_ordered(plan, shared_storage(plan));
+        expect_shared(plan);
         EXPECT_EQ(writers_of_inputs(plan), writers_of_inputs(before));
         // One barrier before every level but the first.
         const auto levels = levels_of(plan);
         EXPECT_TRUE(std::is_sorted(levels.begin(), levels.end()));
         EXPECT_EQ(waiting_steps(plan, own_storage(plan)), size_t(levels.back()));
     }
+}
+
+TEST(Storage, IsTakenAgainWhereAStepWaitsAfterItsLastUse) {
+    const auto numbers_of = [](Plan plan) {
+        plan.textures[0].imported = true;
+        find_lifetimes(plan, {TextureId(plan.textures.size()) - 1});
+        return share_storage(plan).of;
+    };
+    const Plan plan = chain_of({{0, 1}, {1, 2}, {2, 3}, {3, 4}}, 5);
+    EXPECT_EQ(numbers_of(plan), (std::vector<int>{-1, 0, 1, 0, 1}));
+    Plan other = plan;
+    other.textures[3].format = Format::rg16f;
+    EXPECT_EQ(numbers_of(other), (std::vector<int>{-1, 0, 1, 2, 0}));
+    Plan lists = plan;
+    for (const size_t list : {1, 3}) lists.textures[list].format = Format::work_list;
+    EXPECT_EQ(numbers_of(lists), (std::vector<int>{-1, 0, 1, 2, 1})) << "their counts are read";
+    // No step waits before the second, which could take the first one's.
+    EXPECT_EQ(numbers_of(chain_of({{0, 1}, {0, 2}, {2, 3}}, 4)), (std::vector<int>{-1, 0, 1, 0}));
+}
+
+TEST(Storage, HasRoomForTheLargestFrame) {
+    Plan plan = chain_of({{0, 1}}, 2);
+    for (PlanTexture& texture : plan.textures) texture.width = texture.height = 8;
+    plan.passes.emplace_back();
+    find_lifetimes(plan, {1});
+    const auto size = [&](const std::optional<Room>& room) {
+        const Storage storage = share_storage(plan, room).all.at(0);
+        return std::array{storage.width, storage.height};
+    };
+    EXPECT_EQ(size({}), (std::array{8, 8}));
+    EXPECT_EQ(size(Room{20, 10}), (std::array{20, 10}));
 }
 
 // Random steps over textures and lists. Textures may share storage in any way, as those that a host

@@ -52,6 +52,18 @@ TEST_F(PlanBytes, ATextureCountsOnceForEachStepThatReadsOrWritesIt) {
     EXPECT_DOUBLE_EQ(bytes_per_pixel(plan), 65);
 }
 
+TEST_F(PlanBytes, TheLayersOfAStepCount) {
+    const TextureId layers = texture(Format::rgba32f), result = texture(Format::r32f);
+    plan.textures[size_t(layers)].layers = 6;
+    step(0, {{0, layers}, {0, result, Access::write}});
+    step(0, {{0, layers}, {0, result, Access::write}});
+    plan.steps[1].layers = 2;
+    const std::vector<StepBytes> bytes = bytes_of_steps(plan);
+    EXPECT_EQ(bytes[0].read, uint64_t(6 * 16 * 64 * 32));
+    EXPECT_EQ(bytes[1].read, uint64_t(2 * 16 * 64 * 32));
+    EXPECT_EQ(bytes[1].written, uint64_t(4 * 64 * 32));
+}
+
 TEST_F(PlanBytes, ABlockCountsForTheListThatMovesMost) {
     const TextureId color = texture(Format::rgba32f), depth = texture(Format::r32f),
                     result = texture(Format::rgba32f);
@@ -59,7 +71,7 @@ TEST_F(PlanBytes, ABlockCountsForTheListThatMovesMost) {
     const TextureId still = texture(Format::work_list, 8, 1),
                     full = texture(Format::work_list, 8, 1), sky = texture(Format::work_list, 8, 1);
     step(0,
-         {{0, depth}, {0, still, Access::list}, {1, full, Access::list}, {2, sky, Access::list}});
+         {{0, depth}, {0, sky, Access::list}, {1, full, Access::list}, {2, still, Access::list}});
     step(0, {{0, color}, {0, result, Access::write}}, still);
     step(0, {{0, color}, {1, depth}, {0, result, Access::write}}, full);
     step(0, {{0, result, Access::write}}, sky);

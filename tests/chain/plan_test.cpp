@@ -130,6 +130,9 @@ TEST(Planner, WhatNobodyReadsIsLeftOutFromTheEnd) {
     EXPECT_EQ(unread, 4u);
     hint_alone.rules_off = {kRuleUnusedOutput};
     EXPECT_EQ(plan_of(chain_of({"makes", "copy"}), hint_alone).steps.size(), 5u);
+    PlanOptions both;
+    both.outputs = {Role::color, Role::hint};
+    EXPECT_EQ(plan_of(chain_of({"makes", "copy"}), both).steps.size(), 5u);
 }
 
 TEST(Planner, HintIsMadeForNobodyWhereTheRuleIsOff) {

@@ -124,6 +124,42 @@ TEST_P(Transfers, AnImageThatDoesNotFitIsRefused) {
     EXPECT_FALSE(transfers.upload(*texture, ImageF(4, 5, 2)).ok());
 }
 
+TEST(TexturePool, GivesATextureAgainIfItIsFreeAndTheSame) {
+    test::executor();
+    gl::TexturePool pool;
+    gl::Texture* const first = test::must(pool.acquire(Format::rg32f, 4, 5, 2));
+    EXPECT_NE(test::must(pool.acquire(Format::rg32f, 4, 5, 2)), first) << "in use";
+    pool.release(first);
+    const struct {
+        Format format;
+        int width, height, layers;
+        bool apart, same;
+    } cases[] = {{Format::rg32f, 4, 5, 2, true, true},   {Format::rg16f, 4, 5, 2, false, false},
+                 {Format::rg32f, 3, 5, 2, false, false}, {Format::rg32f, 4, 4, 2, false, false},
+                 {Format::rg32f, 4, 5, 3, false, false}, {Format::rg32f, 4, 5, 0, false, false}};
+    for (const auto& [format, width, height, layers, apart, same] : cases) {
+        gl::Texture* const given = test::must(pool.acquire(format, width, height, layers, apart));
+        EXPECT_EQ(given == first, same) << name_of(format) << width << height << layers;
+        pool.release(given);
+    }
+    first->plans = 1;
+    EXPECT_NE(test::must(pool.acquire(Format::rg32f, 4, 5, 2, true)), first) << "a plan has it";
+}
+
+TEST(TexturePool, KeepsTheTexturesOfPlans) {
+    test::executor();
+    gl::TexturePool pool;
+    gl::Texture* const texture = test::must(pool.acquire(Format::r32f, 4, 4, 0));
+    pool.release(texture);
+    texture->plans = 1;
+    for (int frame = 0; frame < 5; ++frame) pool.begin_frame();
+    pool.trim(3);
+    EXPECT_EQ(pool.alive(), 1u);
+    texture->plans = 0;
+    pool.trim(3);
+    EXPECT_EQ(pool.alive(), 0u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Transfers, Transfers, testing::Bool(), [](const auto& software) {
     return std::string(software.param ? "PlainMemory" : "Buffers");
 });

@@ -2,6 +2,7 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 
 #include "chain/gl/transfers.h"
@@ -14,13 +15,15 @@ namespace postchain {
 namespace {
 
 using test::Execute;
+using test::must;
 
 // A GL texture of the size, as a host would hand one in.
 class HostTexture {
   public:
-    HostTexture(int width, int height) {
+    HostTexture(int width, int height, std::array<float, 4> pixel = {}) {
         glCreateTextures(GL_TEXTURE_2D, 1, &name_);
         glTextureStorage2D(name_, 1, GL_RGBA32F, width, height);
+        glClearTexImage(name_, 0, GL_RGBA, GL_FLOAT, pixel.data());
     }
     ~HostTexture() { glDeleteTextures(1, &name_); }
     GLuint name() const { return name_; }
@@ -35,7 +38,7 @@ TEST_F(Execute, RunGivesUnusedSizesBackToo) {
     Executor& executor = *own;
     for (int size = 1; size <= 101; ++size) {
         const HostTexture color(size, 3);
-        ASSERT_TRUE(executor.run(two_steps(size, 3), {{Role::color, color.name()}}).ok());
+        must(executor.run(two_steps(size, 3), {{Role::color, color.name()}}));
         // Two textures a size, of the frame under way and the three before.
         EXPECT_LE(executor.counters().textures_alive, 2u * 4u) << size;
     }
@@ -45,9 +48,7 @@ TEST_F(Execute, RunGivesUnusedSizesBackToo) {
 // More frames than the executor has room for uniform blocks, each from the last one's result. On a
 // GPU nothing between them waits for the device.
 TEST_F(Execute, AFrameMayTakeTheResultOfTheLast) {
-    const HostTexture color(8, 8);
-    const float one[4] = {1, 1, 1, 1};
-    glClearTexImage(color.name(), 0, GL_RGBA, GL_FLOAT, one);
+    const HostTexture color(8, 8, {1, 1, 1, 1});
     GLuint result = color.name();
     const Plan there = two_steps(8, 8);
     Plan back = there;
@@ -56,13 +57,10 @@ TEST_F(Execute, AFrameMayTakeTheResultOfTheLast) {
     const auto first = make_executor(), second = make_executor();
     for (int frame = 0; frame < 40; ++frame) {
         Executor& executor = frame % 2 ? *second : *first;
-        const auto out = executor.run(frame % 2 ? back : there, {{Role::color, result}});
-        ASSERT_EQ(test::error_of(out), "");
-        result = out->at(Role::color);
+        result =
+            must(executor.run(frame % 2 ? back : there, {{Role::color, result}})).at(Role::color);
     }
-    const auto pixels = gl::Transfers().download(result, Format::rgba32f, 8, 8);
-    ASSERT_EQ(test::error_of(pixels), "");
-    EXPECT_EQ(pixels->at(0, 7), 1);
+    EXPECT_EQ(must(gl::Transfers().download(result, Format::rgba32f, 8, 8)).at(0, 7), 1);
 }
 
 // An engine has the frame before at hand, and never the one after.
@@ -72,23 +70,18 @@ TEST_F(Execute, RunTakesThePlanesOfAPreviousFrame) {
     frame.width = frame.display_width = 20;
     frame.height = frame.display_height = 10;
     frame.planes = {Role::color, Role::color_before};
-    const auto plan = make_plan(chain, frame);
-    ASSERT_TRUE(plan.ok());
-    EXPECT_EQ(plan->reads, frame.planes);
-    const HostTexture color(20, 10), before(20, 10);
-    const float now[4] = {1, 0.5f, 0, 1}, then[4] = {0, 0.5f, 4, 1};
-    glClearTexImage(color.name(), 0, GL_RGBA, GL_FLOAT, now);
-    glClearTexImage(before.name(), 0, GL_RGBA, GL_FLOAT, then);
+    const Plan plan = must(make_plan(chain, frame));
+    EXPECT_EQ(plan.reads, frame.planes);
+    const HostTexture color(20, 10, {1, 0.5f, 0, 1}), before(20, 10, {0, 0.5f, 4, 1});
     Executor& executor = test::executor();
-    const auto out =
-        executor.run(*plan, {{Role::color, color.name()}, {Role::color_before, before.name()}});
-    ASSERT_TRUE(out.ok()) << out.status().message();
-    const auto pixels = gl::Transfers().download(out->at(Role::color), Format::rgba32f, 20, 10);
-    ASSERT_TRUE(pixels.ok());
-    EXPECT_EQ(pixels->at(19, 9, 0), 1.5f);
-    EXPECT_EQ(pixels->at(19, 9, 1), 0.625f);
-    EXPECT_EQ(pixels->at(19, 9, 2), -1.0f);
-    EXPECT_FALSE(executor.run(*plan, {{Role::color, color.name()}}).ok());
+    const auto out = must(
+        executor.run(plan, {{Role::color, color.name()}, {Role::color_before, before.name()}}));
+    const ImageF pixels =
+        must(gl::Transfers().download(out.at(Role::color), Format::rgba32f, 20, 10));
+    EXPECT_EQ(pixels.at(19, 9, 0), 1.5f);
+    EXPECT_EQ(pixels.at(19, 9, 1), 0.625f);
+    EXPECT_EQ(pixels.at(19, 9, 2), -1.0f);
+    EXPECT_FALSE(executor.run(plan, {{Role::color, color.name()}}).ok());
 }
 
 // Neither where it allocates nor in the steady state.
@@ -96,33 +89,30 @@ TEST_F(Execute, AnErrorThatAHostLeftPendingDoesNotFailARun) {
     const HostTexture color(12, 3);
     for (int again = 0; again < 2; ++again) {
         glEnable(0xffff);  // GL_INVALID_ENUM
-        const auto out = executor_->run(two_steps(12, 3), {{Role::color, color.name()}});
-        EXPECT_TRUE(out.ok()) << out.status().message();
+        must(executor_->run(two_steps(12, 3), {{Role::color, color.name()}}));
         EXPECT_EQ(glGetError(), GLenum(GL_INVALID_ENUM)) << "the flag is the host's; run " << again;
     }
     glEnable(0xffff);
-    FramePlanes in;
-    in[Role::color] = test::noise_image(12, 3, 4, 7);
-    EXPECT_TRUE(executor_->filter(two_steps(12, 3), in).ok());
+    must(executor_->filter(two_steps(12, 3),
+                           FramePlanes{{Role::color, test::noise_image(12, 3, 4, 7)}}));
 }
 
 // Color is scaled into a, then into b. If the host's b is its color, writing waits for the reads.
 TEST_F(Execute, AHostsTexturesOfOneNameAreOneStorage) {
-    gl::ProgramCache programs({}, folder_.string());
+    gl::ProgramCache programs({}, folder_->path());
     gl::TexturePool pool;
     gl::RunObjects objects;
     Plan plan = two_steps(20, 10);
     plan.steps[1].bindings[0].texture = 0;
     for (size_t t : {1, 2}) plan.textures[t].imported = true;
-    auto compiled = gl::CompiledPlan::make(plan, pool, programs, objects, false);
-    ASSERT_TRUE(compiled.ok()) << compiled.status().message();
+    auto compiled = must(gl::CompiledPlan::make(plan, pool, programs, objects, false));
     const HostTexture color(20, 10), a(20, 10), b(20, 10);
     const auto barriers = [&](unsigned first, unsigned second) {
-        compiled->import(0, color.name());
-        compiled->import(1, first, GL_RGBA32F);
-        compiled->import(2, second, GL_RGBA32F);
-        EXPECT_TRUE(compiled->run(objects).ok());
-        return compiled->barriers();
+        compiled.import(0, color.name());
+        compiled.import(1, first, GL_RGBA32F);
+        compiled.import(2, second, GL_RGBA32F);
+        EXPECT_TRUE(compiled.run(objects).ok());
+        return compiled.barriers();
     };
     EXPECT_EQ(barriers(a.name(), b.name()), 0u);
     EXPECT_EQ(barriers(a.name(), color.name()), 1u) << "color is read by the first step";

@@ -1,15 +1,13 @@
 #include "tests/chain/executor_support.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <cstdlib>
-#include <fstream>
-#include <string>
+#include <filesystem>
 
 #include "chain/work_list.h"
 #include "shaders/embedded.h"
 #include "tests/support/gpu.h"
+#include "tests/support/text_file.h"
 
 namespace postchain::test {
 namespace {
@@ -69,32 +67,33 @@ void main() {
 
 }  // namespace
 
-fs::path Execute::folder_;
+std::unique_ptr<TempFolder> Execute::folder_;
 std::unique_ptr<Executor> Execute::executor_;
 
 void Execute::SetUpTestSuite() {
     executor();  // a GL context
-    folder_ = fs::temp_directory_path() / ("postchain_executor_" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-    std::ofstream(folder_ / "scale.comp") << kShader;
-    std::ofstream(folder_ / "sort.comp") << kSort;
-    std::ofstream(folder_ / "fill.comp") << kFill;
-    std::ofstream(folder_ / "count.comp") << kCount;
+    folder_ = std::make_unique<TempFolder>();
+    for (const auto& [name, text] : {std::pair("scale.comp", kShader),
+                                     {"sort.comp", kSort},
+                                     {"fill.comp", kFill},
+                                     {"count.comp", kCount}})
+        write_text(folder_->path(name), text);
     for (const auto& file : embedded_shaders()) {
-        fs::create_directories((folder_ / file.path).parent_path());
-        std::ofstream(folder_ / file.path) << file.text;
+        const fs::path path = folder_->path(std::string(file.path));
+        fs::create_directories(path.parent_path());
+        write_text(path, std::string(file.text));
     }
     executor_ = make_executor();
 }
 
 void Execute::TearDownTestSuite() {
     executor_.reset();
-    fs::remove_all(folder_);
+    folder_.reset();
 }
 
 std::unique_ptr<Executor> Execute::make_executor(const ExecutorOptions& options,
                                                  const gl::Device& device) {
-    setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+    setenv("POSTCHAIN_SHADER_DIR", folder_->path().c_str(), 1);
     auto made = std::make_unique<Executor>(device, options);
     unsetenv("POSTCHAIN_SHADER_DIR");  // is read once, when an executor is made
     return made;

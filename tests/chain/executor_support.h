@@ -3,10 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "chain/gl/executor.h"
+#include "tests/support/temp_folder.h"
 
 namespace postchain::test {
 
@@ -24,7 +24,7 @@ class Execute : public ::testing::Test {
     // -> result: one step over 7 x 5 work groups.
     static Plan counted(uint64_t group_taps);
 
-    static std::filesystem::path folder_;
+    static std::unique_ptr<TempFolder> folder_;
     static std::unique_ptr<Executor> executor_;
 };
 

@@ -16,27 +16,25 @@ namespace postchain {
 namespace {
 
 using test::Execute;
+using test::must;
 using ::testing::HasSubstr;
 
 TEST_F(Execute, TwoStepsByHand) {
     // (v * 2 + x) * 2 + x = 4 v + 3 x.
-    FramePlanes in;
-    in[Role::color] = test::noise_image(33, 5, 4, 7);
-    auto out = executor_->filter(two_steps(33, 5), in);
-    ASSERT_TRUE(out.ok()) << out.status().message();
-    const auto& result = out->at(Role::color);
-    EXPECT_FLOAT_EQ(result.at(0, 0, 0), 4 * in[Role::color].at(0, 0, 0));
-    EXPECT_FLOAT_EQ(result.at(32, 4, 0), 4 * in[Role::color].at(32, 4, 0) + 96);
-    EXPECT_FLOAT_EQ(result.at(17, 3, 2), 4 * in[Role::color].at(17, 3, 2));
+    const FramePlanes in = {{Role::color, test::noise_image(33, 5, 4, 7)}};
+    const FramePlanes out = must(executor_->filter(two_steps(33, 5), in));
+    const ImageF& result = out.at(Role::color);
+    EXPECT_FLOAT_EQ(result.at(0, 0, 0), 4 * in.at(Role::color).at(0, 0, 0));
+    EXPECT_FLOAT_EQ(result.at(32, 4, 0), 4 * in.at(Role::color).at(32, 4, 0) + 96);
+    EXPECT_FLOAT_EQ(result.at(17, 3, 2), 4 * in.at(Role::color).at(17, 3, 2));
 }
 
 TEST_F(Execute, SecondFrameOfASizeAllocatesNothing) {
     Executor& executor = *executor_;
-    FramePlanes in;
-    in[Role::color] = test::noise_image(40, 40, 4, 1);
-    ASSERT_TRUE(executor.filter(two_steps(40, 40), in).ok());
+    const FramePlanes in = {{Role::color, test::noise_image(40, 40, 4, 1)}};
+    must(executor.filter(two_steps(40, 40), in));
     const auto before = executor.counters();
-    ASSERT_TRUE(executor.filter(two_steps(40, 40), in).ok());
+    must(executor.filter(two_steps(40, 40), in));
     EXPECT_EQ(executor.counters().texture_allocations, before.texture_allocations);
     EXPECT_EQ(executor.counters().programs, before.programs);
     EXPECT_EQ(executor.counters().dispatches, before.dispatches + 2);
@@ -45,17 +43,15 @@ TEST_F(Execute, SecondFrameOfASizeAllocatesNothing) {
 TEST_F(Execute, UnusedSizesAreGivenBack) {
     Executor& executor = *executor_;
     for (int size = 50; size < 80; ++size) {
-        FramePlanes in;
-        in[Role::color] = test::noise_image(size, 3, 4, 1);
-        ASSERT_TRUE(executor.filter(two_steps(size, 3), in).ok());
+        const FramePlanes in = {{Role::color, test::noise_image(size, 3, 4, 1)}};
+        must(executor.filter(two_steps(size, 3), in));
     }
     // Three textures per size, kept for 8 frames and the one under way.
     EXPECT_LE(executor.counters().textures_alive, 3u * 10u);
 }
 
 TEST_F(Execute, StepWhoseBlockIsNotTheShadersIsAnError) {
-    FramePlanes in;
-    in[Role::color] = test::noise_image(4, 4, 4, 7);
+    const FramePlanes in = {{Role::color, test::noise_image(4, 4, 4, 7)}};
     Plan plan = two_steps(4, 4);
     plan.steps[1].uniforms_type = "OtherUniforms";
     auto out = executor_->filter(plan, in);
@@ -74,14 +70,13 @@ TEST_F(Execute, StepWhoseBlockIsNotTheShadersIsAnError) {
 }
 
 TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
-    FramePlanes in;
-    in[Role::color] = test::noise_image(4, 4, 4, 3);
+    const FramePlanes in = {{Role::color, test::noise_image(4, 4, 4, 3)}};
     std::vector<std::string> seen;
     auto out = executor_->filter(
         two_steps(4, 4), in, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
             seen.push_back(texture.name);
             EXPECT_FLOAT_EQ(pixels.at(0, 0, 1),
-                            in[Role::color].at(0, 0, 1) * (seen.size() == 1 ? 2.0f : 4.0f));
+                            in.at(Role::color).at(0, 0, 1) * (seen.size() == 1 ? 2.0f : 4.0f));
             return Status();
         });
     ASSERT_TRUE(out.ok());
@@ -97,17 +92,15 @@ TEST_F(Execute, ObserverSeesEveryStageAndCanEndTheRun) {
 // one row of the launch holds (64), and again with lists that were used before.
 TEST_F(Execute, WorkListsLaunchOneGroupForEachBlock) {
     for (const auto& [width, height] : {std::pair(1, 1), {16, 16}, {17, 33}, {700, 645}}) {
-        FramePlanes in;
-        in[Role::color] = test::noise_image(width, height, 4, 11);
-        const ImageF& color = in[Role::color];
+        const FramePlanes in = {{Role::color, test::noise_image(width, height, 4, 11)}};
+        const ImageF& color = in.at(Role::color);
         for (int again = 0; again < 2; ++again) {
-            auto out = executor_->filter(sorted(width, height), in);
-            ASSERT_TRUE(out.ok()) << out.status().message();
+            const FramePlanes out = must(executor_->filter(sorted(width, height), in));
             size_t dark = 0;
             for (int y = 0; y < height; ++y)
                 for (int x = 0; x < width; ++x) {
                     const bool is_dark = color.at(x / 16 * 16, y / 16 * 16) < 0.5f;
-                    ASSERT_EQ(out->at(Role::color).at(x, y), is_dark ? 1 : 2) << x << "," << y;
+                    ASSERT_EQ(out.at(Role::color).at(x, y), is_dark ? 1 : 2) << x << "," << y;
                     dark += is_dark && x % 16 == 0 && y % 16 == 0;
                 }
             const auto done = executor_->work_done();
@@ -129,29 +122,27 @@ TEST_F(Execute, PlanesReadAsImages) {
     const auto executor = make_executor({}, device);
     const FramePlanes in = {{Role::color, test::noise_image(33, 37, 4, 7)}};
     for (const Plan& plan : {two_steps(33, 37), sorted(33, 37)})
-        EXPECT_EQ(test::must(executor->filter(plan, in)), test::must(executor_->filter(plan, in)));
+        EXPECT_EQ(must(executor->filter(plan, in)), must(executor_->filter(plan, in)));
 }
 
 TEST_F(Execute, ObserverSeesATextureOnceWhenItIsWhole) {
-    FramePlanes in;
-    in[Role::color] = test::noise_image(64, 64, 4, 11);
+    const FramePlanes in = {{Role::color, test::noise_image(64, 64, 4, 11)}};
     int seen = 0;
-    auto out = executor_->filter(
-        sorted(64, 64), in, [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
-            ++seen;
-            EXPECT_EQ(texture.name, "0.sort.result");
-            for (float value : pixels.data) EXPECT_TRUE(value == 1 || value == 2);
-            return Status();
-        });
-    ASSERT_TRUE(out.ok());
+    must(executor_->filter(sorted(64, 64), in,
+                           [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
+                               ++seen;
+                               EXPECT_EQ(texture.name, "0.sort.result");
+                               for (float value : pixels.data)
+                                   EXPECT_TRUE(value == 1 || value == 2);
+                               return Status();
+                           }));
     EXPECT_EQ(seen, 1);
 }
 
 TEST_F(Execute, TextureAboveTheLimitIsAnErrorThatNamesIt) {
     Plan plan = two_steps(4, 4);
     plan.textures[1].width = 1 << 20;
-    FramePlanes in;
-    in[Role::color] = test::noise_image(4, 4, 4, 3);
+    const FramePlanes in = {{Role::color, test::noise_image(4, 4, 4, 3)}};
     const auto out = executor_->filter(plan, in);
     ASSERT_FALSE(out.ok());
     EXPECT_EQ(out.status().code(), StatusCode::gl);
@@ -166,37 +157,30 @@ TEST_F(Execute, MissingInputIsAnError) {
 }
 
 TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
-    FramePlanes in;
-    in[Role::color] = test::noise_image(9, 9, 4, 5, -1e30f, 1e30f);
+    FramePlanes in = {{Role::color, test::noise_image(9, 9, 4, 5, -1e30f, 1e30f)}};
     in[Role::color].at(3, 3, 0) = std::numeric_limits<float>::quiet_NaN();
     FrameDescription frame;
     frame.width = frame.height = 9;
     frame.planes = {Role::color};
-    const auto plan = make_plan(Chain(), frame);
-    ASSERT_TRUE(plan.ok());
     const auto before = executor_->counters();
-    auto out = executor_->filter(*plan, in);
-    ASSERT_TRUE(out.ok());
-    EXPECT_TRUE(test::equal_bits(out->at(Role::color), in[Role::color]));
+    const FramePlanes out = must(executor_->filter(must(make_plan(Chain(), frame)), in));
+    EXPECT_TRUE(test::equal_bits(out.at(Role::color), in.at(Role::color)));
     EXPECT_EQ(executor_->counters().dispatches, before.dispatches);
     EXPECT_EQ(executor_->counters().texture_allocations, before.texture_allocations);
 }
 
 TEST_F(Execute, HalfStorageRoundsToHalf) {
     // 1/3 in half: 0x3555 = 0.333251953125; the second step doubles it and adds x = 0.
-    FramePlanes in;
-    in[Role::color] = ImageF(1, 1, 4, 1.0f / 6);
-    auto out = executor_->filter(two_steps(1, 1, Format::rgba16f), in);
-    ASSERT_TRUE(out.ok());
-    EXPECT_EQ(out->at(Role::color).data[0], 2 * 0.333251953125f);
+    const FramePlanes in = {{Role::color, ImageF(1, 1, 4, 1.0f / 6)}};
+    const FramePlanes out = must(executor_->filter(two_steps(1, 1, Format::rgba16f), in));
+    EXPECT_EQ(out.at(Role::color).data[0], 2 * 0.333251953125f);
 }
 
 TEST_F(Execute, TimesEveryPassAndNamesTheirSource) {
-    FramePlanes in;
-    in[Role::color] = test::noise_image(64, 64, 4, 5);
+    const FramePlanes in = {{Role::color, test::noise_image(64, 64, 4, 5)}};
     Executor& executor = *executor_;
     executor.set_timing(true);
-    ASSERT_TRUE(executor.filter(two_steps(64, 64), in).ok());
+    must(executor.filter(two_steps(64, 64), in));
     executor.set_timing(false);
     ASSERT_EQ(executor.pass_times().size(), 1u);
     EXPECT_GT(executor.pass_times()[0].milliseconds, 0);

@@ -6,6 +6,7 @@
 #include "config/chain_find.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
@@ -49,18 +50,15 @@ TEST(ImageReads, GiveTheBitsOfTextures) {
     add_neighbors(frame);
     add_lights(frame, 2);
     for (const std::string& name : shipped_chains()) {
-        const auto loaded = load_chain(name, every_pass());
-        ASSERT_TRUE(loaded.ok()) << loaded.status().message();
+        const Chain chain = must(load_chain(name, every_pass())).chain;
         for (const Precision precision : {Precision::fp32, Precision::fp16}) {
-            const auto plan = make_plan(loaded->chain, frame.description, {.precision = precision});
-            ASSERT_TRUE(plan.ok()) << plan.status().message();
-            const auto a = images.filter(*plan, frame.planes);
-            const auto b = textures.filter(*plan, frame.planes);
-            ASSERT_TRUE(a.ok() && b.ok()) << a.status().message() << b.status().message();
-            ASSERT_EQ(a->size(), b->size());
-            for (const auto& [role, plane] : *a)
-                EXPECT_TRUE(equal_bits(plane, b->at(role))) << name << ", " << name_of(role);
-            EXPECT_FALSE(equal_bits(a->at(Role::color), frame.planes.at(Role::color))) << name;
+            const Plan plan = must(make_plan(chain, frame.description, {.precision = precision}));
+            const FramePlanes a = must(images.filter(plan, frame.planes));
+            const FramePlanes b = must(textures.filter(plan, frame.planes));
+            ASSERT_EQ(a.size(), b.size());
+            for (const auto& [role, plane] : a)
+                EXPECT_TRUE(equal_bits(plane, b.at(role))) << name << ", " << name_of(role);
+            EXPECT_FALSE(equal_bits(a.at(Role::color), frame.planes.at(Role::color))) << name;
         }
     }
 }

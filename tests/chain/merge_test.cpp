@@ -7,6 +7,7 @@
 #include "chain/plan_print.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
+#include "tests/support/status.h"
 
 namespace postchain {
 namespace {
@@ -91,27 +92,19 @@ TEST(MergePlans, ResultsLiveUntilTheEnd) {
 
 TEST(MergePlans, BlockFormatAccessAndGroupsDistinguish) {
     const Plan a = chain_plan("x");
-    const auto shared = [&](const Plan& b) { return merge_plans(a, b).shared_steps; };
-    EXPECT_EQ(shared(a), 1);
-    Plan b = a;
-    b.steps[0].uniforms.resize(16);
-    EXPECT_EQ(shared(b), 0);
-    EXPECT_EQ(shared(chain_plan("x", Format::rgba16f)), 0);
-    b = a;
-    b.steps[0].bindings[0].access = Access::write;
-    EXPECT_EQ(shared(b), 0);
-    b = a;
-    b.steps[0].groups = {2, 1, 1};
-    EXPECT_EQ(shared(b), 0);
-    b = a;
-    b.steps[0].first_layer = 4;
-    EXPECT_EQ(shared(b), 0);
-    b = a;
-    b.steps[0].program.defines["N"] = "2";
-    EXPECT_EQ(shared(b), 0);
-    b = a;
-    b.steps[0].name = "another name for the same work";
-    EXPECT_EQ(shared(b), 1);
+    const auto shared_with = [&](auto change) {
+        Plan b = a;
+        change(b.steps[0]);
+        return merge_plans(a, b).shared_steps;
+    };
+    EXPECT_EQ(shared_with([](Step&) {}), 1);
+    EXPECT_EQ(shared_with([](Step& s) { s.name = "another name for the same work"; }), 1);
+    EXPECT_EQ(shared_with([](Step& s) { s.uniforms.resize(16); }), 0);
+    EXPECT_EQ(shared_with([](Step& s) { s.bindings[0].access = Access::write; }), 0);
+    EXPECT_EQ(shared_with([](Step& s) { s.groups = {2, 1, 1}; }), 0);
+    EXPECT_EQ(shared_with([](Step& s) { s.first_layer = 4; }), 0);
+    EXPECT_EQ(shared_with([](Step& s) { s.program.defines["N"] = "2"; }), 0);
+    EXPECT_EQ(merge_plans(a, chain_plan("x", Format::rgba16f)).shared_steps, 0);
 }
 
 // Two steps that write their own blocks of one texture: both are shared, or neither.
@@ -183,10 +176,9 @@ TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
             if (a == b) {
                 EXPECT_EQ(size_t(merged.shared_steps), plan_a.steps.size());
             }
-            auto both = test::executor().filter_both(merged, frame.planes);
-            ASSERT_TRUE(both.ok()) << both.status().message();
-            EXPECT_TRUE(test::equal_bits((*both)[0].at(Role::color), alone_a.at(Role::color)));
-            EXPECT_TRUE(test::equal_bits((*both)[1].at(Role::color), alone_b.at(Role::color)));
+            const auto both = test::must(test::executor().filter_both(merged, frame.planes));
+            EXPECT_TRUE(test::equal_bits(both[0].at(Role::color), alone_a.at(Role::color)));
+            EXPECT_TRUE(test::equal_bits(both[1].at(Role::color), alone_b.at(Role::color)));
         }
     }
 }
@@ -199,12 +191,10 @@ TEST(MergePlans, BothOrdersShareTilesAndCircleOfConfusion) {
     test::append(first, "depth_of_field", {{"method", "gilham"}, {"f_stop", 0.05}});
     test::append(second, "depth_of_field", {{"method", "gilham"}, {"f_stop", 0.05}});
     test::append(second, "motion_blur", {{"mode", "guertin"}});
-    auto a = make_plan(first, frame.description);
-    auto b = make_plan(second, frame.description);
-    ASSERT_TRUE(a.ok() && b.ok());
-    const MergedPlan merged = merge_plans(*a, *b);
+    const Plan a = test::must(make_plan(first, frame.description));
+    const MergedPlan merged = merge_plans(a, test::must(make_plan(second, frame.description)));
     std::vector<std::string> of_b;
-    for (size_t i = a->steps.size(); i < merged.plan.steps.size(); ++i)
+    for (size_t i = a.steps.size(); i < merged.plan.steps.size(); ++i)
         of_b.push_back(merged.plan.steps[i].name);
     EXPECT_THAT(of_b, ::testing::Not(::testing::Contains("tile_max")));
     EXPECT_THAT(of_b, ::testing::Not(::testing::Contains("coc")));

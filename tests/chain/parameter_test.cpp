@@ -1,5 +1,6 @@
 #include "chain/parameter.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "chain/frame.h"
@@ -36,17 +37,28 @@ const ParameterTable& table() {
     return made;
 }
 
-std::string error_of(std::string_view key, const ParameterValue& value) {
-    Parameters parameters;
-    const Parameters before;
-    const Status status = table().set(&parameters, key, value);
-    EXPECT_EQ(table().text(&parameters), table().text(&before)) << "a bad value was stored";
-    return status.ok() ? "ok" : status.message();
-}
-
-TEST(Parameter, EvenIntegerIsRefusedWithItsDomain) {
-    EXPECT_EQ(error_of("samples", int64_t(24)),
-              "24 is even; samples is an odd integer in 1..255 (taps)");
+TEST(Parameter, BadValuesAreRefusedWithTheirDomain) {
+    const std::tuple<const char*, ParameterValue, const char*> cases[] = {
+        {"samples", int64_t(24), "24 is even; samples is an odd integer in 1..255 (taps)"},
+        {"samples", int64_t(257),
+         "257 is out of range; samples is an odd integer in 1..255 (taps)"},
+        {"samples", 25.0, "25 is a number; samples is an odd integer in 1..255 (taps)"},
+        {"softness", 0.0, "0 is out of range; softness is a number > 0"},
+        {"softness", std::string("1"), "1 is a word; softness is a number > 0"},
+        {"softness", std::numeric_limits<double>::infinity(), "not finite"},
+        {"softness", std::numeric_limits<double>::quiet_NaN(), "not finite"},
+        {"softness", std::monostate(), "no value; softness is a number > 0"},
+        {"tiles", int64_t(1), "1 is an integer; tiles is true or false"},
+        {"preset", int64_t(11), "11 is not among them; preset is one of 10, 12, 39"},
+        {"mode", std::string("fats"),
+         "'fats' is not known (did you mean 'fast'?); mode is one of slow, fast"},
+        {"sampels", int64_t(9), "unknown key 'sampels' (did you mean 'samples'?)"}};
+    for (const auto& [key, value, message] : cases) {
+        Parameters parameters;
+        EXPECT_THAT(table().set(&parameters, key, value).message(), ::testing::HasSubstr(message));
+        const Parameters before;
+        EXPECT_EQ(table().text(&parameters), table().text(&before)) << message << ": was stored";
+    }
 }
 
 TEST(Parameter, RangesIncludeTheirEndsUnlessExcluded) {
@@ -54,9 +66,6 @@ TEST(Parameter, RangesIncludeTheirEndsUnlessExcluded) {
     EXPECT_TRUE(table().set(&p, "samples", int64_t(1)).ok());
     EXPECT_TRUE(table().set(&p, "samples", int64_t(255)).ok());
     EXPECT_EQ(p.samples, 255);
-    EXPECT_EQ(error_of("samples", int64_t(257)),
-              "257 is out of range; samples is an odd integer in 1..255 (taps)");
-    EXPECT_EQ(error_of("softness", 0.0), "0 is out of range; softness is a number > 0");
     EXPECT_TRUE(table().set(&p, "softness", 1e-9).ok());
 }
 
@@ -81,31 +90,10 @@ TEST(Parameter, FormerNamesAreAcceptedAndWarnedOf) {
     EXPECT_EQ(p.mode, Mode::slow);
 }
 
-TEST(Parameter, TypesAreNotMixed) {
-    EXPECT_EQ(error_of("samples", 25.0),
-              "25 is a number; samples is an odd integer in 1..255 (taps)");
-    EXPECT_EQ(error_of("tiles", int64_t(1)), "1 is an integer; tiles is true or false");
-    EXPECT_EQ(error_of("softness", std::string("1")), "1 is a word; softness is a number > 0");
+TEST(Parameter, AnIntegerIsANumber) {
     Parameters p;
-    EXPECT_TRUE(table().set(&p, "softness", int64_t(2)).ok()) << "an integer is a number";
+    EXPECT_TRUE(table().set(&p, "softness", int64_t(2)).ok());
     EXPECT_EQ(p.softness, 2);
-}
-
-TEST(Parameter, NonFiniteNumbersAreRefused) {
-    EXPECT_NE(error_of("softness", std::numeric_limits<double>::infinity()).find("not finite"),
-              std::string::npos);
-    EXPECT_NE(error_of("softness", std::numeric_limits<double>::quiet_NaN()).find("not finite"),
-              std::string::npos);
-}
-
-TEST(Parameter, UnknownKeyAndWordNameTheNearest) {
-    EXPECT_EQ(error_of("sampels", int64_t(9)), "unknown key 'sampels' (did you mean 'samples'?)");
-    EXPECT_EQ(error_of("mode", std::string("fats")),
-              "'fats' is not known (did you mean 'fast'?); mode is one of slow, fast");
-}
-
-TEST(Parameter, AllowedValuesAreAList) {
-    EXPECT_EQ(error_of("preset", int64_t(11)), "11 is not among them; preset is one of 10, 12, 39");
 }
 
 TEST(Parameter, UnsetOnlyWhereOptional) {
@@ -114,7 +102,6 @@ TEST(Parameter, UnsetOnlyWhereOptional) {
     EXPECT_EQ(p.shutter, 0.5);
     EXPECT_TRUE(table().set(&p, "shutter", std::monostate()).ok());
     EXPECT_FALSE(p.shutter.has_value());
-    EXPECT_EQ(error_of("softness", std::monostate()), "no value; softness is a number > 0");
 }
 
 TEST(Parameter, ExclusiveKeysAreFoundOut) {

@@ -1,54 +1,43 @@
 // The chain of double-precision references.
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/chain/plan_support.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
 
-// A frame of one pixel, color alone.
-FramePlanes one_pixel() {
-    return {{Role::color, ImageF(1, 1, 4, 3.0f)}};
-}
-FrameDescription one_pixel_frame() {
+// Of a frame of one pixel, color alone.
+Result<ReferenceFrame> reference_of(const Chain& chain, const PlanOptions& options = {}) {
     FrameDescription f = frame();
     f.width = f.height = 1;
     f.planes = {Role::color};
-    return f;
+    const FramePlanes planes = {{Role::color, ImageF(1, 1, 4, 3.0f)}};
+    return run_reference(chain, f, planes, options);
+}
+
+double color_of(const Result<ReferenceFrame>& reference) {
+    return must(reference).planes.at(Role::color).data[0];
 }
 
 // A pass that a requested rule elides is elided in the reference too.
 TEST(Reference, LacksAPassThatMayBeMissing) {
-    PlanOptions asked;
-    asked.rules_on = {kRuleMissingPlane};
-    const auto result =
-        run_reference(chain_of({"copy", "makes"}), one_pixel_frame(), one_pixel(), asked);
-    ASSERT_TRUE(result.ok()) << result.status().message();
-    EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0);
-    EXPECT_FALSE(run_reference(chain_of({"copy", "makes"}), one_pixel_frame(), one_pixel()).ok());
+    const Chain chain = chain_of({"copy", "makes"});
+    EXPECT_EQ(color_of(reference_of(chain, {.rules_on = {kRuleMissingPlane}})), 7);
+    EXPECT_FALSE(reference_of(chain).ok());
 }
 
 // Whatever the rules say: a pass that is off is run as it is described.
 TEST(Reference, RunsWhatTheRulesElide) {
-    Chain chain = chain_of({"copy"});
-    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
-    for (const bool elide : {true, false}) {
-        PlanOptions options;
-        options.elide = elide;
-        const auto result = run_reference(chain, one_pixel_frame(), one_pixel(), options);
-        ASSERT_TRUE(result.ok()) << result.status().message();
-        EXPECT_EQ(result->planes.at(Role::color).data[0], 7.0) << elide;
-    }
+    for (const bool elide : {true, false})
+        EXPECT_EQ(color_of(reference_of(with_off(chain_of({"copy"}), 0), {.elide = elide})), 7);
 }
 
 TEST(Reference, RunsPassesInOrderAndNamesStagesAsThePlanDoes) {
-    auto result = run_reference(chain_of({"copy", "copy"}), one_pixel_frame(), one_pixel());
-    ASSERT_TRUE(result.ok());
-    // 2 (2*3 + 1) + 1 = 15.
-    EXPECT_EQ(result->planes.at(Role::color).data[0], 15.0);
-    EXPECT_EQ(result->stages.at("0.copy.scratch").data[0], 7.0);
-    EXPECT_EQ(result->stages.at("1.copy.scratch").data[0], 15.0);
+    const auto result = reference_of(chain_of({"copy", "copy"}));
+    EXPECT_EQ(color_of(result), 15) << "2 (2*3 + 1) + 1";
+    EXPECT_EQ(result->stages.at("0.copy.scratch").data[0], 7);
+    EXPECT_EQ(result->stages.at("1.copy.scratch").data[0], 15);
 }
 
 }  // namespace

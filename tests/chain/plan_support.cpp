@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/status.h"
+
 namespace postchain::test {
 namespace {
 
@@ -9,16 +11,12 @@ struct Nothing {
     bool off = false;
 };
 
-}  // namespace
-
 const ParameterTable& off_table() {
     static const ParameterTable made = ParameterTableBuilder<Nothing>()
                                            .boolean("off", &Nothing::off, {.help = "do nothing"})
                                            .table();
     return made;
 }
-
-namespace {
 
 // A pass that copies color through one scratch texture; derived ones change what they use.
 class Copy : public PlainPass {
@@ -158,10 +156,13 @@ FrameDescription frame() {
     return f;
 }
 
-Plan plan_of(const Chain& chain, const PlanOptions& options) {
-    auto plan = make_plan(chain, frame(), options);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    return plan.ok() ? *plan : Plan();
+Chain with_off(Chain chain, size_t pass) {
+    EXPECT_TRUE(off_table().set(chain.links.at(pass).pass->parameters(), "off", true).ok());
+    return chain;
+}
+
+Plan plan_of(const Chain& chain, const PlanOptions& options, const FrameDescription& described) {
+    return must(make_plan(chain, described, options));
 }
 
 std::vector<std::string> steps_of(const Plan& plan) {

@@ -11,7 +11,6 @@
 
 namespace postchain::test {
 
-const ParameterTable& off_table();
 const PassRegistry& small_passes();
 
 // A chain of the passes of these names.
@@ -20,8 +19,12 @@ Chain chain_of(std::initializer_list<const char*> names);
 // 40 x 30 pixels with color, inverse depth and motion.
 FrameDescription frame();
 
-// The plan for frame(); a failure fails the test.
-Plan plan_of(const Chain& chain, const PlanOptions& options = {});
+// The chain with one of its passes off.
+Chain with_off(Chain chain, size_t pass);
+
+// A failure fails the test.
+Plan plan_of(const Chain& chain, const PlanOptions& options = {},
+             const FrameDescription& described = frame());
 
 // "0.first", "0.second": pass and name of each step.
 std::vector<std::string> steps_of(const Plan& plan);

@@ -46,8 +46,7 @@ TEST(Planner, HintIsCarriedByAPassInBetween) {
 }
 
 TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
-    Chain chain = chain_of({"makes", "reads"});
-    ASSERT_TRUE(off_table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    const Chain chain = with_off(chain_of({"makes", "reads"}), 1);
     const Plan plan = plan_of(chain);
     EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
     ASSERT_FALSE(plan.elisions.empty());
@@ -59,17 +58,11 @@ TEST(Planner, ReaderThatIsLeftOutWantsNoHint) {
 }
 
 TEST(Planner, RulesCanBeSwitchedOffTogetherOrByName) {
-    Chain chain = chain_of({"copy"});
-    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
+    const Chain chain = with_off(chain_of({"copy"}), 0);
     EXPECT_TRUE(plan_of(chain).steps.empty());
-    PlanOptions all;
-    all.elide = false;
-    EXPECT_EQ(plan_of(chain, all).steps.size(), 2u);
-    PlanOptions one;
-    one.rules_off = {kRuleConfiguration};
-    EXPECT_EQ(plan_of(chain, one).steps.size(), 2u);
-    one.rules_off = {kRuleFacts};
-    EXPECT_TRUE(plan_of(chain, one).steps.empty());
+    EXPECT_EQ(plan_of(chain, {.elide = false}).steps.size(), 2u);
+    EXPECT_EQ(plan_of(chain, {.rules_off = {kRuleConfiguration}}).steps.size(), 2u);
+    EXPECT_TRUE(plan_of(chain, {.rules_off = {kRuleFacts}}).steps.empty());
 }
 
 TEST(Planner, ChainWithoutWorkHandsItsInputOn) {
@@ -111,28 +104,23 @@ TEST(Planner, StepsThatNothingReadsAreLeftOutWithTheirSaving) {
                                          .fact = {"not asked for"},
                                          .saving = {400, 1, 100}}));
     for (const auto& texture : plan.textures) EXPECT_NE(texture.name, "0.spare.spare");
-    PlanOptions off;
-    off.rules_off = {kRuleUnusedStep};
-    EXPECT_THAT(steps_of(plan_of(chain_of({"spare"}), off)),
+    EXPECT_THAT(steps_of(plan_of(chain_of({"spare"}), {.rules_off = {kRuleUnusedStep}})),
                 ElementsAre("0.spare", "0.first", "0.second"));
 }
 
 // Only the hint is requested: the step that makes color has no reader.
 TEST(Planner, WhatNobodyReadsIsLeftOutFromTheEnd) {
-    PlanOptions hint_alone;
-    hint_alone.outputs = {Role::hint};
-    const Plan plan = plan_of(chain_of({"makes", "copy"}), hint_alone);
+    const Chain chain = chain_of({"makes", "copy"});
+    const Plan plan = plan_of(chain, {.outputs = {Role::hint}});
     EXPECT_THAT(steps_of(plan), ElementsAre("0.hint"));
     EXPECT_TRUE(plan.passes[1].elided);
     EXPECT_FALSE(plan.passes[0].elided);
     size_t unread = 0;
     for (const auto& left : plan.elisions) unread += left.rule == kRuleUnusedOutput;
     EXPECT_EQ(unread, 4u);
-    hint_alone.rules_off = {kRuleUnusedOutput};
-    EXPECT_EQ(plan_of(chain_of({"makes", "copy"}), hint_alone).steps.size(), 5u);
-    PlanOptions both;
-    both.outputs = {Role::color, Role::hint};
-    EXPECT_EQ(plan_of(chain_of({"makes", "copy"}), both).steps.size(), 5u);
+    const PlanOptions rule_off = {.rules_off = {kRuleUnusedOutput}, .outputs = {Role::hint}};
+    EXPECT_EQ(plan_of(chain, rule_off).steps.size(), 5u);
+    EXPECT_EQ(plan_of(chain, {.outputs = {Role::color, Role::hint}}).steps.size(), 5u);
 }
 
 TEST(Planner, HintIsMadeForNobodyWhereTheRuleIsOff) {
@@ -146,23 +134,18 @@ TEST(Planner, PassThatLacksAPlaneIsLeftOutWhenAskedFor) {
     FrameDescription f = frame();
     f.planes = {Role::color};
     f.not_converted = {Role::inverse_depth};
-    PlanOptions asked;
-    asked.rules_on = {kRuleMissingPlane};
-    const auto plan = make_plan(chain_of({"copy", "makes"}), f, asked);
-    ASSERT_TRUE(plan.ok()) << plan.status().message();
-    EXPECT_THAT(steps_of(*plan), ElementsAre("0.first", "0.second"));
-    EXPECT_EQ(plan->elisions[0],
+    PlanOptions asked = {.rules_on = {kRuleMissingPlane}};
+    const Plan plan = plan_of(chain_of({"copy", "makes"}), asked, f);
+    EXPECT_THAT(steps_of(plan), ElementsAre("0.first", "0.second"));
+    EXPECT_EQ(plan.elisions[0],
               (Elision{.pass = 1,
                        .rule = kRuleMissingPlane,
                        .fact = {"needs motion; the frame has color, inverse_depth"}}));
     asked.elide = false;
     EXPECT_FALSE(make_plan(chain_of({"copy", "makes"}), f, asked).ok());
     // A pass that is off does without.
-    Chain chain = chain_of({"makes"});
-    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
-    const auto off = make_plan(chain, f);
-    ASSERT_TRUE(off.ok()) << off.status().message();
-    EXPECT_EQ(off->elisions[0].rule, kRuleConfiguration);
+    const Plan off = plan_of(with_off(chain_of({"makes"}), 0), {}, f);
+    EXPECT_EQ(off.elisions[0].rule, kRuleConfiguration);
 }
 
 // Planes that were not decoded are listed, and the saving of an elided pass counts its work on
@@ -171,23 +154,19 @@ TEST(Planner, PlanesThatWereNotDecodedAreLeftOut) {
     FrameDescription f = frame();
     f.planes = {Role::color};
     f.not_converted = {Role::motion};
-    Chain chain = chain_of({"makes"});
-    ASSERT_TRUE(off_table().set(chain.links[0].pass->parameters(), "off", true).ok());
-    const auto plan = make_plan(chain, f);
-    ASSERT_TRUE(plan.ok());
-    ASSERT_EQ(plan->elisions.size(), 2u);
-    EXPECT_EQ(plan->elisions[0].saving.dispatches, 2);
-    EXPECT_EQ(plan->elisions[1], (Elision{.kind = ElisionKind::plane,
-                                          .item = "motion",
-                                          .rule = kRuleUnusedPlane,
-                                          .fact = {"no step reads it: not converted"},
-                                          .saving = {.bytes = 9600}}));
+    const Plan plan = plan_of(with_off(chain_of({"makes"}), 0), {}, f);
+    ASSERT_EQ(plan.elisions.size(), 2u);
+    EXPECT_EQ(plan.elisions[0].saving.dispatches, 2);
+    EXPECT_EQ(plan.elisions[1], (Elision{.kind = ElisionKind::plane,
+                                         .item = "motion",
+                                         .rule = kRuleUnusedPlane,
+                                         .fact = {"no step reads it: not converted"},
+                                         .saving = {.bytes = 9600}}));
 }
 
 // Two passes of one type: each entry says of which.
 TEST(Planner, ElisionsNameTheirPass) {
-    Chain chain = chain_of({"spare", "copy", "spare"});
-    ASSERT_TRUE(off_table().set(chain.links[1].pass->parameters(), "off", true).ok());
+    const Chain chain = with_off(chain_of({"spare", "copy", "spare"}), 1);
     const Plan plan = plan_of(chain);
     std::vector<int> passes;
     std::vector<std::string> items;
@@ -215,9 +194,7 @@ TEST(Fact, IsASentence) {
 }
 
 TEST(Planner, PlanesAreHandedOverWhereTheRuleIsOff) {
-    PlanOptions off;
-    off.rules_off = {kRuleUnusedPlane};
-    EXPECT_EQ(plan_of(chain_of({"copy"}), off).reads, frame().planes);
+    EXPECT_EQ(plan_of(chain_of({"copy"}), {.rules_off = {kRuleUnusedPlane}}).reads, frame().planes);
 }
 
 TEST(Planner, RulesInUse) {
@@ -285,8 +262,7 @@ TEST(Planner, LifetimesAndPeakByHand) {
 }
 
 TEST(Planner, PrintsNameEverythingThatRunsAndIsLeftOut) {
-    Chain chain = chain_of({"makes", "reads", "copy"});
-    ASSERT_TRUE(off_table().set(chain.links[2].pass->parameters(), "off", true).ok());
+    const Chain chain = with_off(chain_of({"makes", "reads", "copy"}), 2);
     const Plan plan = plan_of(chain);
     for (const std::string& text :
          {plan_as_text(plan), json_text(plan_json(plan)), plan_as_dot(plan)}) {

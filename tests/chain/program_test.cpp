@@ -2,48 +2,45 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 
 #include "chain/program_source.h"
 #include "tests/support/gpu.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
 
 using ::testing::HasSubstr;
-namespace fs = std::filesystem;
+
+const std::string kVersion = "#version 450 core\n", kInclude = "#include \"common/value.glsl\"\n",
+                  kValue = "float value() { return 1.0; }\n",
+                  kBody =
+                      "layout(local_size_x = 1) in;\n"
+                      "layout(binding = 0) writeonly uniform image2D result;\n"
+                      "void main() { imageStore(result, ivec2(0), vec4(value())); }\n";
 
 // A shader folder of its own, in development mode.
 class Programs : public ::testing::Test {
   protected:
     void SetUp() override {
         test::executor();  // a GL context
-        folder_ = fs::temp_directory_path() / ("postchain_shaders_" + std::to_string(getpid()));
-        fs::create_directories(folder_ / "common");
-        setenv("POSTCHAIN_SHADER_DIR", folder_.c_str(), 1);
+        std::filesystem::create_directories(folder_.path("common"));
+        setenv("POSTCHAIN_SHADER_DIR", folder_.path().c_str(), 1);
     }
-    void TearDown() override {
-        unsetenv("POSTCHAIN_SHADER_DIR");
-        fs::remove_all(folder_);
-    }
+    void TearDown() override { unsetenv("POSTCHAIN_SHADER_DIR"); }
     void write(const std::string& name, const std::string& text) {
-        std::ofstream(folder_ / name) << text;
+        test::write_text(folder_.path(name), kVersion + text);
     }
-    fs::path folder_;
+    const test::TempFolder folder_;
 };
 
-const char* kBody =
-    "layout(local_size_x = 1) in;\n"
-    "layout(binding = 0) writeonly uniform image2D result;\n"
-    "void main() { imageStore(result, ivec2(0), vec4(value())); }\n";
-
 TEST_F(Programs, IncludesAndDefinesReachTheCompiler) {
-    write("common/value.glsl", "float value() { return FACTOR; }\n");
-    write("a.comp", std::string("#version 450 core\n#include \"common/value.glsl\"\n") + kBody);
+    test::write_text(folder_.path("common/value.glsl"), "float value() { return FACTOR; }\n");
+    write("a.comp", kInclude + kBody);
     gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     auto program = cache.get({"a.comp", {{"FACTOR", "2.0"}}});
     ASSERT_TRUE(program.ok()) << program.status().message();
@@ -54,8 +51,9 @@ TEST_F(Programs, IncludesAndDefinesReachTheCompiler) {
 }
 
 TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
-    write("common/value.glsl", "// one\n// two\nfloat value() { return oops; }\n");
-    write("a.comp", std::string("#version 450 core\n#include \"common/value.glsl\"\n") + kBody);
+    test::write_text(folder_.path("common/value.glsl"),
+                     "// one\n// two\nfloat value() { return oops; }\n");
+    write("a.comp", kInclude + kBody);
     gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     auto program = cache.get({"a.comp", {}});
     ASSERT_FALSE(program.ok());
@@ -64,33 +62,32 @@ TEST_F(Programs, CompileErrorNamesTheIncludedFileAndItsLine) {
 }
 
 TEST_F(Programs, MissingIncludeAndCircleNamePlace) {
-    write("a.comp", "#version 450 core\n#include \"common/none.glsl\"\n");
-    auto source = resolve_includes("a.comp", folder_);
+    write("a.comp", "#include \"common/none.glsl\"\n");
+    auto source = resolve_includes("a.comp", folder_.path());
     ASSERT_FALSE(source.ok());
     EXPECT_THAT(source.status().message(), HasSubstr("a.comp:2"));
     EXPECT_THAT(source.status().message(), HasSubstr("none.glsl"));
     write("b.comp", "#include \"b.comp\"\n");
-    source = resolve_includes("b.comp", folder_);
+    source = resolve_includes("b.comp", folder_.path());
     ASSERT_FALSE(source.ok());
     EXPECT_THAT(source.status().message(), HasSubstr("includes itself"));
 }
 
 TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
-    const std::string head = "#version 450 core\nfloat value() { return 1.0; }\n";
-    write("a.comp", head + kBody);
+    write("a.comp", kValue + kBody);
     std::vector<std::string> said;
     gl::ProgramCache cache([&](const std::string& text) { said.push_back(text); },
                            gl::shader_folder_of_environment());
     auto good = cache.get({"a.comp", {}});
     ASSERT_TRUE(good.ok());
-    write("a.comp", "#version 450 core\nbroken\n");
+    write("a.comp", "broken\n");
     auto kept = cache.get({"a.comp", {}});
     ASSERT_TRUE(kept.ok());
     EXPECT_EQ(*kept, *good);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     ASSERT_EQ(said.size(), 1u) << "said once";
     EXPECT_THAT(said[0], HasSubstr("a.comp:2"));
-    write("a.comp", head + "// changed\n" + kBody);
+    write("a.comp", kValue + "// changed\n" + kBody);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     EXPECT_EQ(cache.compiled(), 2u) << "a good change is compiled";
 }
@@ -98,9 +95,8 @@ TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
 TEST_F(Programs, BlockOfTheProgram) {
     const std::string block =
         "layout(std140, binding = 0) uniform Sizes { ivec2 size; float edge; } block;\n";
-    const std::string value = "float value() { return 1.0; }\n";
-    write("a.comp", "#version 450 core\n" + block + value + kBody);
-    write("b.comp", "#version 450 core\n" + value + kBody);
+    write("a.comp", block + kValue + kBody);
+    write("b.comp", kValue + kBody);
     gl::ProgramCache cache({}, gl::shader_folder_of_environment());
     const auto with = cache.get({"a.comp", {}}), without = cache.get({"b.comp", {}});
     ASSERT_TRUE(with.ok() && without.ok());
@@ -111,13 +107,13 @@ TEST_F(Programs, BlockOfTheProgram) {
 }
 
 TEST_F(Programs, TheFolderIsReadFromTheEnvironmentOnce) {
-    write("a.comp", std::string("#version 450 core\nfloat value() { return 1.0; }\n") + kBody);
+    write("a.comp", kValue + kBody);
     gl::ProgramCache from_folder({}, gl::shader_folder_of_environment());
     unsetenv("POSTCHAIN_SHADER_DIR");
     gl::ProgramCache embedded({}, gl::shader_folder_of_environment());
     EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
     EXPECT_FALSE(embedded.get({"a.comp", {}}).ok());
-    write("a.comp", std::string("#version 450 core\nfloat value() { return 2.0; }\n") + kBody);
+    write("a.comp", "float value() { return 2.0; }\n" + kBody);
     EXPECT_TRUE(from_folder.get({"a.comp", {}}).ok());
     EXPECT_EQ(from_folder.compiled(), 2u) << "still the folder's";
 }

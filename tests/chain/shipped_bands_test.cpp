@@ -8,6 +8,7 @@
 #include "config/chain_find.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 namespace {
@@ -41,8 +42,7 @@ StageObserver into(Images& images, const Plan& plan) {
 // As a sequence runs: counts of lists are read, bands grow with time.
 Images filtered(const Plan& plan, const TestFrame& frame) {
     Images images;
-    const auto result = executor().filter(plan, frame.planes, into(images, plan));
-    EXPECT_TRUE(result.ok()) << result.status().message();
+    must(executor().filter(plan, frame.planes, into(images, plan)));
     return images;
 }
 
@@ -52,14 +52,13 @@ Images run(const Plan& plan, const TestFrame& frame) {
     std::map<Role, unsigned> inputs;
     for (const PlanTexture& texture : plan.textures) {
         if (!texture.imported || !plan.reads.has(texture.role)) continue;
-        auto made = pool.acquire(texture.format, texture.width, texture.height, texture.layers);
-        EXPECT_TRUE(made.ok() &&
-                    gl::Transfers().upload(**made, frame.planes.at(texture.role)).ok());
-        inputs[texture.role] = (*made)->name;
+        const gl::Texture& made =
+            *must(pool.acquire(texture.format, texture.width, texture.height, texture.layers));
+        EXPECT_EQ(error_of(gl::Transfers().upload(made, frame.planes.at(texture.role))), "");
+        inputs[texture.role] = made.name;
     }
     Images images;
-    const auto result = executor().run(plan, inputs, into(images, plan));
-    EXPECT_TRUE(result.ok()) << result.status().message();
+    must(executor().run(plan, inputs, into(images, plan)));
     return images;
 }
 
@@ -75,25 +74,21 @@ TEST(ShippedBands, GiveTheBitsOfWholeDispatches) {
     executor();  // a GL context
     gl::ProgramCache programs;
     for (const std::string& name : shipped_chains()) {
-        const auto loaded = load_chain(name, every_pass());
-        ASSERT_TRUE(loaded.ok()) << loaded.status().message();
-        const auto made = make_plan(loaded->chain, frame.description);
-        ASSERT_TRUE(made.ok()) << made.status().message();
-        for (const Step& step : made->steps) {
-            const auto program = programs.get(step.program);
-            ASSERT_TRUE(program.ok()) << program.status().message();
-            EXPECT_TRUE(program->in_bands) << name << ": " << step.program.text();
-        }
-        const Plan whole = cut(*made, 1e5);
+        const Plan made =
+            must(make_plan(must(load_chain(name, every_pass())).chain, frame.description));
+        for (const Step& step : made.steps)
+            EXPECT_TRUE(must(programs.get(step.program)).in_bands)
+                << name << ": " << step.program.text();
+        const Plan whole = cut(made, 1e5);
         const Images images = filtered(whole, frame);
         EXPECT_FALSE(images.empty());
         for (const double groups : {1.0, 3.0, 25.0}) {
             // So that blocks which a band leaves out do not have the right values already.
             filtered(whole, other);
-            expect_equal(images, run(cut(*made, groups), frame), concat(name, ", host, ", groups));
+            expect_equal(images, run(cut(made, groups), frame), concat(name, ", host, ", groups));
         }
         filtered(whole, other);
-        expect_equal(images, filtered(cut(*made, 1e-3), frame), name + ", growing");
+        expect_equal(images, filtered(cut(made, 1e-3), frame), name + ", growing");
     }
 }
 
@@ -106,10 +101,9 @@ TEST(ShippedBands, NoBandIsLong) {
                                   const std::string& name) {
         frame.description.width = frame.description.display_width = width;
         frame.description.height = frame.description.display_height = height;
-        const auto plan = make_plan(chain, frame.description);
-        ASSERT_TRUE(plan.ok()) << plan.status().message();
-        EXPECT_FALSE(plan->steps.empty());
-        for (const Step& step : plan->steps)
+        const Plan plan = must(make_plan(chain, frame.description));
+        EXPECT_FALSE(plan.steps.empty());
+        for (const Step& step : plan.steps)
             EXPECT_LE(taps_of_group(step), limit) << name << ": " << step.name;
     };
     for (const std::string& name : shipped_chains())

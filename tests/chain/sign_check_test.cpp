@@ -5,37 +5,30 @@
 
 #include <cmath>
 
+#include "tests/support/images.h"
+
 namespace postchain {
 namespace {
 
-// A smooth texture without a period inside the frame.
-float texture(double x, double y, int c) {
-    return float(0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
-                 0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c));
-}
-
-// now(p) = texture(p), and next(p + v) = now(p) for the constant motion v.
+// now(p) is a smooth texture without a period inside the frame, and next(p + v) = now(p) for the
+// constant motion v.
 struct Pan {
     FramePlanes planes;
     ImageF next;
 };
 Pan pan(double vx, double vy, bool back = true) {
+    const auto texture = [](double x, double y, int c) {
+        if (c == 3) return 1.0;
+        return 0.5 + 0.25 * std::sin(0.31 * x + 0.17 * y + c) +
+               0.2 * std::cos(0.05 * x * x / 20 - 0.23 * y + 2 * c);
+    };
+    const ImageF motion = test::constant_image(64, 48, {float(vx), float(vy)});
     Pan made;
-    ImageF now(64, 48, 4, 1), next(64, 48, 4, 1), motion(64, 48, 2);
-    for (int y = 0; y < 48; ++y) {
-        for (int x = 0; x < 64; ++x) {
-            for (int c = 0; c < 3; ++c) {
-                now.at(x, y, c) = texture(x, y, c);
-                next.at(x, y, c) = texture(x - vx, y - vy, c);
-            }
-            motion.at(x, y, 0) = float(vx);
-            motion.at(x, y, 1) = float(vy);
-        }
-    }
-    made.planes[Role::color] = now;
+    made.planes[Role::color] = test::make_image(64, 48, 4, texture);
     made.planes[Role::motion] = motion;
     if (back) made.planes[Role::motion_back] = motion;
-    made.next = next;
+    made.next = test::make_image(64, 48, 4,
+                                 [&](int x, int y, int c) { return texture(x - vx, y - vy, c); });
     return made;
 }
 
@@ -66,11 +59,8 @@ TEST(SignCheck, FindsEachWrongSign) {
     for (int sign_x : {1, -1}) {
         for (int sign_y : {1, -1}) {
             Pan made = pan(4, -3, false);
-            ImageF& motion = made.planes[Role::motion];
-            for (size_t i = 0; i < motion.pixels(); ++i) {
-                motion.data[2 * i] *= float(sign_x);
-                motion.data[2 * i + 1] *= float(sign_y);
-            }
+            made.planes[Role::motion] =
+                test::constant_image(64, 48, {4.0f * float(sign_x), -3.0f * float(sign_y)});
             const SignCheck check = check_of(made);
             ASSERT_EQ(check.candidates.size(), 4u);
             // The best is the one that takes the flip back.

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <fstream>
 #include <map>
 #include <set>
 
@@ -22,18 +21,15 @@
 #include "tests/elision/support.h"
 #include "tests/programs/spirv.h"
 #include "tests/support/gpu.h"
+#include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
 #include "tools/measure/scenes/scene.h"
 
 namespace postchain::test {
 namespace {
 
 constexpr uint64_t kCases = 16;
-
-std::string read_file(const std::string& path) {
-    std::ifstream in(path, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(in), {});
-}
 
 // With every rule of elision and with none: by program, a step that runs it.
 std::map<std::string, Step> steps_of_programs() {
@@ -159,10 +155,8 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     size_t number = 0;
     std::map<std::string, std::string> names;  // by program
     for (const auto& [text, step] : steps) {
-        const auto source = program_source(step.program);
-        ASSERT_TRUE(source.ok()) << source.status().message();
         names[text] = folder.path(concat(number++, ".comp"));
-        std::ofstream(names[text]) << *source;
+        write_text(names[text], must(program_source(step.program)));
     }
     // Both print what is wrong.
     const std::string compile =
@@ -176,7 +170,7 @@ TEST(Programs, AreValidAgreeWithTheirStepsAndLeaveNoChoiceOfRounding) {
     std::set<std::string> contracted;
     for (const auto& [text, step] : steps) {
         SCOPED_TRACE(text);
-        const std::string bytes = read_file(names[text] + ".spv");
+        const std::string bytes = read_text(names[text] + ".spv");
         std::vector<uint32_t> words(bytes.size() / 4);
         std::copy_n(bytes.data(), 4 * words.size(), reinterpret_cast<char*>(words.data()));
         const Spirv spirv = read_spirv(words);

@@ -3,19 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <cctype>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
-#include <set>
-#include <string>
-#include <vector>
 
+#include "tests/structure/files.h"
+
+namespace postchain::doc_links_test {
 namespace {
 
+using namespace structure;
 namespace fs = std::filesystem;
-
-const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 
 struct Link {
     int line = 0;
@@ -44,10 +41,10 @@ Page read_page(const fs::path& path) {
     static const std::regex heading(R"re(^#+ +(.*\S) *$)re");
     static const std::regex code(R"re(`[^`]*`)re");
     Page page;
-    std::ifstream in(path);
     bool fenced = false;
-    std::string text;
-    for (int line = 1; std::getline(in, text); ++line) {
+    int line = 0;
+    for (const std::string& text : lines_of(path)) {
+        ++line;
         if (text.rfind("```", 0) == 0) fenced = !fenced;
         if (fenced) continue;
         std::smatch match;
@@ -66,9 +63,8 @@ const std::map<std::string, Page>& pages() {
         for (const auto& entry : fs::directory_iterator(kRoot))
             if (entry.path().extension() == ".md")
                 found[entry.path().filename().string()] = read_page(entry.path());
-        for (const auto& entry : fs::recursive_directory_iterator(kRoot / "docs"))
-            if (entry.path().extension() == ".md")
-                found[fs::relative(entry.path(), kRoot).string()] = read_page(entry.path());
+        for (const File& file : files_below({"docs"}, {".md"}))
+            found[file.name] = read_page(kRoot / file.name);
         return found;
     }();
     return all;
@@ -125,27 +121,20 @@ TEST(DocLinks, EveryPageIsReachableFromTheReadme) {
 // Comments and pages also name pages in plain text: "docs/frame.md".
 TEST(DocLinks, PagesNamedInPlainTextExist) {
     static const std::regex named(R"re((^|[^/\w])(docs/[\w/]+\.(md|html)))re");
-    static const std::set<std::string> kinds = {".h",    ".cpp", ".comp", ".glsl", ".txt",
-                                                ".yaml", ".sh",  ".js",   ".md"};
-    std::vector<fs::path> files = {kRoot / "README.md"};
-    for (const char* top : {"chain", "passes", "shaders", "config", "tools", "tests", "docs"})
-        for (auto it = fs::recursive_directory_iterator(kRoot / top);
-             it != fs::recursive_directory_iterator(); ++it) {
-            if (it->is_regular_file() && kinds.count(it->path().extension().string()))
-                files.push_back(it->path());
-        }
+    std::vector<File> files =
+        files_below({"chain", "passes", "shaders", "config", "tools", "tests", "docs"},
+                    {".h", ".cpp", ".comp", ".glsl", ".txt", ".yaml", ".sh", ".js", ".md"});
+    files.push_back({"README.md", lines_of(kRoot / "README.md")});
     size_t count = 0;
-    for (const auto& file : files) {
-        std::ifstream in(file);
-        std::string text;
-        for (int line = 1; std::getline(in, text); ++line)
+    for (const File& file : files)
+        for (size_t i = 0; i < file.lines.size(); ++i) {
+            const std::string& text = file.lines[i];
             for (std::sregex_iterator it(text.begin(), text.end(), named), end; it != end; ++it) {
                 ++count;
                 const std::string page = (*it)[2];
-                EXPECT_TRUE(fs::exists(kRoot / page))
-                    << fs::relative(file, kRoot).string() << ":" << line << ": " << page;
+                EXPECT_TRUE(fs::exists(kRoot / page)) << place_of(file, i) << page;
             }
-    }
+        }
     EXPECT_GT(count, 50u) << "the search found too few names";
 }
 
@@ -160,3 +149,4 @@ TEST(DocLinks, FaultsAreSeen) {
 }
 
 }  // namespace
+}  // namespace postchain::doc_links_test

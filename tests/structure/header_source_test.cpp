@@ -2,25 +2,15 @@
 // that every header compiles on its own). A program's main.cpp exports nothing and has no header.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <regex>
-#include <string>
-#include <vector>
+
+#include "tests/structure/files.h"
 
 namespace postchain::header_source_test {
 namespace {
 
+using namespace structure;
 namespace fs = std::filesystem;
-
-const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
-
-std::vector<std::string> lines_of(const fs::path& file) {
-    std::vector<std::string> lines;
-    std::ifstream in(file);
-    for (std::string line; std::getline(in, line);) lines.push_back(line);
-    return lines;
-}
 
 // The first quoted or angled include; empty = none.
 std::string first_include(const std::vector<std::string>& lines) {
@@ -76,18 +66,14 @@ std::vector<std::string> faults_of(const std::string& file, const std::vector<st
 
 TEST(HeaderSource, EverySourceHasTheHeaderThatDeclaresIt) {
     size_t count = 0, exported = 0;
-    for (const char* top : {"chain", "passes", "config", "tools", "tests/support"}) {
-        for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
-            const fs::path& path = entry.path();
-            if (path.extension() != ".cpp" || path.filename() == "main.cpp") continue;
-            const std::string file = fs::relative(path, kRoot).string();
-            const auto source = lines_of(path);
-            const auto header = lines_of(fs::path(path).replace_extension(".h"));
-            for (const auto& fault : faults_of(file, source, header))
-                ADD_FAILURE() << file << ": " << fault;
-            ++count;
-            exported += exports_of(source).size();
-        }
+    for (const auto& [file, source] :
+         files_below({"chain", "passes", "config", "tools", "tests/support"}, {".cpp"})) {
+        if (file.ends_with("/main.cpp")) continue;
+        const auto header = lines_of((kRoot / file).replace_extension(".h"));
+        for (const auto& fault : faults_of(file, source, header))
+            ADD_FAILURE() << file << ": " << fault;
+        ++count;
+        exported += exports_of(source).size();
     }
     EXPECT_GT(count, 100u) << "the search found too few sources";
     EXPECT_GT(exported, 400u);

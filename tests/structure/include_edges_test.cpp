@@ -4,22 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
-#include <set>
 #include <sstream>
-#include <string>
-#include <vector>
+
+#include "tests/structure/files.h"
 
 namespace postchain::include_edges_test {
 namespace {
 
+using namespace structure;
 namespace fs = std::filesystem;
 using Edges = std::map<std::string, std::set<std::string>>;
-
-const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
 
 // From bottom to top; folders in one entry are independent of each other.
 const std::vector<std::vector<std::string>>& layers() {
@@ -88,36 +84,28 @@ bool is_another_pass(const std::string& from, const std::string& to) {
 
 struct Include {
     std::string file;  // relative to the root of the source
-    int line = 0;
+    std::string place;
     std::string target;  // quoted: relative to the root as well
     bool quoted = false;
 
     std::string from() const { return fs::path(file).parent_path().string(); }
     std::string to() const { return fs::path(target).parent_path().string(); }
-    std::string place() const { return file + ":" + std::to_string(line) + ": "; }
 };
 
-bool is_source(const fs::path& path) {
-    static const std::set<std::string> known = {".h", ".cpp", ".comp", ".glsl"};
-    return known.count(path.extension().string()) > 0;
-}
-
-std::vector<Include> read_includes(const fs::path& file) {
+std::vector<Include> includes_of(const File& file) {
     static const std::regex pattern(R"re(^\s*#\s*include\s*([<"])([^>"]+)[>"])re");
     std::vector<Include> found;
-    std::ifstream in(file);
-    std::string text;
-    for (int line = 1; std::getline(in, text); ++line) {
+    for (size_t i = 0; i < file.lines.size(); ++i) {
         std::smatch match;
-        if (!std::regex_search(text, match, pattern)) continue;
-        Include include{fs::relative(file, kRoot).string(), line, match[2], match[1] == "\""};
+        if (!std::regex_search(file.lines[i], match, pattern)) continue;
+        Include include{file.name, place_of(file, i), match[2], match[1] == "\""};
         // GLSL and the shared headers name files relative to shaders/.
         if (include.quoted && !fs::exists(kRoot / include.target) &&
             fs::exists(kRoot / "shaders" / include.target))
             include.target = "shaders/" + include.target;
         // Samples are also built outside this tree and name neighboring files without a path.
         if (include.quoted && is_in(include.from(), "tools/samples") &&
-            fs::exists(file.parent_path() / include.target))
+            fs::exists(kRoot / include.from() / include.target))
             include.target = include.from() + "/" + include.target;
         found.push_back(std::move(include));
     }
@@ -127,11 +115,9 @@ std::vector<Include> read_includes(const fs::path& file) {
 const std::vector<Include>& all_includes() {
     static const std::vector<Include> all = [] {
         std::vector<Include> found;
-        for (const char* top : {"chain", "passes", "shaders", "config", "tools"})
-            for (const auto& entry : fs::recursive_directory_iterator(kRoot / top))
-                if (entry.is_regular_file() && is_source(entry.path()))
-                    for (auto& include : read_includes(entry.path()))
-                        found.push_back(std::move(include));
+        for (const File& file : files_below({"chain", "passes", "shaders", "config", "tools"},
+                                            {".h", ".cpp", ".comp", ".glsl"}))
+            for (Include& include : includes_of(file)) found.push_back(std::move(include));
         return found;
     }();
     return all;
@@ -187,7 +173,7 @@ std::string circle_through(const std::string& start, const Edges& edges) {
 TEST(IncludeEdges, NoneRunsUp) {
     for (const auto& include : all_includes())
         if (const std::string fault = fault_of(include); !fault.empty())
-            ADD_FAILURE() << include.place() << fault;
+            ADD_FAILURE() << include.place << fault;
     EXPECT_GT(all_includes().size(), 500u) << "the search found too few includes";
 }
 
@@ -208,21 +194,21 @@ TEST(IncludeEdges, ChainHasFiveLibraries) {
     size_t count = 0;
     for (const auto& include : all_includes()) {
         if (!is_in(include.from(), "chain")) continue;
-        EXPECT_LT(place(include.from()), 5) << include.place() << "in none of the five";
+        EXPECT_LT(place(include.from()), 5) << include.place << "in none of the five";
         if (include.quoted && is_in(include.to(), "chain")) {
             ++count;
             EXPECT_LE(place(include.to()), place(include.from()))
-                << include.place() << include.target;
+                << include.place << include.target;
         }
         if (include.target == "epoxy/gl.h") {
-            EXPECT_GE(place(include.from()), 1) << include.place();
+            EXPECT_GE(place(include.from()), 1) << include.place;
         }
         if (is_in(include.from(), "chain/vk")) {
             EXPECT_FALSE(is_in(include.to(), "chain/gl") || is_in(include.target, "epoxy"))
-                << include.place() << include.target;
+                << include.place << include.target;
         }
         if (include.target == "epoxy/egl.h") {
-            EXPECT_EQ(place(include.from()), 2) << include.place();
+            EXPECT_EQ(place(include.from()), 2) << include.place;
         }
     }
     EXPECT_GT(count, 50u);
@@ -240,7 +226,7 @@ TEST(IncludeEdges, OpenImageIoIsInTheModuleAlone) {
             !include.target.starts_with("OpenColorIO/"))
             continue;
         ++count;
-        EXPECT_TRUE(module.count(include.file)) << include.place();
+        EXPECT_TRUE(module.count(include.file)) << include.place;
     }
     EXPECT_GT(count, 0u);
 }
@@ -253,7 +239,7 @@ TEST(IncludeEdges, MetricsKnowOnlyPicturesOfTheChain) {
         ++count;
         if (include.to() == include.from()) continue;
         EXPECT_TRUE(include.target == "chain/image.h" || include.target == "chain/status.h")
-            << include.place() << include.target;
+            << include.place << include.target;
     }
     EXPECT_GT(count, 10u);
 }
@@ -273,9 +259,8 @@ TEST(IncludeEdges, DiagramOfTheDocumentationIsComplete) {
         }
     }
     Edges written;
-    std::ifstream in(kRoot / "docs/architecture.md");
     static const std::regex pattern(R"re(^([a-z_/]+)\s+->\s+([a-z_/ ]+)$)re");
-    for (std::string text; std::getline(in, text);) {
+    for (const std::string& text : lines_of(kRoot / "docs/architecture.md")) {
         std::smatch match;
         if (!std::regex_match(text, match, pattern)) continue;
         std::istringstream words(match[2]);
@@ -295,7 +280,7 @@ TEST(IncludeEdges, DiagramOfTheDocumentationIsComplete) {
 
 TEST(IncludeEdges, FaultsAreSeen) {
     const auto is_fault = [](const char* file, const char* target, bool quoted) {
-        return !fault_of({file, 1, target, quoted}).empty();
+        return !fault_of({file, "", target, quoted}).empty();
     };
     EXPECT_TRUE(is_fault("passes/fxaa/fxaa.cpp", "passes/motion_blur/motion_blur.h", true));
     EXPECT_TRUE(is_fault("passes/fxaa/fxaa.cpp", "config/profile.h", true));

@@ -2,30 +2,24 @@
 // uniforms. Only the number of an array's layers is what the texture has.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <regex>
-#include <string>
 
+#include "tests/structure/files.h"
+
+namespace postchain::structure {
 namespace {
-
-namespace fs = std::filesystem;
 
 TEST(Shaders, TakeSizesFromUniforms) {
     static const std::regex query(R"re(\b(textureSize|imageSize)\(\w+(, 0)?\)(\.z)?)re");
     size_t layers = 0;
-    for (const auto& entry : fs::recursive_directory_iterator(POSTCHAIN_SOURCE_DIR "/shaders")) {
-        const std::string path = fs::relative(entry.path(), POSTCHAIN_SOURCE_DIR).generic_string();
-        const std::string kind = entry.path().extension().string();
-        if (kind != ".comp" && kind != ".glsl") continue;
+    for (const File& file : files_below({"shaders"}, {".comp", ".glsl"})) {
         // They make inputs, and run on whole textures.
-        if (path.find("/scenes/") != path.npos || path.find("/bench/") != path.npos) continue;
-        std::ifstream in(entry.path());
-        std::string line;
-        for (int row = 1; std::getline(in, line); ++row) {
+        if (file.name.starts_with("shaders/scenes/") || file.name.starts_with("shaders/bench/"))
+            continue;
+        for (size_t i = 0; i < file.lines.size(); ++i) {
             std::smatch found;
-            if (!std::regex_search(line, found, query)) continue;
-            EXPECT_TRUE(found[3].matched) << path << ":" << row << ": " << line;
+            if (!std::regex_search(file.lines[i], found, query)) continue;
+            EXPECT_TRUE(found[3].matched) << place_of(file, i) << file.lines[i];
             ++layers;
         }
     }
@@ -33,3 +27,4 @@ TEST(Shaders, TakeSizesFromUniforms) {
 }
 
 }  // namespace
+}  // namespace postchain::structure

@@ -7,26 +7,16 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
-#include <set>
-#include <string>
-#include <vector>
+
+#include "tests/structure/files.h"
 
 namespace postchain::writers_test {
 namespace {
 
-namespace fs = std::filesystem;
-
-const fs::path kRoot = POSTCHAIN_SOURCE_DIR;
+using namespace structure;
 using Counts = std::map<std::string, int>;  // by file
-
-struct Line {
-    std::string place;
-    std::string code;
-};
 
 // Removes line comments.
 std::string code_of(std::string line) {
@@ -38,23 +28,26 @@ std::string code_of(std::string line) {
     return line;
 }
 
-const std::map<std::string, std::vector<Line>>& sources() {
+const std::vector<File>& sources() {
     static const auto all = [] {
-        std::map<std::string, std::vector<Line>> found;
-        for (const char* top : {"chain", "passes", "config", "tools"})
-            for (const auto& entry : fs::recursive_directory_iterator(kRoot / top)) {
-                const std::string extension = entry.path().extension().string();
-                if (extension != ".cpp" && extension != ".h") continue;
-                const std::string name = fs::relative(entry.path(), kRoot).string();
-                std::ifstream in(entry.path());
-                int number = 0;
-                for (std::string line; std::getline(in, line);)
-                    found[name].push_back(
-                        {name + ":" + std::to_string(++number) + ": ", code_of(line)});
-            }
+        std::vector<File> found =
+            files_below({"chain", "passes", "config", "tools"}, {".cpp", ".h"});
+        for (File& file : found)
+            for (std::string& line : file.lines) line = code_of(std::move(line));
         return found;
     }();
     return all;
+}
+
+// Calls f(file, place with the line, match) for each line that has the pattern.
+template <class F>
+void each_match(const std::string& pattern, const F& f) {
+    const std::regex expression(pattern);
+    std::smatch match;
+    for (const File& file : sources())
+        for (size_t i = 0; i < file.lines.size(); ++i)
+            if (std::regex_search(file.lines[i], match, expression))
+                f(file.name, place_of(file, i) + file.lines[i], match);
 }
 
 // Number of occurrences, without declarations in headers.
@@ -64,8 +57,8 @@ Counts count(const std::string& pattern) {
     for (const auto& [file, lines] : sources()) {
         if (file.ends_with(".h")) continue;
         for (const auto& line : lines)
-            for (std::sregex_iterator it(line.code.begin(), line.code.end(), expression), end;
-                 it != end; ++it)
+            for (std::sregex_iterator it(line.begin(), line.end(), expression), end; it != end;
+                 ++it)
                 ++counts[file];
     }
     return counts;
@@ -107,19 +100,14 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
 }
 
 TEST(Writers, OpenExrAndOpenImageIoGetNoFileName) {
-    for (const auto& [file, lines] : sources())
-        for (const auto& line : lines) {
-            static const std::regex exr(R"(Imf::\w*OutputFile\w*(\s+\w+)?\((\w+))");
-            std::smatch found;
-            if (std::regex_search(line.code, found, exr)) {
-                EXPECT_EQ(found[2], "stream") << line.place << line.code;
-            }
-            static const std::regex open(R"(\bout->open\(([^,]+),)");
-            if (std::regex_search(line.code, found, open)) {
-                EXPECT_TRUE(found[1] == "\"memory.png\"" || found[1] == "memory.path()")
-                    << line.place << line.code;
-            }
-        }
+    each_match(R"(Imf::\w*OutputFile\w*(\s+\w+)?\((\w+))",
+               [](const std::string&, const std::string& place, const std::smatch& match) {
+                   EXPECT_EQ(match[2], "stream") << place;
+               });
+    each_match(R"(\bout->open\(([^,]+),)", [](const std::string&, const std::string& place,
+                                              const std::smatch& match) {
+        EXPECT_TRUE(match[1] == "\"memory.png\"" || match[1] == "memory.path()") << place;
+    });
 }
 
 // New writers also belong in tests/command/replace_test.cpp or replace_report_test.cpp.
@@ -181,14 +169,12 @@ TEST(Writers, OnlyOnePlaceSaysOverwrite) {
         "tools/service/work/experiment_work.cpp",
         // Its own results, in a folder with the mark of a study.
         "tools/measure/study/task.cpp"};
-    static const std::regex says(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     size_t met = 0;
-    for (const auto& [file, lines] : sources())
-        for (const auto& line : lines) {
-            if (!std::regex_search(line.code, says)) continue;
-            ++met;
-            EXPECT_TRUE(allowed.count(file)) << line.place << line.code;
-        }
+    each_match(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)",
+               [&](const std::string& file, const std::string& place, const std::smatch&) {
+                   ++met;
+                   EXPECT_TRUE(allowed.count(file)) << place;
+               });
     EXPECT_GE(met, 2u);
 }
 

@@ -20,48 +20,28 @@ ImageF noise_image(int width, int height, int channels, uint32_t seed, float low
 }
 
 ImageF textured_image(int width, int height, int channels, uint32_t seed) {
-    ImageF image(width, height, channels);
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            for (int c = 0; c < channels; ++c) {
-                const double phase = 0.37 * seed + 1.7 * c;
-                double value = 0.5 + 0.16 * std::sin(0.413 * x + 0.217 * y + phase) +
-                               0.12 * std::sin(0.131 * x - 0.563 * y + 2 * phase);
-                if (std::sin(0.77 * x + 0.29 * y + 0.1 * seed) > 0.4) value *= 0.35;
-                image.at(x, y, c) = float(value);
-            }
-        }
-    }
-    return image;
-}
-
-ImageF constant_image(int width, int height, std::initializer_list<float> pixel) {
-    ImageF image(width, height, int(pixel.size()));
-    size_t i = 0;
-    for (float& value : image.data) value = pixel.begin()[i++ % pixel.size()];
-    return image;
+    return make_image(width, height, channels, [&](int x, int y, int c) {
+        const double phase = 0.37 * seed + 1.7 * c;
+        const double value = 0.5 + 0.16 * std::sin(0.413 * x + 0.217 * y + phase) +
+                             0.12 * std::sin(0.131 * x - 0.563 * y + 2 * phase);
+        return std::sin(0.77 * x + 0.29 * y + 0.1 * seed) > 0.4 ? 0.35 * value : value;
+    });
 }
 
 TestFrame layered_frame(int width, int height, std::array<float, 2> square_motion,
                         std::array<float, 2> ground_motion, uint32_t seed) {
     TestFrame frame;
+    const auto square = [&](int x, int y) {
+        return x >= width / 3 && x < 2 * width / 3 && y >= height / 3 && y < 2 * height / 3;
+    };
     ImageF color = textured_image(width, height, 4, seed);
-    ImageF depth(width, height, 1, 0.1f);  // 10 units away
-    ImageF motion(width, height, 2);
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const bool square =
-                x >= width / 3 && x < 2 * width / 3 && y >= height / 3 && y < 2 * height / 3;
-            color.at(x, y, 3) = 1;
-            if (square) depth.at(x, y) = 0.5f;  // 2 units away
-            const auto& v = square ? square_motion : ground_motion;
-            motion.at(x, y, 0) = v[0];
-            motion.at(x, y, 1) = v[1];
-        }
-    }
+    for (size_t alpha = 3; alpha < color.data.size(); alpha += 4) color.data[alpha] = 1;
     frame.planes[Role::color] = std::move(color);
-    frame.planes[Role::inverse_depth] = std::move(depth);
-    frame.planes[Role::motion] = std::move(motion);
+    frame.planes[Role::inverse_depth] =
+        make_image(width, height, 1, [&](int x, int y, int) { return square(x, y) ? 0.5f : 0.1f; });
+    frame.planes[Role::motion] = make_image(width, height, 2, [&](int x, int y, int c) {
+        return (square(x, y) ? square_motion : ground_motion)[size_t(c)];
+    });
     frame.description = describe(frame.planes);
     return frame;
 }

@@ -12,7 +12,6 @@ namespace postchain::test {
 // Uniform noise in [low, high), the same for the same seed.
 ImageF noise_image(int width, int height, int channels, uint32_t seed, float low = 0,
                    float high = 1);
-ImageF constant_image(int width, int height, std::initializer_list<float> pixel);
 
 // Channel c of the pixel at x, y is f(x, y, c).
 template <class F>
@@ -22,6 +21,11 @@ ImageF make_image(int width, int height, int channels, const F& f) {
         for (int x = 0; x < width; ++x)
             for (int c = 0; c < channels; ++c) image.at(x, y, c) = float(f(x, y, c));
     return image;
+}
+
+inline ImageF constant_image(int width, int height, std::initializer_list<float> pixel) {
+    return make_image(width, height, int(pixel.size()),
+                      [&](int, int, int c) { return pixel.begin()[c]; });
 }
 
 // Smooth waves of unrelated lengths with hard-edged bars over them, in 0..1: detail without the

@@ -6,6 +6,8 @@
 
 #include <cmath>
 
+#include "tests/support/status.h"
+
 namespace postchain {
 namespace {
 
@@ -21,6 +23,27 @@ FrameDescription frame_of(int width, int height) {
     frame.camera.focal_length_mm = 50;
     frame.camera.sensor_width_mm = 36;
     return frame;
+}
+
+// A frame of one plane after its conversion.
+struct Converted {
+    FramePlanes planes;
+    FrameDescription frame;
+    InputHealth health;
+    const std::vector<float>& values(Role role) const { return planes.at(role).data; }
+};
+Converted converted(Role role, ImageF plane, const ConvertOptions& options = {}) {
+    Converted made;
+    made.frame = frame_of(plane.width, plane.height);
+    made.planes[role] = std::move(plane);
+    made.health = test::must(convert_frame(made.planes, made.frame, options));
+    return made;
+}
+
+ImageF image_of(int width, int height, std::vector<float> values) {
+    ImageF image(width, height, int(values.size()) / (width * height));
+    image.data = std::move(values);
+    return image;
 }
 
 // The value of a depth buffer at view distance d: z' / w' of a projection matrix with row (0, 0, a,
@@ -43,14 +66,10 @@ TEST(Convert, EveryDepthEncodingGivesTheSameInverseDepth) {
             {DepthEncoding::reverse_infinite, buffer_depth(d, n, infinite, 1, 0)},
         };
         for (const auto& [encoding, value] : stored) {
-            FramePlanes planes;
-            planes[Role::inverse_depth] = ImageF(1, 1, 1, float(value));
-            FrameDescription frame = frame_of(1, 1);
-            ConvertOptions options;
-            options.depth = encoding;
-            ASSERT_TRUE(convert_frame(planes, frame, options).ok());
+            const Converted made =
+                converted(Role::inverse_depth, ImageF(1, 1, 1, float(value)), {.depth = encoding});
             // The stored value is rounded to float: 2^-24 of 1, times slope 1/n of the encoding.
-            EXPECT_NEAR(planes[Role::inverse_depth].data[0], 1 / d, 6e-8 / n + 6e-8 / d)
+            EXPECT_NEAR(made.values(Role::inverse_depth)[0], 1 / d, 6e-8 / n + 6e-8 / d)
                 << "encoding " << depth_encoding_names()[size_t(encoding)] << ", d = " << d;
         }
     }
@@ -81,32 +100,24 @@ TEST(Convert, RayDistanceIsProjectedOnTheAxis) {
 }
 
 TEST(Convert, LinearDepthKnowsSkyAndNonsense) {
-    FramePlanes planes;
-    ImageF depth(7, 1, 1);
-    depth.data = {1e10f, kInf, -kInf, kNan, 0.0f, -1.0f, 1e-45f};
-    planes[Role::inverse_depth] = depth;
-    FrameDescription frame = frame_of(7, 1);
-    const auto health = convert_frame(planes, frame, {});
-    ASSERT_TRUE(health.ok());
-    const auto& w = planes[Role::inverse_depth].data;
+    const Converted made = converted(
+        Role::inverse_depth, image_of(7, 1, {1e10f, kInf, -kInf, kNan, 0.0f, -1.0f, 1e-45f}));
+    const auto& w = made.values(Role::inverse_depth);
     EXPECT_FLOAT_EQ(w[0], 1e-10f);  // Blender's background
     for (int i : {1, 2, 3, 4, 5}) EXPECT_EQ(w[size_t(i)], 0.0f) << i;
     EXPECT_TRUE(std::isfinite(w[6]) && w[6] > 1e38f);
-    EXPECT_EQ(health->nonfinite_depth, 2u);  // +Inf is a usual sky, -Inf and NaN are not
-    EXPECT_EQ(health->negative_depth, 2u);
-    EXPECT_EQ(health->first_nonfinite, (std::array<int, 2>{2, 0}));
-    EXPECT_EQ(frame.bounds.min_inverse_depth, 0);
+    EXPECT_EQ(made.health.nonfinite_depth, 2u);  // +Inf is a usual sky, -Inf and NaN are not
+    EXPECT_EQ(made.health.negative_depth, 2u);
+    EXPECT_EQ(made.health.first_nonfinite, (std::array<int, 2>{2, 0}));
+    EXPECT_EQ(made.frame.bounds.min_inverse_depth, 0);
 }
 
 TEST(Convert, NearPlaneOfZeroIsAnError) {
     for (auto encoding : {DepthEncoding::forward, DepthEncoding::reverse_infinite}) {
-        FramePlanes planes;
-        planes[Role::inverse_depth] = ImageF(1, 1, 1, 0.5f);
+        FramePlanes planes = {{Role::inverse_depth, ImageF(1, 1, 1, 0.5f)}};
         FrameDescription frame = frame_of(1, 1);
         frame.camera.near_clip = 0;
-        ConvertOptions options;
-        options.depth = encoding;
-        const Status status = convert_frame(planes, frame, options).status();
+        const Status status = convert_frame(planes, frame, {.depth = encoding}).status();
         EXPECT_EQ(status.code(), StatusCode::chain);
         EXPECT_NE(status.message().find("camera.near_clip"), std::string::npos);
     }
@@ -114,106 +125,75 @@ TEST(Convert, NearPlaneOfZeroIsAnError) {
 
 TEST(Convert, MotionSignsUnitsBiasAndSentinel) {
     // A vector (3, 2) stored as -Z, +W of Blender: scale (-1, +1).
-    FramePlanes planes;
-    ImageF motion(4, 2, 2);
-    motion.data = {3, 2, 9999, 0, 0, -1e5f, 1, 1, kNan, 0, 0, kInf, 0, 0, 0, 0};
-    planes[Role::motion] = motion;
-    FrameDescription frame = frame_of(4, 2);
-    ConvertOptions options;
-    options.motion.scale_x = -1;
-    options.motion.sentinel = 9999;
-    auto health = convert_frame(planes, frame, options);
-    ASSERT_TRUE(health.ok());
-    const auto& v = planes[Role::motion].data;
+    const Converted blender = converted(
+        Role::motion, image_of(4, 2, {3, 2, 9999, 0, 0, -1e5f, 1, 1, kNan, 0, 0, kInf, 0, 0, 0, 0}),
+        {.motion = {.scale_x = -1, .sentinel = 9999}});
+    const auto& v = blender.values(Role::motion);
     EXPECT_EQ(v[0], -3.0f);
     EXPECT_EQ(v[1], 2.0f);
     for (size_t i : {2u, 3u, 4u, 5u, 8u, 9u, 10u, 11u}) EXPECT_EQ(v[i], 0.0f) << i;
-    EXPECT_EQ(health->sentinel_motion, 2u);   // 9999 and -1e5
-    EXPECT_EQ(health->nonfinite_motion, 2u);  // NaN and Inf
-    EXPECT_DOUBLE_EQ(frame.bounds.max_speed_px, std::sqrt(13.0));
+    EXPECT_EQ(blender.health.sentinel_motion, 2u);   // 9999 and -1e5
+    EXPECT_EQ(blender.health.nonfinite_motion, 2u);  // NaN and Inf
+    EXPECT_DOUBLE_EQ(blender.frame.bounds.max_speed_px, std::sqrt(13.0));
 
     // The same vector as a fraction of a 4 x 2 image, biased to 0.5: 0.5 + 3/4/2, 0.5 - 2/2/2.
-    planes[Role::motion] = ImageF(4, 2, 2, 0.5f);
-    planes[Role::motion].at(0, 0, 0) = 0.5f + 0.375f;
-    planes[Role::motion].at(0, 0, 1) = 0.5f - 0.5f;
-    options = {};
-    options.motion = {MotionUnit::fraction, 2, -2, 0.5, std::numeric_limits<double>::infinity()};
-    health = convert_frame(planes, frame, options);
-    ASSERT_TRUE(health.ok());
-    EXPECT_EQ(planes[Role::motion].at(0, 0, 0), 3.0f);
-    EXPECT_EQ(planes[Role::motion].at(0, 0, 1), 2.0f);
-    EXPECT_EQ(planes[Role::motion].at(1, 1, 0), 0.0f);
-    EXPECT_FALSE(health->motion_all_zero);
-}
-
-TEST(Convert, AllZeroVectorsAreNoted) {
-    FramePlanes planes;
-    planes[Role::motion] = ImageF(2, 2, 2);
-    FrameDescription frame = frame_of(2, 2);
-    const auto health = convert_frame(planes, frame, {});
-    ASSERT_TRUE(health.ok());
-    EXPECT_TRUE(health->motion_all_zero);
+    ImageF motion(4, 2, 2, 0.5f);
+    motion.at(0, 0, 0) = 0.5f + 0.375f;
+    motion.at(0, 0, 1) = 0.5f - 0.5f;
+    const Converted fractions = converted(
+        Role::motion, motion,
+        {.motion = {MotionUnit::fraction, 2, -2, 0.5, std::numeric_limits<double>::infinity()}});
+    EXPECT_EQ(fractions.planes.at(Role::motion).at(0, 0, 0), 3.0f);
+    EXPECT_EQ(fractions.planes.at(Role::motion).at(0, 0, 1), 2.0f);
+    EXPECT_EQ(fractions.planes.at(Role::motion).at(1, 1, 0), 0.0f);
+    EXPECT_FALSE(fractions.health.motion_all_zero);
+    EXPECT_TRUE(converted(Role::motion, ImageF(2, 2, 2)).health.motion_all_zero);
 }
 
 TEST(Convert, NonFiniteColorByPolicy) {
+    ImageF color(2, 2, 4, 0.25f);
+    color.at(1, 0, 1) = kNan;
+    color.at(0, 1, 2) = kInf;
+    color.at(1, 1, 0) = -kInf;
+    color.at(1, 1, 1) = 2e34f;  // no mean of such values fits a float
+    color.at(1, 1, 2) = 1e34f;
     for (auto policy : {NonfiniteColor::zero, NonfiniteColor::clamp}) {
-        FramePlanes planes;
-        ImageF color(2, 2, 4, 0.25f);
-        color.at(1, 0, 1) = kNan;
-        color.at(0, 1, 2) = kInf;
-        color.at(1, 1, 0) = -kInf;
-        color.at(1, 1, 1) = 2e34f;  // no mean of such values fits a float
-        color.at(1, 1, 2) = 1e34f;
-        planes[Role::color] = color;
-        FrameDescription frame = frame_of(2, 2);
-        ConvertOptions options;
-        options.nonfinite_color = policy;
-        const auto health = convert_frame(planes, frame, options);
-        ASSERT_TRUE(health.ok());
+        const Converted made = converted(Role::color, color, {.nonfinite_color = policy});
+        const ImageF& result = made.planes.at(Role::color);
         const float large = policy == NonfiniteColor::clamp ? 65504.0f : 0.0f;
-        EXPECT_EQ(planes[Role::color].at(1, 0, 1), 0.0f);
-        EXPECT_EQ(planes[Role::color].at(0, 1, 2), large);
-        EXPECT_EQ(planes[Role::color].at(1, 1, 0), -large);
-        EXPECT_EQ(planes[Role::color].at(1, 1, 1), large);
-        EXPECT_EQ(planes[Role::color].at(1, 1, 2), 1e34f);
-        EXPECT_EQ(planes[Role::color].at(0, 0, 0), 0.25f);
-        EXPECT_EQ(health->nonfinite_color, 3u);
-        EXPECT_EQ(health->first_nonfinite, (std::array<int, 2>{1, 0}));
+        EXPECT_EQ(result.at(1, 0, 1), 0.0f);
+        EXPECT_EQ(result.at(0, 1, 2), large);
+        EXPECT_EQ(result.at(1, 1, 0), -large);
+        EXPECT_EQ(result.at(1, 1, 1), large);
+        EXPECT_EQ(result.at(1, 1, 2), 1e34f);
+        EXPECT_EQ(result.at(0, 0, 0), 0.25f);
+        EXPECT_EQ(made.health.nonfinite_color, 3u);
+        EXPECT_EQ(made.health.first_nonfinite, (std::array<int, 2>{1, 0}));
     }
 }
 
 // A product with alpha that does not fit is replaced too; where alpha is 0 there is no light.
-TEST(Convert, UnpremultipliedColorThatOverflows) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(2, 1, 4);
-    planes[Role::color].data = {3e30f, kInf, 2.0f, 1e6f, kInf, 1.0f, 2.0f, 0.0f};
-    FrameDescription frame = frame_of(2, 1);
-    ConvertOptions options;
-    options.unpremultiplied = true;
-    const auto health = convert_frame(planes, frame, options);
-    ASSERT_TRUE(health.ok());
-    EXPECT_EQ(planes[Role::color].data, (std::vector<float>{65504, 65504, 2e6f, 1e6f, 0, 0, 0, 0}));
-    EXPECT_EQ(health->nonfinite_color, 2u);
-}
-
 TEST(Convert, UnpremultipliedColorIsMultiplied) {
-    FramePlanes planes;
-    planes[Role::color] = ImageF(1, 1, 4);
-    planes[Role::color].data = {0.5f, 1.0f, 2.0f, 0.25f};
-    FrameDescription frame = frame_of(1, 1);
-    ConvertOptions options;
-    options.unpremultiplied = true;
-    ASSERT_TRUE(convert_frame(planes, frame, options).ok());
-    EXPECT_EQ(planes[Role::color].data, (std::vector<float>{0.125f, 0.25f, 0.5f, 0.25f}));
+    const auto multiplied = [](std::vector<float> pixels) {
+        const int width = int(pixels.size()) / 4;
+        return converted(Role::color, image_of(width, 1, std::move(pixels)),
+                         {.unpremultiplied = true});
+    };
+    EXPECT_EQ(multiplied({0.5f, 1.0f, 2.0f, 0.25f}).values(Role::color),
+              (std::vector<float>{0.125f, 0.25f, 0.5f, 0.25f}));
+    const Converted large = multiplied({3e30f, kInf, 2.0f, 1e6f, kInf, 1.0f, 2.0f, 0.0f});
+    EXPECT_EQ(large.values(Role::color),
+              (std::vector<float>{65504, 65504, 2e6f, 1e6f, 0, 0, 0, 0}));
+    EXPECT_EQ(large.health.nonfinite_color, 2u);
+    // Replaced everywhere by one color.
+    const FrameBounds bounds = multiplied(std::vector<float>(8, 3e38f)).frame.bounds;
+    EXPECT_TRUE(bounds.one_color);
+    EXPECT_EQ(bounds.max_color[0], 65504);
 }
 
 TEST(Convert, BoundsOfColor) {
     const auto bounds_of = [](const ImageF& color) {
-        FramePlanes planes;
-        planes[Role::color] = color;
-        FrameDescription frame = frame_of(color.width, color.height);
-        EXPECT_TRUE(convert_frame(planes, frame, {}).ok());
-        return frame.bounds;
+        return converted(Role::color, color).frame.bounds;
     };
     ImageF color(3, 2, 4, 0.25f);
     EXPECT_TRUE(bounds_of(color).one_color);
@@ -228,17 +208,6 @@ TEST(Convert, BoundsOfColor) {
     EXPECT_TRUE(bounds_of(zeros).one_color);
     zeros.at(1, 0, 2) = -0.0f;
     EXPECT_FALSE(bounds_of(zeros).one_color);
-    // Straight alpha that overflows everywhere is replaced everywhere by one color.
-    {
-        FramePlanes planes;
-        planes[Role::color] = ImageF(2, 2, 4, 3e38f);
-        FrameDescription frame = frame_of(2, 2);
-        ConvertOptions straight;
-        straight.unpremultiplied = true;
-        ASSERT_TRUE(convert_frame(planes, frame, straight).ok());
-        EXPECT_TRUE(frame.bounds.one_color);
-        EXPECT_EQ(frame.bounds.max_color[0], 65504);
-    }
     // Largest half, the next float, a third, smallest subnormal half, half of that, one and a half.
     const std::pair<float, bool> values[] = {
         {65504.0f, true},  {65505.0f, false},   {1.0f / 3, false},      {0x1p-24f, true},
@@ -258,8 +227,7 @@ TEST(Convert, NothingIsKnownOfAFrameThatNobodyLookedAt) {
     EXPECT_EQ(bounds.min_inverse_depth, 0);
     EXPECT_FALSE(bounds.one_color);
     // The caller's word on a cut stays.
-    FramePlanes planes;
-    planes[Role::color] = ImageF(2, 2, 4);
+    FramePlanes planes = {{Role::color, ImageF(2, 2, 4)}};
     FrameDescription frame = frame_of(2, 2);
     frame.bounds.camera_cut = true;
     ASSERT_TRUE(convert_frame(planes, frame, {}).ok());

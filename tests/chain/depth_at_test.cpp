@@ -5,6 +5,8 @@
 
 #include <limits>
 
+#include "tests/support/images.h"
+
 namespace postchain::depth_at_test {
 namespace {
 
@@ -19,10 +21,7 @@ FrameDescription frame_of(const ImageF& depth, int display_width, int display_he
 
 // 1/x of each column.
 ImageF ramp(int width, int height) {
-    ImageF depth(width, height, 1);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x) depth.at(x, y) = 1.0f / float(x + 1);
-    return depth;
+    return test::make_image(width, height, 1, [](int x, int, int) { return 1.0f / float(x + 1); });
 }
 
 TEST(DepthAt, IsThatOfThePlace) {

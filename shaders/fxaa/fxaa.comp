@@ -95,12 +95,15 @@ void store_layers(ivec2 p) {
         centers[l] = LAYER_FETCH(layers, p, l);
         sums[l] = vec4(0.0);
     }
+    bool mixes = false;
     for (int i = 0; i < 9; ++i) {
         if (i == 4 || shares[i] == 0.0) continue;
+        mixes = true;
         const ivec2 at = p + ivec2(i % 3, i / 3) - 1;
         FOR_LAYERS(l) sums[l] += shares[i] * (LAYER_FETCH(layers, at, l) - centers[l]);
     }
-    FOR_LAYERS(l) LAYER_STORE(layers_result, p, l, centers[l] + sums[l]);
+    // -0 + 0 is 0: without a share no bit may change.
+    FOR_LAYERS(l) LAYER_STORE(layers_result, p, l, mixes ? centers[l] + sums[l] : centers[l]);
 }
 #endif
 

@@ -68,17 +68,13 @@ ImageF run(const Plan& plan, const FramePlanes& planes) {
 // is what any finite change of one pixel changes; one that is not finite spoils no more. It may
 // change the pixels around that too: steps compare pixels with those next to them.
 TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
-    const int width = 231, height = 181;  // more than what motion blur reaches from the middle
+    const int width = 141, height = 101;  // more than what the passes reach from the middle
     const TestFrame frame = moving_frame(width, height);
-    // Few samples: hundreds of runs, in which each sample does the same.
-    const bool takes_samples = GetParam().parameters->find("samples");
-    const Chain few =
-        test::chain_of(GetParam().name,
-                       takes_samples ? test::Settings{{"samples", int64_t(9)}} : test::Settings());
-    const auto plan = make_plan(few, frame.description, everything());
+    const Chain one = short_chain();
+    const auto plan = make_plan(one, frame.description, everything());
     ASSERT_TRUE(plan.ok());
     const ImageF clean = run(*plan, frame.planes);
-    const double guaranteed = few.reach(frame.description).depends_px;
+    const double guaranteed = one.reach(frame.description).depends_px;
     for (const PlanTexture& texture : plan->textures) {
         if (!texture.imported || texture.first_step < 0) continue;
         const Role role = texture.role;
@@ -93,7 +89,7 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
                                    std::array{width / 4, height / 2}, std::array{2, 3}}) {
             const std::string where = concat(name_of(role), " at ", x, ",", y);
             Box reach;
-            for (const float value : {0.0f, 1.0f, 97.0f, -97.0f, 60000.0f})
+            for (const float value : {0.0f, 97.0f, -97.0f, 60000.0f})
                 reach.add(changed(with(x, y, value), clean));
             if (guaranteed < width) {
                 EXPECT_LT(reach.area(), size_t(width) * size_t(height))
@@ -112,50 +108,15 @@ TEST_P(OnDevice, NonFinitePixelsDoNoHarmBeyondThePassesReach) {
     }
 }
 
-// A texture of an engine may hold a sun that is too bright for it. It counts as conversion would
-// have made it: 65504.
-TEST_P(OnDevice, SunsThatAreInfiniteKeepTheirLight) {
-    const TestFrame frame = moving_frame(165, 101);
-    FramePlanes given = frame.planes, converted = frame.planes;
-    const auto put = [&](int x, int y, int c, float value, float expected) {
-        for (int j = 0; j < 4; ++j)
-            for (int i = 0; i < 4; ++i) {
-                given[Role::color].at(x + i, y + j, c) = value;
-                converted[Role::color].at(x + i, y + j, c) = expected;
-            }
-    };
-    put(80, 48, 0, kInf, 65504);
-    put(40, 30, 1, 3e38f, 65504);
-    put(120, 60, 2, -kInf, -65504);
-    put(20, 80, 0, kNaN, 0);
-    const auto plan = make_plan(chain(), frame.description, everything());
-    ASSERT_TRUE(plan.ok());
-    const ImageF out = run(*plan, given), expected = run(*plan, converted);
-    // The pass `echo` adds half of another pixel.
-    const float most = GetParam().name == "echo" ? 1.5f * 65504.1f : 65504.1f;
-    std::array<double, 3> light = {}, expected_light = {};
-    for (int y = 0; y < out.height; ++y)
-        for (int x = 0; x < out.width; ++x)
-            for (int c = 0; c < 3; ++c) {
-                ASSERT_LE(std::abs(out.at(x, y, c)), most) << x << "," << y;
-                light[size_t(c)] += double(out.at(x, y, c));
-                expected_light[size_t(c)] += double(expected.at(x, y, c));
-            }
-    for (size_t c = 0; c < 3; ++c) {
-        EXPECT_GT(std::abs(expected_light[c]), 65504);
-        EXPECT_NEAR(light[c] / expected_light[c], 1, 1e-3) << c;
-    }
-}
-
 // Textures come from a pool, with whatever they held.
 TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
     // Still but for a corner; blurred and sharp.
-    TestFrame frame = test::layered_frame(231, 145, {0, 0}, {0, 0}, 5);
+    TestFrame frame = test::layered_frame(101, 67, {0, 0}, {0, 0}, 5);
     for (int y = 0; y < 20; ++y)
         for (int x = 0; x < 20; ++x) frame.planes[Role::motion].at(x, y) = 23;
     frame.description = test::describe(frame.planes);
     frame.description.camera.f_stop = 0.2;
-    const auto plan = make_plan(chain(), frame.description, everything());
+    const auto plan = make_plan(short_chain(), frame.description, everything());
     ASSERT_TRUE(plan.ok());
     const ImageF before = run(*plan, frame.planes);
     for (const float value : {kNaN, kInf, 1e30f}) {
@@ -172,7 +133,7 @@ TEST_P(OnDevice, NothingOfTheLastFrameIsLeft) {
 
 // A plan is data: the format it states is the one that is allocated and bound.
 TEST_P(OnDevice, EveryTextureIsStoredAsThePlanSays) {
-    const TestFrame frame = moving_frame(67, 41);
+    const TestFrame frame = moving_frame(37, 33);
     const auto full = make_plan(chain(), frame.description, everything());
     ASSERT_TRUE(full.ok());
     const auto is_half = [](float value) {
@@ -357,7 +318,7 @@ std::set<std::string> names_that_differ(const GlState& a, const GlState& b) {
 
 // The plan run on textures of the device, as an engine does it.
 TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
-    const TestFrame frame = moving_frame(67, 41);
+    const TestFrame frame = moving_frame(37, 33);
     for (const bool elide : {false, true}) {
         PlanOptions options;
         options.elide = elide;

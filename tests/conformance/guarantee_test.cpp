@@ -31,20 +31,16 @@ class GuaranteeTest : public Conformance {
 
     static std::string wrong_constants(const Chain& chain) {
         if (!chain.guarantees().keeps_constants) return "";
+        TestFrame frame = moving_frame(37, 33);
         for (const Precision precision : {Precision::fp32, Precision::fp16}) {
-            for (const auto& [width, height] : kSizes) {
-                TestFrame frame = moving_frame(width, height);
-                // A half holds the second.
-                frame.planes[Role::color] =
-                    precision == Precision::fp32
-                        ? test::constant_image(width, height, {0.3f, 7.1f, 1e-3f, 1.0f})
-                        : test::constant_image(width, height,
-                                               {0.25f, 65504.0f, -0x1.554p-9f, 0x1p-24f});
-                const ImageF out = color_of(chain, described(frame.planes, frame.description),
-                                            frame.planes, precision);
-                if (!test::equal_bits(out, frame.planes[Role::color]))
-                    return concat(width, "x", height, " in ", name_of(precision));
-            }
+            // A half holds the second.
+            frame.planes[Role::color] =
+                precision == Precision::fp32
+                    ? test::constant_image(37, 33, {0.3f, 7.1f, 1e-3f, 1.0f})
+                    : test::constant_image(37, 33, {0.25f, 65504.0f, -0x1.554p-9f, 0x1p-24f});
+            const ImageF out = color_of(chain, described(frame.planes, frame.description),
+                                        frame.planes, precision);
+            if (!test::equal_bits(out, frame.planes[Role::color])) return name_of(precision);
         }
         return "";
     }
@@ -76,7 +72,7 @@ class GuaranteeTest : public Conformance {
     }
 
     static std::string wrong_reach(const Chain& chain) {
-        const int width = 331, height = 257;
+        const int width = 141, height = 101;
         const TestFrame frame = moving_frame(width, height);
         const double reach = chain.reach(frame.description).depends_px;
         if (std::isinf(reach)) return "";
@@ -190,28 +186,16 @@ TEST_P(GuaranteeTest, ColorsStayInTheRangeOfTheInput) {
     EXPECT_EQ(wrong_range(chain()), "");
 }
 TEST_P(GuaranteeTest, NothingFartherThanTheReachCounts) {
-    EXPECT_EQ(wrong_reach(chain()), "");
+    EXPECT_EQ(wrong_reach(short_chain()), "");
 }
 TEST_P(GuaranteeTest, LightGoesNoFartherThanItsSpread) {
-    EXPECT_EQ(wrong_spread(chain()), "");
+    EXPECT_EQ(wrong_spread(short_chain()), "");
 }
 TEST_P(GuaranteeTest, MovesWithThePictureByItsLattice) {
-    EXPECT_EQ(wrong_shift(chain()), "");
+    EXPECT_EQ(wrong_shift(short_chain()), "");
 }
 TEST_P(GuaranteeTest, DoesNothingWhereWhatDrivesItIsQuiet) {
     EXPECT_EQ(wrong_quiet(chain()), "");
-}
-
-TEST_P(GuaranteeTest, VariantsAreOfItsOwnParameters) {
-    const PassType& type = GetParam();
-    for (const PassVariant& variant : type.variants) {
-        EXPECT_FALSE(variant.name.empty());
-        for (const auto& [key, value] : variant.settings) {
-            const Parameter* row = type.parameters->find(key);
-            ASSERT_NE(row, nullptr) << key;
-            EXPECT_TRUE(row->check(value).ok()) << key;
-        }
-    }
 }
 
 FOR_EVERY_PASS(GuaranteeTest);

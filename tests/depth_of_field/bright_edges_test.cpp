@@ -180,35 +180,6 @@ TEST(BrightEdges, DepthOfASmallPartDoesNotTakeTheLampsLight) {
             }
         }
     EXPECT_NEAR(sum, area * kLight, 0.005 * area * kLight);
-    const Difference difference =
-        compare(out, dof_reference(planes, settings).planes.at(Role::color), 1e-3);
-    EXPECT_LE(difference.fraction, 0.01) << difference.text;
-}
-
-TEST(BrightEdges, AgreesWithItsReference) {
-    // Sky, a focused and a near surface with slanted borders; the focused one is bright. Every
-    // pixel is the mean of the 3 x 3 around it.
-    ImageF depth(131, 77, 1), sharp = noise_image(131, 77, 4, 5);
-    for (int y = 0; y < 77; ++y)
-        for (int x = 0; x < 131; ++x) {
-            const int layer = (x + y / 3) / 11 % 3;
-            depth.at(x, y) = layer == 0 ? 0 : layer == 1 ? 0.25f : 0.75f;
-            for (int c = 0; c < 3; ++c) sharp.at(x, y, c) *= layer == 1 ? 20 : 0.1f;
-        }
-    FramePlanes planes = planes_of(sharp, std::move(depth));
-    ImageF& color = planes.at(Role::color);
-    for (int y = 1; y < 76; ++y)
-        for (int x = 1; x < 130; ++x)
-            for (int c = 0; c < 3; ++c) {
-                float sum = 0;
-                for (int k = 0; k < 9; ++k) sum += sharp.at(x - 1 + k % 3, y - 1 + k / 3, c);
-                color.at(x, y, c) = sum / 9;
-            }
-    const Settings settings = {kMethod, {"denoise", false}, {"noise", "none"}};
-    const ImageF out = dof(planes, settings);
-    const Difference difference =
-        compare(out, dof_reference(planes, settings).planes.at(Role::color), 1e-3);
-    EXPECT_LE(difference.fraction, 0.01) << difference.text;
 }
 
 }  // namespace

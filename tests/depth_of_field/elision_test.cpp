@@ -1,21 +1,19 @@
-// Conditions for leaving the pass out of the plan, which changes no bit.
+// What the plan says if the pass is left out, and a hint that keeps it. (That no bit changes:
+// tests/elision.)
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <cmath>
-#include <limits>
 
 #include "tests/depth_of_field/support.h"
 
 namespace postchain::test {
 namespace {
 
-using namespace std::string_literals;
-using testing::MatchesRegex;
-
-FramePlanes focused_planes(float inverse_depth) {
-    return flat_planes(noise_image(33, 21, 4, 13), inverse_depth);
+// R = 32 (1/4 - w) = 0.3125 px.
+FramePlanes focused_planes() {
+    return flat_planes(noise_image(33, 21, 4, 13), 0.240234375f);
 }
 
 Plan plan_of(const Chain& chain, const FramePlanes& planes, const PlanOptions& options = {}) {
@@ -27,71 +25,29 @@ Plan plan_of(const Chain& chain, const FramePlanes& planes, const PlanOptions& o
 // coc, four that sort blocks, downsample, two blurs, three composites.
 constexpr size_t kSteps = 10;
 
-void expect_elided(const Plan& plan, const std::string& rule, const std::string& reason) {
-    ASSERT_EQ(plan.passes.size(), 1u);
-    EXPECT_TRUE(plan.passes[0].elided);
-    EXPECT_TRUE(plan.steps.empty());
-    EXPECT_EQ(plan.transient_bytes(), 0u);
-    ASSERT_FALSE(plan.elisions.empty());
-    EXPECT_EQ(plan.elisions[0].kind, ElisionKind::pass);
-    EXPECT_EQ(plan.elisions[0].rule, rule);
-    EXPECT_THAT(text_of(plan.elisions[0].fact), MatchesRegex(reason));
-    EXPECT_EQ(plan.elisions[0].saving.dispatches, int(kSteps));  // cost of the pass
-    EXPECT_GT(plan.elisions[0].saving.bytes, 0u);
-}
-
-void expect_every_bit(const Chain& chain, const FramePlanes& planes) {
-    const FrameDescription frame = describe_round(planes);
-    EXPECT_TRUE(equal_bits(filter(chain, frame, planes).at(Role::color), planes.at(Role::color)));
-    PlanOptions whole{.elide = false};
-    EXPECT_TRUE(
-        equal_bits(filter(chain, frame, planes, whole).at(Role::color), planes.at(Role::color)));
-}
-
-// R = 32 (1/4 - w) = 0.3125 px at w = 0.240234375.
-TEST(elision, all_in_focus) {
-    const FramePlanes planes = focused_planes(0.240234375f);
+TEST(elision, tells_the_fact_and_what_is_saved) {
+    FramePlanes planes = focused_planes();
     const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
-    expect_elided(plan_of(chain, planes), kRuleFacts,
-                  "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
-    expect_every_bit(chain, planes);
-    PlanOptions no_facts{.rules_off = {kRuleFacts}};
-    EXPECT_EQ(plan_of(chain, planes, no_facts).steps.size(), kSteps);
-}
-
-TEST(elision, between_the_sharp_planes) {
-    const FramePlanes planes = focused_planes(0.1f);  // d = 10, between 1 and 40
-    const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}});
-    expect_elided(plan_of(chain, planes), kRuleFacts,
-                  "largest circle-of-confusion radius 0 px <= 0\\.5 px");
-    expect_every_bit(chain, planes);
-}
-
-TEST(elision, by_configuration) {
-    const FramePlanes planes = deep_planes(33, 21);
-    const std::string reason = "largest circle-of-confusion radius at any depth .* px <= 0\\.5 px";
-    const auto expect_exact = [&](const Chain& chain) {
-        expect_elided(plan_of(chain, planes), kRuleConfiguration, reason);
-        expect_every_bit(chain, planes);
+    const auto expect_elided = [&](const Chain& given, const char* rule, const char* fact) {
+        const Plan plan = plan_of(given, planes);
+        ASSERT_FALSE(plan.elisions.empty());
+        EXPECT_TRUE(plan.passes[0].elided);
+        EXPECT_TRUE(plan.steps.empty());
+        EXPECT_EQ(plan.transient_bytes(), 0u);
+        EXPECT_EQ(plan.elisions[0].kind, ElisionKind::pass);
+        EXPECT_EQ(plan.elisions[0].rule, rule);
+        EXPECT_THAT(text_of(plan.elisions[0].fact), testing::MatchesRegex(fact));
+        EXPECT_EQ(plan.elisions[0].saving.dispatches, int(kSteps));  // cost of the pass
+        EXPECT_GT(plan.elisions[0].saving.bytes, 0u);
     };
-    expect_exact(chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.5}}));
-    expect_exact(chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.0}}));
-    expect_exact(chain_of("depth_of_field", {{"method", "gilham"},
-                                             {"coc", "planes"s},
-                                             {"max_near_fraction", 0.0007},
-                                             {"max_far_fraction", 0.0}}));
-    Chain pinhole = chain_of("depth_of_field", {{"method", "gilham"}});
-    pinhole.links[0].pass->parameters().as<depth_of_field::Parameters>().lens.f_stop =
-        std::numeric_limits<double>::infinity();
-    expect_exact(pinhole);
-}
-
-TEST(elision, not_when_one_pixel_blurs) {
-    FramePlanes planes = focused_planes(0.25f);
-    EXPECT_FALSE(plan_of(chain_of("depth_of_field", {{"method", "gilham"}}), planes).steps.size());
+    expect_elided(chain, kRuleFacts,
+                  "largest circle-of-confusion radius 0\\.31[0-9]* px <= 0\\.5 px");
+    EXPECT_EQ(plan_of(chain, planes, {.rules_off = {kRuleFacts}}).steps.size(), kSteps);
     planes[Role::inverse_depth].at(7, 7) = 0.2f;  // R = 1.6
-    EXPECT_EQ(plan_of(chain_of("depth_of_field", {{"method", "gilham"}}), planes).steps.size(),
-              kSteps);
+    EXPECT_EQ(plan_of(chain, planes).steps.size(), kSteps) << "one pixel is blurred";
+    expect_elided(chain_of("depth_of_field", {{"method", "gilham"}, {"max_radius_px", 0.5}}),
+                  kRuleConfiguration,
+                  "largest circle-of-confusion radius at any depth .* px <= 0\\.5 px");
 }
 
 // The decision is made in double precision, while the GPU works in fp32. Inverse depths around the
@@ -99,16 +55,15 @@ TEST(elision, not_when_one_pixel_blurs) {
 // round numbers: whatever is left out is exact when run.
 TEST(elision, never_wrongly_at_the_threshold) {
     int left = 0, kept = 0;
-    PlanOptions whole{.elide = false};
-    for (const char* coc : {"lens", "planes", "range"})
+    for (const std::string coc : {"lens", "planes", "range"})
         for (int k = 0; k < 24; ++k) {
             const double s = 1.5 + 0.371 * k;
             // lens: R = 32 (1/s - w). planes: R = 3.2 (d - s)/4. range: R = 19.2 (d - s)/10.
-            const double threshold = coc == "lens"s     ? 1 / s - 0.5 / 32
-                                     : coc == "planes"s ? 1 / (s + 4 * 0.5 / 3.2)
-                                                        : 1 / (s + 10 * 0.5 / 19.2);
+            const double threshold = coc == "lens"     ? 1 / s - 0.5 / 32
+                                     : coc == "planes" ? 1 / (s + 4 * 0.5 / 3.2)
+                                                       : 1 / (s + 10 * 0.5 / 19.2);
             const Chain chain = chain_of("depth_of_field", {{"method", "gilham"},
-                                                            {"coc", std::string(coc)},
+                                                            {"coc", coc},
                                                             {"focus_distance", s},
                                                             {"near_blurry", 0.2},
                                                             {"near_sharp", 0.3},
@@ -117,14 +72,14 @@ TEST(elision, never_wrongly_at_the_threshold) {
                                                             {"range", 10.0}});
             for (const int ulps : {-1000, -100, -3, -2, -1, 0, 1, 2, 3, 100, 1000}) {
                 const float w = std::bit_cast<float>(std::bit_cast<int>(float(threshold)) + ulps);
-                const FramePlanes planes = flat_planes(noise_image(2, 2, 4, 1), w);
+                const FramePlanes planes = flat_planes(noise_image(3, 3, 4, 1), w);
                 if (!plan_of(chain, planes).steps.empty()) {
                     ++kept;
                     continue;
                 }
                 ++left;
                 const Stages stages =
-                    filter_with_stages(chain, describe_round(planes), planes, whole);
+                    filter_with_stages(chain, describe_round(planes), planes, {.elide = false});
                 EXPECT_LE(std::abs(stages.stages.at(stage("coc")).at(0, 0)), 0.5f)
                     << coc << " s = " << s << ", " << ulps << " ulps";
             }
@@ -135,18 +90,17 @@ TEST(elision, never_wrongly_at_the_threshold) {
 
 // A hint is preserved only where |R| is 0: the pass runs if a later one reads it.
 TEST(elision, hint_is_carried_exactly) {
-    FramePlanes planes = focused_planes(0.240234375f);  // |R| = 0.3125
+    FramePlanes planes = focused_planes();
     planes[Role::hint] = constant_image(33, 21, {1, 1});
     const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
     EXPECT_TRUE(plan_of(chain, planes).steps.empty());  // the hint is unused
-    PlanOptions with_hint{.outputs = {Role::color, Role::hint}};
+    const PlanOptions with_hint{.outputs = {Role::color, Role::hint}};
     EXPECT_EQ(plan_of(chain, planes, with_hint).steps.size(), kSteps);
     const FramePlanes result = filter(chain, describe_round(planes), planes, with_hint);
     EXPECT_NEAR(result.at(Role::hint).at(5, 5), 0.6875, 1e-6);
     EXPECT_TRUE(equal_bits(result.at(Role::color), planes.at(Role::color)));
-
-    const Chain in_focus =
-        chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"s}});  // R = 0 at d = 4.2
+    // R = 0 at d = 4.2.
+    const Chain in_focus = chain_of("depth_of_field", {{"method", "gilham"}, {"coc", "planes"}});
     EXPECT_TRUE(plan_of(in_focus, planes, with_hint).steps.empty());
 }
 

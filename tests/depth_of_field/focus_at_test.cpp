@@ -56,21 +56,6 @@ TEST(FocusAt, WhatLiesThereIsInFocus) {
             }
 }
 
-TEST(FocusAt, TheReferenceFocusesThereToo) {
-    const FramePlanes planes = halves();
-    for (const char* coc : {"lens", "range"}) {
-        const Chain chain = chain_of(
-            "depth_of_field", {{"method", "gilham"}, {"focus_at", Place{0.8, 0.5}}, {"coc", coc}});
-        FrameDescription frame = describe_halves(planes);
-        find_depths(chain, planes, frame);
-        PlanOptions whole{.elide = false};
-        const auto difference =
-            compare(filter_with_stages(chain, frame, planes, whole).stages.at(stage("coc")),
-                    reference(chain, frame, planes, whole).stages.at(stage("coc")), 1e-4);
-        EXPECT_EQ(difference.fraction, 0) << difference.text;
-    }
-}
-
 TEST(FocusAt, OnTheSkyIsInfinity) {
     FramePlanes planes = halves();
     for (float& w : planes[Role::inverse_depth].data)

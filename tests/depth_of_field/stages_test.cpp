@@ -1,4 +1,5 @@
-// The GPU against the double-precision reference at every stage boundary.
+// The GPU against the double-precision reference at every stage boundary: sizes, kernels and values
+// of any size. (Each source, leak test and factor: tests/conformance.)
 //
 // Bounds, |a - b| / max(1, |b|) at fp32 storage: coc 1e-5 (R is up to 19 px: a few roundings of
 // 2^-24), all others 2e-5. Color reaches 4.
@@ -26,33 +27,8 @@ void expect_stages_match(const Stages& gpu, const ReferenceFrame& reference,
     EXPECT_EQ(gpu.outputs.at(Role::color), gpu.stages.at(stage("color")));
 }
 
-class every_stage : public testing::TestWithParam<std::tuple<std::string, std::string, int, bool>> {
-};
-
-TEST_P(every_stage, equals_the_reference) {
-    const auto& [coc, leak, factor, hdr] = GetParam();
-    const Settings settings = {
-        {"coc", coc},        {"leak", leak},       {"downsample", int64_t(factor)},
-        {"hdr_weight", hdr}, {"near_blurry", 1.0}, {"near_sharp", 3.0},
-        {"far_sharp", 5.0},  {"far_blurry", 9.0},  {"range", 2.0}};
-    const FramePlanes planes = deep_planes(53, 35);  // not a multiple of 2 or 4
-    expect_stages_match(dof_stages(planes, settings), dof_reference(planes, settings), "");
-}
-
-std::string combination_name(const testing::TestParamInfo<every_stage::ParamType>& info) {
-    const auto& [coc, leak, factor, hdr] = info.param;
-    return concat(coc, "_leak_", leak, "_by_", factor, hdr ? "_hdr" : "");
-}
-
-INSTANTIATE_TEST_SUITE_P(all, every_stage,
-                         testing::Combine(testing::Values("lens"s, "planes"s, "range"s),
-                                          testing::Values("none"s, "depth"s, "coc"s),
-                                          testing::Values(1, 2, 4), testing::Bool()),
-                         combination_name);
-
-TEST(every_stage_too, sizes_around_the_box_and_the_work_group) {
-    for (const auto& [width, height] :
-         {std::pair{1, 1}, {1, 7}, {5, 1}, {3, 3}, {4, 4}, {16, 16}, {17, 15}, {67, 5}})
+TEST(every_stage, sizes_around_the_box_and_the_work_group) {
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 7}, {5, 1}, {3, 3}, {17, 15}, {67, 5}})
         for (const char* leak : {"none", "coc"}) {
             const FramePlanes planes = deep_planes(width, height);
             const Settings settings = {{"leak", std::string(leak)}};
@@ -61,9 +37,9 @@ TEST(every_stage_too, sizes_around_the_box_and_the_work_group) {
         }
 }
 
-TEST(every_stage_too, kernels_of_every_width) {
+TEST(every_stage, kernels_of_every_width) {
     const FramePlanes planes = deep_planes(40, 30);
-    for (const double sigma : {0.0, 0.01, 0.3, 1.0, 4.0, 33.4, 500.0})
+    for (const double sigma : {0.0, 0.3, 4.0, 33.4, 500.0})
         for (const char* leak : {"none", "coc"}) {
             const Settings settings = {
                 {"blur_sigma_px", sigma}, {"downsample", int64_t(1)}, {"leak", std::string(leak)}};
@@ -73,7 +49,7 @@ TEST(every_stage_too, kernels_of_every_width) {
 }
 
 // Values as far apart as renderers write them. fp32 holds a sum to 2^-24 of its largest term.
-TEST(every_stage_too, wide_dynamic_range) {
+TEST(every_stage, wide_dynamic_range) {
     FramePlanes planes = deep_planes(40, 30);
     planes[Role::color].at(11, 9, 0) = 1e10f;
     planes[Role::color].at(30, 20, 1) = 65504;
@@ -93,7 +69,7 @@ TEST(every_stage_too, wide_dynamic_range) {
 
 // Half storage rounds every stage to 2^-11 of its value: with colors to 4, 4 * 2^-11 = 0.002 for
 // the copy, as much for each blur and the result; R to 19.2 is rounded by 2^-7 = 0.008 at most.
-TEST(every_stage_too, half_storage_stays_within_its_rounding) {
+TEST(every_stage, half_storage_stays_within_its_rounding) {
     const FramePlanes planes = deep_planes(53, 35);
     PlanOptions half{.precision = Precision::fp16, .elide = false};
     const Chain chain = chain_of("depth_of_field", {{"method", "gilham"}, {"leak", "coc"s}});
@@ -113,7 +89,7 @@ TEST(every_stage_too, half_storage_stays_within_its_rounding) {
 // Half holds at most 65504: larger values saturate in the blurred image and stay finite highlights.
 // (If a driver rounds towards zero, as llvmpipe does, the store would suffice.) The result keeps
 // the input's values.
-TEST(every_stage_too, half_storage_stays_finite) {
+TEST(every_stage, half_storage_stays_finite) {
     FramePlanes planes = deep_planes(40, 30);
     planes[Role::color].at(11, 9, 0) = 1e10f;
     planes[Role::color].at(30, 20, 1) = -1e10f;

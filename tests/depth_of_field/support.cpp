@@ -9,13 +9,6 @@ FramePlanes flat_planes(ImageF color, float inverse_depth) {
     return planes_of(std::move(color), std::move(depth));
 }
 
-FramePlanes planes_of(ImageF color, ImageF inverse_depth) {
-    FramePlanes planes;
-    planes[Role::color] = std::move(color);
-    planes[Role::inverse_depth] = std::move(inverse_depth);
-    return planes;
-}
-
 FramePlanes deep_planes(int width, int height, uint32_t seed) {
     ImageF depth(width, height, 1);
     const ImageF noise = noise_image(width, height, 1, seed + 100);
@@ -29,15 +22,19 @@ FramePlanes deep_planes(int width, int height, uint32_t seed) {
 }
 
 namespace {
-// The method gilham, unless the settings name another.
-Chain chain_with(const Settings& settings) {
-    Chain chain = chain_of("depth_of_field", {{"method", "gilham"}});
+Chain chain_with(Settings first, const Settings& settings) {
+    Chain chain = chain_of("depth_of_field", first);
     const ChainLink& link = chain.links[0];
     for (const auto& [key, value] : settings) {
         const Status status = link.type->parameters->set(link.pass->parameters(), key, value);
         EXPECT_TRUE(status.ok()) << key << ": " << status.message();
     }
     return chain;
+}
+
+// The method gilham, unless the settings name another.
+Chain chain_with(const Settings& settings) {
+    return chain_with({{"method", "gilham"}}, settings);
 }
 }  // namespace
 
@@ -66,19 +63,26 @@ ImageF dot(float inverse_depth, Settings settings, int x, int y, const BokehKern
     frame.camera.aperture_image = image;
     frame.origin_x = x;
     frame.origin_y = y;
-    Chain chain =
-        chain_of("depth_of_field",
-                 {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}});
-    for (const auto& [key, value] : settings) {
-        const ChainLink& link = chain.links.front();
-        EXPECT_TRUE(link.type->parameters->set(link.pass->parameters(), key, value).ok());
-    }
-    PlanOptions whole{.elide = false};
-    return filter(chain, frame, planes, whole).at(Role::color);
+    const Chain chain = chain_with(
+        {{"method", "inverse_warp"}, {"samples", int64_t(1023)}, {"max_radius_px", 30.0}},
+        settings);
+    return filter(chain, frame, planes, {.elide = false}).at(Role::color);
 }
 
 std::string stage(const std::string& name) {
     return "0.depth_of_field." + name;
+}
+
+Moments moments_of(const lens::Points& points) {
+    Moments m;
+    m.light = double(points.packed.size());
+    for (int set = 0; set < points.sets; ++set)
+        for (int i = 0; i < points.count; ++i) {
+            const auto [x, y] = points.at(i, set);
+            m.x += x / m.light, m.y += y / m.light;
+            m.xx += x * x / m.light, m.yy += y * y / m.light;
+        }
+    return m;
 }
 
 double sum_of(const ImageF& image, int channel) {

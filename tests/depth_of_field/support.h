@@ -3,15 +3,17 @@
 
 #include <string>
 
+#include "passes/common/lens_samples.h"
 #include "passes/depth_of_field/depth_of_field.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
+#include "tests/support/moments.h"
+#include "tests/support/plans.h"
 
 namespace postchain::test {
 
 // Color and one inverse depth for all pixels.
 FramePlanes flat_planes(ImageF color, float inverse_depth);
-FramePlanes planes_of(ImageF color, ImageF inverse_depth);
 
 // Noise color over three layers of depth: sky above, the focus plane, a near block.
 FramePlanes deep_planes(int width, int height, uint32_t seed = 3);
@@ -31,5 +33,8 @@ ImageF dot(float inverse_depth, Settings settings, int x = 0, int y = 0,
 std::string stage(const std::string& name);
 
 double sum_of(const ImageF& image, int channel = 0);
+
+// Of lens samples of equal light.
+Moments moments_of(const lens::Points& points);
 
 }  // namespace postchain::test

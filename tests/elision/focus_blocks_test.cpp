@@ -121,52 +121,50 @@ TEST(FocusTiles, RadiiAroundTheLimits) {
 // blurred.
 TEST(FocusTiles, ClampedToFullBlur) {
     unsigned blurred = 0;
-    for (const Precision precision : kPrecisions)
-        for (const double sigma : {0.75, 2.0, 3.7})
-            for (const double part : {1.0, 1.01})
-                for (size_t k = 0; k < 3; ++k) {
-                    FramePlanes planes = focused(49, 33, 2, 0.001f);
-                    for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 30) = 0.1f;
-                    SCOPED_TRACE(concat(name_of(precision), " sigma ", sigma, " ", part));
-                    const Chain chain =
-                        focus_chain(part * 2 * sigma, sigma, kFactors[k], kLeaks[k]);
-                    const Elided elided = check(chain, planes, precision);
-                    EXPECT_EQ(elided.blocks("sharp_blocks"), 0u);
-                    EXPECT_GE(elided.blocks("mixed_blocks"), 2u);
-                    if (part > 1) {
-                        EXPECT_EQ(elided.blocks("mixed_blocks"), 2u);
-                    }
-                    blurred += elided.blocks("blurred_blocks");
+    for (const double sigma : {0.75, 2.0, 3.7})
+        for (const double part : {1.0, 1.01})
+            for (size_t k = 0; k < 3; ++k) {
+                const Precision precision = kPrecisions[k % 2];
+                FramePlanes planes = focused(49, 33, 2, 0.001f);
+                for (int x = 0; x < 20; ++x) planes[Role::inverse_depth].at(x, 30) = 0.1f;
+                SCOPED_TRACE(concat(name_of(precision), " sigma ", sigma, " ", part));
+                const Chain chain = focus_chain(part * 2 * sigma, sigma, kFactors[k], kLeaks[k]);
+                const Elided elided = check(chain, planes, precision);
+                EXPECT_EQ(elided.blocks("sharp_blocks"), 0u);
+                EXPECT_GE(elided.blocks("mixed_blocks"), 2u);
+                if (part > 1) {
+                    EXPECT_EQ(elided.blocks("mixed_blocks"), 2u);
                 }
-    EXPECT_GT(blurred, 150u);
+                blurred += elided.blocks("blurred_blocks");
+            }
+    EXPECT_GT(blurred, 75u);
 }
 
 // Left half in focus, right half wholly blurred, at every column of a block.
 TEST(FocusTiles, HalfInFocusAtEveryColumn) {
     unsigned sharp = 0, blurred = 0;
-    for (int k = 0; k <= 16; ++k)
-        for (size_t i = 0; i < 3; ++i) {
-            const int64_t factor = kFactors[i];
-            FramePlanes planes = focused(101, 43, uint32_t(k));
-            for (int y = 0; y < 43; ++y)
-                for (int x = 40 + k; x < 101; ++x) planes[Role::inverse_depth].at(x, y) = 0.01f;
-            const char* leak = kLeaks[i];
-            SCOPED_TRACE(concat("edge at ", 40 + k, " downsample ", factor, " leak ", leak));
-            const Elided elided =
-                check(focus_chain(9, 2 + k % 3, factor, leak), planes, kPrecisions[k % 2]);
-            sharp += elided.blocks("sharp_blocks");
-            blurred += elided.blocks("blurred_blocks");
-            EXPECT_LE(elided.blocks("mixed_blocks"), 3u);
-        }
-    EXPECT_GT(sharp, 300u);
-    EXPECT_GT(blurred, 300u);
+    for (int k = 0; k <= 16; ++k) {
+        const size_t i = size_t(k) % 3;
+        const int64_t factor = kFactors[i];
+        FramePlanes planes = focused(101, 43, uint32_t(k));
+        for (int y = 0; y < 43; ++y)
+            for (int x = 40 + k; x < 101; ++x) planes[Role::inverse_depth].at(x, y) = 0.01f;
+        const char* leak = kLeaks[i];
+        SCOPED_TRACE(concat("edge at ", 40 + k, " downsample ", factor, " leak ", leak));
+        const Elided elided =
+            check(focus_chain(9, 2 + k % 3, factor, leak), planes, kPrecisions[k % 2]);
+        sharp += elided.blocks("sharp_blocks");
+        blurred += elided.blocks("blurred_blocks");
+        EXPECT_LE(elided.blocks("mixed_blocks"), 3u);
+    }
+    EXPECT_GT(sharp, 100u);
+    EXPECT_GT(blurred, 100u);
 }
 
 TEST(FocusTiles, SmallAndOddSizes) {
-    const std::pair<int, int> sizes[] = {{1, 1}, {1, 2},   {2, 1},   {1, 83},  {97, 1},
-                                         {5, 7}, {16, 16}, {17, 15}, {64, 65}, {67, 31}};
+    const std::pair<int, int> sizes[] = {{1, 1}, {97, 1}, {5, 7}, {17, 15}, {67, 31}};
     for (const auto& [width, height] : sizes)
-        for (size_t k = 0; k < 3; ++k)
+        for (size_t k = width % 3; k < 3; k += 3)
             for (const int scene : {0, 1, 2}) {  // in focus, one corner blurred, all blurred
                 FramePlanes planes = focused(width, height, 3, scene == 2 ? 0.03f : 0.1f);
                 if (scene == 1) planes[Role::inverse_depth].at(width - 1, height - 1) = 1.0f;
@@ -189,47 +187,45 @@ TEST(FocusTiles, SmallAndOddSizes) {
 
 // Every kind of block does to the hint what the whole composite does: times clamp(1 - |R|, 0, 1).
 TEST(FocusTiles, TheHintIsCarried) {
-    for (const Precision precision : kPrecisions)
-        for (size_t k = 0; k < 3; ++k) {
-            const int64_t factor = kFactors[k];
-            const char* leak = kLeaks[k];
-            FramePlanes planes = focused(80, 64, 4);
-            planes[Role::hint] = noise_image(80, 64, 2, 12);
-            for (int y = 0; y < 64; ++y)
-                for (int x = 0; x < 80; ++x)
-                    planes[Role::inverse_depth].at(x, y) = x < 24 ? 0.0977f  // R 0.19
-                                                           : y < 24
-                                                               ? 0.02f
-                                                               : 0.1f - 0.0003f * float(x % 16);
-            const Chain chain = focus_chain(8, 1.5, factor, leak);
-            const Elided elided = check(chain, planes, precision, {Role::color, Role::hint});
-            EXPECT_TRUE(elided.outputs.count(Role::hint));
-            EXPECT_GT(elided.blocks("sharp_blocks"), 2u);
-            EXPECT_GT(elided.blocks("blurred_blocks"), 0u);
-            EXPECT_GT(elided.blocks("mixed_blocks"), 2u);
-        }
+    for (size_t k = 0; k < 3; ++k) {
+        const Precision precision = kPrecisions[k % 2];
+        const int64_t factor = kFactors[k];
+        const char* leak = kLeaks[k];
+        FramePlanes planes = focused(83, 67, 4);
+        planes[Role::hint] = noise_image(83, 67, 2, 12);
+        for (int y = 0; y < 67; ++y)
+            for (int x = 0; x < 83; ++x)
+                planes[Role::inverse_depth].at(x, y) = x < 24   ? 0.0977f  // R 0.19
+                                                       : y < 24 ? 0.02f
+                                                                : 0.1f - 0.0003f * float(x % 16);
+        const Chain chain = focus_chain(8, 1.5, factor, leak);
+        const Elided elided = check(chain, planes, precision, {Role::color, Role::hint});
+        EXPECT_TRUE(elided.outputs.count(Role::hint));
+        EXPECT_GT(elided.blocks("sharp_blocks"), 2u);
+        EXPECT_GT(elided.blocks("blurred_blocks"), 0u);
+        EXPECT_GT(elided.blocks("mixed_blocks"), 2u);
+    }
 }
 
 // Values that no image should have, but a frame may: no value of the unneeded blocks must reach the
 // others, not even with weight 0.
 TEST(FocusTiles, LargeAndNonFiniteColors) {
-    for (const Precision precision : kPrecisions)
-        for (size_t k = 0; k < 3; ++k) {
-            const int64_t factor = kFactors[k];
-            const char* leak = kLeaks[k];
-            FramePlanes planes = focused(90, 70, 5);
-            ImageF& color = planes[Role::color];
-            for (size_t i = 0; i < color.data.size(); i += 7)
-                color.data[i] = i % 3 ? 3e38f : INFINITY;
-            for (size_t i = 1; i < color.data.size(); i += 97) color.data[i] = NAN;
-            for (int x = 30; x < 60; ++x) planes[Role::inverse_depth].at(x, 40) = 0.03f;
-            FrameDescription frame = describe(focused(90, 70, 5));
-            frame.bounds = FrameBounds();
-            const Elided elided =
-                expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak), frame, planes,
-                                 only({depth_of_field::kRuleFocusBlocks}, precision));
-            EXPECT_GT(elided.blocks("sharp_blocks"), 10u);
-        }
+    for (size_t k = 0; k < 3; ++k) {
+        const Precision precision = kPrecisions[k % 2];
+        const int64_t factor = kFactors[k];
+        const char* leak = kLeaks[k];
+        FramePlanes planes = focused(90, 70, 5);
+        ImageF& color = planes[Role::color];
+        for (size_t i = 0; i < color.data.size(); i += 7) color.data[i] = i % 3 ? 3e38f : INFINITY;
+        for (size_t i = 1; i < color.data.size(); i += 97) color.data[i] = NAN;
+        for (int x = 30; x < 60; ++x) planes[Role::inverse_depth].at(x, 40) = 0.03f;
+        FrameDescription frame = describe(focused(90, 70, 5));
+        frame.bounds = FrameBounds();
+        const Elided elided =
+            expect_same_bits(focus_chain(8, 2.0 * double(factor), factor, leak), frame, planes,
+                             only({depth_of_field::kRuleFocusBlocks}, precision));
+        EXPECT_GT(elided.blocks("sharp_blocks"), 10u);
+    }
 }
 
 }  // namespace

@@ -10,8 +10,7 @@ namespace {
 using namespace std::string_literals;
 
 constexpr Precision kPrecisions[] = {Precision::fp32, Precision::fp16};
-constexpr std::pair<int, int> kSizes[] = {{1, 1},   {1, 97},  {89, 1}, {5, 3},
-                                          {16, 16}, {17, 15}, {61, 53}};
+constexpr std::pair<int, int> kSizes[] = {{1, 1}, {1, 97}, {89, 1}, {5, 3}, {17, 15}, {61, 53}};
 
 // Motion is half-velocity: the shutter is open for two frames.
 struct Blur {
@@ -122,11 +121,11 @@ TEST(StillTiles, TheLeastMotionThereIs) {
 // pixels choose the tile across a border from half a tile away.
 TEST(StillTiles, OneMoverAtEveryOffset) {
     unsigned still = 0, full = 0;
-    for (const int r : {1, 2, 3, 5, 8, 13, 15, 16, 17, 24, 31, 40, 50, 64}) {
+    for (const int r : {1, 3, 8, 15, 16, 17, 31, 50}) {
         // The mover reaches three tiles each way, and half a tile further by the jitter.
         const int width = 5 * r + 70, height = 2 * r + 40;
         const int offsets = std::max(16, r);
-        for (int k = 0; k<offsets; k += r> 24 ? 3 : 1) {
+        for (int k = 0; k<offsets; k += r> 24 ? 7 : r == 16 || r == 17 ? 1 : 3) {
             Blur blur;
             blur.max_blur_px = r;
             blur.seed = 31 * k + r;
@@ -152,55 +151,34 @@ TEST(StillTiles, SmallAndOddSizes) {
     unsigned still = 0;
     for (const auto& [width, height] : kSizes)
         for (const int r : {1, 16, 41})
-            for (const Precision precision : kPrecisions)
-                for (const bool moves : {false, true}) {
-                    SCOPED_TRACE(concat(width, "x", height, " r ", r, " ", name_of(precision)));
-                    Blur blur;
-                    blur.max_blur_px = r;
-                    blur.slope = 0;
-                    Scene scene(width, height, uint32_t(width + 7 * height));
-                    if (moves) scene.move(width - 1, height / 2, float(r) / 2 + 0.25f, -0.5f);
-                    const Elided elided =
-                        scene.check(blur, motion_blur::kRuleStillBlocks, precision);
-                    const unsigned blocks =
-                        unsigned(groups_for(width, height)[0] * groups_for(width, height)[1]);
-                    EXPECT_EQ(elided.blocks("still_blocks") + elided.blocks("full_blocks"), blocks);
-                    if (!moves) {
-                        EXPECT_EQ(elided.blocks("still_blocks"), blocks);
-                    }
-                    still += elided.blocks("still_blocks");
+            for (const bool moves : {false, true}) {
+                const Precision precision = kPrecisions[moves];
+                SCOPED_TRACE(concat(width, "x", height, " r ", r, " ", name_of(precision)));
+                Blur blur;
+                blur.max_blur_px = r;
+                blur.slope = 0;
+                Scene scene(width, height, uint32_t(width + 7 * height));
+                if (moves) scene.move(width - 1, height / 2, float(r) / 2 + 0.25f, -0.5f);
+                const Elided elided = scene.check(blur, motion_blur::kRuleStillBlocks, precision);
+                const unsigned blocks =
+                    unsigned(groups_for(width, height)[0] * groups_for(width, height)[1]);
+                EXPECT_EQ(elided.blocks("still_blocks") + elided.blocks("full_blocks"), blocks);
+                if (!moves) {
+                    EXPECT_EQ(elided.blocks("still_blocks"), blocks);
                 }
-    EXPECT_GT(still, 50u);
-}
-
-// The hint of a still block is 0, also where FXAA reads it.
-TEST(StillTiles, TheHintToo) {
-    for (const char* kind : {"checkerboard", "threshold"})
-        for (const char* gate : {"tile", "pixel"}) {
-            Chain chain = chain_of(Blur());
-            append(chain, "fxaa", {{"hint", std::string(kind)}, {"hint_gate", std::string(gate)}});
-            Scene scene(75, 60, 9);
-            for (int y = 20; y < 30; ++y)
-                for (int x = 3; x < 13; ++x) scene.move(x, y, 11, -4);
-            for (const Precision precision : kPrecisions) {
-                PlanOptions options = only({motion_blur::kRuleStillBlocks}, precision);
-                options.outputs.add(Role::hint);
-                const Elided elided =
-                    expect_same_bits(chain, describe(scene.planes), scene.planes, options);
-                EXPECT_GT(elided.blocks("still_blocks"), 4u);
-                EXPECT_GT(elided.blocks("full_blocks"), 4u);
+                still += elided.blocks("still_blocks");
             }
-        }
+    EXPECT_GT(still, 20u);
 }
 
 // Everything moves; one pixel of another depth stands at every offset against blocks and tiles. A
 // tap that reaches it from a sky block, whose depths are not compared, would weigh it wrongly.
 TEST(SkyTiles, OneDepthInTheSkyAtEveryOffset) {
     unsigned sky = 0, full = 0;
-    for (const int r : {1, 2, 3, 5, 7, 9, 15, 16, 17, 20, 33, 64}) {
+    for (const int r : {1, 3, 7, 15, 16, 17, 33}) {
         const int width = 4 * r + 66, height = 34;
         const int offsets = std::max(16, r);
-        for (int k = 0; k<offsets; k += r> 20 ? 5 : 1) {
+        for (int k = 0; k<offsets; k += r> 20 ? 5 : r == 16 || r == 17 ? 1 : 3) {
             Blur blur;
             blur.max_blur_px = r;
             blur.samples = std::min(2 * r + 3, 41);

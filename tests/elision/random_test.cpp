@@ -1,14 +1,12 @@
-// Leaving out changes no bit: random chains on random frames. Six shapes of chain, each beginning
-// with another type of pass. By default every third of their cases runs: most of the time goes into
-// compiling programs, and these cases must still make every rule act and elide blocks of every kind
-// (below).
+// Leaving out changes no bit: random chains on random frames. Six shapes of chain, a test each,
+// begin with each type of pass. Every third of their cases runs, because most of the time goes into
+// compiling programs.
 //
 //   POSTCHAIN_ELISION_EVERY=1        all cases of the six shapes
 //   POSTCHAIN_ELISION_SEED=123       this one case, with its text
 //   POSTCHAIN_ELISION_SECONDS=600    as many cases as fit, from seed POSTCHAIN_ELISION_FROM on
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <map>
@@ -21,7 +19,7 @@
 namespace postchain::test {
 namespace {
 
-constexpr uint64_t kCases = 6 * kCasesOfAShape;
+constexpr uint64_t kShapes = 6;
 constexpr uint64_t kEvery = 3;
 constexpr uint64_t kExecutorLife = 1500;  // cases; programs of shapes long past take memory
 
@@ -31,8 +29,44 @@ std::optional<uint64_t> environment(const char* name) {
     return std::strtoull(text, nullptr, 10);
 }
 
-class RandomChains : public ::testing::Test {
+struct Run {
+    std::string name;
+    uint64_t first, end, step;
+};
+
+std::vector<Run> runs() {
+    if (const auto seed = environment("POSTCHAIN_ELISION_SEED"))
+        return {{concat("Seed", *seed), *seed, *seed + 1, 1}};
+    if (environment("POSTCHAIN_ELISION_SECONDS"))
+        return {{"AllSeeds", environment("POSTCHAIN_ELISION_FROM").value_or(0), UINT64_MAX, 1}};
+    const uint64_t step = environment("POSTCHAIN_ELISION_EVERY").value_or(kEvery);
+    std::vector<Run> shapes;
+    for (uint64_t k = 0; k < kShapes; ++k)
+        shapes.push_back({concat("Shape", k), k * kCasesOfAShape, (k + 1) * kCasesOfAShape, step});
+    return shapes;
+}
+
+class RandomChains : public ::testing::TestWithParam<Run> {
   protected:
+    // What all six shapes do together.
+    static void TearDownTestSuite() {
+        std::printf("%d cases, %d refused;", run_, refused_);
+        for (const auto& [rule, cases] : acted_) std::printf(" %s %d", rule.c_str(), cases);
+        for (const auto& [item, cases] : acted_on_blocks_)
+            std::printf(", %s %d", item.c_str(), cases);
+        std::printf("\n");
+        EXPECT_GT(run_, 4 * refused_);
+        if (runs_ < kShapes) return;
+        // Every rule had something to do.
+        for (const auto& rule : elision_rules(every_pass())) {
+            // These change bits.
+            if (!rule.on_by_default || rule.name == kRuleCameraCut) continue;
+            EXPECT_GT(acted_[rule.name], 0) << rule.name;
+        }
+        for (const auto& [item, cases] : acted_on_blocks_) EXPECT_GT(cases, 0) << item;
+        EXPECT_GE(acted_on_blocks_.size(), 7u);
+    }
+
     void SetUp() override {
         auto made = egl::Context::create();
         ASSERT_TRUE(made.ok()) << made.status().message();
@@ -57,6 +91,7 @@ class RandomChains : public ::testing::Test {
 
     void check(uint64_t seed) {
         const RandomCase one = random_case(seed);
+        if (environment("POSTCHAIN_ELISION_SEED")) std::printf("%s\n", one.text.c_str());
         SCOPED_TRACE(
             concat("seed ", seed, ", again with POSTCHAIN_ELISION_SEED=", seed, "\n", one.text));
         PlanOptions all = no_rule(one.elided.precision);
@@ -101,46 +136,29 @@ class RandomChains : public ::testing::Test {
 
     std::unique_ptr<egl::Context> context_;
     std::unique_ptr<Executor> executor_;
-    std::map<std::string, int> acted_;            // entries of cases, by rule
-    std::map<std::string, int> acted_on_blocks_;  // by what was elided in blocks
-    int run_ = 0, refused_ = 0;
+    static inline std::map<std::string, int> acted_;            // entries of cases, by rule
+    static inline std::map<std::string, int> acted_on_blocks_;  // by what was elided in blocks
+    static inline int run_ = 0, refused_ = 0;
+    static inline uint64_t runs_ = 0;
 };
 
-TEST_F(RandomChains, LeaveOutNoBit) {
-    if (const auto seed = environment("POSTCHAIN_ELISION_SEED")) {
-        std::printf("%s\n", random_case(*seed).text.c_str());
-        check(*seed);
-        return;
-    }
-    const uint64_t from = environment("POSTCHAIN_ELISION_FROM").value_or(0);
+TEST_P(RandomChains, LeaveOutNoBit) {
     const auto seconds = environment("POSTCHAIN_ELISION_SECONDS");
-    const uint64_t step =
-        seconds ? 1
-                : std::max(environment("POSTCHAIN_ELISION_EVERY").value_or(kEvery), uint64_t(1));
     const auto start = std::chrono::steady_clock::now();
-    int failed = 0;
-    for (uint64_t seed = from; failed < 10; seed += step) {
+    int cases = 0;
+    for (uint64_t seed = GetParam().first; seed < GetParam().end; seed += GetParam().step) {
         const std::chrono::duration<double> gone = std::chrono::steady_clock::now() - start;
-        if (seconds ? gone.count() > double(*seconds) : seed - from >= kCases) break;
-        if ((seed - from) % kExecutorLife == kExecutorLife - 1)
+        if (seconds && gone.count() > double(*seconds)) break;
+        if (++cases % kExecutorLife == 0)
             executor_ = std::make_unique<Executor>(context_->device());
-        const int before = ::testing::Test::HasFailure();
         check(seed);
-        failed += !before && HasFailure();
+        if (HasFailure()) break;
     }
-    std::printf("%d cases, %d refused;", run_, refused_);
-    for (const auto& [rule, cases] : acted_) std::printf(" %s %d", rule.c_str(), cases);
-    for (const auto& [item, cases] : acted_on_blocks_) std::printf(", %s %d", item.c_str(), cases);
-    std::printf("\n");
-    EXPECT_GT(run_, 4 * refused_);
-    // Every rule had something to do.
-    for (const auto& rule : elision_rules(every_pass())) {
-        if (!rule.on_by_default || rule.name == kRuleCameraCut) continue;  // these change bits
-        EXPECT_GT(acted_[rule.name], 0) << rule.name;
-    }
-    for (const auto& [item, cases] : acted_on_blocks_) EXPECT_GT(cases, 0) << item;
-    EXPECT_GE(acted_on_blocks_.size(), 7u);
+    ++runs_;
 }
+
+INSTANTIATE_TEST_SUITE_P(Of, RandomChains, ::testing::ValuesIn(runs()),
+                         [](const auto& one) { return one.param.name; });
 
 }  // namespace
 }  // namespace postchain::test

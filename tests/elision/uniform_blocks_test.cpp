@@ -72,7 +72,6 @@ struct Case {
 };
 
 struct Total {
-    double worst = 0;
     unsigned uniform = 0, blocks = 0;
     size_t changed = 0;
 };
@@ -90,7 +89,6 @@ void check(const Case& one, const FramePlanes& planes, Total& total, int seed) {
     }
     const Deviation off = deviation(planes.at(Role::color), complete.at(Role::color),
                                     elided.at(Role::color), int(one.r) + 1);
-    total.worst = std::max(total.worst, off.worst);
     total.changed += off.changed;
     EXPECT_LE(off.worst, kBound) << off.text << "\n" << chain.text();
 }
@@ -124,48 +122,23 @@ FramePlanes layered(int width, int height, const Layers& layers, uint32_t seed) 
     return planes;
 }
 
-TEST(UniformTiles, PansUpToTheLimits) {
-    Total total;
-    int seed = 0;
-    for (const int64_t r : {4, 16, 40})
-        for (const double part : {0.15, 0.97})
-            for (const int64_t samples : {5, 9, 25})
-                for (const double kappa : {0.1, 40.0, 10000.0}) {
-                    Case one;
-                    one.r = r;
-                    one.samples = samples;
-                    one.kappa = kappa;
-                    const double length = std::max(0.55, part * double(r));
-                    const double angle = 0.3 + 0.7 * seed;
-                    const Layers layers{
-                        {float(length * std::cos(angle)), float(length * std::sin(angle))},
-                        2.4e-4,
-                        2.4e-4};
-                    SCOPED_TRACE(concat("seed ", seed));
-                    ++seed;
-                    check(one, layered(49, 35, layers, uint32_t(seed)), total, seed);
-                }
-    EXPECT_GT(total.uniform, total.blocks / 2);
-    EXPECT_GT(total.changed, 0u);
-    std::printf("uniform blocks %u of %u, largest error %.3g of the range nearby\n", total.uniform,
-                total.blocks, total.worst);
-}
-
-TEST(UniformTiles, EveryKindOfGather) {
+TEST(UniformTiles, UpToTheLimits) {
     Total total;
     int seed = 100;
     for (const char* mode : {"guertin", "single"})
         for (const char* split : {"even", "variance"})
-            for (const char* still : {"perpendicular", "dominant"})
-                for (const double speed : {0.6, 7.0}) {
+            for (const int64_t samples : {5, 25})
+                for (const double speed : {0.6, 7.0, 15.5}) {
                     Case one;
                     one.mode = mode;
                     one.split = split;
-                    one.still = still;
+                    one.samples = samples;
+                    one.kappa = std::array{0.1, 40.0, 10000.0}[size_t(seed) % 3];
+                    one.still = seed % 2 ? "dominant" : "perpendicular";
                     one.border = seed % 2 ? "skip" : "clamp";
                     one.softness = seed % 3 ? 1.0 : 20.0;
                     one.gamma = seed % 2 ? 1.5 : 0.05;
-                    one.slope = 0;
+                    one.slope = seed % 4 < 2 ? 0 : 1;
                     const Layers layers{
                         {float(speed * 0.8), float(-speed * 0.6)}, 2.4e-4, 2.4e-4 / one.softness};
                     SCOPED_TRACE(concat("seed ", seed));
@@ -173,8 +146,7 @@ TEST(UniformTiles, EveryKindOfGather) {
                     check(one, layered(49, 35, layers, uint32_t(seed)), total, seed);
                 }
     EXPECT_GT(total.uniform, total.blocks / 2);
-    std::printf("uniform blocks %u of %u, largest error %.3g of the range nearby\n", total.uniform,
-                total.blocks, total.worst);
+    EXPECT_GT(total.changed, 0u);
 }
 
 // Beyond the limits a block is not uniform.
@@ -190,8 +162,8 @@ TEST(UniformTiles, NotAboveTheLimits) {
 TEST(UniformTiles, AFastMoverTwoTilesAway) {
     Total total;
     int seed = 200;
-    for (const int64_t r : {17, 32, 40})
-        for (const double speed : {0.55, 0.8, 4.0})
+    for (const int64_t r : {17, 32})
+        for (const double speed : {0.55, 4.0})
             for (const int64_t samples : {5, 25})
                 for (const double slope : {0.0, 1.0}) {
                     Case one;
@@ -211,8 +183,6 @@ TEST(UniformTiles, AFastMoverTwoTilesAway) {
                     SCOPED_TRACE(concat("seed ", seed, " r ", r, " speed ", speed));
                     check(one, planes, total, seed);
                 }
-    std::printf("uniform blocks %u of %u, largest error %.3g of the range nearby\n", total.uniform,
-                total.blocks, total.worst);
 }
 
 }  // namespace

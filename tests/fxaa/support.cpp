@@ -65,37 +65,6 @@ ImageF constant_hint(int width, int height, float tile, float pixel) {
     return constant_image(width, height, {tile, pixel});
 }
 
-ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t seed) {
-    const ImageF uniform = noise_image(width, height, 2, seed, 1e-7f, 1.0f);
-    return gray_image(width, height, [&](int x, int y) {
-        const double radius = std::sqrt(-2 * std::log(double(uniform.at(x, y, 0))));
-        return mean + sigma * radius * std::cos(2 * std::numbers::pi * uniform.at(x, y, 1));
-    });
-}
-
-ImageF mirrored(const ImageF& image, bool left_right) {
-    ImageF result = image;
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x)
-            for (int c = 0; c < image.channels; ++c)
-                result.at(x, y, c) = image.at(left_right ? image.width - 1 - x : x,
-                                              left_right ? y : image.height - 1 - y, c);
-    return result;
-}
-
-double variance(const ImageF& image, int channel, int margin) {
-    double sum = 0, squares = 0, count = 0;
-    for (int y = margin; y < image.height - margin; ++y) {
-        for (int x = margin; x < image.width - margin; ++x) {
-            const double v = image.at(x, y, channel);
-            sum += v;
-            squares += v * v;
-            ++count;
-        }
-    }
-    return squares / count - (sum / count) * (sum / count);
-}
-
 ImageF slanted_edge(int width, int height, double slope, double offset, double low, double high,
                     int samples) {
     return gray_image(width, height, [&](int x, int y) {
@@ -105,18 +74,6 @@ ImageF slanted_edge(int width, int height, double slope, double offset, double l
                 below += y + (j + 0.5) / samples > offset + slope * (x + (i + 0.5) / samples);
         return low + (high - low) * below / (samples * samples);
     });
-}
-
-double rms_difference(const ImageF& a, const ImageF& b, int margin) {
-    double squares = 0, count = 0;
-    for (int y = margin; y < a.height - margin; ++y) {
-        for (int x = margin; x < a.width - margin; ++x) {
-            const double d = double(a.at(x, y, 0)) - double(b.at(x, y, 0));
-            squares += d * d;
-            ++count;
-        }
-    }
-    return std::sqrt(squares / count);
 }
 
 }  // namespace postchain::test

@@ -42,19 +42,9 @@ ImageF gray_image(int width, int height, Function function) {
 
 ImageF constant_hint(int width, int height, float tile, float pixel);
 
-// Opaque gray, mean + sigma * (independent standard normals).
-ImageF normal_noise(int width, int height, double mean, double sigma, uint32_t seed);
-
-ImageF mirrored(const ImageF& image, bool left_right);
-
-// Variance of one channel without `margin` pixels on all sides.
-double variance(const ImageF& image, int channel, int margin);
-
 // A gray half-plane below a slanted line, value `low` above and `high` below, slope dy/dx, edge at
 // y = offset for x = 0. `samples` per axis and pixel; 1 = aliased.
 ImageF slanted_edge(int width, int height, double slope, double offset, double low, double high,
                     int samples);
-
-double rms_difference(const ImageF& a, const ImageF& b, int margin);
 
 }  // namespace postchain::test

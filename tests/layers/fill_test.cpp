@@ -4,7 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/layers/support.h"
+#include "tests/support/layers.h"
+#include "tests/support/variants.h"
 
 namespace postchain::test {
 namespace {
@@ -173,14 +174,11 @@ TEST(FillMask, CountsTheBorderAsAnEstimate) {
     }
 }
 
-// The modes that fill. The others treat the mask as any layer.
-std::vector<NamedChain> filling_modes() {
-    std::vector<NamedChain> modes = every_mode();
-    std::erase_if(modes, [](const NamedChain& one) {
-        return one.name.starts_with("fxaa") || one.name.find("mode=") != std::string::npos ||
-               one.name.find("method=") != std::string::npos || one.name.starts_with("guertin");
+// Variants that fill. The others treat the mask as any layer.
+std::vector<Variant> filling_variants() {
+    return variants_that(main_variants(), [](const Chain& chain) {
+        return chain.links[0].type->name == "joint_blur";
     });
-    return modes;
 }
 
 TEST(FillMask, AgreesWithTheReference) {
@@ -190,10 +188,11 @@ TEST(FillMask, AgreesWithTheReference) {
     add_lights(neighbored, 1);
     add_fill_mask(alone);
     add_fill_mask(neighbored);
-    for (const NamedChain& one : filling_modes())
+    for (const Variant& one : filling_variants())
         for (const TestFrame* frame : {&alone, &neighbored}) {
-            const FramePlanes gpu = filter(one.chain, frame->description, frame->planes);
-            const ReferenceFrame expected = reference(one.chain, frame->description, frame->planes);
+            const FramePlanes gpu = filter(one.chain(), frame->description, frame->planes);
+            const ReferenceFrame expected =
+                reference(one.chain(), frame->description, frame->planes);
             const Difference difference =
                 compare(gpu.at(Role::layers), expected.planes.at(Role::layers), 2e-3);
             EXPECT_LE(difference.fraction, 0.02) << one.name << ": " << difference.text;
@@ -205,10 +204,10 @@ TEST(FillMask, SumsToOne) {
     TestFrame frame = bright_frame(67, 45);
     add_neighbors(frame);
     for (const bool matted : {false, true})
-        for (const NamedChain& one : filling_modes()) {
+        for (const Variant& one : filling_variants()) {
             TestFrame given = frame;
-            if (matted) add_matte(given, square_matte(67, 45, 3), one.chain.links.size());
-            const ImageF mask = mask_of(one.chain, given);
+            if (matted) add_matte(given, square_matte(67, 45, 3), one.links.size());
+            const ImageF mask = mask_of(one.chain(), given);
             for (size_t i = 0; i < mask.pixels(); ++i) {
                 const float* shares = mask.data.data() + 4 * i;
                 // The ground of a soft pixel beside a bulb has weights for each of color's
@@ -246,8 +245,8 @@ TEST(FillMask, KeepsTheSharesOfAnEarlierPass) {
     frame.planes[Role::motion] = constant_image(96, 64, {8, 0});
     frame.description = describe(frame.planes);
     add_fill_mask(frame, {0.25f, 0.5f, 0.25f, 0});
-    for (const NamedChain& one : filling_modes()) {
-        const ImageF mask = mask_of(filter(one.chain, frame.description, frame.planes));
+    for (const Variant& one : filling_variants()) {
+        const ImageF mask = mask_of(filter(one.chain(), frame.description, frame.planes));
         const float* shares = mask.pixel(48, 32);
         EXPECT_NEAR(shares[kFrame], 0.25, 1e-5) << one.name;
         EXPECT_NEAR(shares[kNeighbor], 0.5, 1e-5) << one.name;
@@ -283,10 +282,10 @@ TEST(FillMask, ChangesNoBit) {
     add_lights(without, 2);
     TestFrame with = without;
     add_fill_mask(with);
-    for (const NamedChain& one : filling_modes()) {
+    for (const Variant& one : filling_variants()) {
         Plan plain;
-        const FramePlanes a = filter(one.chain, without.description, without.planes, {}, &plain);
-        const FramePlanes b = filter(one.chain, with.description, with.planes);
+        const FramePlanes a = filter(one.chain(), without.description, without.planes, {}, &plain);
+        const FramePlanes b = filter(one.chain(), with.description, with.planes);
         EXPECT_TRUE(equal_bits(a.at(Role::color), b.at(Role::color))) << one.name;
         for (int i = 0; i < 2; ++i)
             EXPECT_TRUE(equal_bits(plane_of_stack(a.at(Role::layers), i, 45),

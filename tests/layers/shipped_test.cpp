@@ -1,6 +1,6 @@
 // The sum proof for each chain that is shipped.
 #include "config/chain_find.h"
-#include "tests/layers/support.h"
+#include "tests/support/layers.h"
 
 namespace postchain::test {
 namespace {
@@ -18,9 +18,10 @@ TEST(Layers, LightsSumToTheFilteredColorOfEveryShippedChain) {
             const FramePlanes out = filter(loaded->chain, frame.description, frame.planes);
             EXPECT_GT(relative_difference(out.at(Role::color), frame.planes.at(Role::color)), 1e-3)
                 << name;
-            EXPECT_LE(relative_difference(sum_of(out.at(Role::layers), frame.description.height),
-                                          out.at(Role::color)),
-                      1e-5)
+            EXPECT_LE(
+                relative_difference(sum_of_layers(out.at(Role::layers), frame.description.height),
+                                    out.at(Role::color)),
+                1e-5)
                 << name;
         }
     }

@@ -4,13 +4,14 @@
 
 #include "chain/hold_still.h"
 #include "tests/elision/support.h"
-#include "tests/layers/support.h"
+#include "tests/support/layers.h"
+#include "tests/support/variants.h"
 
 namespace postchain::test {
 namespace {
 
-// The chains of every_mode() that blur by motion, their passes of that kind with a matte `unmoved`.
-// `mattes`: for FrameDescription::mattes.
+// Chains with a matte `unmoved` over their passes that blur by motion. `mattes`: for
+// FrameDescription::mattes.
 struct UnmovedChain {
     std::string name;
     Chain chain;
@@ -18,18 +19,11 @@ struct UnmovedChain {
 };
 std::vector<UnmovedChain> unmoved_chains() {
     std::vector<UnmovedChain> all;
-    for (NamedChain& one : every_mode()) {
-        UnmovedChain unmoved{one.name, std::move(one.chain), {}};
-        bool any = false;
-        for (ChainLink& link : unmoved.chain.links) {
-            const bool moves = link.pass->roles().required.has(Role::motion);
-            unmoved.mattes.push_back(moves ? 0 : -1);
-            any = any || moves;
-            if (!moves) continue;
-            link.matte = "object";
-            link.matte_effect = MatteEffect::unmoved;
-        }
-        if (any) all.push_back(std::move(unmoved));
+    for (const Variant& one : variants_that(one_of_each_kind(), reads_motion)) {
+        UnmovedChain unmoved{one.name, one.chain(), {0}};
+        unmoved.chain.links[0].matte = "object";
+        unmoved.chain.links[0].matte_effect = MatteEffect::unmoved;
+        all.push_back(std::move(unmoved));
     }
     return all;
 }
@@ -41,15 +35,6 @@ Chain plain(const Chain& chain) {
         link.matte_effect.reset();
     }
     return twin;
-}
-
-void add_motion_back(TestFrame& frame) {
-    ImageF back = frame.planes.at(Role::motion);
-    for (float& value : back.data) value = 0.75f * value + 1;
-    frame.planes[Role::motion_back] = std::move(back);
-    const FrameDescription described = describe(frame.planes);
-    frame.description.planes = described.planes;
-    frame.description.bounds = described.bounds;
 }
 
 TestFrame with_matte(const TestFrame& frame, const ImageF& matte, const std::vector<int>& mattes) {
@@ -106,20 +91,6 @@ TEST(Unmoved, IsTheFrameWhoseObjectIsAtRest) {
                 EXPECT_FALSE(equal_bits(out.at(Role::color), moving.at(Role::color)));
             }
         }
-    }
-}
-
-// A matte of zeros leaves every bit, also with neighbors; one of ones is a frame without motion.
-TEST(Unmoved, OfZeroChangesNoBit) {
-    TestFrame frame = bright_frame(67, 45);
-    add_neighbors(frame);
-    add_lights(frame, kLayersPerStep);
-    for (const UnmovedChain& one : unmoved_chains()) {
-        const TestFrame held = with_matte(frame, ImageF(67, 45, 1), one.mattes);
-        const FramePlanes a = filter(plain(one.chain), frame.description, frame.planes);
-        const FramePlanes b = filter(one.chain, held.description, held.planes);
-        EXPECT_TRUE(equal_bits(a.at(Role::color), b.at(Role::color))) << one.name;
-        EXPECT_TRUE(equal_bits(a.at(Role::layers), b.at(Role::layers))) << one.name;
     }
 }
 
@@ -289,20 +260,6 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
         const FramePlanes unsearched = filter(chain, held.description, held.planes);
         EXPECT_TRUE(equal_bits(unsearched.at(Role::color), without.at(Role::color))) << type;
     }
-}
-
-TEST(Unmoved, AgreesWithTheReferenceAndLightsStillSum) {
-    TestFrame frame = bright_frame(45, 37);
-    TestFrame neighbored = frame;
-    add_neighbors(neighbored);
-    for (TestFrame* one : {&frame, &neighbored}) add_lights(*one, kLayersPerStep);
-    for (const int soft_px : {0, 1, 4})
-        for (const UnmovedChain& one : unmoved_chains())
-            for (const TestFrame& given : {frame, neighbored}) {
-                const TestFrame held = with_matte(given, square_matte(45, 37, soft_px), one.mattes);
-                SCOPED_TRACE(one.name);
-                expect_reference_and_sum(one.chain, held);
-            }
 }
 
 // Only the object moves: the pass is elided, and no bit of the image changes.

@@ -198,41 +198,6 @@ TEST(InverseWarp, SlowFramesReturnEveryBitUnlessOneHalfIsFast) {
     EXPECT_FALSE(equal_bits(blurred(warp(), frame), frame.color()));
 }
 
-TEST(InverseWarp, ConstantColorStaysWhateverThePlanesHold) {
-    BlurFrame frame = random_frame(70, 50, 30, 1.5f, 6);
-    frame.planes[Role::motion_back] = random_frame(70, 50, 30, 1.5f, 7).motion();
-    frame.color() = constant_image(70, 50, {0.1f, 7.3f, 1e-4f, 0.7f});
-    const float bad[] = {NAN, INFINITY, -INFINITY, 1e30f, -1e30f, -1};
-    for (size_t i = 0; i < 6; ++i) {
-        frame.motion().at(int(3 + 9 * i), 11, 0) = bad[i];
-        frame.planes[Role::motion_back].at(int(5 + 9 * i), 23, 1) = bad[i];
-        frame.depth().at(int(7 + 9 * i), 31) = bad[i];
-    }
-    EXPECT_TRUE(equal_bits(blurred(warp(), frame), frame.color()));
-}
-
-TEST(InverseWarp, AgreesWithItsReference) {
-    for (const bool back : {false, true}) {
-        for (const Values& values :
-             {Values{}, Values{{"samples", int64_t(7)}, {"starts", int64_t(1)}, {"noise", "ign"}},
-              Values{{"starts", int64_t(8)}, {"max_blur_px", int64_t(9)}, {"noise", "none"}}}) {
-            const TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
-            BlurFrame frame(131, 77);
-            frame.planes = layers.planes;
-            if (back) {
-                frame.planes[Role::motion_back] = frame.motion();
-                for (float& v : frame.planes[Role::motion_back].data) v = 0.5f * v + 3;
-            }
-            const auto gpu = stages_of(warp(values), frame);
-            const auto expected = reference_stages_of(warp(values), frame);
-            const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
-            // Residuals and depths at a limit that rounding decides.
-            EXPECT_LE(difference.fraction, 0.01) << difference.text;
-            EXPECT_LE(compare(gpu.at("hint"), expected.at("hint"), 0).fraction, 0.002);
-        }
-    }
-}
-
 // Surfaces of many blocks reach each block.
 TEST(InverseWarp, FindsWhatReachesABlockFromFarAway) {
     BlurFrame frame(2400, 3);

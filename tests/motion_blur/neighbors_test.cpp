@@ -96,7 +96,7 @@ BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors,
 
 // RMS error against the image of a shutter open for half a frame.
 double error_of(const ImageF& out, const Scene& scene = kTwoLayers) {
-    constexpr int kTimes = 400;
+    constexpr int kTimes = 100;
     double sum = 0;
     int count = 0;
     for (int y = 0; y < kHeight; ++y) {
@@ -201,65 +201,6 @@ TEST(Neighbors, AreNotAskedByAShortShutter) {
     EXPECT_TRUE(make_plan(warp(), describe(both.planes))->reads.has(Role::color_before));
 }
 
-TEST(Neighbors, AgreeWithTheReference) {
-    for (const bool before : {false, true}) {
-        for (const bool after : {false, true}) {
-            const TestFrame layers = layered_frame(131, 77, {33.5f, 9.25f}, {-14.75f, 3.5f}, 8);
-            BlurFrame frame(131, 77);
-            frame.planes = layers.planes;
-            uint32_t seed = 30;
-            for (const Neighbor neighbor : kNeighbors) {
-                if (!(neighbor == Neighbor::before ? before : after)) continue;
-                const TestFrame other =
-                    layered_frame(131, 77, {30.5f, 8.25f}, {-12.75f, 2.5f}, ++seed);
-                for (const auto& [role, plane] : other.planes)
-                    frame.planes[role_of(neighbor, role)] = plane;
-                frame.planes[role_of(neighbor, Role::motion_back)] = other.planes.at(Role::motion);
-            }
-            const auto gpu = stages_of(warp(), frame);
-            const auto expected = reference_stages_of(warp(), frame);
-            const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
-            // Residuals and depths at a limit that rounding decides.
-            EXPECT_LE(difference.fraction, 0.01) << difference.text;
-        }
-    }
-}
-
-// Lamps before textured ground, also at the frame's borders, and pixels around them that mix both
-// lights.
-FramePlanes lamps(int width, int height, float speed, uint32_t seed) {
-    FramePlanes planes = layered_frame(width, height, {speed, 9.25f}, {-14.75f, 3.5f}, seed).planes;
-    const auto is_lamp = [](int x, int y) { return x >= 0 && y >= 0 && (x / 6 + y / 5) % 3 == 0; };
-    for (int y = 0; y < height; ++y) {
-        for (int x = 0; x < width; ++x) {
-            const bool lamp = is_lamp(x, y);
-            planes[Role::inverse_depth].at(x, y) = lamp ? 0.5f : 0.1f;
-            planes[Role::motion].at(x, y, 0) = lamp ? speed : -14.75f;
-            planes[Role::motion].at(x, y, 1) = lamp ? 9.25f : 3.5f;
-            const bool beside =
-                is_lamp(x - 1, y) || is_lamp(x + 1, y) || is_lamp(x, y - 1) || is_lamp(x, y + 1);
-            if (!lamp && !beside) continue;
-            for (int c = 0; c < 3; ++c) planes[Role::color].at(x, y, c) = lamp ? 40.0f : 8.0f;
-        }
-    }
-    return planes;
-}
-
-// Sizes with rests of squares, blocks and work groups.
-TEST(Neighbors, AgreeWithTheReferenceAtAnySize) {
-    for (const auto& [width, height] : {std::pair{1, 1}, {3, 5}, {17, 9}, {65, 33}, {66, 131}}) {
-        BlurFrame frame(width, height);
-        frame.planes = lamps(width, height, 33.5f, 8);
-        for (const Neighbor neighbor : kNeighbors)
-            for (const auto& [role, plane] : lamps(width, height, 30.5f, 31))
-                frame.planes[role_of(neighbor, role)] = plane;
-        const auto gpu = stages_of(warp(), frame);
-        const auto expected = reference_stages_of(warp(), frame);
-        const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
-        EXPECT_LE(difference.fraction, 0.01) << width << "x" << height << ": " << difference.text;
-    }
-}
-
 // Where the pattern stretches, where a door that other frames lack occludes it, and beside a
 // shadow.
 TEST(Neighbors, AgreeWithTheReferenceInScenes) {
@@ -270,13 +211,6 @@ TEST(Neighbors, AgreeWithTheReferenceInScenes) {
         const Difference difference = compare(gpu.at("color"), expected.at("color"), 1e-3);
         EXPECT_LE(difference.fraction, 0.01) << difference.text;
     }
-}
-
-TEST(Neighbors, KeepConstantColors) {
-    BlurFrame frame = with_neighbors({Neighbor::before, Neighbor::after});
-    for (const Role role : {Role::color, Role::color_before, Role::color_after})
-        frame.planes[role] = constant_image(kWidth, kHeight, {0.1f, 7.3f, 1e-4f, 0.7f});
-    EXPECT_TRUE(equal_bits(blurred(warp(), frame), frame.color()));
 }
 
 }  // namespace

@@ -87,20 +87,6 @@ TEST(Noise, SpreadAndIndependent) {
     }
 }
 
-TEST(Noise, GpuEqualsTable) {
-    const std::pair<const char*, Kind> kinds[] = {
-        {"halton", Kind::halton}, {"ign", Kind::ign}, {"blue", Kind::blue}};
-    for (const auto& [name, kind] : kinds) {
-        for (int seed : {0, 1, 12345}) {
-            noise::Parameters parameters;
-            parameters.noise = kind;
-            parameters.seed = seed;
-            const Difference d = compare(gpu_table(name, seed), noise::table(parameters, 1), 2e-7);
-            EXPECT_EQ(d.fraction, 0) << name << " seed " << seed << ": " << d.text;
-        }
-    }
-}
-
 TEST(Noise, ShiftsWithSeedAndFrame) {
     noise::Parameters p;
     EXPECT_EQ(noise::shift_of(p, 7), (std::array<int, 2>{0, 0}));

@@ -175,6 +175,22 @@ TEST(NeighborMax, EqualsBruteForce) {
     EXPECT_GT(diagonal_winners, 50);
 }
 
+// The widest and the highest frame, tiles of a pixel, and a tile wider than the frame.
+TEST(NeighborMax, EqualsTheReferenceInTilesOfAnySize) {
+    for (const auto& [width, height, tile] :
+         {std::tuple(16384, 3, 40), {3, 16384, 40}, {16384, 2, 1}, {33, 20, 1024}}) {
+        const BlurFrame frame = random_frame(width, height, 14, 2, 5);
+        const Chain chain = blur({{"max_blur_px", int64_t(tile)}, {"samples", int64_t(3)}});
+        const auto gpu = stages_of(chain, frame);
+        const auto expected = reference_stages_of(chain, frame);
+        for (const char* name : {"tile_max", "neighbor_max", "color"}) {
+            const Difference difference = compare(gpu.at(name), expected.at(name), 1e-4);
+            EXPECT_LE(difference.fraction, 0.002)
+                << width << "x" << height << " " << name << ": " << difference.text;
+        }
+    }
+}
+
 TEST(TileVariance, ByHand) {
     TileFrame frame;  // 5 x 3 tiles
     frame.set_tile(0, 0, 2, 0);

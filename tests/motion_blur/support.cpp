@@ -7,9 +7,8 @@ namespace {
 
 const std::string kPrefix = "0.motion_blur.";
 
-PlanOptions whole(Precision precision) {
+PlanOptions whole() {
     PlanOptions options = whole_passes();
-    options.precision = precision;
     options.outputs = {Role::color, Role::hint};
     return options;
 }
@@ -73,23 +72,17 @@ Chain plain_blur(const Values& values) {
     return blur(all);
 }
 
-ImageF blurred(const Chain& chain, const BlurFrame& frame, Precision precision) {
-    PlanOptions options;
-    options.precision = precision;
-    options.elide = false;
-    return filter(chain, describe(frame.planes), frame.planes, options)[Role::color];
+ImageF blurred(const Chain& chain, const BlurFrame& frame) {
+    return filter(chain, describe(frame.planes), frame.planes, {.elide = false})[Role::color];
 }
 
-std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame,
-                                        Precision precision) {
+std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame) {
     return without_prefix(
-        filter_with_stages(chain, describe(frame.planes), frame.planes, whole(precision)).stages);
+        filter_with_stages(chain, describe(frame.planes), frame.planes, whole()).stages);
 }
 
-std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame,
-                                                  Precision precision) {
-    return without_prefix(
-        reference(chain, describe(frame.planes), frame.planes, whole(precision)).stages);
+std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame) {
+    return without_prefix(reference(chain, describe(frame.planes), frame.planes, whole()).stages);
 }
 
 void expect_pixel(const ImageF& image, int x, int y, const std::vector<double>& expected,

@@ -43,12 +43,10 @@ Chain plain_blur(const Values& values = {});
 Chain blur(const Values& values = {});
 
 // Color on the GPU without elision.
-ImageF blurred(const Chain& chain, const BlurFrame& frame, Precision precision = Precision::fp32);
+ImageF blurred(const Chain& chain, const BlurFrame& frame);
 // All stages, with the hint, by name without "0.motion_blur."; without elision.
-std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame,
-                                        Precision precision = Precision::fp32);
-std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame,
-                                                  Precision precision = Precision::fp32);
+std::map<std::string, ImageF> stages_of(const Chain& chain, const BlurFrame& frame);
+std::map<std::string, ImageD> reference_stages_of(const Chain& chain, const BlurFrame& frame);
 
 // |a - b| <= bound * max(1, |b|) in all channels named.
 void expect_pixel(const ImageF& image, int x, int y, const std::vector<double>& expected,

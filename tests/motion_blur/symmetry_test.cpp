@@ -7,7 +7,7 @@
 namespace postchain::test::symmetry_test {
 namespace {
 
-constexpr int kSize = 64;
+constexpr int kSize = 48;
 
 // Speeds of 3 px and more: w_c is each pixel's own direction and no sign of w_p matters.
 BlurFrame brisk_frame() {
@@ -24,10 +24,12 @@ BlurFrame slow_pan() {
 }
 
 // Pixel (x, y) of the result is pixel source(x, y) of the frame, with its motion rotated by `turn`.
+using Place = std::array<int, 2>;
+using Vector = std::array<float, 2>;
 struct Transform {
     const char* name;
-    std::array<int, 2> (*source)(int x, int y);
-    std::array<float, 2> (*turn)(float vx, float vy);
+    Place (*source)(int x, int y);
+    Vector (*turn)(float vx, float vy);
 };
 
 BlurFrame apply(const Transform& t, const BlurFrame& frame) {
@@ -56,45 +58,43 @@ Image<T> apply(const Transform& t, const Image<T>& image) {
     return out;
 }
 
-using Turned = std::array<float, 2>;
-using Place = std::array<int, 2>;
-
 TEST(Symmetry, ReversalMirrorsAndTurns) {
+    constexpr int kLast = kSize - 1;
     const Transform transforms[] = {
         {"v -> -v",
          [](int x, int y) {
              return Place{x, y};
          },
          [](float vx, float vy) {
-             return Turned{-vx, -vy};
+             return Vector{-vx, -vy};
          }},
         {"mirror in x",
          [](int x, int y) {
-             return Place{kSize - 1 - x, y};
+             return Place{kLast - x, y};
          },
          [](float vx, float vy) {
-             return Turned{-vx, vy};
+             return Vector{-vx, vy};
          }},
         {"mirror in y",
          [](int x, int y) {
-             return Place{x, kSize - 1 - y};
+             return Place{x, kLast - y};
          },
          [](float vx, float vy) {
-             return Turned{vx, -vy};
+             return Vector{vx, -vy};
          }},
         {"quarter turn",
          [](int x, int y) {
-             return Place{y, kSize - 1 - x};
+             return Place{y, kLast - x};
          },
          [](float vx, float vy) {
-             return Turned{-vy, vx};
+             return Vector{-vy, vx};
          }},
         {"transpose",
          [](int x, int y) {
              return Place{y, x};
          },
          [](float vx, float vy) {
-             return Turned{vy, vx};
+             return Vector{vy, vx};
          }},
     };
     for (const BlurFrame& frame : {brisk_frame(), slow_pan()})

@@ -1,10 +1,7 @@
-// Frames whose lights sum to color, and the chains that filter them.
+// Frames whose lights sum to color, and objects in them that a matte covers.
 #pragma once
 
 #include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
 
 #include "chain/layers.h"
 #include "tests/support/gpu.h"
@@ -14,6 +11,9 @@ namespace postchain::test {
 
 // Two layers that both move, one out of focus, with highlights up to 40 and holes in its alpha.
 TestFrame bright_frame(int width, int height);
+
+// Gives the frame's vectors back to the frame before: other ones than forth.
+void add_motion_back(TestFrame& frame);
 
 // The crop of a path-traced image (tests/data/motion_blur), 160 x 160.
 TestFrame traced_frame();
@@ -25,19 +25,9 @@ void add_matte(TestFrame& frame, const ImageF& matte, size_t passes);
 ImageF square_matte(int width, int height, int soft_px = 0);
 
 // The sum of the layers that stand in `layers`.
-ImageF sum_of(const ImageF& layers, int height);
+ImageF sum_of_layers(const ImageF& layers, int height);
 
 // Largest difference of any channel, as a part of the largest value of `b`.
 double relative_difference(const ImageF& a, const ImageF& b);
-
-// Color and layers agree with the reference, and the layers sum to color.
-void expect_reference_and_sum(const Chain& chain, const TestFrame& frame);
-
-struct NamedChain {
-    std::string name;
-    Chain chain;
-};
-// Every mode and method of every shipped pass, and chains of several.
-std::vector<NamedChain> every_mode();
 
 }  // namespace postchain::test

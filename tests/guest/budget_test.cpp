@@ -4,7 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <thread>
+#include <functional>
+#include <string>
 
 #include "chain/guest/budgets.h"
 #include "chain/guest/governor.h"
@@ -71,6 +72,40 @@ TEST(Governor, FollowsTheLoad) {
     EXPECT_EQ(governor.changes(), 5u);
 }
 
+// From one part to another at a time of its frames: down only if the budget is exceeded, to the
+// first part that fits; up by one if a tenth of the budget is left then.
+TEST(Governor, ChangesAtItsLimits) {
+    const struct {
+        double before, milliseconds, after;
+    } cases[] = {{1, 10, 1},          {1, 10.1, 0.75},    {1, 13.4, 0.5},    {1, 99, 0.25},
+                 {0.75, 6.7, 1},      {0.75, 6.8, 0.75},  {0.75, 10, 0.75},  {0.75, 10.1, 0.5},
+                 {0.375, 13.4, 0.25}, {0.25, 5.9, 0.375}, {0.25, 6.1, 0.25}, {0.25, 0.1, 0.375}};
+    for (const auto& [before, milliseconds, after] : cases) {
+        Governor governor(10, 0.25);
+        const auto run = [&](double time, double now) {
+            for (int i = 0; i < 4; ++i) governor.add(time);
+            governor.change(now);
+        };
+        run(9.99 / before, 0);
+        ASSERT_EQ(governor.part(), before);
+        run(milliseconds, 1);
+        EXPECT_EQ(governor.part(), after) << milliseconds << " ms with " << before;
+    }
+}
+
+TEST(Governor, WaitsBetweenChanges) {
+    Governor governor(10, 0.25);
+    const auto changes = [&](double now) {
+        for (int i = 0; i < 4; ++i) governor.add(11);
+        return governor.change(now);
+    };
+    EXPECT_TRUE(changes(0));
+    EXPECT_FALSE(changes(0.49));
+    EXPECT_TRUE(changes(0.5));
+    for (int i = 0; i < 3; ++i) governor.add(11);
+    EXPECT_FALSE(governor.change(9)) << "three frames are too few";
+}
+
 // One slow frame, as when a window is moved, changes nothing.
 TEST(Governor, OneSlowFrameDoesNotCount) {
     Governor governor(10, 0.25);
@@ -93,14 +128,16 @@ pc_budget_state state_of(const pc::Instance& guest, const pc::Chain& chain) {
     return state;
 }
 
-// Runs the chain until it has this part of its samples.
+// Runs frames until a state is reached.
+void run_until(const std::function<bool()>& reached, const std::function<void()>& run) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    while (!reached() && std::chrono::steady_clock::now() < end) run();
+    EXPECT_TRUE(reached());
+}
 void run_until(const pc::Instance& guest, const pc::Chain& made, const pc_frame& frame,
                float part) {
-    for (int i = 0; i < 400 && state_of(guest, made).part != part; ++i) {
-        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    EXPECT_EQ(state_of(guest, made).part, part);
+    run_until([&] { return state_of(guest, made).part == part; },
+              [&] { EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK); });
 }
 
 pc_budget budget_of(float milliseconds, float least = 0) {
@@ -188,18 +225,27 @@ TEST(TimeBudget, WithAMask) {
     const HostTexture mask(0x8229 /* GL_R8 */, ImageF(40, 24, 1, 0.5f));
     pc_frame frame = host.frame;
     frame.mask = mask;
+    std::string said;
+    auto info = pc::create_info();
+    info.user = &said;
+    info.log = [](void* user, int, const char* text) {
+        static_cast<std::string*>(user)->append(text);
+    };
     for (const bool first : {true, false}) {
-        const auto guest = instance();
+        const pc::Instance guest = pc::create(info);
         const auto made = chain("joint_blur");
         set(made, 0, "samples", 32);
         if (first) set_budget(guest, made, budget_of(kTooLittle));
         ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
-        if (!first) set_budget(guest, made, budget_of(kTooLittle));
-        for (int i = 0; i < 80; ++i) {
-            ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
-            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        if (first) {
+            run_until(guest, made, frame, 0.25f);
+            EXPECT_EQ(said, "");
+            continue;
         }
-        EXPECT_EQ(state_of(guest, made).part, first ? 0.25f : 1);
+        set_budget(guest, made, budget_of(kTooLittle));
+        run_until([&] { return said.starts_with("the budget is not kept"); },
+                  [&] { ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK); });
+        EXPECT_EQ(state_of(guest, made).part, 1);
     }
 }
 
@@ -242,12 +288,11 @@ TEST(TimeBudget, OfManyChains) {
         set_budget(guest, made, budget_of(kTooLittle));
     }
     const auto reduced = [&](const pc::Chain& made) { return state_of(guest, made).part < 1; };
-    for (int i = 0; i < 200 && !std::all_of(chains.begin(), chains.end(), reduced); ++i) {
-        for (const auto& made : chains)
-            ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
-        std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    for (const auto& made : chains) EXPECT_TRUE(reduced(made));
+    run_until([&] { return std::all_of(chains.begin(), chains.end(), reduced); },
+              [&] {
+                  for (const auto& made : chains)
+                      ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);
+              });
 }
 
 TEST(TimeBudget, BadValues) {

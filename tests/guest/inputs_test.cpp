@@ -58,10 +58,6 @@ class ArrayTexture {
     pc_texture texture_ = {};
 };
 
-void expect_equal(const ImageF& a, const ImageF& b) {
-    EXPECT_TRUE(equal_bits(a, b)) << compare(a, b, 0).text;
-}
-
 ImageF filtered(const pc::Instance& guest, const pc::Chain& chain, const pc_frame& frame) {
     return read(prepare_and_run(guest, chain, frame), kWidth, kHeight);
 }
@@ -75,7 +71,7 @@ TEST(Inputs, LayersAndLevels) {
     const ArrayTexture output(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 9));
     const auto made = chain(kPasses);
     const ImageF expected = by_executor(host.test, kPasses);
-    for (const pc_state state : {PC_STATE_RESTORE, PC_STATE_RESET, PC_STATE_LEAVE}) {
+    for (const pc_state state : {PC_STATE_LEAVE, PC_STATE_RESTORE}) {
         const auto guest = instance(PC_VALIDATE, state);
         pc_frame frame = host.frame;
         frame.color = color;
@@ -224,10 +220,6 @@ TEST(Inputs, PlanesOfLowerResolution) {
     frame.depth = depth_up;
     frame.motion = motion_up;
     expect_equal(upside_down(filtered(guest, made, frame)), expected);
-
-    frame.motion_size[1] = kHeight + 1;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("motion_size: 32x61 is not within 1x1 and 96x60, the frame"));
 }
 
 // Vectors of half the resolution, one of each 2 x 2 pixels, beside depth of the full resolution.
@@ -299,14 +291,6 @@ TEST(Inputs, DepthRange) {
     }
     frame.depth_range[1] = 1;
     expect_equal(with(beyond, 0, 1), with(clamped, 0, 1));
-
-    frame.depth_range[0] = frame.depth_range[1] = 0.5f;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("depth_range: both ends are 0.5"));
-    frame.depth_range[0] = 0;
-    frame.depth_encoding = PC_DEPTH_INVERSE;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("depth_range: this depth_encoding has no clip planes"));
 }
 
 // Color beyond the range of the output is the end of that range, not an infinity.
@@ -333,42 +317,41 @@ TEST(Inputs, OutputsThatHoldLess) {
 // the result at full resolution than the frame. Its texture changes from pixel to pixel, across the
 // motion too, which half the resolution loses.
 TEST(Inputs, HalfResolution) {
-    for (const int width : {96, 95}) {
-        auto host = canonical_frame(width, kHeight);
-        const HostTexture output(GL_RGBA32F, width, kHeight);
-        const auto guest = instance(PC_VALIDATE);
-        pc_frame frame = host.frame;
-        frame.output = output;
-        frame.flags |= PC_HALF_RESOLUTION;
-        const auto run = [&](const char* passes) {
-            return read(prepare_and_run(guest, chain(passes), frame), width, kHeight);
-        };
-        const ImageF& color = host.test.planes.at(Role::color);
-        frame.flags |= PC_GIVEN_SHUTTER;  // closed
-        frame.shutter_frames = 0;
-        EXPECT_LE(compare(run("motion_blur"), color, 0).max, 1e-6);
-        frame.shutter_frames = 0.5f;
-        const ImageF half = run("motion_blur"), full = by_executor(host.test, "motion_blur");
-        const auto error = [&](const ImageF& image) {
-            double sum = 0;
-            for (size_t i = 0; i < image.data.size(); ++i)
-                sum += std::pow(double(image.data[i]) - double(full.data[i]), 2);
-            return std::sqrt(sum / double(image.data.size()));
-        };
-        EXPECT_LT(error(half), 0.7 * error(color)) << error(half) << " of " << error(color);
-        EXPECT_GT(error(half), 0);
-        // The ground beside a masked object is filtered, the object is not.
-        ImageF mask(width, kHeight, 1, 0);
-        for (int y = 20; y < 40; ++y)
-            for (int x = 30; x < 60; ++x) mask.at(x, y) = 1;
-        const HostTexture object(GL_R8, mask);
-        frame.mask = object;
-        const ImageF masked = run("motion_blur");
-        for (int y = 22; y < 38; ++y)
-            for (int x = 32; x < 58; ++x)
-                for (int c = 0; c < 4; ++c)
-                    ASSERT_NEAR(masked.at(x, y, c), color.at(x, y, c), 1e-6) << x << ", " << y;
-    }
+    constexpr int width = kWidth - 1;
+    auto host = canonical_frame(width, kHeight);
+    const HostTexture output(GL_RGBA32F, width, kHeight);
+    const auto guest = instance(PC_VALIDATE);
+    pc_frame frame = host.frame;
+    frame.output = output;
+    frame.flags |= PC_HALF_RESOLUTION;
+    const auto run = [&](const char* passes) {
+        return read(prepare_and_run(guest, chain(passes), frame), width, kHeight);
+    };
+    const ImageF& color = host.test.planes.at(Role::color);
+    frame.flags |= PC_GIVEN_SHUTTER;  // closed
+    frame.shutter_frames = 0;
+    EXPECT_LE(compare(run("motion_blur"), color, 0).max, 1e-6);
+    frame.shutter_frames = 0.5f;
+    const ImageF half = run("motion_blur"), full = by_executor(host.test, "motion_blur");
+    const auto error = [&](const ImageF& image) {
+        double sum = 0;
+        for (size_t i = 0; i < image.data.size(); ++i)
+            sum += std::pow(double(image.data[i]) - double(full.data[i]), 2);
+        return std::sqrt(sum / double(image.data.size()));
+    };
+    EXPECT_LT(error(half), 0.7 * error(color)) << error(half) << " of " << error(color);
+    EXPECT_GT(error(half), 0);
+    // The ground beside a masked object is filtered, the object is not.
+    ImageF mask(width, kHeight, 1, 0);
+    for (int y = 20; y < 40; ++y)
+        for (int x = 30; x < 60; ++x) mask.at(x, y) = 1;
+    const HostTexture object(GL_R8, mask);
+    frame.mask = object;
+    const ImageF masked = run("motion_blur");
+    for (int y = 22; y < 38; ++y)
+        for (int x = 32; x < 58; ++x)
+            for (int c = 0; c < 4; ++c)
+                ASSERT_NEAR(masked.at(x, y, c), color.at(x, y, c), 1e-6) << x << ", " << y;
 }
 
 // Negative color of wide gamuts, and alpha beyond 1, are no overshoot of the detail.
@@ -416,13 +399,13 @@ TEST(Inputs, MaskOfEveryEffect) {
     const ImageF stored = read(texture, kWidth, kHeight, 1);
     const auto guest = instance(PC_VALIDATE);
     const pc_mask_effect effects[] = {PC_MASK_UNBLURRED, PC_MASK_UNMOVED, PC_MASK_IGNORED};
-    const char* const passes = "joint_blur,fxaa";
+    const char* const passes = "motion_blur,fxaa";
     const ImageF plain = by_executor(host.test, passes);
     TestFrame masked = host.test;
     masked.planes[Role::mattes] = stored;
     masked.description.planes.add(Role::mattes);
     for (const pc_mask_effect first : effects) {
-        Chain expected_chain = chain_of("joint_blur");
+        Chain expected_chain = chain_of("motion_blur");
         append(expected_chain, "fxaa");
         masked.description.mattes.clear();
         for (ChainLink& link : expected_chain.links) {
@@ -438,6 +421,12 @@ TEST(Inputs, MaskOfEveryEffect) {
         frame.mask = texture;
         expect_equal(filtered(guest, made, frame), expected);
         EXPECT_GT(compare(expected, plain, 1e-3).fraction, 0.02) << first;
+        // It may be a part of a larger texture.
+        const HostTexture larger = HostTexture::inside(GL_R32F, stored, 120, 80, 13, 7);
+        frame.width = kWidth;
+        frame.height = kHeight;
+        frame.mask = larger;
+        expect_equal(filtered(guest, made, frame), expected);
         // Later frames of the kind may lack it, and a host may hand it in as a layer.
         frame.mask = {};
         pc_texture result = {};

@@ -17,16 +17,6 @@ namespace {
 constexpr int kWidth = 96, kHeight = 60;
 const char* const kPasses = "motion_blur,fxaa,depth_of_field";
 
-void expect_equal(const ImageF& a, const ImageF& b) {
-    const Difference difference = compare(a, b, 0);
-    EXPECT_TRUE(equal_bits(a, b)) << difference.text;
-}
-
-void expect_near(const ImageF& a, const ImageF& b, double tolerance) {
-    const Difference difference = compare(a, b, tolerance);
-    EXPECT_LE(difference.max, tolerance) << difference.text;
-}
-
 double changed(const ImageF& a, const ImageF& b) {
     return compare(a, b, 1e-3).fraction;
 }
@@ -99,9 +89,6 @@ TEST(Pixels, PixelAspect) {
     const ImageF wide = read(prepare_and_run(guest, chain(kPasses), frame), kWidth, kHeight);
     expect_equal(wide, by_executor(host.test, kPasses));
     EXPECT_GT(changed(wide, square), 0.05);
-    frame.pixel_aspect = -1;
-    pc_texture result = {};
-    EXPECT_EQ(pc_run(guest.get(), chain(kPasses).get(), &frame, &result), PC_ERROR_CHAIN);
 }
 
 // A renderer's half floats overflow in a sun: it keeps its light, whether its texture is read in
@@ -116,23 +103,19 @@ TEST(Pixels, InfiniteSun) {
     for (float& value : infinite.data)
         if (value == 65504) value = INFINITY;
     const auto guest = instance();
-    const auto filters = chain("motion_blur,fxaa,depth_of_field");
-    pc_chain_set_text(filters.get(), 0, "mode", "guertin");
-    pc_chain_set_text(filters.get(), 2, "method", "gilham");
-    for (const bool imported : {false, true})
-        for (const uint32_t halves : {0u, uint32_t(PC_HALF_PLANES)}) {
-            const auto filtered = [&](const ImageF& pixels) {
-                const HostTexture color(GL_RGBA16F, pixels);
-                pc_frame frame = host.frame;
-                frame.color = color;
-                if (imported) frame.flags &= ~uint32_t(PC_TOP_LEFT);
-                frame.flags |= halves;
-                return read(prepare_and_run(guest, filters, frame), kWidth, kHeight);
-            };
-            const ImageF expected = filtered(finite), found = filtered(infinite);
-            expect_equal(found, expected);
-            EXPECT_GT(*std::max_element(found.data.begin(), found.data.end()), 6000.0f);
-        }
+    const auto filters = paper_chain("motion_blur,depth_of_field");
+    for (const bool imported : {false, true}) {
+        const auto filtered = [&](const ImageF& pixels) {
+            const HostTexture color(GL_RGBA16F, pixels);
+            pc_frame frame = host.frame;
+            frame.color = color;
+            if (imported) frame.flags = PC_MOTION_TO_NEXT | PC_HALF_PLANES;
+            return read(prepare_and_run(guest, filters, frame), kWidth, kHeight);
+        };
+        const ImageF expected = filtered(finite), found = filtered(infinite);
+        expect_equal(found, expected);
+        EXPECT_GT(*std::max_element(found.data.begin(), found.data.end()), 6000.0f);
+    }
 }
 
 // Rows from the bottom with their vectors, and a rectangle in larger textures, give the same image
@@ -457,7 +440,8 @@ TEST(Pixels, SkyWithoutVectorsMovesWithTheCamera) {
 
 // A plan is kept for frames like its own. Any value that differs has an effect at once.
 TEST(Pixels, NothingOfAFrameBeforeStays) {
-    const auto host = canonical_frame(kWidth, kHeight);
+    constexpr int kAcross = 48, kDown = 30;
+    const auto host = canonical_frame(kAcross, kDown);
     const HostTexture half(GL_RGBA16F, host.test.planes.at(Role::color)),
         exposure(GL_R32F, ImageF(1, 1, 1, 8));
     const HostTexture up(GL_RGBA32F, host.test.planes.at(Role::color), true);
@@ -479,6 +463,7 @@ TEST(Pixels, NothingOfAFrameBeforeStays) {
         [](pc_frame& f) { f.motion_scale[0] = 2; },
         [](pc_frame& f) { f.motion_bias[1] = 3; },
         [](pc_frame& f) { f.pre_exposure = 0.01f; },
+        [](pc_frame& f) { f.flags &= ~uint32_t(PC_TOP_LEFT), f.pre_exposure = 0.01f; },
         [](pc_frame& f) { f.motion.name = 0, f.flags |= PC_CAMERA_CUT; },
         [&](pc_frame& f) { f.exposure = exposure; },
         [&](pc_frame& f) { f.color = half; },
@@ -487,12 +472,12 @@ TEST(Pixels, NothingOfAFrameBeforeStays) {
         [](pc_frame& f) { f.height = f.color.height - 7, f.color.y = 3; }};
     const auto made = chain("motion_blur,depth_of_field,fxaa");
     const auto guest = instance();
-    const ImageF plain = read(prepare_and_run(guest, made, host.frame), kWidth, kHeight);
+    const ImageF plain = read(prepare_and_run(guest, made, host.frame), kAcross, kDown);
     for (size_t i = 0; i < changes.size(); ++i) {
         pc_frame frame = host.frame;
         changes[i](frame);
-        const int width = frame.width ? frame.width : kWidth;
-        const int height = frame.height ? frame.height : kHeight;
+        const int width = frame.width ? frame.width : kAcross;
+        const int height = frame.height ? frame.height : kDown;
         const auto fresh = instance();
         pc_texture result = {}, expected = {};
         const pc_result code = pc_prepare(guest.get(), made.get(), &frame, 1);
@@ -503,7 +488,7 @@ TEST(Pixels, NothingOfAFrameBeforeStays) {
             << "change " << i;
         EXPECT_EQ(pc::explain(guest.get()), pc::explain(fresh.get())) << "change " << i;
         ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, &result), PC_OK);
-        EXPECT_TRUE(equal_bits(read(result, kWidth, kHeight), plain)) << "after change " << i;
+        EXPECT_TRUE(equal_bits(read(result, kAcross, kDown), plain)) << "after change " << i;
     }
 }
 

@@ -38,12 +38,6 @@ pc::Instance instance_with(Store* store) {
     return made;
 }
 
-pc_counters count(const pc::Instance& guest) {
-    auto counters = pc::make<pc_counters>();
-    EXPECT_EQ(pc_count(guest.get(), &counters), PC_OK);
-    return counters;
-}
-
 uint64_t compiles(const std::map<std::string, uint64_t>& calls) {
     const auto found = calls.find("glCompileShader");
     return found == calls.end() ? 0 : found->second;

@@ -16,8 +16,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kFrames = 2000;  // of each of six chains, converted or not
-constexpr int kMaxWidth = 720, kMaxHeight = 48;
+constexpr int kFrames = 100;  // of each chain, converted or not
+constexpr int kMaxWidth = 720, kMaxHeight = 36;
 
 pc::Instance instance_for(uint32_t max_width, uint32_t max_height, uint32_t keep_frames = 0) {
     make_host_context();
@@ -29,12 +29,6 @@ pc::Instance instance_for(uint32_t max_width, uint32_t max_height, uint32_t keep
     pc::Instance made = pc::create(info);
     EXPECT_TRUE(made) << pc_create_error();
     return made;
-}
-
-pc_counters count(const pc::Instance& guest) {
-    auto counters = pc::make<pc_counters>();
-    EXPECT_EQ(pc_count(guest.get(), &counters), PC_OK);
-    return counters;
 }
 
 // A frame in the corner of textures that are as large as any frame can be, as an engine renders it.
@@ -78,55 +72,39 @@ const NamedChain kChains[] = {
     // Every pass writes the host's texture once.
     {"motion blur last", [] { return chain("depth_of_field,motion_blur"); }},
     {"papers", [] { return paper_chain("motion_blur,depth_of_field,fxaa"); }},
-    {"gilham last",
-     [] {
-         pc::Chain made = paper_chain("motion_blur,depth_of_field");
-         set(made, 0, "jitter", 0.5);
-         EXPECT_EQ(pc_chain_set_text(made.get(), 0, "noise", "halton"), PC_OK);
-         EXPECT_EQ(pc_chain_set_text(made.get(), 1, "leak", "depth"), PC_OK);
-         return made;
-     }},
-    {"joint", [] { return chain("joint_blur,fxaa"); }},
-    {"directional", [] {
+    {"gilham last", [] { return paper_chain("motion_blur,depth_of_field"); }},
+    {"joint", [] {
          pc::Chain made = chain("joint_blur,fxaa");
          EXPECT_EQ(pc_chain_set_text(made.get(), 1, "mode", "directional"), PC_OK);
          return made;
      }}};
 
-// Sizes on both sides of one, two and many blocks, and so wide that the papers' tiles grow with the
-// frame.
+// Sizes on both sides of one, two and many blocks. The papers' tiles grow with a wide frame.
 TEST(Sizes, APartOfLargerTexturesHasTheBitsOfATightRender) {
-    Random random(5);
-    std::vector<std::array<int, 2>> sizes = {{kMaxWidth, kMaxHeight}, {1, 1},   {16, 16}, {17, 33},
-                                             {kMaxWidth, 20},         {40, 48}, {700, 40}};
-    for (int i = 0; i < 3; ++i)
-        sizes.push_back({random.whole(1, kMaxWidth), random.whole(1, kMaxHeight)});
     for (const NamedChain& named : kChains) {
         const auto made = named.make();
+        const bool grows = named.name == std::string("papers");
+        const std::array<int, 2> sizes[] = {
+            {grows ? kMaxWidth : 90, kMaxHeight}, {1, 1}, {17, 33}, {grows ? 700 : 70, 30}};
         const auto stated = instance_for(kMaxWidth, kMaxHeight), seen = instance_for(0, 0);
         const auto plain = instance();
-        for (size_t i = 0; i < sizes.size(); ++i) {
-            const auto [width, height] = sizes[i];
-            const auto tight = canonical_frame(width, height, uint32_t(i + 1));
+        for (const auto& [width, height] : sizes) {
+            SCOPED_TRACE(concat(named.name, ", ", width, "x", height));
+            const auto tight = canonical_frame(width, height, uint32_t(width));
             const ImageF expected = read(prepare_and_run(plain, made, tight.frame), width, height);
             const Corner corner = in_corner(tight);
-            for (const auto* guest : {&stated, &seen}) {
-                const pc_texture result = prepare_and_run(*guest, made, corner.frame);
-                EXPECT_TRUE(equal_bits(read(result, width, height), expected))
-                    << named.name << ", " << width << "x" << height;
-                expect_only_the_frame(result, width, height);
-            }
+            pc_texture result = prepare_and_run(seen, made, corner.frame);
+            expect_equal(read(result, width, height), expected);
+            expect_only_the_frame(result, width, height);
             // Without a texture of the host's: one of the library, of the stated size.
             pc_frame own = corner.frame;
             own.output = {};
-            const pc_texture result = prepare_and_run(stated, made, own);
-            EXPECT_TRUE(equal_bits(read(result, width, height), expected)) << named.name;
+            result = prepare_and_run(stated, made, own);
+            expect_equal(read(result, width, height), expected);
             if (result.name != corner.frame.color.name) {
                 EXPECT_EQ(result.width, kMaxWidth);
                 EXPECT_EQ(result.height, kMaxHeight);
             }
-            // Unstated, it has the frame's.
-            EXPECT_EQ(prepare_and_run(seen, made, tight.frame).width, width);
         }
     }
 }
@@ -136,18 +114,17 @@ TEST(Sizes, DebugViewsShowTheFrame) {
     const auto made = paper_chain("motion_blur,depth_of_field");
     const auto stated = instance_for(kMaxWidth, kMaxHeight);
     for (const int width : {kMaxWidth, 90}) {
-        const auto tight = canonical_frame(width, 40);
+        const auto tight = canonical_frame(width, 30);
         Corner corner = in_corner(tight);
         for (const char* view : {"0.motion_blur.tile_max", "1.depth_of_field.blur_y",
                                  "0.motion_blur.full_blocks", "fill"}) {
             const auto fresh = instance();
             pc_frame frame = tight.frame;
             frame.debug_view = corner.frame.debug_view = view;
-            const ImageF expected = read(prepare_and_run(fresh, made, frame), width, 40);
-            EXPECT_TRUE(
-                equal_bits(read(prepare_and_run(stated, made, corner.frame), width, 40), expected))
-                << view;
-            expect_only_the_frame(corner.output, width, 40);
+            const ImageF expected = read(prepare_and_run(fresh, made, frame), width, 30);
+            SCOPED_TRACE(view);
+            expect_equal(read(prepare_and_run(stated, made, corner.frame), width, 30), expected);
+            expect_only_the_frame(corner.output, width, 30);
         }
     }
 }
@@ -176,6 +153,7 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
                 frame.focus_distance = tight.frame.focus_distance * (1 + 0.01f * float(i % 7));
                 frame.frame_number = uint64_t(i);
             };
+            silence_dispatches(true);
             // A lens's circle of confusion grows with the frame: a plan for each downsampling.
             for (int i = 0; i < 12; ++i) {
                 resize(i);
@@ -183,7 +161,7 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
                     << named.name << ": " << pc_last_error(guest.get());
             }
             const pc_counters before = count(guest);
-            silence_gl(true);  // the device would take longer than the host
+            silence_gl(true);
             uint64_t allocated = 0;
             GlCalls::start();
             for (int i = 0; i < kFrames; ++i) {
@@ -195,6 +173,7 @@ TEST(Sizes, RandomSizesMakeAndAllocateNothing) {
             }
             const auto calls = GlCalls::stop();
             silence_gl(false);
+            silence_dispatches(false);
             const pc_counters after = count(guest);
             EXPECT_EQ(after.frames, before.frames + kFrames) << pc_last_error(guest.get());
             EXPECT_EQ(allocated, 0u) << named.name;
@@ -308,7 +287,7 @@ TEST(Sizes, TheStatedSizeStaysWhenTheBudgetIsSpent) {
     make_host_context();
     const auto host = canonical_frame(64, 48);
     const HostTexture half(GL_RGBA16F, 64, 48);
-    const auto blur = chain("motion_blur,depth_of_field"), fxaa = chain("fxaa");
+    const auto blur = chain("motion_blur"), fxaa = chain("fxaa");
     pc_frame halves = host.frame;
     halves.color = half;
     halves.flags |= PC_HALF_PLANES;

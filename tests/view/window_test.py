@@ -111,9 +111,6 @@ class Viewer:
         raise AssertionError(f"{what}: {json.dumps(self.state())[:3000]}")
 
     def refined(self, what, holds=lambda s: True):
-        self.wait(what, holds)
-        # The state of rest that follows the change, not one from before it.
-        time.sleep(0.5)
         return self.wait(what, lambda s: s["at_rest"] and not s["draft"] and holds(s))
 
     def center(self, place):
@@ -122,7 +119,7 @@ class Viewer:
 
     def move(self, x, y):
         self.display.tool("mousemove", x, y)
-        time.sleep(0.3)
+        self.wait("the mouse is seen", lambda s: s["mouse"] == [x, y])
 
     def press(self, *words):
         """A key or a button down or up, until the viewer has drawn a frame with it, or has ended. One that
@@ -161,14 +158,20 @@ class Viewer:
 
     def picture(self):
         """The image on the screen at 1:1, without what is drawn into its corners."""
-        state = self.state()
-        check(abs(state["zoom"] - 1) < 1e-9, f"1:1, not {state['zoom']}")
+        state = self.wait("1:1", lambda s: abs(s["zoom"] - 1) < 1e-9)
         x, y = [round(v) for v in state["pixel_0_0"]]
-        # The server may draw later than the viewer says.
-        rows = None
-        while rows != (rows := self.display.rows(x, y, 320, 180)):
-            time.sleep(0.5)
+        return self.display.rows(x, y, 320, 180)
+
+    def until(self, what, holds):
+        """The image on the screen, when it is as expected: the server may draw later than the viewer says."""
+        end = time.monotonic() + PATIENCE_S
+        while not holds(rows := self.picture()):
+            check(time.monotonic() < end, what)
+            time.sleep(0.1)
         return rows
+
+    def shows(self, what, rows):
+        return self.until(what, lambda found: found == rows)
 
 
 def of_run(chain, name, *words):
@@ -187,40 +190,43 @@ def session(display):
     viewer.move(1270, 790)
     viewer.key("1")
     state = viewer.refined("1:1", lambda s: s["zoom"] == 1)
-    check(viewer.picture() == of_run(chain, "first"), "the screen shows what run writes")
+    first = viewer.shows("the screen shows what run writes", of_run(chain, "first"))
 
     # Reorder by dragging.
     viewer.drag(viewer.center("pass 0"), viewer.center("pass 1"))
     viewer.move(1270, 790)
     state = viewer.refined("fxaa first", lambda s: s["chain"].find("fxaa") < s["chain"].find("joint_blur"))
-    reordered = viewer.picture()
-    check(reordered != of_run(chain, "again"), "another order is another picture")
+    reordered = viewer.until("another order is another image", lambda rows: rows != first)
 
     # Change a value with its slider.
     x, y, width, height = state["places"]["f_stop"]
     viewer.drag((int(x + width * 0.2), int(y + height / 2)), (int(x + width * 0.6), int(y + height / 2)))
     viewer.move(1270, 790)
     viewer.refined("f-stop", lambda s: "f_stop: " in s["chain"])
-    changed = viewer.picture()
-    check(changed != reordered, "another f-stop is another picture")
+    changed = viewer.until("another f-stop is another image", lambda rows: rows != reordered)
 
-    # Compare: the left half is the result, the right half the frame before the chain.
-    viewer.key("w")
-    state = viewer.refined("wipe", lambda s: s["compare"] == 1 and "psnr" in s["metrics"])
-    wiped = viewer.picture()
-    check(all(a[:3 * 80] == b[:3 * 80] for a, b in zip(wiped[:40], changed[:40])), "left: the result")
-    check(any(a[3 * 240:] != b[3 * 240:] for a, b in zip(wiped[:40], changed[:40])), "right: before")
+    # Compare: the left half is the result, the right half the frame before the chain. A key that is held counts
+    # once: the mouse's moves let the viewer draw meanwhile.
+    viewer.press("keydown", "w")
+    end = time.monotonic() + 1.5
+    while time.monotonic() < end:
+        viewer.move(1270, 780)
+        viewer.move(1270, 790)
+    viewer.press("keyup", "w")
+    viewer.refined("wipe", lambda s: s["compare"] == 1 and "psnr" in s["metrics"])
+    viewer.until("left: the result; right: before", lambda rows: all(
+        a[:3 * 80] == b[:3 * 80] and a[3 * 240:] != b[3 * 240:] for a, b in zip(rows[:40], changed[:40])))
     viewer.key("w")
     viewer.refined("no wipe", lambda s: s["compare"] == 0)
+    viewer.shows("no wipe", changed)
 
     # Focus by click, on the hub of the wheel in the middle.
     viewer.key("f")
     x, y = [round(v) for v in viewer.state()["pixel_0_0"]]
     hub_x, hub_y = x + int(320 * 0.525), y + int(180 * 0.465)
     viewer.move(hub_x, hub_y)
-    viewer.display.tool("mousedown", 1)
-    time.sleep(0.2)
-    viewer.display.tool("mouseup", 1)
+    viewer.press("mousedown", 1)
+    viewer.press("mouseup", 1)
     viewer.key("f")
     viewer.move(1270, 790)
     state = viewer.refined("focus", lambda s: "focus_distance: " in s["chain"])
@@ -230,10 +236,9 @@ def session(display):
     # Undo the focus, and do it again.
     viewer.chord("ctrl", "z")
     viewer.refined("undo", lambda s: "focus_distance: " not in s["chain"])
-    check(viewer.picture() == changed, "undo leads back to the picture")
+    viewer.shows("undo leads back to the image", changed)
     viewer.chord("ctrl", "y")
     viewer.refined("redo", lambda s: "focus_distance: " in s["chain"])
-    last = viewer.picture()
 
     # Save.
     viewer.chord("ctrl", "s")
@@ -242,7 +247,7 @@ def session(display):
     check(text.startswith("# The chain of this test.\n"), text)
     check(text.index("# Edges last.") < text.index("- fxaa") < text.index("# Shutter and lens"), text)
     check("joint_blur: {samples: 8}" in text and "f_stop: " in text, text)
-    check(last == of_run(chain, "saved"), "run with the saved file writes what is on the screen")
+    viewer.shows("run with the saved file writes what is on the screen", of_run(chain, "saved"))
 
     # A window of one pixel, and back.
     before = viewer.state()
@@ -250,7 +255,7 @@ def session(display):
                             capture_output=True, text=True, check=True).stdout.split()[0]
     for size in [(1, 1), (700, 500), (1, 700), (1280, 800)]:
         display.tool("windowsize", window, *size)
-        time.sleep(0.6)
+        viewer.wait("sized", lambda s: s["window"] == list(size))
     state = viewer.refined("sized", lambda s: "save" in s["places"])
     check(state["textures_alive"] == before["textures_alive"], "resizing makes no textures")
     for name in ["interface", "draft_latency", "refined_latency"]:
@@ -269,15 +274,13 @@ def watching(display):
     viewer.move(1270, 790)
     viewer.key("1")
     viewer.refined("1:1", lambda s: s["zoom"] == 1)
-    shown = viewer.picture()
-    check(shown == of_run(chain, "halved", "--ocio", str(HALVED)), "the screen shows OpenColorIO's view")
+    shown = viewer.shows("the screen shows OpenColorIO's view", of_run(chain, "halved", "--ocio", str(HALVED)))
 
     viewer.click("tab Inspect")
     x, y, width, height = viewer.refined("inspect", lambda s: "exposure" in s["places"])["places"]["exposure"]
     viewer.drag((int(x + width * 0.5), int(y + height / 2)), (int(x + width * 0.55), int(y + height / 2)))
     viewer.move(1270, 790)
-    viewer.refined("exposure")
-    check(sum(map(sum, viewer.picture())) > 1.2 * sum(map(sum, shown)), "more exposure is brighter")
+    viewer.until("more exposure is brighter", lambda rows: sum(map(sum, rows)) > 1.2 * sum(map(sum, shown)))
 
     # Twice through the three frames. The state file is too slow to hold each of them.
     viewer.play(True)
@@ -286,8 +289,6 @@ def watching(display):
     state = viewer.refined("stopped")
     still = state["frame"]
     check(still == (2 + state["frames_played"] - 1) % 3 + 1, f"plays one after the other: {still}")
-    time.sleep(1)
-    check(viewer.state()["frame"] == still, "stands")
 
     viewer.click("tab Save")
     if shutil.which("ffprobe"):
@@ -299,8 +300,8 @@ def watching(display):
         check(found == "320,180,3", f"three frames in the movie, not {found}")
 
     # A focus pull in frame 2, from the hub in the middle to the wall.
-    if still != 2:
-        viewer.key("Right" if still == 1 else "Left")
+    while viewer.state()["frame"] != 2:
+        viewer.key("Right")
     viewer.refined("frame 2", lambda s: s["frame"] == 2)
     viewer.key("f")
     x, y = [round(v) for v in viewer.state()["pixel_0_0"]]

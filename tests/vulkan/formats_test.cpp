@@ -58,7 +58,7 @@ ImageF bytes_of(ImageF image) {
     return image;
 }
 
-void expect_equal(const Case& one) {
+void expect_equal(const Case& one, const pc::Instance& guest, const VkInstanceOfChain& vulkan) {
     SCOPED_TRACE(one.name);
     auto canonical = canonical_frame(kWidth, kHeight);
     for (auto& [role, plane] : canonical.test.planes) make_exact(plane);
@@ -87,7 +87,6 @@ void expect_equal(const Case& one) {
     gl_frame.motion = gl_motion;
     if (one.mask) gl_frame.mask = gl_mask;
     gl_frame.output = gl_output;
-    const auto guest = instance();
     const ImageF expected = read(prepare_and_run(guest, made, gl_frame), kWidth, kHeight);
 
     VkFrame frame(planes, values);
@@ -100,13 +99,12 @@ void expect_equal(const Case& one) {
     frame.vk.motion = motion;
     if (one.mask) frame.vk.mask = vk_mask;
     frame.vk.output = output;
-    const auto vulkan = vk_instance(kWidth, kHeight);
     filtered(vulkan, made, frame);
     const ImageF found = output.read();
     if (one.output.gl == GL_RGBA8)
-        EXPECT_TRUE(equal_bits(bytes_of(found), bytes_of(expected)));
+        test::expect_equal(bytes_of(found), bytes_of(expected));
     else
-        EXPECT_TRUE(equal_bits(found, expected)) << compare(found, expected, 0).text;
+        test::expect_equal(found, expected);
 }
 
 TEST(Formats, HaveTheBitsOfGl) {
@@ -141,7 +139,9 @@ TEST(Formats, HaveTheBitsOfGl) {
         {.name = "half resolution", .passes = "motion_blur,depth_of_field", .halved = true},
         {.name = "color alone at half resolution", .passes = "fxaa", .halved = true},
     };
-    for (const Case& one : cases) expect_equal(one);
+    const auto guest = instance();
+    const auto vulkan = vk_instance(kWidth, kHeight);
+    for (const Case& one : cases) expect_equal(one, guest, vulkan);
 }
 
 // A swapchain's order of channels, which GL does not store to.
@@ -164,9 +164,9 @@ TEST(Formats, BlueFirstHasTheSameBytes) {
 
 TEST(Formats, OutputMayBeColor) {
     const auto canonical = canonical_frame(kWidth, kHeight);
-    for (const char* passes : {"motion_blur,fxaa", "fxaa", "depth_of_field"}) {
+    const auto vulkan = vk_instance(kWidth, kHeight);
+    for (const char* passes : {"motion_blur,fxaa", "fxaa"}) {
         const auto made = chain(passes);
-        const auto vulkan = vk_instance(kWidth, kHeight);
         VkFrame frame(canonical.test.planes, canonical.frame);
         const ImageF expected = filtered(vulkan, made, frame);
         frame.vk.output = frame.color;
@@ -179,7 +179,7 @@ TEST(Formats, OutputMayBeColor) {
 TEST(Formats, RectanglesOfLargerImages) {
     const auto canonical = canonical_frame(kWidth, kHeight);
     const FramePlanes& planes = canonical.test.planes;
-    const auto made = chain("motion_blur,fxaa,depth_of_field");
+    const auto made = chain("motion_blur,fxaa");
     const auto vulkan = vk_instance(kWidth, kHeight);
     VkFrame frame(planes, canonical.frame);
     const ImageF expected = filtered(vulkan, made, frame);

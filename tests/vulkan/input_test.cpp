@@ -32,12 +32,14 @@ PFN_vkVoidFunction VKAPI_CALL weak_loader(VkInstance instance, const char* name)
 
 // A chain, an instance that is prepared, and a frame.
 struct Subject {
-    pc::Chain chain = test::chain("motion_blur,fxaa");
+    pc::Chain chain;
     VkInstanceOfChain instance = vk_instance(kWidth, kHeight);
     HostFrameTextures canonical = canonical_frame(kWidth, kHeight);
     VkFrame frame{canonical.test.planes, canonical.frame};
 
-    Subject() { prepare(instance, chain, frame.vk); }
+    explicit Subject(const char* passes = "fxaa") : chain(test::chain(passes)) {
+        prepare(instance, chain, frame.vk);
+    }
 };
 
 void expect_refused(const pc_vk_create_info& info, pc_result code, const char* text) {
@@ -303,7 +305,8 @@ TEST(Input, OneCallAtATime) {
     EXPECT_EQ(pc_vk_run(shared, subject.chain.get(), &subject.frame.vk, nullptr),
               PC_ERROR_ARGUMENT);
     EXPECT_EQ(other, PC_ERROR_ARGUMENT);
-    prepare(logging, subject.chain, subject.frame.vk);
+    auto counters = pc::make<pc_counters>();
+    EXPECT_EQ(pc_vk_count(shared, &counters), PC_OK) << pc_error();
 }
 
 // Sizes of 1 and the device's limit.
@@ -354,7 +357,7 @@ TEST(Input, ProgramsAreStored) {
     };
     ImageF first, second;
     EXPECT_EQ(loaded(first), 0u);
-    EXPECT_GT(all.size(), 10u);
+    EXPECT_GT(all.size(), 1u);
     EXPECT_EQ(loaded(second), all.size());
     EXPECT_TRUE(equal_bits(first, second));
     for (auto& [key, bytes] : all) bytes[bytes.size() / 2] ^= 4;
@@ -366,7 +369,7 @@ TEST(Input, ProgramsAreStored) {
 
 // One program a call until none is left.
 TEST(Input, PreparationNeedNotWait) {
-    Subject subject;
+    Subject subject("motion_blur");
     const auto vulkan = vk_instance(kWidth, kHeight);
     auto needs = pc::make<pc_frame_needs>();
     int pending = 0;
@@ -393,7 +396,7 @@ TEST(Input, PreparationNeedNotWait) {
 
 // That the layers are at work, with synchronization: otherwise no test above means anything.
 TEST(Layers, SeeMistakes) {
-    Subject subject;
+    Subject subject("motion_blur");
     auto& messages = Vulkan::get().messages;
     // The host uses the output in its command buffer, and forgets the barrier.
     Vulkan::get().run([&](VkCommandBuffer commands) {

@@ -17,10 +17,10 @@ TEST(Sample, WritesABlurredImage) {
     // Leaks of the driver are not ours, and have no symbols once it is unloaded.
     const std::string command =
         "ASAN_OPTIONS=detect_leaks=0 VK_INSTANCE_LAYERS=VK_LAYER_KHRONOS_validation " +
-        std::string(VULKAN_HOST) + " 5 " + image + " >" + log + " 2>&1";
+        std::string(VULKAN_HOST) + " 2 " + image + " >" + log + " 2>&1";
     EXPECT_EQ(std::system(command.c_str()), 0);
     std::ifstream text(log);
-    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(text), {}), "5 frames of 640x360\n");
+    EXPECT_EQ(std::string(std::istreambuf_iterator<char>(text), {}), "2 frames of 640x360\n");
     std::ifstream in(image, std::ios::binary);
     std::string kind;
     int width = 0, height = 0, most = 0;

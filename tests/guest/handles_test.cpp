@@ -280,20 +280,6 @@ TEST(Handles, RectanglesBeyondTheIntegers) {
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
 }
 
-TEST(Handles, FlagsAndMembersThatAreNotKnown) {
-    make_host_context();
-    auto info = pc::create_info();
-    pc_instance* none = nullptr;
-    info.flags = 8;
-    EXPECT_EQ(pc_create(&info, &none), PC_ERROR_VERSION);
-    EXPECT_THAT(pc_error(), HasSubstr("pc_create_info.flags: 8 has a bit"));
-    info.flags = 0;
-    info.reserved = 7;
-    EXPECT_EQ(pc_create(&info, &none), PC_ERROR_VERSION);
-    EXPECT_THAT(pc_create_error(), HasSubstr("pc_create_info.reserved is not 0"));
-    EXPECT_EQ(none, nullptr);
-}
-
 // 0 is a closed shutter if the frame says that it counts.
 TEST(Handles, AGivenShutterOf0IsClosed) {
     const auto host = canonical_frame(40, 24);

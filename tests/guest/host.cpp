@@ -171,6 +171,12 @@ pc_counters count(const pc::Instance& instance) {
     return counters;
 }
 
+std::unique_ptr<SharedScene::Shared> SharedScene::shared_;
+
+void SharedScene::SetUpTestSuite() {
+    shared_ = std::make_unique<Shared>();
+}
+
 void expect_equal(const ImageF& found, const ImageF& expected) {
     EXPECT_TRUE(equal_bits(found, expected)) << compare(found, expected, 0).text;
 }

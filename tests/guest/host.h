@@ -1,6 +1,9 @@
 // A host for tests of the guest: a context of its own, textures, and frames made of them.
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <memory>
 #include <postchain/postchain.hpp>
 
 #include "chain/chain.h"
@@ -75,5 +78,32 @@ void expect_equal(const ImageF& found, const ImageF& expected);
 // Pixels with a channel that differs by more than `tolerance` are at most this fraction.
 void expect_near(const ImageF& found, const ImageF& expected, double tolerance,
                  double fraction = 0);
+
+// What the tests of a suite share, so that programs are compiled once: a frame, an instance that
+// validates, a chain, and the frame filtered by the executor.
+class SharedScene : public ::testing::Test {
+  protected:
+    static constexpr int kWidth = 96, kHeight = 60;
+    static constexpr const char* kPasses = "motion_blur,fxaa,depth_of_field";
+
+    static void SetUpTestSuite();
+    static void TearDownTestSuite() { shared_.reset(); }
+    static const HostFrameTextures& host() { return shared_->host; }
+    static const pc::Instance& guest() { return shared_->guest; }
+    static const pc::Chain& made() { return shared_->made; }
+    static const ImageF& expected() { return shared_->expected; }
+    static ImageF filtered(const pc::Chain& chain, const pc_frame& frame) {
+        return read(prepare_and_run(guest(), chain, frame), kWidth, kHeight);
+    }
+
+  private:
+    struct Shared {
+        HostFrameTextures host = canonical_frame(kWidth, kHeight);
+        pc::Instance guest = instance(PC_VALIDATE);
+        pc::Chain made = chain(kPasses);
+        ImageF expected = by_executor(host.test, kPasses);
+    };
+    static std::unique_ptr<Shared> shared_;
+};
 
 }  // namespace postchain::test

@@ -16,8 +16,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kWidth = 96, kHeight = 60;
-const char* const kPasses = "motion_blur,fxaa,depth_of_field";
+class Inputs : public SharedScene {};
 
 GLenum external(int channels) {
     return channels == 1 ? GL_RED : channels == 2 ? GL_RG : GL_RGBA;
@@ -58,72 +57,60 @@ class ArrayTexture {
     pc_texture texture_ = {};
 };
 
-ImageF filtered(const pc::Instance& guest, const pc::Chain& chain, const pc_frame& frame) {
-    return read(prepare_and_run(guest, chain, frame), kWidth, kHeight);
-}
-
 // One eye of two, at a lower level: the bits of textures of their own, and nothing else is written.
-TEST(Inputs, LayersAndLevels) {
-    const auto host = canonical_frame(kWidth, kHeight);
-    const auto& planes = host.test.planes;
+TEST_F(Inputs, LayersAndLevels) {
+    const auto& planes = host().test.planes;
     const ArrayTexture color(GL_RGBA32F, planes.at(Role::color)),
         depth(GL_R32F, planes.at(Role::inverse_depth)), motion(GL_RG32F, planes.at(Role::motion));
     const ArrayTexture output(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 9));
-    const auto made = chain(kPasses);
-    const ImageF expected = by_executor(host.test, kPasses);
     for (const pc_state state : {PC_STATE_LEAVE, PC_STATE_RESTORE}) {
         const auto guest = instance(PC_VALIDATE, state);
-        pc_frame frame = host.frame;
+        pc_frame frame = host().frame;
         frame.color = color;
         frame.depth = depth;
         frame.motion = motion;
         frame.color_slice = frame.depth_slice = frame.motion_slice = ArrayTexture::kSlice;
-        expect_equal(filtered(guest, made, frame), expected);
+        expect_equal(read(prepare_and_run(guest, made(), frame), kWidth, kHeight), expected());
         frame.output = output;
         frame.output_slice = ArrayTexture::kSlice;
-        prepare_and_run(guest, made, frame);
-        expect_equal(output.layer(1, 2), expected);
+        prepare_and_run(guest, made(), frame);
+        expect_equal(output.layer(1, 2), expected());
         expect_equal(output.layer(1, 1), ImageF(kWidth, kHeight, 4, 5));
         expect_equal(output.layer(0, 2), ImageF(2 * kWidth, 2 * kHeight, 4, 5));
         // Each of them alone, beside planes that are read in place.
         for (pc_slice pc_frame::*slice :
              {&pc_frame::color_slice, &pc_frame::depth_slice, &pc_frame::motion_slice}) {
-            pc_frame one = host.frame;
+            pc_frame one = host().frame;
             if (slice == &pc_frame::color_slice) one.color = color;
             if (slice == &pc_frame::depth_slice) one.depth = depth;
             if (slice == &pc_frame::motion_slice) one.motion = motion;
             one.*slice = ArrayTexture::kSlice;
-            expect_equal(filtered(guest, made, one), expected);
+            expect_equal(read(prepare_and_run(guest, made(), one), kWidth, kHeight), expected());
         }
     }
 }
 
 // The color's own layer as output, and a level of a texture without layers.
-TEST(Inputs, OneTextureInAndOut) {
-    const auto host = canonical_frame(kWidth, kHeight);
-    const ImageF expected = by_executor(host.test, kPasses);
-    const auto guest = instance(PC_VALIDATE);
-    const auto made = chain(kPasses);
-    const ArrayTexture both(GL_RGBA32F, host.test.planes.at(Role::color));
-    pc_frame frame = host.frame;
+TEST_F(Inputs, OneTextureInAndOut) {
+    const ArrayTexture both(GL_RGBA32F, host().test.planes.at(Role::color));
+    pc_frame frame = host().frame;
     frame.color = frame.output = both;
     frame.color_slice = frame.output_slice = ArrayTexture::kSlice;
-    prepare_and_run(guest, made, frame);
-    expect_equal(both.layer(1, 2), expected);
+    prepare_and_run(guest(), made(), frame);
+    expect_equal(both.layer(1, 2), expected());
     // Another layer of it.
-    const ArrayTexture other(GL_RGBA32F, host.test.planes.at(Role::color));
+    const ArrayTexture other(GL_RGBA32F, host().test.planes.at(Role::color));
     frame.color = frame.output = other;
     frame.output_slice.layer = 0;
-    prepare_and_run(guest, made, frame);
-    expect_equal(other.layer(1, 0), expected);
-    expect_equal(other.layer(1, 2), host.test.planes.at(Role::color));
+    prepare_and_run(guest(), made(), frame);
+    expect_equal(other.layer(1, 0), expected());
+    expect_equal(other.layer(1, 2), host().test.planes.at(Role::color));
 }
 
 // Another rectangle of color's texture, which overlaps it: also where the chain has nothing to do.
-TEST(Inputs, OutputThatOverlapsColor) {
+TEST_F(Inputs, OutputThatOverlapsColor) {
     auto host = canonical_frame(kWidth, kHeight);
     const ImageF& picture = host.test.planes.at(Role::color);
-    const auto guest = instance(PC_VALIDATE);
     const auto made = chain("motion_blur");
     for (const uint32_t cut : {0u, uint32_t(PC_CAMERA_CUT)}) {
         pc_frame frame = host.frame;
@@ -131,31 +118,31 @@ TEST(Inputs, OutputThatOverlapsColor) {
         const ImageF expected = cut ? picture : by_executor(host.test, "motion_blur");
         const auto both = HostTexture::inside(GL_RGBA32F, picture, kWidth + 20, kHeight + 20, 0, 0);
         frame.color = frame.output = both;
-        frame.color.x = frame.color.y = 0;
-        frame.output.x = 9;
-        frame.output.y = 11;
         frame.width = kWidth;
         frame.height = kHeight;
-        const pc_texture result = prepare_and_run(guest, made, frame);
+        pc_frame closed = frame;
+        closed.flags |= PC_GIVEN_SHUTTER;
+        prepare_and_run(guest(), made, closed);  // stays where it is
+        frame.output.x = 9;
+        frame.output.y = 11;
+        const pc_texture result = prepare_and_run(guest(), made, frame);
         expect_equal(read(result, kWidth, kHeight), expected);
         frame.debug_view = "host.color";
-        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_ARGUMENT);
+        EXPECT_EQ(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_ARGUMENT);
         EXPECT_THAT(pc_error(), HasSubstr("debug_view: host.color cannot be drawn into another"));
     }
 }
 
-TEST(Inputs, SlicesThatAreNotThere) {
-    const auto host = canonical_frame(kWidth, kHeight);
-    const ArrayTexture color(GL_RGBA32F, host.test.planes.at(Role::color));
-    const auto guest = instance(PC_VALIDATE);
+TEST_F(Inputs, SlicesThatAreNotThere) {
+    const ArrayTexture color(GL_RGBA32F, host().test.planes.at(Role::color));
     const auto made = chain("fxaa");
     const auto refuses = [&](const pc_texture& texture, pc_slice slice, const char* text) {
-        pc_frame frame = host.frame;
+        pc_frame frame = host().frame;
         frame.color = texture;
         frame.color_slice = slice;
-        prepare_and_run(guest, made, host.frame);
-        pc_prepare(guest.get(), made.get(), &frame, 1);
-        EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT) << text;
+        prepare_and_run(guest(), made, host().frame);
+        pc_prepare(guest().get(), made.get(), &frame, 1);
+        EXPECT_EQ(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_INPUT) << text;
         EXPECT_THAT(pc_error(), HasSubstr(text));
     };
     refuses(color, {GL_TEXTURE_3D, 0, 0}, "color_slice.target: 0x806f is not GL_TEXTURE_2D_ARRAY");
@@ -176,12 +163,12 @@ TEST(Inputs, SlicesThatAreNotThere) {
     refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 1},
             "has GL_TEXTURE_MAX_LEVEL 0, below color_slice.level 1; raise it to that level");
     refuses(color, {}, "is a GL_TEXTURE_2D_ARRAY; set color_slice.target to it");
-    refuses(host.color, {GL_TEXTURE_2D_ARRAY, 0, 0},
+    refuses(host().color, {GL_TEXTURE_2D_ARRAY, 0, 0},
             "is a GL_TEXTURE_2D; set color_slice.target to it");
 }
 
 // Depth and motion of fewer texels, each for 3 x 2 pixels, are the planes that repeat these texels.
-TEST(Inputs, PlanesOfLowerResolution) {
+TEST_F(Inputs, PlanesOfLowerResolution) {
     auto host = canonical_frame(kWidth, kHeight);
     const auto halved = [&](Role role, int across, int down) {
         ImageF& plane = host.test.planes[role];
@@ -199,8 +186,6 @@ TEST(Inputs, PlanesOfLowerResolution) {
     const ImageF vectors = halved(Role::motion, 3, 2);
     const HostTexture motion(GL_RG32F, vectors);
     const ImageF expected = by_executor(host.test, kPasses);
-    const auto guest = instance(PC_VALIDATE);
-    const auto made = chain(kPasses);
     pc_frame frame = host.frame;
     frame.depth = depth;
     frame.motion = motion;
@@ -208,7 +193,7 @@ TEST(Inputs, PlanesOfLowerResolution) {
     frame.depth_size[1] = kHeight / 2;
     frame.motion_size[0] = kWidth / 3;
     frame.motion_size[1] = kHeight / 2;
-    expect_equal(filtered(guest, made, frame), expected);
+    expect_equal(filtered(made(), frame), expected);
     // Rows from the bottom.
     ImageF up = vectors;
     for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
@@ -219,12 +204,12 @@ TEST(Inputs, PlanesOfLowerResolution) {
     frame.color = color_up;
     frame.depth = depth_up;
     frame.motion = motion_up;
-    expect_equal(upside_down(filtered(guest, made, frame)), expected);
+    expect_equal(upside_down(filtered(made(), frame)), expected);
 }
 
 // Vectors of half the resolution, one of each 2 x 2 pixels, beside depth of the full resolution.
 // The edges of the surfaces are within texels, but every pixel gets the vector of its surface.
-TEST(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
+TEST_F(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
     auto host = canonical_frame(kWidth, kHeight);
     ImageF& inverse_depth = host.test.planes[Role::inverse_depth];
     ImageF& vectors = host.test.planes[Role::motion];
@@ -239,8 +224,6 @@ TEST(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
             vectors.at(x, y, 1) = which == 2 ? 4.0f : 0.0f;
         }
     const HostTexture depth(GL_R32F, inverse_depth);
-    const auto guest = instance(PC_VALIDATE);
-    const auto made = chain(kPasses);
     const ImageF expected = by_executor(host.test, kPasses);
     for (const int first : {0, 1}) {  // the pixel of the four that the texel has its vector from
         ImageF small(kWidth / 2, kHeight / 2, 2);
@@ -254,19 +237,16 @@ TEST(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
         frame.motion = motion;
         frame.motion_size[0] = kWidth / 2;
         frame.motion_size[1] = kHeight / 2;
-        expect_equal(filtered(guest, made, frame), expected);
+        expect_equal(filtered(made(), frame), expected);
     }
 }
 
 // Depths 0 to 1 in another range; what is stored beyond an end counts as the end.
-TEST(Inputs, DepthRange) {
-    const auto host = canonical_frame(kWidth, kHeight);
-    const auto guest = instance();
-    const auto made = chain(kPasses);
+TEST_F(Inputs, DepthRange) {
     const float near = 0.1f;
-    ImageF whole = host.test.planes.at(Role::inverse_depth);
+    ImageF whole = host().test.planes.at(Role::inverse_depth);
     for (float& value : whole.data) value *= near;
-    pc_frame frame = host.frame;
+    pc_frame frame = host().frame;
     frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
     frame.near_clip = near;
     const auto with = [&](const ImageF& stored, float first, float last) {
@@ -274,7 +254,7 @@ TEST(Inputs, DepthRange) {
         frame.depth = depth;
         frame.depth_range[0] = first;
         frame.depth_range[1] = last;
-        return filtered(guest, made, frame);
+        return filtered(made(), frame);
     };
     const ImageF expected = with(whole, 0, 0);
     ImageF part = whole;
@@ -294,19 +274,18 @@ TEST(Inputs, DepthRange) {
 }
 
 // Color beyond the range of the output is the end of that range, not an infinity.
-TEST(Inputs, OutputsThatHoldLess) {
+TEST_F(Inputs, OutputsThatHoldLess) {
     auto host = canonical_frame(kWidth, kHeight);
     ImageF bright = host.test.planes.at(Role::color);
     for (float& value : bright.data) value *= 1e6f;
     const HostTexture color(GL_RGBA32F, bright);
-    const auto guest = instance();
     for (const char* passes : {"motion_blur,fxaa", "fxaa"})
         for (const unsigned format : {GL_RGBA16F, GL_R11F_G11F_B10F}) {
             const HostTexture output(format, kWidth, kHeight);
             pc_frame frame = host.frame;
             frame.color = color;
             frame.output = output;
-            const ImageF result = filtered(guest, chain(passes), frame);
+            const ImageF result = filtered(chain(passes), frame);
             const float most = *std::max_element(result.data.begin(), result.data.end());
             EXPECT_TRUE(std::isfinite(most)) << passes;
             EXPECT_EQ(most, format == GL_RGBA16F ? 65504 : 64512) << passes;
@@ -316,16 +295,15 @@ TEST(Inputs, OutputsThatHoldLess) {
 // At half resolution what is not blurred is kept up to rounding, and what is blurred is nearer to
 // the result at full resolution than the frame. Its texture changes from pixel to pixel, across the
 // motion too, which half the resolution loses.
-TEST(Inputs, HalfResolution) {
+TEST_F(Inputs, HalfResolution) {
     constexpr int width = kWidth - 1;
     auto host = canonical_frame(width, kHeight);
     const HostTexture output(GL_RGBA32F, width, kHeight);
-    const auto guest = instance(PC_VALIDATE);
     pc_frame frame = host.frame;
     frame.output = output;
     frame.flags |= PC_HALF_RESOLUTION;
     const auto run = [&](const char* passes) {
-        return read(prepare_and_run(guest, chain(passes), frame), width, kHeight);
+        return read(prepare_and_run(guest(), chain(passes), frame), width, kHeight);
     };
     const ImageF& color = host.test.planes.at(Role::color);
     frame.flags |= PC_GIVEN_SHUTTER;  // closed
@@ -355,49 +333,44 @@ TEST(Inputs, HalfResolution) {
 }
 
 // Negative color of wide gamuts, and alpha beyond 1, are no overshoot of the detail.
-TEST(Inputs, HalfResolutionKeepsTheRangeOfTheFrame) {
+TEST_F(Inputs, HalfResolutionKeepsTheRangeOfTheFrame) {
     ImageF color(kWidth, kHeight, 4);
     for (size_t i = 0; i < color.pixels(); ++i)
         for (size_t c = 0; c < 4; ++c)
             color.data[4 * i + c] = std::array{-0.25f, 0.5f, 2.0f, i % 2 ? 1.5f : -0.5f}[c];
     auto host = canonical_frame(kWidth, kHeight);
     const HostTexture given(GL_RGBA32F, color), output(GL_RGBA32F, kWidth, kHeight);
-    const auto guest = instance(PC_VALIDATE);
     host.frame.color = given;
     host.frame.output = output;
     host.frame.flags |= PC_HALF_RESOLUTION | PC_GIVEN_SHUTTER;
     host.frame.shutter_frames = 0;
-    const ImageF result =
-        read(prepare_and_run(guest, chain("motion_blur"), host.frame), kWidth, kHeight);
+    const ImageF result = filtered(chain("motion_blur"), host.frame);
     EXPECT_LE(compare(result, color, 0).max, 1e-6);
 }
 
-TEST(Inputs, HalfResolutionNeedsAnOutputOfItsOwn) {
-    const auto host = canonical_frame(kWidth, kHeight);
-    const auto guest = instance();
+TEST_F(Inputs, HalfResolutionNeedsAnOutputOfItsOwn) {
     const auto made = chain("fxaa");
-    pc_frame frame = host.frame;
+    pc_frame frame = host().frame;
     frame.flags |= PC_HALF_RESOLUTION;
-    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_INPUT);
+    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_INPUT);
     EXPECT_THAT(pc_error(), HasSubstr("output: PC_HALF_RESOLUTION needs one"));
     frame.output = frame.color;
-    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_INPUT);
+    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_INPUT);
     const HostTexture output(GL_RGBA32F, kWidth, kHeight);
     frame.output = output;
     frame.debug_view = "input.color";
-    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
     EXPECT_THAT(pc_error(), HasSubstr("debug_view: give it without PC_HALF_RESOLUTION"));
 }
 
 // The mask is a matte of the frame: the bits of the executor with that matte.
-TEST(Inputs, MaskOfEveryEffect) {
+TEST_F(Inputs, MaskOfEveryEffect) {
     auto host = canonical_frame(kWidth, kHeight);
     ImageF mask(kWidth, kHeight, 1, 0);
     for (int y = 10; y < 40; ++y)
         for (int x = 30; x < 70; ++x) mask.at(x, y) = x < 32 ? 0.5f : 1;
     const HostTexture texture(GL_R8, mask);
     const ImageF stored = read(texture, kWidth, kHeight, 1);
-    const auto guest = instance(PC_VALIDATE);
     const pc_mask_effect effects[] = {PC_MASK_UNBLURRED, PC_MASK_UNMOVED, PC_MASK_IGNORED};
     const char* const passes = "motion_blur,fxaa";
     const ImageF plain = by_executor(host.test, passes);
@@ -419,35 +392,35 @@ TEST(Inputs, MaskOfEveryEffect) {
         ASSERT_EQ(pc_chain_set_mask(made.get(), 0, first), PC_OK) << pc_error();
         pc_frame frame = host.frame;
         frame.mask = texture;
-        expect_equal(filtered(guest, made, frame), expected);
+        expect_equal(filtered(made, frame), expected);
         EXPECT_GT(compare(expected, plain, 1e-3).fraction, 0.02) << first;
         // It may be a part of a larger texture.
         const HostTexture larger = HostTexture::inside(GL_R32F, stored, 120, 80, 13, 7);
         frame.width = kWidth;
         frame.height = kHeight;
         frame.mask = larger;
-        expect_equal(filtered(guest, made, frame), expected);
+        expect_equal(filtered(made, frame), expected);
         // Later frames of the kind may lack it, and a host may hand it in as a layer.
         frame.mask = {};
         pc_texture result = {};
-        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, &result), PC_OK) << pc_error();
+        ASSERT_EQ(pc_run(guest().get(), made.get(), &frame, &result), PC_OK) << pc_error();
         expect_equal(read(result, kWidth, kHeight), plain);
         const ArrayTexture layer(GL_R32F, stored);
         frame.mask = layer;
         frame.mask_slice = ArrayTexture::kSlice;
-        expect_equal(filtered(guest, made, frame), expected);
+        expect_equal(filtered(made, frame), expected);
     }
     // The initial effect, on every pass: what it covers keeps its bits.
     pc_frame frame = host.frame;
     frame.mask = texture;
-    const ImageF result = filtered(guest, chain(passes), frame);
+    const ImageF result = filtered(chain(passes), frame);
     for (int y = 10; y < 40; ++y)
         for (int x = 32; x < 70; ++x)
             for (int c = 0; c < 4; ++c)
                 ASSERT_EQ(result.at(x, y, c), host.test.planes.at(Role::color).at(x, y, c));
 }
 
-TEST(Inputs, MaskEffectsThatAreRefused) {
+TEST_F(Inputs, MaskEffectsThatAreRefused) {
     const auto made = chain("fxaa");
     EXPECT_EQ(pc_chain_set_mask(made.get(), 1, PC_MASK_IGNORED), PC_ERROR_ARGUMENT);
     EXPECT_THAT(pc_error(), HasSubstr("pass 1: the chain has 1 passes"));

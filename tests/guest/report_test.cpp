@@ -72,33 +72,28 @@ TEST(Parameters, TextsOutliveOtherReads) {
 
 // A parameter whose cost is a uniform compiles no program and creates no texture.
 TEST(Parameters, AUniformIsAllThatItCosts) {
-    const auto host = canonical_frame(kWidth, kHeight);
+    const auto host = canonical_frame(40, 24);
     const auto guest = instance();
-    const auto made = chain("motion_blur,depth_of_field,fxaa");
+    const auto made = chain("motion_blur,fxaa");
     prepare_and_run(guest, made, host.frame);
-    auto before = pc::make<pc_counters>(), after = before;
-    pc_count(guest.get(), &before);
-    size_t tried = 0;
-    for (const auto& [pass, key, value] :
-         std::vector<std::tuple<uint32_t, const char*, double>>{{0, "samples", 31},
-                                                                {0, "depth_softness", 3},
-                                                                {0, "shutter_frames", 0.8},
-                                                                {2, "subpix", 0.2},
-                                                                {2, "exposure_ev", 1}}) {
-        for (const auto& row : pc::parameters(made.get())) {
-            if (row.pass == pass && std::string(row.key) == key) {
-                EXPECT_EQ(row.cost, uint32_t(PC_COST_UNIFORM)) << key;
-            }
-        }
+    const pc_counters before = count(guest);
+    const std::tuple<uint32_t, const char*, double> changes[] = {{0, "samples", 31},
+                                                                 {0, "depth_softness", 3},
+                                                                 {0, "shutter_frames", 0.8},
+                                                                 {1, "subpix", 0.2},
+                                                                 {1, "exposure_ev", 1}};
+    for (const auto& [pass, key, value] : changes) {
+        for (const auto& row : pc::parameters(made.get()))
+            EXPECT_TRUE(row.pass != pass || row.key != std::string(key) ||
+                        row.cost == uint32_t(PC_COST_UNIFORM))
+                << key;
         set(made, pass, key, value);
-        EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK)
-            << pc_last_error(guest.get());
-        ++tried;
+        EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
     }
-    pc_count(guest.get(), &after);
+    const pc_counters after = count(guest);
     EXPECT_EQ(after.programs, before.programs);
     EXPECT_EQ(after.texture_allocations, before.texture_allocations);
-    EXPECT_EQ(after.plans_made, before.plans_made + tried);
+    EXPECT_EQ(after.plans_made, before.plans_made + std::size(changes));
 }
 
 TEST(Reports, TimesOfTheNewestFinishedFrame) {
@@ -155,8 +150,7 @@ TEST(Reports, PlanCountersAndLog) {
     char text[5];
     EXPECT_EQ(pc_explain(guest.get(), text, &little), PC_ERROR_ARGUMENT);
     EXPECT_EQ(little, json.size() + 1);
-    auto counters = pc::make<pc_counters>();
-    ASSERT_EQ(pc_count(guest.get(), &counters), PC_OK);
+    const pc_counters counters = count(guest);
     EXPECT_EQ(counters.frames, 1u);
     EXPECT_GT(counters.dispatches, 8u);
     EXPECT_LT(counters.barriers, counters.dispatches) << "one after every step";
@@ -172,20 +166,17 @@ TEST(Reports, PlanCountersAndLog) {
 }
 
 TEST(Reports, PreparingInSlices) {
-    const auto host = canonical_frame(kWidth, kHeight);
+    const auto host = canonical_frame(40, 24);
     const auto guest = instance();
-    const auto made = chain("motion_blur,fxaa,depth_of_field");
-    auto counters = pc::make<pc_counters>();
-    uint64_t before = 0;
+    const auto made = chain("motion_blur,fxaa");
     int pending = 0;
     for (pc_result result = PC_PENDING; result == PC_PENDING; ++pending) {
+        const uint64_t before = count(guest).programs;
         GlCalls::start();
         result = pc_prepare(guest.get(), made.get(), &host.frame, 0);
         auto calls = GlCalls::stop();
         ASSERT_GE(result, PC_OK) << pc_last_error(guest.get());
-        pc_count(guest.get(), &counters);
-        EXPECT_LE(counters.programs - before + calls["glDispatchCompute"], 1u);
-        before = counters.programs;
+        EXPECT_LE(count(guest).programs - before + calls["glDispatchCompute"], 1u);
     }
     EXPECT_GT(pending, 10);
     EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);

@@ -236,20 +236,6 @@ TEST(Sizes, StatedSizesThatCannotBe) {
     EXPECT_EQ(prepare_and_run(guest, chain("fxaa"), host.frame).width, 48);
 }
 
-// The stated size does not fit the budget, the frame does.
-TEST(Sizes, AFrameThatFitsTheBudgetIsFiltered) {
-    make_host_context();
-    auto info = pc::create_info();
-    info.max_width = 4096;
-    info.max_height = 4096;
-    info.texture_budget = 4 << 20;
-    const pc::Instance guest = pc::create(info);
-    ASSERT_TRUE(guest);
-    const auto host = canonical_frame(64, 48);
-    prepare_and_run(guest, chain("motion_blur"), host.frame);
-    EXPECT_LE(count(guest).texture_bytes_peak, 4u << 20);
-}
-
 // Textures that one larger frame needed go again.
 TEST(Sizes, ALargerFrameThanStatedIsForgotten) {
     const auto made = chain("motion_blur,fxaa");

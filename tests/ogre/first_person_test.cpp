@@ -1,7 +1,6 @@
 // A first-person view in OGRE: the weapon is masked, focus is pulled to places of the frame, and
 // two sizes of one view look alike.
 #include <gtest/gtest.h>
-#include <postchain/chain_from_text.h>
 
 #include <cstdlib>
 #include <string>
@@ -21,15 +20,7 @@ class View {
         guest().lens.f_stop = 2.8f;
     }
     host::PostchainPass& guest() { return host_.postchain(); }
-    // The chain stays this object's.
-    pc_chain* set_chain(const char* text) {
-        pc_chain* chain = nullptr;
-        if (text != nullptr) {
-            EXPECT_EQ(pc_chain_from_text(text, "test", &chain), PC_OK) << pc_error();
-        }
-        guest().set_chain(chain);
-        return chain;
-    }
+    pc_chain* set_chain(const char* text) { return postchain::set_chain(guest(), text); }
     ImageF draw(double frame) {
         host_.draw(frame);
         EXPECT_EQ(guest().error(), "");

@@ -3,7 +3,6 @@
 // fail.
 #include <OgreScriptCompiler.h>
 #include <gtest/gtest.h>
-#include <postchain/chain_from_text.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -62,13 +61,7 @@ class InOgre : public testing::Test {
     }
 
     static host::PostchainPass& guest() { return host_->postchain(); }
-    static void set_chain(const char* text) {
-        pc_chain* chain = nullptr;
-        if (text != nullptr) {
-            ASSERT_EQ(pc_chain_from_text(text, "test", &chain), PC_OK) << pc_create_error();
-        }
-        guest().set_chain(chain);
-    }
+    static void set_chain(const char* text) { postchain::set_chain(guest(), text); }
     // A frame and the one before it, so that it has motion.
     static ImageF draw(const char* chain) {
         set_chain(nullptr);
@@ -356,10 +349,13 @@ TEST_F(InOgre, FailureShowsTheEnginesOwnFrame) {
     EXPECT_TRUE(read_window(*host_) == alone);
 }
 
-// The last test, because it opens another window. Depth is reversed in OGRE's clear, test and
-// projection.
-TEST_F(InOgre, ReverseDepthIsNearGroundTruthToo) {
-    open({.width = 480, .height = 270, .reverse_depth = true});
+// Depth is reversed in OGRE's clear, test and projection.
+class InOgreReversed : public InOgre {
+  protected:
+    static void SetUpTestSuite() { open({.width = 480, .height = 270, .reverse_depth = true}); }
+};
+
+TEST_F(InOgreReversed, DepthIsNearGroundTruthToo) {
     expect_near_truth(kLens);
     expect_near_truth(kBoth);
     EXPECT_EQ(guest().frame().depth_encoding, uint32_t(PC_DEPTH_REVERSE));

@@ -1,5 +1,8 @@
 #include "tests/ogre/truth.h"
 
+#include <gtest/gtest.h>
+#include <postchain/chain_from_text.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -64,6 +67,15 @@ ImageF draw_truth(host::Host& host, const TruthSettings& settings) {
     }
     for (double& value : sum.data) value /= settings.samples;
     return image_cast<float>(sum);
+}
+
+pc_chain* set_chain(host::PostchainPass& guest, const char* text) {
+    pc_chain* chain = nullptr;
+    if (text != nullptr) {
+        EXPECT_EQ(pc_chain_from_text(text, "test", &chain), PC_OK) << pc_error();
+    }
+    guest.set_chain(chain);
+    return chain;
 }
 
 ImageF read_texture(const Ogre::TexturePtr& texture) {

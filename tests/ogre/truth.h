@@ -22,6 +22,9 @@ struct TruthSettings {
 // Scene-linear RGBA, row 0 at the top. The host's chain must be off.
 ImageF draw_truth(host::Host& host, const TruthSettings& settings);
 
+// A chain file's text, or null for no chain. The chain stays the guest's; a failure fails the test.
+pc_chain* set_chain(host::PostchainPass& guest, const char* text);
+
 // A whole texture: RGBA, or only depth; rows as stored.
 ImageF read_texture(const Ogre::TexturePtr& texture);
 // As PNG, after (x/(1+x))^(1/2.2).

@@ -1,4 +1,4 @@
-"""Drives the viewer under Xvfb: window_test.py POSTCHAIN WORK
+"""Drives the viewer under Xvfb: window_test.py POSTCHAIN POSTCHAIN_VIEW WORK
 
 Opens a generated sequence, then reorders, changes, compares, focuses by click, undoes and saves, by
 mouse and keyboard (xdotool). Asserts the pixels on the screen (Xvfb's framebuffer file) against those
@@ -21,7 +21,8 @@ from png import read_png  # noqa: E402
 
 HALVED = TESTS / "data/halved.ocio"
 COMMAND = os.path.abspath(sys.argv[1])
-WORK = pathlib.Path(sys.argv[2])
+VIEWER = pathlib.Path(sys.argv[2])
+WORK = pathlib.Path(sys.argv[3])
 PATIENCE_S = 240
 CHAIN = """# The chain of this test.
 postchain: 1
@@ -352,6 +353,7 @@ def bad_input(display):
 def main():
     shutil.rmtree(WORK, ignore_errors=True)
     WORK.mkdir(parents=True)
+    check(VIEWER.parent == pathlib.Path(COMMAND).parent, "the viewer is beside the command, which starts it")
     run("scene", "wheels", "-o", str(WORK / "scene"), "--size", "320x180", "--frames", "1-3", "--device",
         "software")
     for width, height in [(1280, 800), (1920, 1080)]:

@@ -196,62 +196,50 @@ TEST(Input, FramesAreRefusedWithASentence) {
         EXPECT_THAT(pc_error(), HasSubstr(text));
         EXPECT_STREQ(pc_error(), pc_vk_last_error(subject.instance.get()));
     };
-    using Frame = pc_vk_frame;
-    using Values = pc_frame;
-    refused(PC_ERROR_VERSION, "pc_vk_frame.struct_size is 8",
-            [](Frame& frame, Values&) { frame.struct_size = 8; });
-    refused(PC_ERROR_VERSION, "pc_vk_frame.flags: 1",
-            [](Frame& frame, Values&) { frame.flags = 1; });
-    refused(PC_ERROR_ARGUMENT, "pc_vk_frame.values is NULL",
-            [](Frame& frame, Values&) { frame.values = nullptr; });
-    refused(PC_ERROR_VERSION, "pc_frame.flags: 2147483648",
-            [](Frame&, Values& values) { values.flags = 1u << 31; });
-    refused(PC_ERROR_ARGUMENT, "values: motion is a GL texture",
-            [](Frame&, Values& values) { values.motion.name = 3; });
-    refused(PC_ERROR_ARGUMENT, "values: barriers is not 0",
-            [](Frame&, Values& values) { values.barriers = 8; });
-    refused(PC_ERROR_ARGUMENT, "values: a pc_slice is not 0",
-            [](Frame&, Values& values) { values.depth_slice.layer = 1; });
-    refused(PC_ERROR_INPUT, "color: view is VK_NULL_HANDLE",
-            [](Frame& frame, Values&) { frame.color.view = VK_NULL_HANDLE; });
-    refused(PC_ERROR_INPUT, "output: view is VK_NULL_HANDLE",
-            [](Frame& frame, Values&) { frame.output.view = VK_NULL_HANDLE; });
-    refused(PC_ERROR_INPUT, "motion.format: VkFormat 105 is not one of",
-            [](Frame& frame, Values&) { frame.motion.format = VK_FORMAT_R32G32B32_SINT; });
-    refused(PC_ERROR_INPUT, "color: VK_FORMAT_R32_SFLOAT has fewer than the 3 channels",
-            [&](Frame& frame, Values&) { frame.color = single; });
-    refused(PC_ERROR_INPUT, "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written",
-            [](Frame& frame, Values&) { frame.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
-    refused(PC_ERROR_INPUT, "output.layout: VkImageLayout 5", [](Frame& frame, Values&) {
-        frame.output.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
+    constexpr pc_result kInput = PC_ERROR_INPUT, kArgument = PC_ERROR_ARGUMENT,
+                        kVersion = PC_ERROR_VERSION;
+    using F = pc_vk_frame&;
+    using V = pc_frame&;
+    refused(kVersion, "pc_vk_frame.struct_size is 8", [](F f, V) { f.struct_size = 8; });
+    refused(kVersion, "pc_vk_frame.flags: 1", [](F f, V) { f.flags = 1; });
+    refused(kArgument, "pc_vk_frame.values is NULL", [](F f, V) { f.values = nullptr; });
+    refused(kVersion, "pc_frame.flags: 2147483648", [](F, V v) { v.flags = 1u << 31; });
+    refused(kArgument, "values: motion is a GL texture", [](F, V v) { v.motion.name = 3; });
+    refused(kArgument, "values: barriers is not 0", [](F, V v) { v.barriers = 8; });
+    refused(kArgument, "values: a pc_slice is not 0", [](F, V v) { v.depth_slice.layer = 1; });
+    refused(kInput, "color: view is VK_NULL_HANDLE", [](F f, V) { f.color.view = VK_NULL_HANDLE; });
+    refused(kInput, "output: view is VK_NULL_HANDLE",
+            [](F f, V) { f.output.view = VK_NULL_HANDLE; });
+    refused(kInput, "motion.format: VkFormat 105 is not one of",
+            [](F f, V) { f.motion.format = VK_FORMAT_R32G32B32_SINT; });
+    refused(kInput, "color: VK_FORMAT_R32_SFLOAT has fewer than the 3 channels",
+            [&](F f, V) { f.color = single; });
+    refused(kInput, "output: VK_FORMAT_R8G8B8A8_SRGB cannot be written",
+            [](F f, V) { f.output.format = VK_FORMAT_R8G8B8A8_SRGB; });
+    refused(kInput, "output.layout: VkImageLayout 5",
+            [](F f, V) { f.output.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL; });
+    refused(kInput, "depth.layout: an image of VK_FORMAT_R32_SFLOAT cannot be read in",
+            [](F f, V) { f.depth.layout = VK_IMAGE_LAYOUT_UNDEFINED; });
+    refused(kInput, "motion.layout: an image of",
+            [](F f, V) { f.motion.layout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL; });
+    refused(kInput, "output.layout: it is not that of color", [](F f, V) {
+        f.output = f.color;
+        f.color.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
     });
-    refused(PC_ERROR_INPUT, "depth.layout: an image of VK_FORMAT_R32_SFLOAT cannot be read in",
-            [](Frame& frame, Values&) { frame.depth.layout = VK_IMAGE_LAYOUT_UNDEFINED; });
-    refused(PC_ERROR_INPUT, "motion.layout: an image of", [](Frame& frame, Values&) {
-        frame.motion.layout = VK_IMAGE_LAYOUT_DEPTH_STENCIL_READ_ONLY_OPTIMAL;
+    refused(kInput, "color: its size is 0x24",
+            [](F f, V v) { f.color.width = 0, v.width = kWidth; });
+    refused(kInput, "the frame is 0x24", [](F f, V) { f.color.width = 0; });
+    refused(kInput, "output: a frame of 40x24 at 1, 0 is not inside its 40x24 texels",
+            [](F f, V) { f.output.x = 1; });
+    refused(kInput, "is not inside its",
+            [](F f, V) { f.depth.y = std::numeric_limits<int32_t>::min(); });
+    refused(kInput, "the frame is 41x24; pc_vk_create_info states 40x24 at most", [](F f, V) {
+        for (pc_vk_image* image : {&f.color, &f.depth, &f.motion, &f.output})
+            image->width = kWidth + 1;
     });
-    refused(PC_ERROR_INPUT, "output.layout: it is not that of color", [](Frame& frame, Values&) {
-        frame.output = frame.color;
-        frame.color.layout = VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL;
-    });
-    refused(PC_ERROR_INPUT, "color: its size is 0x24",
-            [](Frame& frame, Values& values) { frame.color.width = 0, values.width = kWidth; });
-    refused(PC_ERROR_INPUT, "the frame is 0x24",
-            [](Frame& frame, Values&) { frame.color.width = 0; });
-    refused(PC_ERROR_INPUT, "output: a frame of 40x24 at 1, 0 is not inside its 40x24 texels",
-            [](Frame& frame, Values&) { frame.output.x = 1; });
-    refused(PC_ERROR_INPUT, "is not inside its",
-            [](Frame& frame, Values&) { frame.depth.y = std::numeric_limits<int32_t>::min(); });
-    refused(
-        PC_ERROR_INPUT, "the frame is 41x24; pc_vk_create_info states 40x24 at most",
-        [](Frame& frame, Values&) {
-            for (pc_vk_image* image : {&frame.color, &frame.depth, &frame.motion, &frame.output})
-                image->width = kWidth + 1;
-        });
-    refused(PC_ERROR_CHAIN, "near_clip is nan",
-            [](Frame&, Values& values) { values.near_clip = std::nanf(""); });
-    refused(PC_ERROR_ARGUMENT, "debug_view: this frame's plan has no texture",
-            [](Frame&, Values& values) { values.debug_view = "nothing"; });
+    refused(PC_ERROR_CHAIN, "near_clip is nan", [](F, V v) { v.near_clip = std::nanf(""); });
+    refused(kArgument, "debug_view: this frame's plan has no texture",
+            [](F, V v) { v.debug_view = "nothing"; });
 
     // A place in focus has to be found on the device, which only GL does.
     const auto focus = chain("depth_of_field");

@@ -21,10 +21,12 @@ io::Json times_json(const std::deque<double>& times) {
 
 }  // namespace
 
-std::string state_json(const Session& session, const Ui& ui, int presses) {
+std::string state_json(const Session& session, const Ui& ui, const DrawnInput& input) {
     io::Json json;
-    json["at_rest"] = session.at_rest();
-    json["presses"] = presses;
+    json["at_rest"] = session.at_rest() && input.settled;
+    json["presses"] = input.presses;
+    json["mouse"] = input.mouse;
+    json["window"] = input.window;
     json["frame"] = session.frame();
     json["playing"] = session.playing();
     json["frames_played"] = session.frames_played();

@@ -23,9 +23,11 @@ void Ui::ask_to_close() {
 void Ui::shortcuts() {
     const ImGuiIO& io = ImGui::GetIO();
     if (io.WantTextInput) return;
-    const auto pressed = [](ImGuiKey key) { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key)); };
-    // GLFW's numbers of letters are those of ASCII.
-    const auto letter = [](char c) { return ImGui::IsKeyPressed(c); };
+    const auto pressed = [](ImGuiKey key, bool repeats) {
+        return ImGui::IsKeyPressed(ImGui::GetKeyIndex(key), repeats);
+    };
+    // GLFW's numbers of letters are those of ASCII. Held down, they count once.
+    const auto letter = [](char c) { return ImGui::IsKeyPressed(c, false); };
     Document& document = ui_.session.document();
     if (io.KeyCtrl) {
         if (letter('Z')) io.KeyShift ? document.redo() : document.undo();
@@ -34,9 +36,9 @@ void Ui::shortcuts() {
         if (letter('Q')) ask_to_close();
         return;
     }
-    if (pressed(ImGuiKey_Space)) ui_.session.play(!ui_.session.playing());
-    if (pressed(ImGuiKey_LeftArrow)) ui_.session.step(-1);
-    if (pressed(ImGuiKey_RightArrow)) ui_.session.step(1);
+    if (pressed(ImGuiKey_Space, false)) ui_.session.play(!ui_.session.playing());
+    if (pressed(ImGuiKey_LeftArrow, true)) ui_.session.step(-1);
+    if (pressed(ImGuiKey_RightArrow, true)) ui_.session.step(1);
     if (letter('0')) picture_.port().fit();
     if (letter('1')) picture_.port().one_to_one();
     if (letter('F')) ui_.focus_tool = !ui_.focus_tool;

@@ -159,7 +159,8 @@ class Loop {
         ImGui::NewFrame();
         const ImVec2 size = ImGui::GetIO().DisplaySize;
         ui_.draw(size.x, size.y, interface_.scale());
-        presses_drawn_ = g_presses;
+        const ImVec2 mouse = ImGui::GetIO().MousePos;
+        drawn_ = {g_presses, {mouse.x, mouse.y}, {size.x, size.y}};
         ImGui::Render();
         glViewport(0, 0, width, height);
         glClearColor(0.05f, 0.05f, 0.055f, 1);
@@ -172,7 +173,8 @@ class Loop {
         if (settings_.state_file.empty() || Clock::now() - written_ < kStateInterval)
             return Status();
         written_ = Clock::now();
-        const std::string text = state_json(session_, ui_, presses_drawn_);
+        drawn_.settled = draw_ == 0;
+        const std::string text = state_json(session_, ui_, drawn_);
         if (text == state_) return Status();
         state_ = text;
         return save_text(session_.settings().run, settings_.state_file, text, "the state file",
@@ -186,7 +188,7 @@ class Loop {
     Ui ui_;
     // Keys and buttons that went down or up.
     static inline int g_presses = 0;
-    int presses_drawn_ = 0;
+    DrawnInput drawn_;
     int draw_ = kFramesAfterEvent;
     std::string state_;
     Clock::time_point written_;

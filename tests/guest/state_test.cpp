@@ -231,19 +231,19 @@ TEST(State, AHostileHostFindsAllOfItsOwn) {
     const struct {
         const pc::Chain& chain;
         const pc_frame& frame;
-    } kinds[] = {{made, plain}, {made, turned}, {paper, turned}, {made, filled}};
+    } kinds[] = {{made, plain}, {paper, turned}, {made, filled}};
     for (const auto& [one, frame] : kinds) prepare_and_run(guest, one, frame);
     const ImageF expected = read(prepare_and_run(guest, made, plain), 32, 24);
     {
         Hostile hostile(7);
         for (int i = 0; i < kFrames; ++i) {
-            pc_frame frame = kinds[i % 4].frame;
+            pc_frame frame = kinds[i % 3].frame;
             if (i % 7 == 3) frame.flags |= PC_CAMERA_CUT;
             if (i % 11 == 5) frame.focus_distance *= 1 + float(i) / 64;
             hostile.set();
             const State before = read_state();
             glEnable(0xffff);  // GL_INVALID_ENUM stays the host's
-            ASSERT_EQ(pc_run(guest.get(), kinds[i % 4].chain.get(), &frame, nullptr), PC_OK)
+            ASSERT_EQ(pc_run(guest.get(), kinds[i % 3].chain.get(), &frame, nullptr), PC_OK)
                 << pc_last_error(guest.get());
             ASSERT_EQ(glGetError(), GLenum(GL_INVALID_ENUM)) << "frame " << i;
             ASSERT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << "frame " << i;

@@ -16,6 +16,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
+class Handles : public SharedScene {};
+
 using I = pc_instance*;
 using C = pc_chain*;
 
@@ -71,11 +73,9 @@ void refused(const Call& call, pc_instance* instance, pc_chain* chain, const cha
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << call.name;
 }
 
-TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
+TEST_F(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
     const auto good = chain("motion_blur,depth_of_field");
-    prepare_and_run(guest, good, host.frame);
+    prepare_and_run(guest(), good, host().frame);
     auto gone_guest = instance();
     auto gone_chain = chain("fxaa");
     pc_instance* destroyed = gone_guest.get();
@@ -87,8 +87,8 @@ TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
     const auto foreign_chain = reinterpret_cast<pc_chain*>(&other);
     const char* none = "is not one of this library, or was destroyed";
 
-    for (const Call& call : instance_calls(host.frame)) {
-        EXPECT_EQ(call.make(guest.get(), good.get()),
+    for (const Call& call : instance_calls(host().frame)) {
+        EXPECT_EQ(call.make(guest().get(), good.get()),
                   PC_OK + (call.name == std::string("pc_timings")))
             << call.name << ": " << pc_error();
         EXPECT_STREQ(pc_error(), "");
@@ -97,10 +97,10 @@ TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
         refused(call, destroyed, good.get(), none);
         refused(call, reinterpret_cast<pc_instance*>(good.get()), good.get(), none);
         if (!call.takes_chain) continue;
-        refused(call, guest.get(), nullptr, "chain is NULL");
-        refused(call, guest.get(), foreign_chain, none);
-        refused(call, guest.get(), destroyed_chain, none);
-        EXPECT_STREQ(pc_last_error(guest.get()), pc_error());
+        refused(call, guest().get(), nullptr, "chain is NULL");
+        refused(call, guest().get(), foreign_chain, none);
+        refused(call, guest().get(), destroyed_chain, none);
+        EXPECT_STREQ(pc_last_error(guest().get()), pc_error());
     }
     for (const Call& call : chain_calls()) {
         EXPECT_EQ(call.make(nullptr, good.get()), PC_OK) << call.name << ": " << pc_error();
@@ -119,10 +119,10 @@ TEST(Handles, NullForeignAndDestroyedAreRefusedByEveryCall) {
     pc_chain_destroy(destroyed_chain);
     EXPECT_EQ(other, 0);
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
-    prepare_and_run(guest, chain("fxaa"), host.frame);
+    prepare_and_run(guest(), chain("fxaa"), host().frame);
 }
 
-TEST(Handles, NullArguments) {
+TEST_F(Handles, NullArguments) {
     const auto guest = instance();
     const auto good = chain("motion_blur");
     I i = guest.get();
@@ -153,8 +153,7 @@ TEST(Handles, NullArguments) {
 }
 
 // While one thread is in a call, every call of another on the same objects is refused.
-TEST(Handles, TwoThreadsOnOneObject) {
-    const auto host = canonical_frame(40, 24);
+TEST_F(Handles, TwoThreadsOnOneObject) {
     static std::atomic<int> inside, leave;
     inside = leave = 0;
     auto info = pc::create_info();
@@ -168,7 +167,7 @@ TEST(Handles, TwoThreadsOnOneObject) {
     const auto good = chain("motion_blur,depth_of_field");
     std::thread other([&] {
         while (!inside) std::this_thread::yield();
-        for (const Call& call : instance_calls(host.frame)) {
+        for (const Call& call : instance_calls(host().frame)) {
             EXPECT_EQ(call.make(guest.get(), good.get()), PC_ERROR_ARGUMENT) << call.name;
             EXPECT_THAT(pc_error(), HasSubstr("instance: another thread is in a call with it"));
         }
@@ -181,9 +180,9 @@ TEST(Handles, TwoThreadsOnOneObject) {
         leave = 1;
     });
     glEnable(0xffff);  // an error that the host left is logged within pc_run()
-    EXPECT_EQ(pc_run(guest.get(), good.get(), &host.frame, nullptr), PC_ERROR_PREPARE);
+    EXPECT_EQ(pc_run(guest.get(), good.get(), &host().frame, nullptr), PC_ERROR_PREPARE);
     other.join();
-    prepare_and_run(guest, good, host.frame);
+    prepare_and_run(guest, good, host().frame);
 }
 
 // A handle that a callback destroys within a call on it stays as it is.
@@ -201,8 +200,7 @@ struct Destroyer {
         EXPECT_STREQ(pc_error(), "chain: a call with it is not finished; destroy it afterwards");
     }
 };
-TEST(Handles, NoneIsDestroyedWithinItsCall) {
-    const auto host = canonical_frame(40, 24);
+TEST_F(Handles, NoneIsDestroyedWithinItsCall) {
     Destroyer destroyer;
     auto info = pc::create_info();
     info.user = &destroyer;
@@ -214,31 +212,28 @@ TEST(Handles, NoneIsDestroyedWithinItsCall) {
     const auto made = chain("motion_blur");
     destroyer.instance = guest.get();
     destroyer.chain = made.get();
-    prepare_and_run(guest, made, host.frame);
+    prepare_and_run(guest, made, host().frame);
     EXPECT_GT(destroyer.calls, 0);
 }
 
 // Whatever pc_run() refuses, its result is the host's color.
-TEST(Handles, ARefusedRunGivesTheHostsColor) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
+TEST_F(Handles, ARefusedRunGivesTheHostsColor) {
     const auto made = chain("motion_blur");
     auto gone = instance();
     pc_instance* destroyed = gone.get();
     gone.reset();
     const std::pair<pc_instance*, pc_chain*> calls[] = {
-        {nullptr, made.get()}, {destroyed, made.get()}, {guest.get(), nullptr}};
+        {nullptr, made.get()}, {destroyed, made.get()}, {guest().get(), nullptr}};
     for (const auto& [first, second] : calls) {
         pc_texture result = {};
-        EXPECT_EQ(pc_run(first, second, &host.frame, &result), PC_ERROR_ARGUMENT);
-        EXPECT_EQ(result.name, host.frame.color.name) << pc_error();
-        EXPECT_EQ(result.width, 40);
+        EXPECT_EQ(pc_run(first, second, &host().frame, &result), PC_ERROR_ARGUMENT);
+        EXPECT_EQ(result.name, host().frame.color.name) << pc_error();
+        EXPECT_EQ(result.width, kWidth);
     }
 }
 
 // A GL error is found when the frame is dispatched already.
-TEST(Handles, ValidateGivesTheHostsColorAfterAnError) {
-    const auto host = canonical_frame(40, 24);
+TEST_F(Handles, ValidateGivesTheHostsColorAfterAnError) {
     auto info = pc::create_info();
     info.flags = PC_VALIDATE;
     info.log = [](void*, int level, const char*) {
@@ -247,8 +242,8 @@ TEST(Handles, ValidateGivesTheHostsColorAfterAnError) {
     make_host_context();
     const pc::Instance guest = pc::create(info);
     const auto made = chain("motion_blur");
-    pc_frame frame = host.frame;
-    const HostTexture output(GL_RGBA32F, 40, 24);
+    pc_frame frame = host().frame;
+    const HostTexture output(GL_RGBA32F, kWidth, kHeight);
     frame.output = output;
     prepare_and_run(guest, made, frame);
     glEnable(0xffff);
@@ -258,22 +253,20 @@ TEST(Handles, ValidateGivesTheHostsColorAfterAnError) {
 }
 
 // No sum or difference of a rectangle's members overflows.
-TEST(Handles, RectanglesBeyondTheIntegers) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
+TEST_F(Handles, RectanglesBeyondTheIntegers) {
     const auto made = chain("motion_blur");
-    pc_frame frame = host.frame;
+    pc_frame frame = host().frame;
     frame.color.x = INT32_MIN;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("color: a frame of 2147483647x24 at -2147483648, 0 is not"));
+    EXPECT_EQ(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
+    EXPECT_THAT(pc_error(), HasSubstr("color: a frame of 2147483647x60 at -2147483648, 0 is not"));
     ASSERT_EQ(pc_use_conventions("godot", &frame), PC_OK);
-    EXPECT_EQ(frame.motion_scale[0], -2147483688.0f);
+    EXPECT_EQ(frame.motion_scale[0], -2147483744.0f);
     int signs[2];
     float margin = 0;
     for (const int32_t x : {INT32_MIN, -1}) {
-        pc_texture other = host.color;
+        pc_texture other = host().color;
         other.x = x;
-        EXPECT_EQ(pc_check_motion(guest.get(), &host.frame, &other, signs, &margin),
+        EXPECT_EQ(pc_check_motion(guest().get(), &host().frame, &other, signs, &margin),
                   PC_ERROR_INPUT);
         EXPECT_THAT(pc_error(), HasSubstr("it does not cover the frame"));
     }
@@ -281,27 +274,24 @@ TEST(Handles, RectanglesBeyondTheIntegers) {
 }
 
 // 0 is a closed shutter if the frame says that it counts.
-TEST(Handles, AGivenShutterOf0IsClosed) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
+TEST_F(Handles, AGivenShutterOf0IsClosed) {
     const auto made = chain("motion_blur");
-    pc_frame frame = host.frame;
+    pc_frame frame = host().frame;
     frame.shutter_frames = 0;
-    EXPECT_NE(prepare_and_run(guest, made, frame).name, frame.color.name) << "0.5 by default";
+    EXPECT_NE(prepare_and_run(guest(), made, frame).name, frame.color.name) << "0.5 by default";
     frame.flags |= PC_GIVEN_SHUTTER;
-    EXPECT_EQ(prepare_and_run(guest, made, frame).name, frame.color.name);
+    EXPECT_EQ(prepare_and_run(guest(), made, frame).name, frame.color.name);
     frame.shutter_frames = 0.5f;
-    const ImageF given = read(prepare_and_run(guest, made, frame), 40, 24);
+    const ImageF given = filtered(made, frame);
     frame.flags &= ~uint32_t(PC_GIVEN_SHUTTER);
-    EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), given));
+    EXPECT_TRUE(equal_bits(filtered(made, frame), given));
 }
 
 // PC_VALIDATE: what would give wrong pixels without a GL error.
-TEST(Handles, ValidateRefusesMatricesAndOutputsThatCannotBe) {
-    const auto host = canonical_frame(40, 24);
+TEST_F(Handles, ValidateRefusesMatricesAndOutputsThatCannotBe) {
     const auto guest = instance(PC_VALIDATE), plain = instance();
     const auto made = chain("motion_blur,fxaa");
-    pc_frame frame = host.frame;
+    pc_frame frame = host().frame;
     for (int i = 0; i < 4; ++i) frame.view_projection[5 * i] = 1;
     std::copy_n(frame.view_projection, 16, frame.other_view_projection);
     frame.view_projection[11] = frame.other_view_projection[11] = -1;
@@ -312,7 +302,7 @@ TEST(Handles, ValidateRefusesMatricesAndOutputsThatCannotBe) {
     EXPECT_EQ(pc_run(guest.get(), made.get(), &singular, nullptr), PC_ERROR_INPUT);
     EXPECT_THAT(pc_error(), HasSubstr("other_view_projection: is singular"));
     prepare_and_run(plain, made, singular);
-    const HostTexture motion(GL_RGBA32F, 40, 24);
+    const HostTexture motion(GL_RGBA32F, kWidth, kHeight);
     pc_frame over = frame;
     over.motion = over.output = motion;
     EXPECT_EQ(pc_run(guest.get(), made.get(), &over, nullptr), PC_ERROR_INPUT);
@@ -321,48 +311,42 @@ TEST(Handles, ValidateRefusesMatricesAndOutputsThatCannotBe) {
 }
 
 // PC_STATE_LEAVE leaves the last step's program in use. It is not current when it is deleted.
-TEST(Handles, NoDeletedProgramStaysInUse) {
-    const auto host = canonical_frame(40, 24);
+TEST_F(Handles, NoDeletedProgramStaysInUse) {
     const auto made = chain("fxaa");
-    prepare_and_run(instance(0, PC_STATE_LEAVE), made, host.frame);
+    prepare_and_run(instance(0, PC_STATE_LEAVE), made, host().frame);
     GLint program = -1;
     glGetIntegerv(GL_CURRENT_PROGRAM, &program);
     EXPECT_EQ(program, 0);
 }
 
 // A missing value is asked for in a host's words.
-TEST(Handles, MessagesAreForHosts) {
-    const auto host = canonical_frame(40, 24);
-    const auto guest = instance();
-    pc_frame frame = host.frame;
+TEST_F(Handles, MessagesAreForHosts) {
+    pc_frame frame = host().frame;
     frame.f_stop = 0;
-    EXPECT_EQ(pc_prepare(guest.get(), chain("depth_of_field").get(), &frame, 1), PC_ERROR_CHAIN);
+    EXPECT_EQ(pc_prepare(guest().get(), chain("depth_of_field").get(), &frame, 1), PC_ERROR_CHAIN);
     EXPECT_THAT(pc_error(), HasSubstr("f_stop: not known"));
     EXPECT_THAT(pc_error(), HasSubstr("in pc_frame"));
     EXPECT_THAT(pc_error(), ::testing::Not(HasSubstr("--camera")));
 }
 
 // The host's own textures as debug views: whole, or a rectangle of them, rows as stored.
-TEST(Handles, ViewsOfTheHostsTextures) {
-    auto host = canonical_frame(40, 24);
-    const ImageF& plane = host.test.planes.at(Role::color);
-    const auto guest = instance();
+TEST_F(Handles, ViewsOfTheHostsTextures) {
     const auto made = chain("motion_blur");
-    const HostTexture color = HostTexture::inside(GL_RGBA32F, plane, 64, 48, 9, 7);
-    pc_frame frame = host.frame;
-    frame.width = 40;
-    frame.height = 24;
+    const HostTexture color = HostTexture::inside(GL_RGBA32F, plane(Role::color), 120, 80, 9, 7);
+    pc_frame frame = host().frame;
+    frame.width = kWidth;
+    frame.height = kHeight;
     frame.color = color;
     frame.debug_view = "host.color";
-    EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), plane));
+    EXPECT_TRUE(equal_bits(filtered(made, frame), plane(Role::color)));
     frame.debug_view = "host.motion";
-    const ImageF vectors = read(prepare_and_run(guest, made, frame), 40, 24);
+    const ImageF vectors = filtered(made, frame);
     frame.debug_view = "input.motion";
-    EXPECT_TRUE(equal_bits(read(prepare_and_run(guest, made, frame), 40, 24), vectors));
+    EXPECT_TRUE(equal_bits(filtered(made, frame), vectors));
     frame.debug_view = "0.motion_blur.moving_blocks";  // the header's example
-    prepare_and_run(guest, made, frame);
+    prepare_and_run(guest(), made, frame);
     frame.debug_view = "host.nothing";
-    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
+    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
 }
 
 }  // namespace

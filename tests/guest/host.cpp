@@ -76,6 +76,11 @@ ImageF upside_down(const ImageF& image) {
     return turned;
 }
 
+ImageF with_y_up(ImageF motion) {
+    for (size_t i = 1; i < motion.data.size(); i += 2) motion.data[i] = -motion.data[i];
+    return motion;
+}
+
 void set_camera(pc_frame& frame, const Camera& camera) {
     frame.focal_length_mm = float(camera.focal_length_mm.value_or(0));
     frame.sensor_width_mm = float(camera.sensor_width_mm.value_or(0));

@@ -44,6 +44,8 @@ class HostTexture {
 // The rectangle of a texture, rows as stored.
 ImageF read(const pc_texture& texture, int width, int height, int channels = 4);
 ImageF upside_down(const ImageF& image);
+// Motion vectors whose y points up.
+ImageF with_y_up(ImageF motion);
 
 // A canonical frame on the device: GL_RGBA32F, GL_R32F, GL_RG32F, read in place.
 struct HostFrameTextures {
@@ -89,6 +91,7 @@ class SharedScene : public ::testing::Test {
     static void SetUpTestSuite();
     static void TearDownTestSuite() { shared_.reset(); }
     static const HostFrameTextures& host() { return shared_->host; }
+    static const ImageF& plane(Role role) { return host().test.planes.at(role); }
     static const pc::Instance& guest() { return shared_->guest; }
     static const pc::Chain& made() { return shared_->made; }
     static const ImageF& expected() { return shared_->expected; }

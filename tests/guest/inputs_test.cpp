@@ -92,19 +92,19 @@ TEST_F(Inputs, LayersAndLevels) {
 
 // The color's own layer as output, and a level of a texture without layers.
 TEST_F(Inputs, OneTextureInAndOut) {
-    const ArrayTexture both(GL_RGBA32F, host().test.planes.at(Role::color));
+    const ArrayTexture both(GL_RGBA32F, plane(Role::color));
     pc_frame frame = host().frame;
     frame.color = frame.output = both;
     frame.color_slice = frame.output_slice = ArrayTexture::kSlice;
     prepare_and_run(guest(), made(), frame);
     expect_equal(both.layer(1, 2), expected());
     // Another layer of it.
-    const ArrayTexture other(GL_RGBA32F, host().test.planes.at(Role::color));
+    const ArrayTexture other(GL_RGBA32F, plane(Role::color));
     frame.color = frame.output = other;
     frame.output_slice.layer = 0;
     prepare_and_run(guest(), made(), frame);
     expect_equal(other.layer(1, 0), expected());
-    expect_equal(other.layer(1, 2), host().test.planes.at(Role::color));
+    expect_equal(other.layer(1, 2), plane(Role::color));
 }
 
 // Another rectangle of color's texture, which overlaps it: also where the chain has nothing to do.
@@ -134,7 +134,7 @@ TEST_F(Inputs, OutputThatOverlapsColor) {
 }
 
 TEST_F(Inputs, SlicesThatAreNotThere) {
-    const ArrayTexture color(GL_RGBA32F, host().test.planes.at(Role::color));
+    const ArrayTexture color(GL_RGBA32F, plane(Role::color));
     const auto made = chain("fxaa");
     const auto refuses = [&](const pc_texture& texture, pc_slice slice, const char* text) {
         pc_frame frame = host().frame;
@@ -195,8 +195,7 @@ TEST_F(Inputs, PlanesOfLowerResolution) {
     frame.motion_size[1] = kHeight / 2;
     expect_equal(filtered(made(), frame), expected);
     // Rows from the bottom.
-    ImageF up = vectors;
-    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    const ImageF up = with_y_up(vectors);
     const HostTexture color_up(GL_RGBA32F, host.test.planes.at(Role::color), true);
     const HostTexture motion_up(GL_RG32F, up, true);
     const HostTexture depth_up(GL_R32F, read(depth, kWidth / 3, kHeight / 2, 1), true);
@@ -244,7 +243,7 @@ TEST_F(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
 // Depths 0 to 1 in another range; what is stored beyond an end counts as the end.
 TEST_F(Inputs, DepthRange) {
     const float near = 0.1f;
-    ImageF whole = host().test.planes.at(Role::inverse_depth);
+    ImageF whole = plane(Role::inverse_depth);
     for (float& value : whole.data) value *= near;
     pc_frame frame = host().frame;
     frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;

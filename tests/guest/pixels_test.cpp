@@ -23,7 +23,7 @@ double changed(const ImageF& a, const ImageF& b) {
 TEST_F(Pixels, CanonicalTexturesGiveTheCommandsBits) {
     const ImageF found = filtered(made(), host().frame);
     expect_equal(found, expected());
-    EXPECT_GT(changed(found, host().test.planes.at(Role::color)), 0.2);
+    EXPECT_GT(changed(found, plane(Role::color)), 0.2);
     // Nothing is imported or exported, and running without elision changes no pixel.
     EXPECT_THAT(pc::explain(guest().get()), ::testing::Not(::testing::HasSubstr("import.comp")));
     pc_frame whole = host().frame;
@@ -78,24 +78,22 @@ TEST_F(Pixels, HalvesInAndHalvesBetween) {
 TEST_F(Pixels, PixelAspect) {
     auto host = canonical_frame(kWidth, kHeight);
     host.test.description.pixel_aspect = 2;
-    const ImageF square = filtered(made(), host.frame);
     pc_frame frame = host.frame;
     frame.pixel_aspect = 2;
     const ImageF wide = filtered(made(), frame);
     expect_equal(wide, by_executor(host.test, kPasses));
-    EXPECT_GT(changed(wide, square), 0.05);
+    EXPECT_GT(changed(wide, expected()), 0.05);
 }
 
 // Rows from the bottom with their vectors, and a rectangle in larger textures, give the same image
 // bit for bit, because a scale of 1 or -1 does not round.
 TEST_F(Pixels, RowsFromTheBottomAndRectangles) {
-    ImageF up = host().test.planes.at(Role::motion);
-    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    const ImageF up = with_y_up(plane(Role::motion));
     const auto at = [](unsigned format, const ImageF& plane, int x, int y) {
         return HostTexture::inside(format, upside_down(plane), 128, 80, x, y);
     };
-    const HostTexture color = at(GL_RGBA32F, host().test.planes.at(Role::color), 5, 7);
-    const HostTexture depth = at(GL_R32F, host().test.planes.at(Role::inverse_depth), 32, 20);
+    const HostTexture color = at(GL_RGBA32F, plane(Role::color), 5, 7);
+    const HostTexture depth = at(GL_R32F, plane(Role::inverse_depth), 32, 20);
     const HostTexture motion = at(GL_RG32F, up, 0, 1);
     const HostTexture output(GL_RGBA32F, ImageF(128, 80, 4, 55));
     pc_frame frame = host().frame;
@@ -134,7 +132,7 @@ TEST_F(Pixels, OutputsOfEveryKind) {
         expect_near(read(output, kWidth, kHeight), expected(), tolerance);
     }
     // Into the color itself, which the only pass reads around each pixel.
-    const HostTexture color(GL_RGBA32F, host().test.planes.at(Role::color));
+    const HostTexture color(GL_RGBA32F, plane(Role::color));
     pc_frame frame = host().frame;
     frame.color = frame.output = color;
     prepare_and_run(guest(), chain("fxaa"), frame);
@@ -152,7 +150,7 @@ TEST_F(Pixels, AChainThatDoesNothingHandsColorThrough) {
     const HostTexture output(GL_RGBA32F, kWidth, kHeight);
     frame.output = output;
     prepare_and_run(guest(), made, frame);
-    expect_equal(read(output, kWidth, kHeight), host().test.planes.at(Role::color));
+    expect_equal(read(output, kWidth, kHeight), plane(Role::color));
 }
 
 // Every encoding of depth, from its own formula.
@@ -160,7 +158,7 @@ TEST_F(Pixels, DepthEncodings) {
     const double n = 0.1, f = 400;
     for (const pc_depth encoding : {PC_DEPTH_LINEAR, PC_DEPTH_FORWARD, PC_DEPTH_FORWARD_INFINITE,
                                     PC_DEPTH_REVERSE, PC_DEPTH_REVERSE_INFINITE}) {
-        ImageF stored = host().test.planes.at(Role::inverse_depth);
+        ImageF stored = plane(Role::inverse_depth);
         for (float& value : stored.data) {
             const double w = double(value);
             const double a = f / (f - n), b = -a * n;  // z = a + b w
@@ -188,7 +186,7 @@ TEST_F(Pixels, DepthEncodings) {
 
 // A depth buffer with stencil, and from glTexImage2D(), gives the bits of one without.
 TEST_F(Pixels, DepthBesideStencil) {
-    ImageF stored = host().test.planes.at(Role::inverse_depth);
+    ImageF stored = plane(Role::inverse_depth);
     for (float& value : stored.data) value *= 0.1f;
     pc_frame frame = host().frame;
     frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
@@ -227,7 +225,7 @@ TEST_F(Pixels, DepthBesideStencil) {
 }
 
 TEST_F(Pixels, MotionConventions) {
-    const ImageF& motion = host().test.planes.at(Role::motion);
+    const ImageF& motion = plane(Role::motion);
     const auto with = [&](const auto& store, pc_frame frame) {
         ImageF stored = motion;
         for (size_t i = 0; i < motion.pixels(); ++i)
@@ -277,9 +275,8 @@ TEST_F(Pixels, ExposureDecidesWhatFxaaSees) {
 }
 
 TEST_F(Pixels, ValuesThatAreNotFiniteAreReplaced) {
-    ImageF color = host().test.planes.at(Role::color),
-           depth = host().test.planes.at(Role::inverse_depth),
-           motion = host().test.planes.at(Role::motion);
+    ImageF color = plane(Role::color), depth = plane(Role::inverse_depth),
+           motion = plane(Role::motion);
     const float nan = std::nanf(""), inf = INFINITY;
     TestFrame clean = host().test;
     color.at(30, 20, 1) = nan;
@@ -291,8 +288,7 @@ TEST_F(Pixels, ValuesThatAreNotFiniteAreReplaced) {
     clean.planes[Role::inverse_depth].at(10, 10) = 0;
     clean.planes[Role::motion].at(50, 30, 0) = clean.planes[Role::motion].at(50, 30, 1) = 0;
     const auto turned = [](const ImageF& plane) { return HostTexture(GL_RGBA32F, plane, true); };
-    ImageF up = motion;
-    for (size_t i = 1; i < up.data.size(); i += 2) up.data[i] = -up.data[i];
+    const ImageF up = with_y_up(motion);
     const HostTexture c = turned(color), d(GL_R32F, depth, true), m(GL_RG32F, up, true);
     pc_frame frame = host().frame;
     frame.flags = PC_MOTION_TO_NEXT;

@@ -1,5 +1,6 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
+#include <grp.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/file.h>
@@ -14,12 +15,14 @@
 #include <thread>
 
 #include "tests/io/exr_files.h"
+#include "tests/io/synced_files.h"
 #include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::io {
 namespace {
 
 using test::read_text;
+using test::SyncedFiles;
 using test::TempFolder;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -31,6 +34,16 @@ std::string error_of(const std::string& path) {
     EXPECT_EQ(file.status().code(), StatusCode::output);
     EXPECT_THAT(file.status().message(), HasSubstr(path));
     return file.status().message();
+}
+
+// Runs `body` in a child process; returns its exit status.
+template <class Body>
+int in_child(Body body) {
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(body());
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
 TEST(AtomicFile, TheNameAppearsOnlyOnCommit) {
@@ -49,11 +62,11 @@ TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
     const TempFolder folder;
     const std::string path = folder.path("a.txt");
     test::write_text(path, "old");
-    ASSERT_EQ(::chmod(path.c_str(), 0640), 0);
     const bool is_root = ::geteuid() == 0;
     if (is_root) {
         ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
     }
+    ASSERT_EQ(::chmod(path.c_str(), 04640), 0);  // the bit of another user's rights is not kept
     const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0;
     ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::overwrite).ok());
     EXPECT_EQ(read_text(path), "new");
@@ -71,6 +84,55 @@ TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
     ASSERT_TRUE(atomic_write_text(folder.path("b.txt"), "new", OnExisting::overwrite).ok());
     ASSERT_EQ(::stat(folder.path("b.txt").c_str(), &info), 0);
     EXPECT_EQ(info.st_uid, ::geteuid());
+}
+
+TEST(AtomicFile, AReplacedFileOfAnotherUserKeepsItsGroup) {
+    if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+    const TempFolder folder;
+    const std::string path = folder.path("a.txt");
+    test::write_text(path, "old");
+    ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
+    ASSERT_EQ(::chmod(path.c_str(), 0660), 0);
+    ASSERT_EQ(::chmod(folder.path().c_str(), 0777), 0);
+    const int result = in_child([&] {
+        const gid_t group = 23456;
+        if (::setgroups(1, &group) != 0 || ::setgid(34567) != 0 || ::setuid(34567) != 0) return 1;
+        return atomic_write_text(path, "new", OnExisting::overwrite).ok() ? 0 : 2;
+    });
+    ASSERT_EQ(result, 0);
+    struct stat info;
+    ASSERT_EQ(::stat(path.c_str(), &info), 0);
+    EXPECT_EQ(info.st_uid, 34567u);
+    EXPECT_EQ(info.st_gid, 23456u);
+    EXPECT_EQ(info.st_mode & 07777, 0660u);
+}
+
+// After a power failure the name holds the whole file: its bytes are on disk before it has the
+// name, and then the folder is.
+TEST(AtomicFile, IsSyncedBeforeItIsRenamedAndItsFolderAfterwards) {
+    const TempFolder folder;
+    const std::string path = folder.path("a.txt");
+    SyncedFiles& synced = test::synced_files();
+    synced = {};
+    ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::fail).ok());
+    EXPECT_THAT(synced.paths, ElementsAre(HasSubstr(".tmp"), folder.path()));
+    struct Case {
+        int error, folder_error;
+        const char* message;  // of a failure
+        bool there;           // whether the name has the new file
+    };
+    for (const Case& one :
+         {Case{EIO, 0, "cannot write", false}, Case{0, EIO, "its folder cannot be synced", true},
+          Case{0, EINVAL, nullptr, true}, Case{0, EOPNOTSUPP, nullptr, true}}) {
+        std::filesystem::remove(path);
+        synced = {.error = one.error, .folder_error = one.folder_error};
+        const Result<bool> done = atomic_write_text(path, "new", OnExisting::overwrite);
+        EXPECT_EQ(done.ok(), one.message == nullptr);
+        EXPECT_THAT(done.status().message(), HasSubstr(one.message ? one.message : ""));
+        EXPECT_EQ(std::filesystem::exists(path), one.there) << done.status().message();
+        EXPECT_EQ(folder.names().size(), one.there ? 1u : 0u);
+    }
+    synced = {};
 }
 
 TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
@@ -241,16 +303,6 @@ TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {
     EXPECT_FALSE(a->commit(OnExisting::overwrite).ok());
     EXPECT_FALSE(b->commit(OnExisting::fail).ok());
     EXPECT_THAT(folder.names(), ElementsAre("c"));
-}
-
-// Runs `body` in a child process; returns its exit status.
-template <class Body>
-int in_child(Body body) {
-    const pid_t child = ::fork();
-    if (child == 0) ::_exit(body());
-    int status = 0;
-    ::waitpid(child, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
 TEST(AtomicFile, AFileSizeLimitIsAClearErrorAndLeavesNothing) {

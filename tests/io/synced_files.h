@@ -1,0 +1,17 @@
+// The files and folders that the tested code has synced to disk.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace postchain::test {
+
+// fsync() of this program does not wait for the disk: it notes the path, or fails with `error`.
+struct SyncedFiles {
+    std::vector<std::string> paths;
+    int error = 0;         // of files, if not 0
+    int folder_error = 0;  // of folders
+};
+SyncedFiles& synced_files();
+
+}  // namespace postchain::test

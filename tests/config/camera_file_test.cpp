@@ -6,12 +6,14 @@
 #include <filesystem>
 
 #include "fake_passes.h"
+#include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
 
+using test::must;
 using test::texts;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -25,6 +27,9 @@ CameraFile parse(const std::string& text) {
 }
 std::vector<std::string> messages_of(const std::string& text) {
     return texts(parse(text).diagnostics);
+}
+std::vector<std::string> places_of(const std::string& text) {
+    return test::places(parse(text).diagnostics);
 }
 
 TEST(CameraFile, ReadsEveryKey) {
@@ -152,10 +157,8 @@ TEST(CameraFile, WarnsOfAKeyInAnotherForm) {
         {"shutterAngle", "shutter_angle_deg"},
         {"camera-matrix-world", "camera_matrix_world"}};
     for (const auto& [given, known] : keys)
-        EXPECT_THAT(
-            messages_of(concat("{\"", given, "\": 1, \"cats_eye\": 0.5}")),
-            ElementsAre(concat("camera.json:1:2: warning: ", given, ": ignored: unknown key '",
-                               given, "' (did you mean '", known, "'?)")));
+        EXPECT_THAT(messages_of(concat("{\"", given, "\": 1, \"cats_eye\": 0.5}")),
+                    ElementsAre(HasSubstr(concat("did you mean '", known, "'?"))));
 }
 
 TEST(CameraFile, TakesTheShutterAsAnAngle) {
@@ -166,14 +169,11 @@ TEST(CameraFile, TakesTheShutterAsAnAngle) {
     EXPECT_EQ(file.camera_for(3, kHd).shutter_frames, 0.25);
     EXPECT_EQ(file.origins_for(3).at("shutter_frames").where, "camera.json:2");
     EXPECT_THAT(messages_of("{\"shutter_angle_deg\": -180}"),
-                ElementsAre(HasSubstr(
-                    "error: shutter_angle_deg: -180 degrees are -0.5 frames: -0.5 is out of range; "
-                    "shutter_frames is a number")));
-    EXPECT_THAT(messages_of("{\"shutter_angle_deg\": \"wide\"}"),
-                ElementsAre(HasSubstr("error: shutter_angle_deg: ")));
-    EXPECT_THAT(messages_of("{\"shutter_frames\": 0.5, \"shutter_angle_deg\": 180}"),
-                ElementsAre("camera.json:1:25: error: shutter_angle_deg: shutter_frames and "
-                            "shutter_angle_deg are both given; give one of them"));
+                ElementsAre(HasSubstr("-180 degrees are -0.5 frames: -0.5 is out of range")));
+    EXPECT_THAT(places_of("{\"shutter_angle_deg\": \"wide\"}"),
+                ElementsAre("1:23 error shutter_angle_deg"));
+    EXPECT_THAT(places_of("{\"shutter_frames\": 0.5, \"shutter_angle_deg\": 180}"),
+                ElementsAre("1:25 error shutter_angle_deg"));
 }
 
 TEST(CameraFile, TakesOtherProgramsKeysForWhatTheyAre) {
@@ -183,24 +183,16 @@ TEST(CameraFile, TakesOtherProgramsKeysForWhatTheyAre) {
 }
 
 TEST(CameraFile, WarnsOfAFileWithoutAnyCameraValue) {
-    const std::string warning =
-        "camera.json:1:1: warning: no camera value in this file; known are focal_length_mm, "
-        "sensor_width_mm, f_stop, focus_distance, near_clip, far_clip, shutter_frames, "
-        "meters_per_unit, aperture_blades, aperture_image, aperture_rotation_deg, "
-        "aperture_curvature, aperture_ratio, cats_eye";
-    EXPECT_THAT(messages_of("{}"), ElementsAre(warning));
-    EXPECT_THAT(messages_of("{\"fps\": 24, \"scene\": 1}"),
-                ElementsAre(warning, "camera.json:1:13: note: ignored keys: scene"));
-    EXPECT_THAT(messages_of("{\"frames\": {\"3\": {\"f_stop\": 2}}}"), ElementsAre());
+    EXPECT_THAT(messages_of("{}"),
+                ElementsAre(HasSubstr("warning: no camera value in this file; known are focal_")));
+    EXPECT_THAT(places_of("{\"fps\": 24, \"scene\": 1}"),
+                ElementsAre("1:1 warning ", "1:13 note "));
+    EXPECT_THAT(places_of("{\"frames\": {\"3\": {\"f_stop\": 2}}}"), IsEmpty());
 }
 
 TEST(CameraFile, PlacesBadValues) {
-    EXPECT_THAT(
-        messages_of("{\"f_stop\": 0,\n \"focus_distance\": \"4\", \"fps\": 0}"),
-        ElementsAre("camera.json:1:12: error: f_stop: 0 is out of range; f_stop is a number "
-                    "> 0",
-                    HasSubstr("camera.json:2:20: error: focus_distance: "),
-                    HasSubstr("camera.json:2:32: error: fps: ")));
+    EXPECT_THAT(places_of("{\"f_stop\": 0,\n \"focus_distance\": \"4\", \"fps\": 0}"),
+                ElementsAre("1:12 error f_stop", "2:20 error focus_distance", "2:32 error fps"));
     for (const char* bad : {R"({"resolution": [640]})",
                             R"({"resolution": [640, 0]})",
                             R"({"resolution": "640x360"})",
@@ -244,9 +236,8 @@ TEST(CameraFile, IsReadFromDisk) {
     const test::TempFolder folder;
     const std::string path = folder.path("camera.json");
     test::write_text(path, R"({"f_stop": 2.8})");
-    const auto file = load_camera(path);
-    ASSERT_TRUE(file.ok());
-    EXPECT_EQ(file->camera.f_stop, 2.8);
+    const auto file = must(load_camera(path));
+    EXPECT_EQ(file.camera.f_stop, 2.8);
     std::filesystem::remove(path);
     EXPECT_EQ(load_camera(path).status().code(), StatusCode::input);
     EXPECT_EQ(load_camera("/").status().code(), StatusCode::input);
@@ -267,14 +258,11 @@ TEST(CameraFile, NamesThePictureOfTheAperture) {
 
 TEST(CameraFile, RefusesAPictureBesideBlades) {
     EXPECT_THAT(messages_of(R"({"aperture_image": "a.png", "aperture_blades": 6})"),
-                ElementsAre("camera.json:1:1: error: aperture_blades and aperture_image are both "
-                            "given; give one of them"));
-    EXPECT_THAT(messages_of(R"({"f_stop": 2,
+                ElementsAre(HasSubstr("aperture_blades and aperture_image are both given")));
+    EXPECT_THAT(places_of(R"({"f_stop": 2,
  "frames": {"3": {"aperture_curvature": 0.5, "aperture_image": "a.png"}}})"),
-                ElementsAre("camera.json:2:18: error: frames.3: aperture_curvature and "
-                            "aperture_image are both given; give one of them"));
-    EXPECT_THAT(messages_of(R"({"aperture_image": 3})"),
-                ElementsAre(HasSubstr("aperture_image: 3 is an integer")));
+                ElementsAre("2:18 error frames.3"));
+    EXPECT_THAT(places_of(R"({"aperture_image": 3})"), ElementsAre("1:20 error aperture_image"));
     // A frame's values replace the file's.
     const CameraFile file =
         parse(R"({"aperture_image": "a.png", "frames": {"3": {"aperture_blades": 6}}})");

@@ -70,4 +70,11 @@ std::vector<std::string> texts(const Diagnostics& diagnostics) {
     return all;
 }
 
+std::vector<std::string> places(const Diagnostics& diagnostics) {
+    std::vector<std::string> all;
+    for (const auto& d : diagnostics)
+        all.push_back(concat(d.line, ":", d.column, " ", name_of(d.severity), " ", d.path));
+    return all;
+}
+
 }  // namespace postchain::test

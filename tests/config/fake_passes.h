@@ -41,4 +41,7 @@ const Tint& tint(const Pass& pass);
 // The texts of all diagnostics.
 std::vector<std::string> texts(const Diagnostics& diagnostics);
 
+// "3:12 error passes[0].samples" for each: line, column, severity and path, without the sentence.
+std::vector<std::string> places(const Diagnostics& diagnostics);
+
 }  // namespace postchain::test

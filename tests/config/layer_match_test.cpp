@@ -4,9 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/support/status.h"
+
 namespace postchain {
 namespace {
 
+using test::must;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -35,11 +38,8 @@ struct Layers {
         return layer ? layer->data : "not there";
     }
     std::vector<std::string> chosen(const std::string& choice) const {
-        const auto indices = choose_layers(all, choice, match.layer);
-        EXPECT_TRUE(indices.ok()) << indices.status().message();
         std::vector<std::string> names;
-        if (indices.ok())
-            for (size_t i : *indices) names.push_back(all[i].name);
+        for (size_t i : must(choose_layers(all, choice, match.layer))) names.push_back(all[i].name);
         return names;
     }
     std::string error(const std::string& choice) const {
@@ -51,13 +51,8 @@ struct Layers {
 };
 
 Layers layers_of(const FileChannels& file, const std::string& view = "") {
-    const auto match = detect_profile(builtin_profiles(), file, "", view);
-    EXPECT_TRUE(match.ok()) << match.status().message();
-    Layers layers;
-    if (!match.ok()) return layers;
-    layers.match = *match;
-    layers.all = find_layers(file, *match, data_names(*find_profile(match->profile)));
-    return layers;
+    const auto match = must(detect_profile(builtin_profiles(), file, "", view));
+    return {match, find_layers(file, match, data_names(*find_profile(match.profile)))};
 }
 
 Layers layers_of(const std::vector<std::string>& channels) {

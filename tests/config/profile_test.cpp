@@ -8,12 +8,14 @@
 #include "config/embedded.h"
 #include "config/profile_match.h"
 #include "fake_passes.h"
+#include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
 
+using test::must;
 using test::texts;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -25,12 +27,9 @@ FileChannels one_part(const Names& channels) {
     return {{{"", "", channels}}, {}};
 }
 
-// Fails the test and returns an empty match if detection fails.
 ProfileMatch detect(const FileChannels& file, const std::string& layer = "",
                     const std::string& view = "") {
-    const auto match = detect_profile(builtin_profiles(), file, layer, view);
-    EXPECT_TRUE(match.ok()) << match.status().message();
-    return match.ok() ? *match : ProfileMatch();
+    return must(detect_profile(builtin_profiles(), file, layer, view));
 }
 Status failure(const FileChannels& file, const std::string& layer = "",
                const std::string& view = "") {
@@ -89,27 +88,61 @@ TEST(Profiles, CyclesIsDetectedAndGivesTheTableOfTheFrame) {
 
 // A surface moves 3 px right and 5 px down in each frame. Converted from each writer's form, its
 // motion to the next frame and from the previous one is (3, 5).
-TEST(Profiles, AllConventionsMeanTheSameMotion) {
-    const ProfileMatch cycles = detect(one_part(kCycles));
-    EXPECT_EQ(converted(cycles.options.motion, -3, 5), (std::array<double, 2>{3, 5}));
-    const ProfileMatch nuke = detect(one_part(
-        {"R", "G", "B", "A", "depth.Z", "forward.u", "forward.v", "backward.u", "backward.v"}));
-    EXPECT_EQ(nuke.profile, "nuke");
-    EXPECT_EQ(converted(nuke.options.motion, 3, -5), (std::array<double, 2>{3, 5}));
-    // backward points to the previous position: 3 px left and, y up, 5 px up.
-    EXPECT_EQ(converted(nuke.options.motion_back, -3, 5), (std::array<double, 2>{3, 5}));
-    const ProfileMatch arnold =
-        detect(one_part({"R", "G", "B", "A", "Z", "motionvector.R", "motionvector.G"}));
-    EXPECT_EQ(arnold.profile, "arnold");
-    EXPECT_EQ(converted(arnold.options.motion, 3, -5), (std::array<double, 2>{3, 5}));
-    const ProfileMatch vray =
-        detect(one_part({"R", "G", "B", "A", "Z", "velocity.R", "velocity.G", "velocity.B"}));
-    EXPECT_EQ(vray.profile, "vray");
-    EXPECT_EQ(converted(vray.options.motion, 3, -5), (std::array<double, 2>{3, 5}));
-    const ProfileMatch generic =
-        detect(one_part({"R", "G", "B", "A", "Z", "motion.x", "motion.y"}));
-    EXPECT_EQ(generic.profile, "generic");
-    EXPECT_EQ(converted(generic.options.motion, 3, 5), (std::array<double, 2>{3, 5}));
+struct Written {
+    const char* profile;
+    Names color;
+    std::string depth;
+    Names motion;
+    std::array<double, 2> stored;
+    Names motion_back = {};
+    std::array<double, 2> stored_back = {};
+};
+
+TEST(Profiles, NamesAndConventionsOfEachWriter) {
+    const Names rgba = {"R", "G", "B", "A"}, rgb = {"R", "G", "B"},
+                image = {"Image.R", "Image.G", "Image.B", "Image.A"};
+    const Written all[] = {
+        {"cycles",
+         image,
+         "Depth.V",
+         {"Vector.Z", "Vector.W"},
+         {-3, 5},
+         {"Vector.X", "Vector.Y"},
+         {-3, 5}},
+        // backward points to the previous position: 3 px left and, y up, 5 px up.
+        {"nuke",
+         rgba,
+         "depth.Z",
+         {"forward.u", "forward.v"},
+         {3, -5},
+         {"backward.u", "backward.v"},
+         {-3, 5}},
+        {"arnold", rgba, "Z", {"motionvector.R", "motionvector.G"}, {3, -5}},
+        {"arnold", rgba, "Z", {"motionvector.X", "motionvector.Y"}, {3, -5}},
+        {"arnold", rgba, "Z", {"motion_vector.R", "motion_vector.G"}, {3, -5}},
+        {"vray", rgba, "Z", {"velocity.R", "velocity.G"}, {3, -5}},
+        {"vray", rgb, "VRayZDepth.R", {"Velocity.R", "Velocity.G"}, {3, -5}},
+        {"vray", rgb, "VRayZDepth.R", {"VRayVelocity.R", "VRayVelocity.G"}, {3, -5}},
+        {"generic", rgba, "Z", {"motion.x", "motion.y"}, {3, 5}}};
+    for (const Written& one : all) {
+        SCOPED_TRACE(one.motion[0]);
+        Names names = one.color;
+        names.push_back(one.depth);
+        names.insert(names.end(), one.motion.begin(), one.motion.end());
+        names.insert(names.end(), one.motion_back.begin(), one.motion_back.end());
+        const ProfileMatch match = detect(one_part(names));
+        EXPECT_EQ(match.profile, one.profile);
+        EXPECT_EQ(channels(match, Role::color), one.color);
+        EXPECT_THAT(channels(match, Role::inverse_depth), ElementsAre(one.depth));
+        EXPECT_EQ(channels(match, Role::motion), one.motion);
+        EXPECT_EQ(channels(match, Role::motion_back), one.motion_back);
+        const std::array<double, 2> expected = {3, 5};
+        EXPECT_EQ(converted(match.options.motion, one.stored[0], one.stored[1]), expected);
+        if (!one.motion_back.empty()) {
+            EXPECT_EQ(converted(match.options.motion_back, one.stored_back[0], one.stored_back[1]),
+                      expected);
+        }
+    }
 }
 
 TEST(Profiles, NukeDepthIsTheInverseAndGenericReadsItAsADistance) {
@@ -117,39 +150,10 @@ TEST(Profiles, NukeDepthIsTheInverseAndGenericReadsItAsADistance) {
     const ProfileMatch nuke = detect(file);
     EXPECT_EQ(nuke.options.depth, DepthEncoding::inverse);
     EXPECT_THAT(nuke.notes, ElementsAre(HasSubstr("1/distance")));
-    const auto generic = match_profile(*find_profile("generic"), file);
-    ASSERT_TRUE(generic.ok());
-    EXPECT_EQ(generic->options.depth, DepthEncoding::linear);
-    EXPECT_THAT(channels(*generic, Role::motion), ElementsAre("forward.u", "forward.v"));
-    EXPECT_EQ(converted(generic->options.motion, 3, -5), (std::array<double, 2>{3, 5}));
-}
-
-TEST(Profiles, ReadMoreNamesOfTheSameWriters) {
-    for (const Names& extra :
-         {Names{"motionvector.X", "motionvector.Y"}, Names{"motion_vector.R", "motion_vector.G"}}) {
-        Names names = {"R", "G", "B", "A", "Z"};
-        names.insert(names.end(), extra.begin(), extra.end());
-        const ProfileMatch match = detect(one_part(names));
-        EXPECT_EQ(match.profile, "arnold");
-        EXPECT_EQ(channels(match, Role::motion), extra);
-    }
-    for (const Names& extra :
-         {Names{"Velocity.R", "Velocity.G"}, Names{"VRayVelocity.R", "VRayVelocity.G"}}) {
-        Names names = {"R", "G", "B", "VRayZDepth.R"};
-        names.insert(names.end(), extra.begin(), extra.end());
-        const ProfileMatch match = detect(one_part(names));
-        EXPECT_EQ(match.profile, "vray");
-        EXPECT_EQ(channels(match, Role::motion), extra);
-        EXPECT_THAT(channels(match, Role::inverse_depth), ElementsAre("VRayZDepth.R"));
-        EXPECT_THAT(channels(match, Role::color), ElementsAre("R", "G", "B"));
-    }
-    const ProfileMatch file_output =
-        detect(one_part({"Image.R", "Image.G", "Image.B", "Image.A", "Depth.V", "Vector.X",
-                         "Vector.Y", "Vector.Z", "Vector.W"}));
-    EXPECT_EQ(file_output.profile, "cycles");
-    EXPECT_EQ(file_output.layer, "");
-    EXPECT_THAT(channels(file_output, Role::inverse_depth), ElementsAre("Depth.V"));
-    EXPECT_THAT(channels(file_output, Role::motion), ElementsAre("Vector.Z", "Vector.W"));
+    const auto generic = must(match_profile(*find_profile("generic"), file));
+    EXPECT_EQ(generic.options.depth, DepthEncoding::linear);
+    EXPECT_THAT(channels(generic, Role::motion), ElementsAre("forward.u", "forward.v"));
+    EXPECT_EQ(converted(generic.options.motion, 3, -5), (std::array<double, 2>{3, 5}));
 }
 
 TEST(Profiles, PlainFilesAreGeneric) {
@@ -337,18 +341,16 @@ TEST(OwnProfile, IsReadFromAFile) {
     const test::TempFolder folder;
     const std::string path = folder.path("profile.yaml");
     test::write_text(path, kOwn);
-    const auto profile = find_profile(path);
-    ASSERT_TRUE(profile.ok()) << profile.status().message();
+    const auto profile = must(find_profile(path));
     const auto match =
-        match_profile(*profile, one_part({"r", "g", "b", "a", "zbuf", "mv.x", "mv.y"}));
-    ASSERT_TRUE(match.ok());
-    EXPECT_EQ(match->why, "named");
-    EXPECT_TRUE(match->options.unpremultiplied);
-    EXPECT_EQ(match->options.depth, DepthEncoding::reverse_infinite);
-    EXPECT_EQ(match->options.motion.unit, MotionUnit::fraction);
-    EXPECT_EQ(match->options.motion.bias, 0.5);
-    EXPECT_EQ(match->options.motion.sentinel, 2);
-    EXPECT_EQ(converted(match->options.motion, 1, 1), (std::array<double, 2>{0.25, -0.25}));
+        must(match_profile(profile, one_part({"r", "g", "b", "a", "zbuf", "mv.x", "mv.y"})));
+    EXPECT_EQ(match.why, "named");
+    EXPECT_TRUE(match.options.unpremultiplied);
+    EXPECT_EQ(match.options.depth, DepthEncoding::reverse_infinite);
+    EXPECT_EQ(match.options.motion.unit, MotionUnit::fraction);
+    EXPECT_EQ(match.options.motion.bias, 0.5);
+    EXPECT_EQ(match.options.motion.sentinel, 2);
+    EXPECT_EQ(converted(match.options.motion, 1, 1), (std::array<double, 2>{0.25, -0.25}));
     test::write_text(path, "profile: 1\nname: x\nmotion: [{channels: [[a]]}]\n");
     EXPECT_THAT(find_profile(path).status().message(),
                 HasSubstr(":3:22: error: motion[0].channels[0]: a list of 2 channel names"));

@@ -199,6 +199,20 @@ void write_file(const std::string& path, const std::vector<FilePart>& parts) {
     }
 }
 
+FilePart rgba_z(const std::string& name) {
+    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}}};
+}
+
+size_t chunk_table_of(const std::string& bytes, size_t chunks) {
+    for (size_t at = 8; at + 8 * chunks <= bytes.size(); ++at) {
+        uint64_t first = 0;
+        std::memcpy(&first, bytes.data() + at, 8);
+        if (first == at + 8 * chunks) return at;
+    }
+    ADD_FAILURE() << "no table of " << chunks << " chunks";
+    return 0;
+}
+
 std::vector<OiioChannel> oiio_channels(const std::string& path, int part, int level) {
     const auto in = OIIO::ImageInput::open(path);
     if (in == nullptr || !in->seek_subimage(part, level)) {

@@ -45,6 +45,13 @@ struct FilePart {
 // One part without a name makes a single-part file. Pixels are sample_bits() of their position.
 void write_file(const std::string& path, const std::vector<FilePart>& parts);
 
+// Color as half and depth as float.
+FilePart rgba_z(const std::string& name = {});
+
+// Offset of the table of chunks in a file with as many, found by its form: the first chunk follows
+// it.
+size_t chunk_table_of(const std::string& bytes, size_t chunks);
+
 // The stored bits of one sample: half and float in (-2, 2), uint any.
 uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y);
 float sample_value(const FilePart& part, size_t channel, int x, int y);

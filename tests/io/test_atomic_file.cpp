@@ -16,11 +16,13 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/synced_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::io {
 namespace {
 
+using test::must;
 using test::read_text;
 using test::SyncedFiles;
 using test::TempFolder;
@@ -48,11 +50,10 @@ int in_child(Body body) {
 
 TEST(AtomicFile, TheNameAppearsOnlyOnCommit) {
     const TempFolder folder;
-    Result<AtomicFile> file = AtomicFile::create(folder.path("a.txt"));
-    ASSERT_TRUE(file.ok()) << file.status().message();
-    EXPECT_TRUE(file->write("hello", 5).ok());
+    auto file = must(AtomicFile::create(folder.path("a.txt")));
+    EXPECT_TRUE(file.write("hello", 5).ok());
     EXPECT_THAT(folder.names(), ElementsAre(".a.txt." + std::to_string(::getpid()) + ".tmp"));
-    const Result<bool> done = file->commit(OnExisting::fail);
+    const Result<bool> done = file.commit(OnExisting::fail);
     ASSERT_TRUE(done.ok() && *done);
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
     EXPECT_EQ(read_text(folder.path("a.txt")), "hello");
@@ -189,25 +190,23 @@ TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
 TEST(AtomicFile, LeavesNothingWithoutCommit) {
     const TempFolder folder;
     {
-        Result<AtomicFile> file = AtomicFile::create(folder.path("a.txt"));
-        ASSERT_TRUE(file.ok());
-        EXPECT_TRUE(file->write("hello", 5).ok());
+        auto file = must(AtomicFile::create(folder.path("a.txt")));
+        EXPECT_TRUE(file.write("hello", 5).ok());
     }
     EXPECT_THAT(folder.names(), IsEmpty());
 }
 
 TEST(AtomicFile, WritesAfterSeekLandWhereTheyShould) {
     const TempFolder folder;
-    Result<AtomicFile> file = AtomicFile::create(folder.path("a"));
-    ASSERT_TRUE(file.ok());
+    auto file = must(AtomicFile::create(folder.path("a")));
     const std::string large(3'000'000, 'x');  // more than the buffer
-    EXPECT_TRUE(file->write("0000", 4).ok());
-    EXPECT_TRUE(file->write(large.data(), large.size()).ok());
-    EXPECT_TRUE(file->seek(1).ok());
-    EXPECT_TRUE(file->write("12", 2).ok());
-    EXPECT_EQ(file->position(), 3u);
-    EXPECT_EQ(file->size(), 3'000'004u);
-    ASSERT_TRUE(file->commit(OnExisting::fail).ok());
+    EXPECT_TRUE(file.write("0000", 4).ok());
+    EXPECT_TRUE(file.write(large.data(), large.size()).ok());
+    EXPECT_TRUE(file.seek(1).ok());
+    EXPECT_TRUE(file.write("12", 2).ok());
+    EXPECT_EQ(file.position(), 3u);
+    EXPECT_EQ(file.size(), 3'000'004u);
+    ASSERT_TRUE(file.commit(OnExisting::fail).ok());
     EXPECT_EQ(read_text(folder.path("a")), "0120" + large);
 }
 
@@ -250,8 +249,7 @@ TEST(AtomicFile, ReplacesATemporaryOfADeadProcess) {
     const TempFolder folder;
     const std::string left = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
     test::write_text(left, "left behind, longer than what follows");
-    const Result<bool> done = atomic_write_text(folder.path("a.txt"), "new", OnExisting::fail);
-    ASSERT_TRUE(done.ok()) << done.status().message();
+    EXPECT_TRUE(must(atomic_write_text(folder.path("a.txt"), "new", OnExisting::fail)));
     EXPECT_EQ(read_text(folder.path("a.txt")), "new");
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
 }
@@ -266,8 +264,7 @@ TEST(AtomicFile, LeavesATemporaryThatIsBeingWritten) {
     EXPECT_EQ(read_text(held), "of a process with our number in another container");
     ::close(fd);
 
-    Result<AtomicFile> first = AtomicFile::create(folder.path("b.txt"));
-    ASSERT_TRUE(first.ok());
+    auto first = must(AtomicFile::create(folder.path("b.txt")));
     EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("already being written by this process"));
 }
 
@@ -292,16 +289,15 @@ TEST(AtomicFile, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
 
 TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {
     const TempFolder folder;
-    Result<AtomicFile> a = AtomicFile::create(folder.path("a"));
-    Result<AtomicFile> b = AtomicFile::create(folder.path("b"));
-    Result<AtomicFile> c = AtomicFile::create(folder.path("c"));
-    ASSERT_TRUE(a.ok() && b.ok() && c.ok());
-    EXPECT_TRUE(c->write("c", 1).ok());
-    ASSERT_TRUE(c->commit(OnExisting::fail).ok());
+    auto a = must(AtomicFile::create(folder.path("a")));
+    auto b = must(AtomicFile::create(folder.path("b")));
+    auto c = must(AtomicFile::create(folder.path("c")));
+    EXPECT_TRUE(c.write("c", 1).ok());
+    ASSERT_TRUE(c.commit(OnExisting::fail).ok());
     remove_live_temporaries();
     EXPECT_THAT(folder.names(), ElementsAre("c"));
-    EXPECT_FALSE(a->commit(OnExisting::overwrite).ok());
-    EXPECT_FALSE(b->commit(OnExisting::fail).ok());
+    EXPECT_FALSE(a.commit(OnExisting::overwrite).ok());
+    EXPECT_FALSE(b.commit(OnExisting::fail).ok());
     EXPECT_THAT(folder.names(), ElementsAre("c"));
 }
 
@@ -325,13 +321,12 @@ TEST(AtomicFile, AFileSizeLimitIsAClearErrorAndLeavesNothing) {
 
 TEST(AtomicFile, AFullDiskIsAClearError) {
     const TempFolder folder;
-    Result<AtomicFile> file = AtomicFile::create(folder.path("a"));
-    ASSERT_TRUE(file.ok());
+    auto file = must(AtomicFile::create(folder.path("a")));
     // Redirects the temporary's descriptor to /dev/full.
     int descriptor = -1;
     for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
         std::error_code ignored;
-        if (std::filesystem::read_symlink(entry, ignored).string() == file->temporary()) {
+        if (std::filesystem::read_symlink(entry, ignored).string() == file.temporary()) {
             descriptor = std::stoi(entry.path().filename().string());
         }
     }
@@ -340,12 +335,12 @@ TEST(AtomicFile, AFullDiskIsAClearError) {
     ASSERT_GE(full, 0);
     ASSERT_EQ(::dup2(full, descriptor), descriptor);
     const std::string large(2'000'000, 'x');
-    const Status written = file->write(large.data(), large.size());
+    const Status written = file.write(large.data(), large.size());
     ::close(full);
     ASSERT_FALSE(written.ok());
     EXPECT_EQ(written.code(), StatusCode::output);
     EXPECT_THAT(written.message(), HasSubstr("disk full"));
-    EXPECT_FALSE(file->commit(OnExisting::overwrite).ok()) << "the failure must stick";
+    EXPECT_FALSE(file.commit(OnExisting::overwrite).ok()) << "the failure must stick";
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/frame/frame_reader.h"
 
@@ -13,7 +14,9 @@ namespace postchain::io {
 namespace {
 
 using test::FilePart;
+using test::must;
 using test::read_text;
+using test::rgba_z;
 using test::TempFolder;
 using test::write_file;
 using test::write_text;
@@ -40,22 +43,19 @@ Status read_all(const std::string& path) {
     return {};
 }
 
-FilePart rgba_z(const std::string& name = {}) {
-    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}}};
-}
-
 TEST(BadInput, WhatIsNoExrAtAll) {
     const TempFolder folder;
     EXPECT_THAT(open_error(folder.path("none.exr")), HasSubstr("no such file"));
     EXPECT_THAT(open_error(folder.path()), HasSubstr("is not a file"));
-    write_text(folder.path("zero.exr"), "");
-    EXPECT_THAT(open_error(folder.path("zero.exr")), HasSubstr("zero bytes"));
-    write_text(folder.path("text.exr"), "a text that was renamed");
-    EXPECT_THAT(open_error(folder.path("text.exr")), HasSubstr("not an EXR"));
-    write_text(folder.path("short.exr"), "v/");
-    EXPECT_THAT(open_error(folder.path("short.exr")), HasSubstr("not an EXR"));
-    write_text(folder.path("old.exr"), std::string("\x76\x2f\x31\x01\x01\0\0\0", 8));
-    EXPECT_THAT(open_error(folder.path("old.exr")), HasSubstr("version 1"));
+    const std::pair<std::string, const char*> texts[] = {
+        {"", "zero bytes"},
+        {"a text that was renamed", "not an EXR"},
+        {"v/", "not an EXR"},
+        {std::string("\x76\x2f\x31\x01\x01\0\0\0", 8), "version 1"}};
+    for (const auto& [text, why] : texts) {
+        write_text(folder.path("f.exr"), text);
+        EXPECT_THAT(open_error(folder.path("f.exr")), HasSubstr(why));
+    }
 }
 
 TEST(BadInput, TruncatedAtEveryLength) {
@@ -102,17 +102,16 @@ TEST(BadInput, FlippedBytesAreAnErrorOrPixelsButNoCrash) {
         write_file(path, parts);
         const std::string whole = read_text(path);
         for (size_t at = 0; at < whole.size(); ++at) {
-            for (const int flip : {0x01, 0x80, 0xff}) {
-                std::string bytes = whole;
-                bytes[at] = char(bytes[at] ^ flip);
-                file.set(bytes);
-                const Status s = read_all(file.path());
-                (s.ok() ? read : refused) += 1;
-                ASSERT_TRUE(s.ok() || s.code() == StatusCode::input) << s.message();
-            }
+            constexpr int kFlips[] = {0x01, 0x80, 0xff};
+            std::string bytes = whole;
+            bytes[at] = char(bytes[at] ^ kFlips[at % 3]);
+            file.set(bytes);
+            const Status s = read_all(file.path());
+            (s.ok() ? read : refused) += 1;
+            ASSERT_TRUE(s.ok() || s.code() == StatusCode::input) << s.message();
         }
     }
-    EXPECT_GT(refused, 1000);
+    EXPECT_GT(refused, 300);
     EXPECT_GT(read, 0);  // attributes that are not checked
 }
 
@@ -121,15 +120,8 @@ TEST(BadInput, AFileWhoseWriterDidNotFinish) {
     const std::string path = folder.path("f.exr");
     write_file(path, {rgba_z()});
     std::string bytes = read_text(path);
-    // 9 lines of ZIP are one chunk; its entry in the table points behind the table itself.
-    size_t entry = std::string::npos;
-    for (size_t at = 8; at + 8 <= bytes.size() && entry == std::string::npos; ++at) {
-        uint64_t offset;
-        std::memcpy(&offset, bytes.data() + at, 8);
-        if (offset == at + 8) entry = at;
-    }
-    ASSERT_NE(entry, std::string::npos);
-    std::memset(bytes.data() + entry, 0, 8);
+    // 9 lines of ZIP are one chunk.
+    std::memset(bytes.data() + test::chunk_table_of(bytes, 1), 0, 8);
     write_text(path, bytes);
     EXPECT_THAT(open_error(path), HasSubstr("incomplete"));
 }
@@ -137,19 +129,16 @@ TEST(BadInput, AFileWhoseWriterDidNotFinish) {
 TEST(BadInput, SixteenThousandThreeHundredAndEightyFiveIsTooWide) {
     const TempFolder folder;
     const std::string path = folder.path("f.exr");
-    FilePart part{.channels = {{"R"}, {"G"}, {"B"}}};
-    const auto write_size = [&](int width, int height) {
+    for (const auto& [width, height] : {std::pair(16384, 2), {2, 16384}, {16385, 2}, {2, 16385}}) {
+        FilePart part{.channels = {{"R"}}};
         part.data = part.display = {{0, 0}, {width - 1, height - 1}};
         write_file(path, {part});
-    };
-    write_size(16384, 2);
-    EXPECT_TRUE(read_all(path).ok());
-    write_size(2, 16384);
-    EXPECT_TRUE(read_all(path).ok());
-    write_size(16385, 2);
-    EXPECT_THAT(open_error(path), AllOf(HasSubstr("16385x2"), HasSubstr("16384")));
-    write_size(2, 16385);
-    EXPECT_THAT(open_error(path), AllOf(HasSubstr("2x16385"), HasSubstr("16384")));
+        if (std::max(width, height) == 16384)
+            EXPECT_TRUE(read_all(path).ok()) << read_all(path).message();
+        else
+            EXPECT_THAT(open_error(path),
+                        AllOf(HasSubstr(concat(width, "x", height)), HasSubstr("16384")));
+    }
 }
 
 std::string read_error(const std::string& path, const ChannelAssignment& roles,
@@ -182,9 +171,8 @@ TEST(BadInput, DeepPartsWithoutDepthOrOneAlpha) {
     EXPECT_THAT(
         read_error(path, {{Role::color, {0, {"R", "R", "R"}}}}),
         HasSubstr("an alpha for each color (AR), which cannot be read; write one alpha, A"));
-    Result<ExrFile> file = ExrFile::open(path);
-    ASSERT_TRUE(file.ok());
-    EXPECT_FALSE(file->read_part(0).ok());
+    auto file = must(ExrFile::open(path));
+    EXPECT_FALSE(file.read_part(0).ok());
 }
 
 TEST(BadInput, LuminanceChromaAndSubsampledChannels) {

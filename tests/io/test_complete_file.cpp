@@ -14,34 +14,32 @@ namespace {
 using test::FilePart;
 using test::MemoryFile;
 using test::read_text;
+using test::rgba_z;
 using test::TempFolder;
 using test::write_file;
 using testing::AllOf;
 using testing::HasSubstr;
 
-FilePart part(const std::string& name = "") {
-    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"Z", Imf::FLOAT}}};
-}
-
 std::vector<std::vector<FilePart>> kinds() {
-    FilePart lines = part();
+    FilePart lines = rgba_z();
     lines.compression = Imf::NO_COMPRESSION;
-    FilePart upwards = part();
+    FilePart upwards = rgba_z();
     upwards.compression = Imf::ZIPS_COMPRESSION;
     upwards.line_order = Imf::DECREASING_Y;
-    FilePart mip = part();
+    FilePart mip = rgba_z();
     mip.tile = 4;
     mip.levels = Imf::MIPMAP_LEVELS;
-    FilePart tiles = part("t");
+    FilePart tiles = rgba_z("t");
     tiles.tile = 5;
-    FilePart deep = part("d");
+    FilePart deep = rgba_z("d");
     for (auto& channel : deep.channels) channel.type = Imf::FLOAT;
     deep.deep = true;
     deep.compression = Imf::ZIPS_COMPRESSION;
     FilePart deep_tiles = deep;
     deep_tiles.name = "e";
     deep_tiles.tile = 4;
-    return {{lines}, {part()}, {upwards}, {mip}, {part("a"), tiles}, {deep}, {deep, deep_tiles}};
+    return {{lines}, {rgba_z()},        {upwards}, {mip}, {rgba_z("a"), tiles},
+            {deep},  {deep, deep_tiles}};
 }
 
 TEST(CompleteFile, IsTheWholeFileAlone) {
@@ -62,26 +60,14 @@ TEST(CompleteFile, IsTheWholeFileAlone) {
     }
 }
 
-// Offset of the table of chunks, found without the tested code: the first chunk follows the table,
-// which has eight bytes for each chunk.
-size_t table_of(const std::string& bytes, size_t chunks) {
-    for (size_t at = 0; at + 8 * chunks <= bytes.size(); ++at) {
-        uint64_t first = 0;
-        std::memcpy(&first, bytes.data() + at, 8);
-        if (first == at + 8 * chunks) return at;
-    }
-    return 0;
-}
-
 TEST(CompleteFile, EachChunkHasItsPlaceInTheTable) {
     TempFolder folder;
     const std::string path = folder.path("a.exr");
-    FilePart lines = part();
+    FilePart lines = rgba_z();
     lines.compression = Imf::ZIPS_COMPRESSION;  // a chunk for each of nine lines
     write_file(path, {lines});
     const std::string whole = read_text(path);
-    const size_t table = table_of(whole, 9);
-    ASSERT_GT(table, 0u);
+    const size_t table = test::chunk_table_of(whole, 9);
     MemoryFile file;
     for (size_t chunk = 0; chunk < 9; ++chunk) {
         std::string bytes = whole;
@@ -106,13 +92,12 @@ TEST(CompleteFile, EachChunkHasItsPlaceInTheTable) {
 TEST(CompleteFile, ATableOfALaterPartCountsToo) {
     TempFolder folder;
     const std::string path = folder.path("a.exr");
-    FilePart second = part("b");
+    FilePart second = rgba_z("b");
     second.compression = Imf::ZIPS_COMPRESSION;
-    write_file(path, {part("a"), second});
+    write_file(path, {rgba_z("a"), second});
     std::string bytes = read_text(path);
     // Ten chunks in two consecutive tables: one, then nine.
-    const size_t table = table_of(bytes, 10);
-    ASSERT_GT(table, 0u);
+    const size_t table = test::chunk_table_of(bytes, 10);
     std::memset(bytes.data() + table + 8 * 5, 0, 8);
     test::write_text(path, bytes);
     EXPECT_THAT(check_complete(path).message(),

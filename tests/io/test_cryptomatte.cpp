@@ -12,11 +12,13 @@
 #include <fstream>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/frame/cryptomatte.h"
 
 namespace postchain::io {
 namespace {
 
+using test::must;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -94,10 +96,9 @@ TEST(Cryptomatte, AnIdIsAFloatThatStaysWhatItIs) {
 }
 
 TEST(Cryptomatte, BlendersFileHasItsObjects) {
-    const auto all = found(kRendered);
-    ASSERT_TRUE(all.ok()) << all.status().message();
-    ASSERT_EQ(all->size(), 1u);
-    const Cryptomatte& one = all->front();
+    const auto all = must(found(kRendered));
+    ASSERT_EQ(all.size(), 1u);
+    const Cryptomatte& one = all.front();
     EXPECT_EQ(one.name, "ViewLayer.CryptoObject");
     EXPECT_EQ(one.short_name(), "CryptoObject");
     EXPECT_EQ(one.ranks(), 4);
@@ -113,29 +114,23 @@ TEST(Cryptomatte, ManifestsAreReadWhereAskedFor) {
     const std::string path =
         write(folder, {.attributes = attributes({{"manifest", "{\"hello\": \"248bfa47\"}"}})});
     auto file = ExrFile::open(path);
-    const auto read = find_cryptomattes(*file, Manifests::read);
-    ASSERT_TRUE(read.ok()) << read.status().message();
-    EXPECT_EQ(read->front().manifest.at("hello"), 0x248bfa47u);
-    const auto not_read = find_cryptomattes(*file, Manifests::not_read);
-    ASSERT_TRUE(not_read.ok()) << not_read.status().message();
-    EXPECT_TRUE(not_read->front().manifest.empty());
-    EXPECT_EQ(not_read->front().no_manifest, "");
-    EXPECT_EQ(not_read->front().levels.size(), read->front().levels.size());
+    const auto read = must(find_cryptomattes(*file, Manifests::read));
+    EXPECT_EQ(read.front().manifest.at("hello"), 0x248bfa47u);
+    const auto not_read = must(find_cryptomattes(*file, Manifests::not_read));
+    EXPECT_TRUE(not_read.front().manifest.empty());
+    EXPECT_EQ(not_read.front().no_manifest, "");
+    EXPECT_EQ(not_read.front().levels.size(), read.front().levels.size());
 }
 
 TEST(Cryptomatte, CoveragesOfBlendersFileAddUpToItsAlpha) {
-    auto file = ExrFile::open(kRendered);
-    ASSERT_TRUE(file.ok());
-    const auto all = find_cryptomattes(*file);
-    ASSERT_TRUE(all.ok());
-    const auto ranks = read_ranks(*file, all->front(), file->parts()[0].data_window);
-    ASSERT_TRUE(ranks.ok());
-    const auto ids = ids_in(*ranks);
+    auto file = must(ExrFile::open(kRendered));
+    const auto all = must(find_cryptomattes(file));
+    const auto ranks = must(read_ranks(file, all.front(), file.parts()[0].data_window));
+    const auto ids = ids_in(ranks);
     EXPECT_EQ(ids.size(), 4u);
-    const ImageF matte = coverage_of(*ranks, ids);
-    const auto alpha = file->read_channels(0, {"ViewLayer.Combined.A"});
-    ASSERT_TRUE(alpha.ok());
-    for (size_t i = 0; i < matte.data.size(); ++i) EXPECT_NEAR(matte.data[i], alpha->data[i], 1e-5);
+    const ImageF matte = coverage_of(ranks, ids);
+    const auto alpha = must(file.read_channels(0, {"ViewLayer.Combined.A"}));
+    for (size_t i = 0; i < matte.data.size(); ++i) EXPECT_NEAR(matte.data[i], alpha.data[i], 1e-5);
 }
 
 TEST(Cryptomatte, EveryWordForChannels) {
@@ -143,9 +138,8 @@ TEST(Cryptomatte, EveryWordForChannels) {
          {std::array{"R", "G", "B", "A"}, std::array{"red", "green", "blue", "alpha"}}) {
         const test::TempFolder folder;
         CryptoFile file{.attributes = attributes(), .words = words};
-        const auto all = found(write(folder, file));
-        ASSERT_TRUE(all.ok()) << all.status().message();
-        EXPECT_EQ(all->front().levels[1].channels[3], std::string("crypto_object01.") + words[3]);
+        const auto all = must(found(write(folder, file)));
+        EXPECT_EQ(all.front().levels[1].channels[3], std::string("crypto_object01.") + words[3]);
     }
 }
 
@@ -167,10 +161,9 @@ TEST(Cryptomatte, OfAView) {
         return part;
     };
     test::write_file(folder.path("parts.exr"), {part_of("left"), part_of("right")});
-    auto parts = ExrFile::open(folder.path("parts.exr"));
-    ASSERT_TRUE(parts.ok());
+    auto parts = must(ExrFile::open(folder.path("parts.exr")));
     for (const std::string view : {"left", "right"}) {
-        const auto all = find_cryptomattes(*parts, Manifests::read, {}, {view, view == "left"});
+        const auto all = find_cryptomattes(parts, Manifests::read, {}, {view, view == "left"});
         ASSERT_TRUE(all.ok() && all->size() == 1) << all.status().message();
         EXPECT_EQ(all->front().levels[0].part, view == "left" ? 0 : 1);
         EXPECT_EQ(all->front().manifest.count(view), 1u);
@@ -187,10 +180,9 @@ TEST(Cryptomatte, OfAView) {
         Imf::addMultiView(header, {"left", "right"});
     };
     test::write_file(folder.path("one.exr"), {one});
-    auto file = ExrFile::open(folder.path("one.exr"));
-    ASSERT_TRUE(file.ok());
+    auto file = must(ExrFile::open(folder.path("one.exr")));
     const auto of = [&](const CryptoView& view) {
-        auto all = find_cryptomattes(*file, Manifests::read, {}, view);
+        auto all = find_cryptomattes(file, Manifests::read, {}, view);
         return all.ok() && !all->empty() && !all->front().levels.empty()
                    ? all->front().levels[0].channels[0]
                    : std::string();
@@ -204,13 +196,11 @@ TEST(Cryptomatte, RanksOfOneIdAddUp) {
     const test::TempFolder folder;
     const std::string path = write(folder, {.attributes = attributes()});
     auto file = ExrFile::open(path);
-    const auto all = find_cryptomattes(*file);
-    ASSERT_TRUE(all.ok()) << all.status().message();
-    const auto ranks = read_ranks(*file, all->front(), {-1, 0, 2, 0});
-    ASSERT_TRUE(ranks.ok());
-    EXPECT_THAT(ids_in(*ranks), ElementsAre(7, 9, 11));
-    EXPECT_THAT(coverage_of(*ranks, {7}).data, ElementsAre(0, 0.5f, 0.3125f, 0));
-    EXPECT_THAT(coverage_of(*ranks, {7, 11}).data, ElementsAre(0, 0.5f, 0.4375f, 0));
+    const auto all = must(find_cryptomattes(*file));
+    const auto ranks = must(read_ranks(*file, all.front(), {-1, 0, 2, 0}));
+    EXPECT_THAT(ids_in(ranks), ElementsAre(7, 9, 11));
+    EXPECT_THAT(coverage_of(ranks, {7}).data, ElementsAre(0, 0.5f, 0.3125f, 0));
+    EXPECT_THAT(coverage_of(ranks, {7, 11}).data, ElementsAre(0, 0.5f, 0.4375f, 0));
 }
 
 // No hash is NaN or Inf, and no filter makes much more than a whole of a pixel.
@@ -221,13 +211,11 @@ TEST(Cryptomatte, FaultySlotsAreCleared) {
                                        {{{9, NAN}, {7, INFINITY}, {11, 7}, {7, -2}}},
                                        {{{9, 1.01f}, {7, -0.01f}, {0, 0}, {0, 0}}}};
     auto file = ExrFile::open(write(folder, {.attributes = attributes(), .pixels = pixels}));
-    const auto all = find_cryptomattes(*file);
-    ASSERT_TRUE(all.ok()) << all.status().message();
-    const auto ranks = read_ranks(*file, all->front(), {0, 0, 2, 0});
-    ASSERT_TRUE(ranks.ok());
-    EXPECT_EQ(ranks->faulty, 6u);
-    EXPECT_THAT(ids_in(*ranks), ElementsAre(9));
-    EXPECT_THAT(coverage_of(*ranks, {9}).data, ElementsAre(0.25f, 0, 1.01f));
+    const auto all = must(find_cryptomattes(*file));
+    const auto ranks = must(read_ranks(*file, all.front(), {0, 0, 2, 0}));
+    EXPECT_EQ(ranks.faulty, 6u);
+    EXPECT_THAT(ids_in(ranks), ElementsAre(9));
+    EXPECT_THAT(coverage_of(ranks, {9}).data, ElementsAre(0.25f, 0, 1.01f));
 }
 
 TEST(Cryptomatte, ManifestsThatAreNone) {

@@ -1,5 +1,4 @@
 #include <ImfChromaticities.h>
-#include <ImfFloatAttribute.h>
 #include <ImfRgbaYca.h>
 #include <ImfStandardAttributes.h>
 #include <gmock/gmock.h>
@@ -7,13 +6,14 @@
 
 #include "config/profile_match.h"
 #include "tests/io/exr_files.h"
-#include "tools/sequence/frame/camera_metadata.h"
+#include "tests/support/status.h"
 #include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::io {
 namespace {
 
 using test::FilePart;
+using test::must;
 using test::sample_value;
 using test::TempFolder;
 using test::write_file;
@@ -42,11 +42,7 @@ const ChannelAssignment kCycles = {
 
 InputFrame read_ok(const std::map<Role, std::string>& files, const ChannelAssignment& roles,
                    RoleSet wanted, Keep keep = Keep::nothing) {
-    Result<OpenFrame> open = open_frame(files, 17);
-    EXPECT_TRUE(open.ok()) << open.status().message();
-    Result<InputFrame> frame = read_frame(*open, roles, wanted, keep);
-    EXPECT_TRUE(frame.ok()) << frame.status().message();
-    return std::move(*frame);
+    return must(read_frame(must(open_frame(files, 17)), roles, wanted, keep));
 }
 
 TEST(FrameReader, PlanesInTheFilesOwnConvention) {
@@ -134,9 +130,8 @@ TEST(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
 
     depth.data = {{3, 0}, {9, 9}};  // one column missing
     write_file(folder.path("f.exr"), {color, depth});
-    Result<OpenFrame> open = open_frame({{Role::color, folder.path("f.exr")}}, 1);
-    ASSERT_TRUE(open.ok());
-    const Result<InputFrame> bad = read_frame(*open, roles, {Role::inverse_depth}, Keep::nothing);
+    auto open = must(open_frame({{Role::color, folder.path("f.exr")}}, 1));
+    const Result<InputFrame> bad = read_frame(open, roles, {Role::inverse_depth}, Keep::nothing);
     ASSERT_FALSE(bad.ok());
     EXPECT_THAT(bad.status().message(), HasSubstr("(3, 0)-(9, 9), does not cover"));
 }
@@ -168,9 +163,8 @@ TEST(FrameReader, ChannelsForTheProfile) {
         .name = "l", .channels = {{"R"}}, .edit = [](Imf::Header& h) { h.setView("left"); }};
     FilePart depth{.name = "d", .channels = {{"Z", Imf::FLOAT}}};
     write_file(folder.path("f.exr"), {left, depth});
-    const Result<ExrFile> file = ExrFile::open(folder.path("f.exr"));
-    ASSERT_TRUE(file.ok());
-    const FileChannels channels = channels_of(*file);
+    const auto file = must(ExrFile::open(folder.path("f.exr")));
+    const FileChannels channels = channels_of(file);
     ASSERT_EQ(channels.parts.size(), 2u);
     EXPECT_EQ(channels.parts[0].name, "l");
     EXPECT_EQ(channels.parts[0].view, "left");
@@ -214,28 +208,6 @@ TEST(LumaWeights, DegeneratePrimariesFallBackToRec709) {
                 ElementsAre(0.2126, 0.7152, 0.0722));
     EXPECT_THAT(luma_weights({0.64f, 0, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}),
                 ElementsAre(0.2126, 0.7152, 0.0722));
-}
-
-TEST(CameraMetadata, StandardNames) {
-    const TempFolder folder;
-    FilePart part = cycles();
-    part.edit = [](Imf::Header& h) {
-        Imf::addAperture(h, 2.8f);
-        Imf::addFocus(h, 4.1234567f);
-        Imf::addExpTime(h, 1.0f / 48);
-        Imf::addFramesPerSecond(h, Imf::Rational(24, 1));
-        h.insert("nominalFocalLength", Imf::FloatAttribute(35));
-    };
-    write_file(folder.path("f.exr"), {part});
-    const Camera camera = camera_metadata(ExrFile::open(folder.path("f.exr"))->parts()[0]).camera;
-    EXPECT_NEAR(camera.f_stop.value(), 2.8, 1e-6);
-    EXPECT_NEAR(camera.focus_distance.value(), 4.1234567, 3e-7);
-    EXPECT_NEAR(camera.shutter_frames.value(), 0.5, 1e-7);  // 1/48 s at 24 frames a second
-    EXPECT_NEAR(camera.focal_length_mm.value(), 35, 1e-6);
-    EXPECT_FALSE(camera.sensor_width_mm.has_value());
-
-    write_file(folder.path("f.exr"), {cycles()});
-    EXPECT_EQ(camera_metadata(ExrFile::open(folder.path("f.exr"))->parts()[0]).camera, Camera());
 }
 
 }  // namespace

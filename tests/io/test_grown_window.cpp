@@ -7,19 +7,19 @@
 #include <cstring>
 #include <limits>
 
-#include "tests/io/exr_files.h"
+#include "tests/io/written_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/frame/frame_writer.h"
 
 namespace postchain::io {
 namespace {
 
 using test::FilePart;
+using test::must;
 using test::oiio_channels;
 using test::TempFolder;
 using test::write_file;
 using testing::HasSubstr;
-
-const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 
 // Expects samples of `channel` in `out` to equal those of `in`, and `outside` around them.
 void expect_placed(const std::string& in, const std::string& out, int part,
@@ -107,33 +107,27 @@ TEST(GrownWindow, WhatIsAroundTheFilesPixels) {
                                          {Role::motion, {0, {"mv.x", "mv.y"}}}};
         PlanesArea area{{-10, 0, 30, 24}, {}};
         area.convention.motion.bias = 0.5;
-        Result<OpenFrame> open = open_frame({{Role::color, in}}, 1);
-        ASSERT_TRUE(open.ok());
-        Result<InputFrame> frame =
-            read_frame(*open, roles, {Role::inverse_depth, Role::motion}, Keep::all, area);
-        ASSERT_TRUE(frame.ok()) << frame.status().message();
+        auto open = must(open_frame({{Role::color, in}}, 1));
+        auto frame =
+            must(read_frame(open, roles, {Role::inverse_depth, Role::motion}, Keep::all, area));
         // The planes, with the pixels around them.
-        EXPECT_EQ(frame->description.width, 41);
-        EXPECT_EQ(frame->description.height, 25);
-        EXPECT_EQ(frame->planes.at(Role::inverse_depth).at(0, 0), 1e10f);
-        EXPECT_EQ(frame->planes.at(Role::motion).at(40, 24, 1), 0.5f);
-        EXPECT_EQ(frame->planes.at(Role::color).at(5, 12, 3), 0);
-        EXPECT_EQ(frame->planes.at(Role::color).at(6, 6, 3),
-                  test::sample_value(parts[0], 3, -4, 6));
-        ImageF color(frame->description.width, frame->description.height, 4);
-        for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = 4 + float(i % 1021) / 256;
+        EXPECT_EQ(frame.description.width, 41);
+        EXPECT_EQ(frame.description.height, 25);
+        EXPECT_EQ(frame.planes.at(Role::inverse_depth).at(0, 0), 1e10f);
+        EXPECT_EQ(frame.planes.at(Role::motion).at(40, 24, 1), 0.5f);
+        EXPECT_EQ(frame.planes.at(Role::color).at(5, 12, 3), 0);
+        EXPECT_EQ(frame.planes.at(Role::color).at(6, 6, 3), test::sample_value(parts[0], 3, -4, 6));
+        const ImageF color = new_color(frame);
         WriteOptions options;
         options.window = Window{-7, 3, 12, 20};
-        const Result<WriteReport> report = write_filtered(out, *frame, color, options);
-        ASSERT_TRUE(report.ok()) << report.status().message();
-        EXPECT_THAT(report->notes,
+        const auto report = must(write_filtered(out, frame, color, options));
+        EXPECT_THAT(report.notes,
                     testing::Contains(HasSubstr("data window (-4, 6)-(9, 17) grown")));
         const Window expected = sampled ? Window{-8, 2, 13, 21} : *options.window;
-        auto file = ExrFile::open(out);
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        EXPECT_EQ(file->parts()[0].data_window, expected);
-        EXPECT_EQ(file->parts()[0].display_window, (Window{-10, 0, 30, 24}));
-        EXPECT_EQ(*file->read_channels(0, kRgba), placed(color, frame->window, expected));
+        auto file = must(ExrFile::open(out));
+        EXPECT_EQ(file.parts()[0].data_window, expected);
+        EXPECT_EQ(file.parts()[0].display_window, (Window{-10, 0, 30, 24}));
+        EXPECT_EQ(*file.read_channels(0, kRgba), placed(color, frame.window, expected));
         for (const char* name : {"mask", "id"}) expect_placed(in, out, 0, name, 0);
         if (sampled) expect_placed(in, out, 0, "small", 0);
         expect_placed(in, out, 0, "Z", 1e10f);

@@ -13,6 +13,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/largest_allocation.h"
+#include "tests/support/status.h"
 #include "tools/sequence/exr/exr_part_check.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/frame/frame_writer.h"
@@ -21,17 +22,15 @@ namespace postchain::io::test_hostile_header {
 namespace {
 
 using test::FilePart;
+using test::must;
 using test::read_text;
+using test::rgba_z;
 using test::TempFolder;
 using test::write_file;
 using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr size_t kSmall = size_t(4) << 20;  // OpenEXR and this reader need a few buffers
-
-FilePart rgba_z(const std::string& name = {}) {
-    return {.name = name, .channels = {{"R"}, {"G"}, {"B"}, {"A"}, {"Z", Imf::FLOAT}}};
-}
 
 std::string bytes_of_file(const std::vector<FilePart>& parts) {
     const TempFolder folder;
@@ -190,6 +189,8 @@ TEST(HostileHeader, BlackFramesOfEveryCompressionAreRead) {
         // With tiles of 1 KB the rest of the file is negligible.
         const int side = number < Imf::DWAA_COMPRESSION ? 1024 : 2048;
         for (const char* name : {"A", "R"}) {
+            // Only DWA packs a channel by its name.
+            if (*name == 'R' && number < Imf::DWAA_COMPRESSION) continue;
             for (const Imf::PixelType type : {Imf::HALF, Imf::FLOAT}) {
                 // One tile or few long blocks: the fewer chunks, the denser.
                 Imf::Header header(side, side);
@@ -211,10 +212,9 @@ TEST(HostileHeader, BlackFramesOfEveryCompressionAreRead) {
                         out.setFrameBuffer(buffer);
                         out.writePixels(side);
                     }
-                    const Result<ExrFile> file = ExrFile::open(path);
-                    ASSERT_TRUE(file.ok()) << file.status().message();
+                    const auto file = must(ExrFile::open(path));
                     const uint64_t pixels = uint64_t(side) * side * size;
-                    EXPECT_LE(pixels, most_packed(number) * file->file_bytes());
+                    EXPECT_LE(pixels, most_packed(number) * file.file_bytes());
                 }
             }
         }
@@ -317,14 +317,8 @@ TEST(HostileHeader, DeepChunksLargerThanTheFile) {
                 bytes_of_file(several ? std::vector{deep, rgba_z("flat")} : std::vector{deep});
             EXPECT_EQ(error_of(whole), "");
             // The first chunk follows the tables: 9 lines, or 4 x 3 tiles; then 1 block.
-            const size_t table = 8 * size_t((tile == 0 ? 9 : 12) + (several ? 1 : 0));
-            size_t chunk = 0;
-            for (size_t at = 8; at + 8 <= whole.size() && chunk == 0; ++at) {
-                uint64_t offset;
-                std::memcpy(&offset, whole.data() + at, 8);
-                if (offset == at + table) chunk = offset;
-            }
-            ASSERT_NE(chunk, 0u);
+            const size_t chunks = size_t((tile == 0 ? 9 : 12) + (several ? 1 : 0));
+            const size_t chunk = test::chunk_table_of(whole, chunks) + 8 * chunks;
             const size_t sizes = chunk + (several ? 4 : 0) + (tile == 0 ? 4 : 16);
             for (const auto& wrong :
                  {longs({uint64_t(1) << 34, 8}), longs({8, uint64_t(1) << 34}),
@@ -385,11 +379,11 @@ TEST(HostileHeader, WindowsTilesAndSizesOfTheirOwnKinds) {
 
 TEST(HostileHeader, ALimitOnBytes) {
     FilePart part = rgba_z();
-    part.data = {{0, 0}, {1023, 1023}};  // 12 bytes a pixel: 12 MiB
+    part.data = {{0, 0}, {511, 511}};  // 12 bytes a pixel: 3 MiB
     const std::string whole = bytes_of_file({part});
-    EXPECT_EQ(error_of(whole, {.max_bytes = 12u << 20}, size_t(64) << 20), "");
-    EXPECT_THAT(error_of(whole, {.max_bytes = (12u << 20) - 1}),
-                AllOf(HasSubstr("12 MiB"), HasSubstr("fewer channels")));
+    EXPECT_EQ(error_of(whole, {.max_bytes = 3u << 20}, size_t(16) << 20), "");
+    EXPECT_THAT(error_of(whole, {.max_bytes = (3u << 20) - 1}),
+                AllOf(HasSubstr("3 MiB"), HasSubstr("fewer channels")));
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ TEST_F(HostileImage, TextsAndDataThatBecomeMoreThanTheirLimit) {
     const std::string text = chunk("zTXt", std::string("Comment\0\0", 9) + packed);
     std::string texts;
     for (int i = 0; i < 7; ++i) texts += text;
-    EXPECT_EQ(fault_of("b.png", std::string(png).insert(kAfterHeader, texts)), "");
+    EXPECT_EQ(fault_of("b.png", std::string(png).insert(kAfterHeader, text)), "");
     EXPECT_THAT(fault_of("b.png", std::string(png).insert(kAfterHeader, texts + text)),
                 HasSubstr("more than 64 MiB"));
     // A profile with a stated size of 1.9 GB and few packed bytes.

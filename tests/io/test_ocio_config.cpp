@@ -7,12 +7,14 @@
 #include <fstream>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/image/image_module.h"
 
 namespace postchain::io {
 namespace {
 
 namespace fs = std::filesystem;
+using test::must;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::UnorderedElementsAre;
@@ -86,11 +88,10 @@ TEST_F(OcioConfig, NamesItsTablesInEveryFolderOfItsSearchPath) {
         "!<GroupTransform> {children: [!<FileTransform> {src: a.spi1d}, !<FileTransform> {src: "
         "/tables/b.spi1d}]}",
         "luts:/shared");
-    const auto files = calls().ocio_sources(at("c.ocio"));
-    ASSERT_TRUE(files.ok()) << files.status().message();
-    EXPECT_THAT(files->files, UnorderedElementsAre(at("c.ocio"), at("luts/a.spi1d"),
-                                                   "/shared/a.spi1d", "/tables/b.spi1d"));
-    EXPECT_EQ(files->files.front(), at("c.ocio"));
+    const auto files = must(calls().ocio_sources(at("c.ocio")));
+    EXPECT_THAT(files.files, UnorderedElementsAre(at("c.ocio"), at("luts/a.spi1d"),
+                                                  "/shared/a.spi1d", "/tables/b.spi1d"));
+    EXPECT_EQ(files.files.front(), at("c.ocio"));
     write_config("!<FileTransform> {src: ../a.spi1d}");
     EXPECT_THAT(calls().ocio_sources(at("c.ocio"))->files,
                 ElementsAre(at("c.ocio"), at("../a.spi1d")));
@@ -110,10 +111,9 @@ TEST_F(OcioConfig, NamesItsTablesInEveryFolderOfItsSearchPath) {
           "colorspaces: [!<ColorSpace> {name: lin}]\n"
           "named_transforms: [!<NamedTransform> {name: log, transform: !<FileTransform> {src: "
           "named.spi1d}}]\n");
-    const auto all = calls().ocio_sources(at("c.ocio"));
-    ASSERT_TRUE(all.ok()) << all.status().message();
-    EXPECT_THAT(all->files, UnorderedElementsAre(at("c.ocio"), at("look.spi1d"), at("view.spi1d"),
-                                                 at("glass.spi1d"), at("named.spi1d")));
+    const auto all = must(calls().ocio_sources(at("c.ocio")));
+    EXPECT_THAT(all.files, UnorderedElementsAre(at("c.ocio"), at("look.spi1d"), at("view.spi1d"),
+                                                at("glass.spi1d"), at("named.spi1d")));
 }
 
 TEST_F(OcioConfig, ThatCannotBeUsedIsRefused) {

@@ -64,7 +64,6 @@ TEST_F(OutputFilesTest, AnInputIsItselfUnderEveryName) {
     EXPECT_TRUE(files(at("a/folder/free.exr")).check().ok());
 }
 
-// The name of a shipped chain looks like a file in the working folder.
 // A folder mounted a second time has other paths, and the same files.
 TEST_F(OutputFilesTest, AFolderMountedTwiceIsOneFolder) {
     fs::create_directories(at("frames/deep"));
@@ -110,6 +109,7 @@ TEST_F(OutputFilesTest, AFolderMountedTwiceIsOneFolder) {
     EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
+// The name of a shipped chain looks like a file in the working folder.
 TEST_F(OutputFilesTest, WhatIsNotThereIsNotRead) {
     fs::create_directory(at("report"));
     OutputFiles all;

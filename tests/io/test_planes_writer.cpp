@@ -6,11 +6,13 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::io {
 namespace {
 
+using test::must;
 using test::named;
 using test::oiio_attributes;
 using test::oiio_channels;
@@ -33,8 +35,7 @@ TEST(PlanesWriter, TypesAttributesAndWindows) {
     file.origin_x = -1;
     file.origin_y = 2;
     file.display_window = Window{0, 0, 9, 9};
-    const Result<WriteReport> report = write_planes_exr(path, file);
-    ASSERT_TRUE(report.ok()) << report.status().message();
+    const auto report = must(write_planes_exr(path, file));
     const auto channels = oiio_channels(path);
     ASSERT_EQ(channels.size(), 4u);
     EXPECT_EQ(named(channels, "ViewLayer.Combined.R").type, "half");
@@ -49,22 +50,19 @@ TEST(PlanesWriter, TypesAttributesAndWindows) {
     const auto attributes = oiio_attributes(path);
     EXPECT_THAT(attributes, testing::Contains("windows = -1 2 5 3 of 0 0 10 10 tile 0 0"));
     EXPECT_THAT(attributes, testing::Contains("frame = 7"));
-    const Result<ExrFile> back = ExrFile::open(path);
-    ASSERT_TRUE(back.ok());
-    EXPECT_EQ(back->parts()[0].attributes.at("comment"), "text");
-    EXPECT_EQ(back->parts()[0].attributes.at("aperture"), "2.8");
+    const auto back = must(ExrFile::open(path));
+    EXPECT_EQ(back.parts()[0].attributes.at("comment"), "text");
+    EXPECT_EQ(back.parts()[0].attributes.at("aperture"), "2.8");
 }
 
 TEST(PlanesWriter, AWholeImageAsFloat) {
     const TempFolder folder;
     ImageF image(3, 2, 2);
     image.data = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1e30f, std::numeric_limits<float>::infinity(), 12};
-    const Result<WriteReport> report = write_planes_exr(folder.path("f.exr"), image, {"x", "y"});
-    ASSERT_TRUE(report.ok());
-    EXPECT_EQ(report->nonfinite_pixels, 1u);
-    const Result<ImageF> back = ExrFile::open(folder.path("f.exr"))->read_channels(0, {"x", "y"});
-    ASSERT_TRUE(back.ok());
-    EXPECT_TRUE(*back == image);
+    const auto report = must(write_planes_exr(folder.path("f.exr"), image, {"x", "y"}));
+    EXPECT_EQ(report.nonfinite_pixels, 1u);
+    const auto back = must(ExrFile::open(folder.path("f.exr"))->read_channels(0, {"x", "y"}));
+    EXPECT_TRUE(back == image);
 }
 
 TEST(PlanesWriter, SizesThatDifferAreADefectOfTheCaller) {

@@ -12,7 +12,6 @@ namespace {
 
 using test::read_text;
 using test::TempFolder;
-using test::write_text;
 using testing::ElementsAre;
 
 std::vector<int> shown(const ImageF& color, const PreviewOptions& options = {}) {
@@ -62,18 +61,19 @@ TEST(Preview, KeepsItsProvenance) {
     ASSERT_NE(in, nullptr) << OIIO::geterror();
     EXPECT_EQ(in->spec().get_string_attribute("postchain"), "work 12 shown 34");
     const std::string whole = read_text(path);
-    for (size_t keep = 0; keep < whole.size(); ++keep) {
-        write_text(path, whole.substr(0, keep));
-        EXPECT_EQ(preview_provenance(path), "") << keep;
-    }
+    test::MemoryFile memory;
     for (size_t at = 0; at < whole.size(); ++at) {
+        memory.set(whole.substr(0, at));
+        EXPECT_EQ(preview_provenance(memory.path()), "") << at;
         std::string damaged = whole;
         damaged[at] = char(damaged[at] ^ 4);
-        write_text(path, damaged);
-        EXPECT_EQ(preview_provenance(path), "") << at;
+        memory.set(damaged);
+        EXPECT_EQ(preview_provenance(memory.path()), "") << at;
     }
-    write_text(path, whole + "more");
-    EXPECT_EQ(preview_provenance(path), "");
+    memory.set(whole + "more");
+    EXPECT_EQ(preview_provenance(memory.path()), "");
+    memory.set(whole);
+    EXPECT_EQ(preview_provenance(memory.path()), "work 12 shown 34");
     EXPECT_EQ(preview_provenance(folder.path("none.png")), "");
     const std::string plain = folder.path("plain.png");
     ASSERT_TRUE(write_png_preview(plain, color).ok());

@@ -2,21 +2,21 @@
 #include <gtest/gtest.h>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/sequence.h"
 
 namespace postchain::io {
 namespace {
 
+using test::must;
 using test::TempFolder;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
 std::vector<int> frames_of(std::string_view text) {
-    const Result<FrameRange> range = FrameRange::parse(text);
-    EXPECT_TRUE(range.ok()) << range.status().message();
-    return range.ok() ? range->frames : std::vector<int>();
+    return must(FrameRange::parse(text)).frames;
 }
 
 std::string range_error(std::string_view text) {
@@ -65,9 +65,7 @@ TEST(FrameRange, CapsTheNumberOfFrames) {
 }
 
 PathPattern pattern_of(std::string_view text) {
-    Result<PathPattern> pattern = PathPattern::parse(text);
-    EXPECT_TRUE(pattern.ok()) << pattern.status().message();
-    return pattern.ok() ? *pattern : PathPattern();
+    return must(PathPattern::parse(text));
 }
 
 TEST(PathPattern, FormatsEveryToken) {
@@ -145,25 +143,22 @@ TEST(PathPattern, DiscoversFramesButNoTemporaries) {
 }
 
 TEST(InputSpec, OnePatternOrOnePerPlane) {
-    Result<InputSpec> one = InputSpec::parse("a,b/A.####.exr");
-    ASSERT_TRUE(one.ok());
-    EXPECT_FALSE(one->separate_files());
-    EXPECT_EQ(one->color().text(), "a,b/A.####.exr");
+    auto one = must(InputSpec::parse("a,b/A.####.exr"));
+    EXPECT_FALSE(one.separate_files());
+    EXPECT_EQ(one.color().text(), "a,b/A.####.exr");
 
-    Result<InputSpec> many = InputSpec::parse(
-        "color=A,1.####.exr,depth=B.exr,motion=C.%04d.exr,motion_back=D.@.exr,"
-        "behind=E.##.exr");
-    ASSERT_TRUE(many.ok()) << many.status().message();
-    EXPECT_TRUE(many->separate_files());
-    EXPECT_EQ(many->patterns.at(Role::color).text(), "A,1.####.exr");
-    EXPECT_EQ(many->patterns.at(Role::inverse_depth).text(), "B.exr");
-    EXPECT_EQ(many->patterns.at(Role::motion).text(), "C.%04d.exr");
-    EXPECT_EQ(many->patterns.at(Role::motion_back).text(), "D.@.exr");
-    EXPECT_EQ(many->patterns.at(Role::behind).text(), "E.##.exr");
+    auto many = must(
+        InputSpec::parse("color=A,1.####.exr,depth=B.exr,motion=C.%04d.exr,motion_back=D.@.exr,"
+                         "behind=E.##.exr"));
+    EXPECT_TRUE(many.separate_files());
+    EXPECT_EQ(many.patterns.at(Role::color).text(), "A,1.####.exr");
+    EXPECT_EQ(many.patterns.at(Role::inverse_depth).text(), "B.exr");
+    EXPECT_EQ(many.patterns.at(Role::motion).text(), "C.%04d.exr");
+    EXPECT_EQ(many.patterns.at(Role::motion_back).text(), "D.@.exr");
+    EXPECT_EQ(many.patterns.at(Role::behind).text(), "E.##.exr");
 
-    Result<InputSpec> equals = InputSpec::parse("./a=b.exr");
-    ASSERT_TRUE(equals.ok());
-    EXPECT_EQ(equals->color().text(), "./a=b.exr");
+    auto equals = must(InputSpec::parse("./a=b.exr"));
+    EXPECT_EQ(equals.color().text(), "./a=b.exr");
 }
 
 TEST(InputSpec, RefusesWhatItCannotRead) {
@@ -177,13 +172,9 @@ TEST(InputSpec, RefusesWhatItCannotRead) {
 }
 
 FrameList list_of(const std::string& input, const char* range = nullptr) {
-    Result<InputSpec> spec = InputSpec::parse(input);
-    EXPECT_TRUE(spec.ok()) << spec.status().message();
     std::optional<FrameRange> frames;
-    if (range != nullptr) frames = *FrameRange::parse(range);
-    Result<FrameList> list = find_frames(*spec, frames);
-    EXPECT_TRUE(list.ok()) << list.status().message();
-    return list.ok() ? *list : FrameList();
+    if (range != nullptr) frames = must(FrameRange::parse(range));
+    return must(find_frames(must(InputSpec::parse(input)), frames));
 }
 
 TEST(FindFrames, WithoutARangeTakesWhatIsThereAndNamesTheGaps) {
@@ -225,10 +216,9 @@ TEST(FindFrames, AFrameIsMissingWhenAnyOfItsPlanesIs) {
 }
 
 TEST(Chunk, ReadsIOfN) {
-    const Result<Chunk> chunk = Chunk::parse("3/8");
-    ASSERT_TRUE(chunk.ok());
-    EXPECT_EQ(chunk->index, 3);
-    EXPECT_EQ(chunk->count, 8);
+    const auto chunk = must(Chunk::parse("3/8"));
+    EXPECT_EQ(chunk.index, 3);
+    EXPECT_EQ(chunk.count, 8);
     for (const char* text : {"", "3", "3/", "/8", "0/8", "9/8", "-1/8", "3/8 ", "3/8/1", "3/-8",
                              "a/b", "1/1000001", "99999999999/99999999999"}) {
         const Result<Chunk> bad = Chunk::parse(text);
@@ -289,10 +279,9 @@ TEST(ScanFolder, FilesThatDifferInTheirNumberAreOneSequence) {
           ".a.0008.exr.77.tmp", ".hidden.0001.exr", "a.0008.exr.json", "notes.txt"})
         test::write_text(folder.path(name), "x");
     std::filesystem::create_directory(folder.path("folder.0001.exr"));
-    const auto found = scan_folder(folder.path(""));
-    ASSERT_TRUE(found.ok()) << found.status().message();
+    const auto found = must(scan_folder(folder.path("")));
     std::vector<std::string> patterns;
-    for (const auto& sequence : *found) {
+    for (const auto& sequence : found) {
         patterns.push_back(sequence.pattern.substr(folder.path("").size()));
         // Each is an --input that finds these frames.
         const FrameList list = list_of(sequence.pattern);
@@ -302,7 +291,7 @@ TEST(ScanFolder, FilesThatDifferInTheirNumberAreOneSequence) {
     EXPECT_THAT(patterns,
                 ElementsAre("a.####.exr", "b_v2.#.exr", "b_v3.9.exr", "beauty.####.left.exr",
                             "shot_20261121120000.exr", "still.EXR"));
-    EXPECT_THAT((*found)[0].frames, ElementsAre(8, 9, 12, 10000));
+    EXPECT_THAT(found[0].frames, ElementsAre(8, 9, 12, 10000));
 }
 
 TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
@@ -313,10 +302,9 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
           "c.-2.exr", "c.-1.exr", "c.1.exr", "d_-03.exr", "d_-02.exr",           // only negative
           "e-0001.exr", "e-0002.exr", "f.-0007.exr"})                            // a separator
         test::write_text(folder.path(name), "x");
-    const auto found = scan_folder(folder.path(""));
-    ASSERT_TRUE(found.ok()) << found.status().message();
+    const auto found = must(scan_folder(folder.path("")));
     std::map<std::string, std::vector<int>> frames;
-    for (const auto& sequence : *found) {
+    for (const auto& sequence : found) {
         frames[sequence.pattern.substr(folder.path("").size())] = sequence.frames;
         EXPECT_EQ(list_of(sequence.pattern).frames, sequence.frames) << sequence.pattern;
     }
@@ -332,10 +320,9 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
 TEST(ScanFolder, AFileThatNoInputCanNameIsLeftOut) {
     const TempFolder folder;
     for (const char* name : {"a#b#.exr", "d.exr"}) test::write_text(folder.path(name), "x");
-    const auto found = scan_folder(folder.path(""));
-    ASSERT_TRUE(found.ok()) << found.status().message();
-    ASSERT_EQ(found->size(), 1u);
-    EXPECT_EQ(found->front().pattern, folder.path("d.exr"));
+    const auto found = must(scan_folder(folder.path("")));
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found.front().pattern, folder.path("d.exr"));
 }
 
 TEST(ScanFolder, WhatHasNoFrameIsAnError) {

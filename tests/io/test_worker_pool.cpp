@@ -13,6 +13,15 @@
 namespace postchain::io {
 namespace {
 
+// Waits for a state that another thread brings about; false if it does not within two minutes.
+template <class Condition>
+bool wait_for(Condition condition) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(2);
+    while (!condition() && std::chrono::steady_clock::now() < end)
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+    return condition();
+}
+
 TEST(WorkerPool, EveryIndexOnceOnSlotsOfItsOwn) {
     WorkerPool pool;
     for (const int threads : {0, 1, 2, 4, 1}) {
@@ -46,8 +55,7 @@ TEST(WorkerPool, OthersHelpTheCaller) {
         }
         ++inside;
         // Each waits for the others, so fewer threads would never finish.
-        for (int i = 0; i < 5000 && inside < 3; ++i)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        EXPECT_TRUE(wait_for([&] { return inside == 3; }));
         return Status();
     });
     EXPECT_TRUE(status.ok());
@@ -70,15 +78,16 @@ TEST(WorkerPool, TheFailureOfTheLowestIndex) {
     WorkerPool pool;
     for (const int threads : {1, 4}) {
         pool.set_threads(threads);
-        for (int round = 0; round < 50; ++round) {
+        for (int round = 0; round < 10; ++round) {
             std::atomic<size_t> done = 0;
             std::atomic<bool> both = threads == 1;
             const Status status = pool.run(100000, pool.slots(), [&](size_t index, size_t) {
                 ++done;
                 // The lowest index fails alternately first and last, after another has started.
                 if (index == 21) both = true;
-                for (int i = 0; i < 5000 && index == 20 && !both; ++i)
-                    std::this_thread::sleep_for(std::chrono::microseconds(100));
+                if (index == 20) {
+                    EXPECT_TRUE(wait_for([&] { return both.load(); }));
+                }
                 if (index == (round % 2 == 0 ? 20 : 21))
                     std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 if (index < 20) return Status();
@@ -105,9 +114,9 @@ TEST(WorkerPool, TwoCallersAtOnce) {
     std::thread first([&] {
         const Status status = pool.run(2, 2, [&](size_t, size_t) {
             first_runs = true;
-            for (int i = 0; i < 5000 && !second_done; ++i)
-                std::this_thread::sleep_for(std::chrono::milliseconds(1));
-            return second_done ? Status() : Status(StatusCode::internal, "the second waited");
+            return wait_for([&] { return second_done.load(); })
+                       ? Status()
+                       : Status(StatusCode::internal, "the second waited");
         });
         EXPECT_TRUE(status.ok()) << status.message();
     });

@@ -6,79 +6,79 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
+#include "tests/support/status.h"
 
 namespace postchain::io {
 namespace {
 
 using test::FilePart;
+using test::must;
 using test::read_text;
 using test::TempFolder;
 using test::write_file;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TEST(ExrWriter, ColorBeyondHalfIsRefusedOrClampedNeverInf) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    write_file(in, {every_type()});
-    InputFrame frame = read_ok(in);
-    ImageF color = new_color(frame);
-    color.at(1, 0, 0) = 65505;
-    color.at(1, 0, 1) = 1e6f;  // the same pixel
-    color.at(2, 5, 2) = -70000;
-    color.at(3, 5, 2) = 65504;  // fits
-    Result<WriteReport> refused = write_filtered(out, frame, color, {});
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.status().code(), StatusCode::output);
-    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
-    EXPECT_THAT(refused.status().message(), HasSubstr("or render color as float"));
-    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+constexpr float kInf = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kMost = std::numeric_limits<float>::max();
 
-    color.at(4, 4, 0) = std::numeric_limits<float>::infinity();
-    color.at(5, 4, 3) = std::numeric_limits<float>::quiet_NaN();
-    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
-    EXPECT_EQ(report.overflow_pixels, 2u);
-    EXPECT_EQ(report.nonfinite_pixels, 2u);
-    ImageF expected = color;
-    expected.at(1, 0, 0) = expected.at(1, 0, 1) = expected.at(4, 4, 0) = 65504;
-    expected.at(2, 5, 2) = -65504;
-    expected.at(5, 4, 3) = 0;
-    expect_only_color_changed(in, out, 0, kRgba, expected);
-}
+struct Sample {
+    int x, y, channel;
+    float given, written;
+};
 
-TEST(ExrWriter, ColorBeyondFloatIsRefusedOrClampedNeverInf) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    write_file(in, {{.channels = {{"R", Imf::FLOAT},
-                                  {"G", Imf::FLOAT},
-                                  {"B", Imf::FLOAT},
-                                  {"A", Imf::FLOAT},
-                                  {"Z", Imf::FLOAT}}}});
-    InputFrame frame = read_ok(in);
-    ImageF color = new_color(frame);
-    const float inf = std::numeric_limits<float>::infinity();
-    const float most = std::numeric_limits<float>::max();
-    color.at(0, 0, 0) = most;  // fits
-    color.at(1, 0, 0) = inf;
-    color.at(1, 0, 1) = -inf;  // the same pixel
-    color.at(2, 5, 2) = std::numeric_limits<float>::quiet_NaN();
-    const Result<WriteReport> refused = write_filtered(out, frame, color, {});
-    ASSERT_FALSE(refused.ok());
-    EXPECT_EQ(refused.status().code(), StatusCode::output);
-    EXPECT_THAT(refused.status().message(), HasSubstr("2 pixels"));
-    EXPECT_THAT(refused.status().message(), HasSubstr("--overflow clamp"));
-    EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
-    const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
-    EXPECT_EQ(report.overflow_pixels, 0u);
-    EXPECT_EQ(report.nonfinite_pixels, 2u);
-    ImageF expected = color;
-    expected.at(1, 0, 0) = most;
-    expected.at(1, 0, 1) = -most;
-    expected.at(2, 5, 2) = 0;
-    expect_only_color_changed(in, out, 0, kRgba, expected);
+struct Overflow {
+    Imf::PixelType type;
+    std::vector<Sample> samples;
+    uint64_t finite, nonfinite;  // pixels that do not fit
+    const char* remedy;
+};
+
+TEST(ExrWriter, ColorThatDoesNotFitIsRefusedOrClampedNeverInf) {
+    const Overflow all[] = {{Imf::HALF,
+                             {{1, 0, 0, 65505, 65504},
+                              {1, 0, 1, 1e6f, 65504},  // the same pixel
+                              {2, 5, 2, -70000, -65504},
+                              {3, 5, 2, 65504, 65504},  // fits
+                              {4, 4, 0, kInf, 65504},
+                              {5, 4, 3, kNan, 0}},
+                             2,
+                             2,
+                             "or render color as float"},
+                            {Imf::FLOAT,
+                             {{0, 0, 0, kMost, kMost},  // fits
+                              {1, 0, 0, kInf, kMost},
+                              {1, 0, 1, -kInf, -kMost},  // the same pixel
+                              {2, 5, 2, kNan, 0}},
+                             0,
+                             2,
+                             "--overflow clamp"}};
+    for (const Overflow& one : all) {
+        const TempFolder folder;
+        const std::string in = folder.path("in.exr"), out = folder.path("out.exr");
+        FilePart part = every_type();
+        for (size_t c = 0; c < 4; ++c) part.channels[c].type = one.type;
+        write_file(in, {part});
+        InputFrame frame = read_ok(in);
+        ImageF color = new_color(frame), expected = color;
+        for (const Sample& sample : one.samples) {
+            color.at(sample.x, sample.y, sample.channel) = sample.given;
+            expected.at(sample.x, sample.y, sample.channel) = sample.written;
+        }
+        const Result<WriteReport> refused = write_filtered(out, frame, color, {});
+        EXPECT_EQ(refused.status().code(), StatusCode::output);
+        EXPECT_THAT(
+            refused.status().message(),
+            AllOf(HasSubstr(concat(one.finite + one.nonfinite, " pixels")), HasSubstr(one.remedy)));
+        EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+        const WriteReport report = write_ok(out, frame, color, {.overflow = HalfOverflow::clamp});
+        EXPECT_EQ(report.overflow_pixels, one.finite);
+        EXPECT_EQ(report.nonfinite_pixels, one.nonfinite);
+        expect_only_color_changed(in, out, 0, kRgba, expected);
+    }
 }
 
 TEST(ExrWriter, RoundsToTheNearestHalf) {
@@ -91,10 +91,9 @@ TEST(ExrWriter, RoundsToTheNearestHalf) {
     ImageF color = new_color(frame);
     for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i % 2 == 0 ? 2049 : 2051);
     write_ok(out, frame, color);
-    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
-    ASSERT_TRUE(back.ok());
-    for (size_t i = 0; i < back->data.size(); ++i) {
-        ASSERT_EQ(back->data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
+    const auto back = must(ExrFile::open(out)->read_channels(0, kRgba));
+    for (size_t i = 0; i < back.data.size(); ++i) {
+        ASSERT_EQ(back.data[i], i % 2 == 0 ? 2048.0f : 2052.0f);
     }
 }
 
@@ -105,20 +104,18 @@ TEST(ExrWriter, LossyCompressionNeverTouchesOtherChannels) {
     for (const auto compression :
          {Imf::PXR24_COMPRESSION, Imf::B44_COMPRESSION, Imf::B44A_COMPRESSION,
           Imf::DWAA_COMPRESSION, Imf::DWAB_COMPRESSION}) {
-        for (const int tile : {0, 16}) {
-            FilePart part = every_type();
-            part.special_values = false;
-            part.compression = compression;
-            part.tile = tile;
-            write_file(in, {part});
-            InputFrame frame = read_ok(in);
-            const ImageF color = new_color(frame);
-            const WriteReport report =
-                write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
-            EXPECT_THAT(report.notes, ElementsAre(HasSubstr("replaced by zip")));
-            EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "zip");
-            expect_only_color_changed(in, out, 0, kRgba, color);
-        }
+        FilePart part = every_type();
+        part.special_values = false;
+        part.compression = compression;
+        part.tile = compression == Imf::B44_COMPRESSION ? 16 : 0;
+        write_file(in, {part});
+        InputFrame frame = read_ok(in);
+        const ImageF color = new_color(frame);
+        const WriteReport report =
+            write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
+        EXPECT_THAT(report.notes, ElementsAre(HasSubstr("replaced by zip")));
+        EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "zip");
+        expect_only_color_changed(in, out, 0, kRgba, color);
     }
 }
 
@@ -135,9 +132,8 @@ TEST(ExrWriter, LossyCompressionOfColorAloneIsKept) {
     const WriteReport report = write_ok(out, frame, color);
     EXPECT_THAT(report.notes, IsEmpty());
     EXPECT_EQ(ExrFile::open(out)->parts()[0].compression, "dwaa");
-    const Result<ImageF> back = ExrFile::open(out)->read_channels(0, kRgba);
-    ASSERT_TRUE(back.ok());
-    for (const float v : back->data) EXPECT_NEAR(v, 0.5f, 0.01f);
+    const auto back = must(ExrFile::open(out)->read_channels(0, kRgba));
+    for (const float v : back.data) EXPECT_NEAR(v, 0.5f, 0.01f);
 }
 
 // Every encoding with B44 or DWA changes a value a little.

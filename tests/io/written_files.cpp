@@ -9,20 +9,19 @@
 #include <algorithm>
 #include <iterator>
 
+#include "tests/support/status.h"
+
 namespace postchain::io {
 
 using test::FilePart;
+using test::must;
 using test::oiio_attributes;
 using test::oiio_channels;
 using test::OiioChannel;
 
 InputFrame read_ok(const std::string& path, int part, const std::vector<std::string>& color) {
-    Result<OpenFrame> open = open_frame({{Role::color, path}}, 1);
-    EXPECT_TRUE(open.ok()) << open.status().message();
-    Result<InputFrame> frame =
-        read_frame(*open, {{Role::color, {part, color}}}, {Role::color}, Keep::all);
-    EXPECT_TRUE(frame.ok()) << frame.status().message();
-    return std::move(*frame);
+    return must(read_frame(must(open_frame({{Role::color, path}}, 1)),
+                           {{Role::color, {part, color}}}, {Role::color}, Keep::all));
 }
 
 ImageF new_color(const InputFrame& frame) {
@@ -33,9 +32,7 @@ ImageF new_color(const InputFrame& frame) {
 
 WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
                      WriteOptions options) {
-    const Result<WriteReport> report = write_filtered(path, frame, color, options);
-    EXPECT_TRUE(report.ok()) << report.status().message();
-    return report.ok() ? *report : WriteReport();
+    return must(write_filtered(path, frame, color, options));
 }
 
 void expect_only_color_changed(const std::string& in, const std::string& out, int part,

@@ -18,6 +18,7 @@
 #include "tests/io/synced_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/claim.h"
 
 namespace postchain::io {
 namespace {
@@ -166,6 +167,22 @@ TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
     EXPECT_TRUE(ReplaceLock::take(path).ok());
     EXPECT_THAT(folder.names(), IsEmpty());
     EXPECT_TRUE(is_temporary_of(".a.exr.0.tmp", "a.exr"));
+}
+
+TEST(Claim, IsHeldByOneUntilItsEnd) {
+    const TempFolder folder;
+    const std::string path = folder.path("claim");
+    {
+        auto first = must(Claim::take(path));
+        ASSERT_TRUE(first);
+        EXPECT_FALSE(must(Claim::take(path)));
+    }
+    auto second = must(Claim::take(path));
+    ASSERT_TRUE(second);
+    EXPECT_THAT(folder.names(), ElementsAre("claim"));
+    second->finish();
+    EXPECT_THAT(folder.names(), IsEmpty());
+    EXPECT_EQ(Claim::take(folder.path("none/claim")).status().code(), StatusCode::output);
 }
 
 TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {

@@ -15,6 +15,10 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+void make_files(const TempFolder& folder, std::initializer_list<const char*> names) {
+    for (const char* name : names) test::write_text(folder.path(name), "x");
+}
+
 std::vector<int> frames_of(std::string_view text) {
     return must(FrameRange::parse(text)).frames;
 }
@@ -26,35 +30,27 @@ std::string range_error(std::string_view text) {
     return range.status().message();
 }
 
-TEST(FrameRange, TakesNumbersRangesAndSteps) {
-    EXPECT_THAT(frames_of("7"), ElementsAre(7));
-    EXPECT_THAT(frames_of("1-4"), ElementsAre(1, 2, 3, 4));
-    EXPECT_THAT(frames_of("20-27x3"), ElementsAre(20, 23, 26));
-    EXPECT_THAT(frames_of("-5--3"), ElementsAre(-5, -4, -3));
-    EXPECT_THAT(frames_of("-1-1"), ElementsAre(-1, 0, 1));
-    EXPECT_THAT(frames_of("-4-4x4"), ElementsAre(-4, 0, 4));
-    EXPECT_THAT(frames_of("1001"), ElementsAre(1001));
-    EXPECT_THAT(frames_of("5-5"), ElementsAre(5));
-}
-
-TEST(FrameRange, KeepsTheOrderWrittenAndEachFrameOnce) {
-    EXPECT_THAT(frames_of("9,1-3,2-4,1001"), ElementsAre(9, 1, 2, 3, 4, 1001));
-    EXPECT_EQ(frames_of("1-10,20-40x2,-5--1,1001").size(), 10u + 11u + 5u + 1u);
-}
-
-TEST(FrameRange, RefusesAColonAsAmbiguous) {
-    EXPECT_THAT(range_error("1:10"), HasSubstr("two things"));
-    EXPECT_THAT(range_error("1-10:2"), HasSubstr("1-10x2"));
+TEST(FrameRange, TakesNumbersRangesAndStepsInTheirOrderAndEachFrameOnce) {
+    const std::pair<const char*, std::vector<int>> cases[] = {
+        {"7", {7}},
+        {"1-4", {1, 2, 3, 4}},
+        {"20-27x3", {20, 23, 26}},
+        {"-5--3", {-5, -4, -3}},
+        {"-1-1", {-1, 0, 1}},
+        {"-4-4x4", {-4, 0, 4}},
+        {"5-5", {5}},
+        {"9,1-3,2-4,1001", {9, 1, 2, 3, 4, 1001}}};
+    for (const auto& [text, frames] : cases) EXPECT_EQ(frames_of(text), frames) << text;
 }
 
 TEST(FrameRange, RefusesWhatIsNoRange) {
     for (const char* text : {"",    ",",     "1,",    ",1",      "a",           "1-",        "-",
                              "--1", "1-2-3", "1-10x", "1x2",     "1-10y2",      "1 - 3",     " 1",
-                             "+1",  "0x10",  "1.5",   "1-10x-2", "99999999999", "1000000000"}) {
+                             "+1",  "0x10",  "1.5",   "1-10x-2", "99999999999", "1000000000"})
         EXPECT_FALSE(range_error(text).empty());
-    }
-    EXPECT_THAT(range_error("1-10x0"), HasSubstr("step"));
-    EXPECT_THAT(range_error("10-1"), HasSubstr("backwards"));
+    const std::pair<const char*, const char*> cases[] = {
+        {"1:10", "two things"}, {"1-10:2", "1-10x2"}, {"1-10x0", "step"}, {"10-1", "backwards"}};
+    for (const auto& [text, why] : cases) EXPECT_THAT(range_error(text), HasSubstr(why));
 }
 
 TEST(FrameRange, CapsTheNumberOfFrames) {
@@ -127,10 +123,8 @@ TEST(PathPattern, NumberOfASingleFileIsItsLastGroupOfDigits) {
 
 TEST(PathPattern, DiscoversFramesButNoTemporaries) {
     const TempFolder folder;
-    for (const char* name : {"b.0010.exr", "b.0012.exr", "b.-003.exr", ".b.0011.exr.99.tmp",
-                             "b.0013.exr.json", "c.0010.exr"}) {
-        test::write_text(folder.path(name), "x");
-    }
+    make_files(folder, {"b.0010.exr", "b.0012.exr", "b.-003.exr", ".b.0011.exr.99.tmp",
+                        "b.0013.exr.json", "c.0010.exr"});
     const auto found = pattern_of(folder.path("b.####.exr")).discover();
     ASSERT_EQ(found.size(), 3u);
     EXPECT_EQ(found.at(10), folder.path("b.0010.exr"));
@@ -138,7 +132,7 @@ TEST(PathPattern, DiscoversFramesButNoTemporaries) {
     EXPECT_TRUE(found.contains(12));
     EXPECT_TRUE(pattern_of(folder.path("none/b.####.exr")).discover().empty());
     // The widest pattern does not match temporaries of either kind.
-    test::write_text(folder.path(".7.55.tmp"), "x");
+    make_files(folder, {".7.55.tmp"});
     EXPECT_TRUE(pattern_of(folder.path("#")).discover().empty());
 }
 
@@ -179,9 +173,7 @@ FrameList list_of(const std::string& input, const char* range = nullptr) {
 
 TEST(FindFrames, WithoutARangeTakesWhatIsThereAndNamesTheGaps) {
     const TempFolder folder;
-    for (const char* name : {"b.0010.exr", "b.0011.exr", "b.0014.exr"}) {
-        test::write_text(folder.path(name), "x");
-    }
+    make_files(folder, {"b.0010.exr", "b.0011.exr", "b.0014.exr"});
     const FrameList list = list_of(folder.path("b.####.exr"));
     EXPECT_THAT(list.frames, ElementsAre(10, 11, 14));
     EXPECT_THAT(list.missing, IsEmpty());
@@ -197,16 +189,14 @@ TEST(FindFrames, WithoutARangeTakesWhatIsThereAndNamesTheGaps) {
 
 TEST(FindFrames, ASingleFileIsOneFrame) {
     const TempFolder folder;
-    test::write_text(folder.path("b.0010.exr"), "x");
+    make_files(folder, {"b.0010.exr"});
     EXPECT_THAT(list_of(folder.path("b.0010.exr")).frames, ElementsAre(10));
     EXPECT_THAT(list_of(folder.path("b.0010.exr"), "10-11").missing, ElementsAre(11));
 }
 
 TEST(FindFrames, AFrameIsMissingWhenAnyOfItsPlanesIs) {
     const TempFolder folder;
-    for (const char* name : {"c.1.exr", "c.2.exr", "d.2.exr", "m.exr"}) {
-        test::write_text(folder.path(name), "x");
-    }
+    make_files(folder, {"c.1.exr", "c.2.exr", "d.2.exr", "m.exr"});
     const FrameList list =
         list_of("color=" + folder.path("c.@.exr") + ",depth=" + folder.path("d.@.exr") +
                 ",motion=" + folder.path("m.exr"));
@@ -247,8 +237,7 @@ TEST(Chunk, PartsAreTheWholeAndNearlyEqual) {
 
 TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
     const TempFolder folder;
-    for (const char* name : {"b.01.exr", "b.02.exr", "b.05.exr", "b.08.exr"})
-        test::write_text(folder.path(name), "x");
+    make_files(folder, {"b.01.exr", "b.02.exr", "b.05.exr", "b.08.exr"});
     FrameList list = list_of(folder.path("b.##.exr"));
     list.keep({2, 2});
     EXPECT_THAT(list.frames, ElementsAre(5, 8));
@@ -271,13 +260,13 @@ TEST(Chunk, APartKeepsItsOwnMissingFramesAndGaps) {
 
 TEST(ScanFolder, FilesThatDifferInTheirNumberAreOneSequence) {
     const TempFolder folder;
-    for (const char* name :
-         {"a.0008.exr", "a.0009.exr", "a.0012.exr", "a.10000.exr",  // one, longer than its padding
-          "b_v2.9.exr", "b_v2.10.exr",                              // no padding
-          "b_v3.9.exr",                                             // another version
-          "beauty.1001.left.exr", "beauty.1002.left.exr", "still.EXR", "shot_20261121120000.exr",
-          ".a.0008.exr.77.tmp", ".hidden.0001.exr", "a.0008.exr.json", "notes.txt"})
-        test::write_text(folder.path(name), "x");
+    make_files(
+        folder,
+        {"a.0008.exr", "a.0009.exr", "a.0012.exr", "a.10000.exr",  // one, longer than its padding
+         "b_v2.9.exr", "b_v2.10.exr",                              // no padding
+         "b_v3.9.exr",                                             // another version
+         "beauty.1001.left.exr", "beauty.1002.left.exr", "still.EXR", "shot_20261121120000.exr",
+         ".a.0008.exr.77.tmp", ".hidden.0001.exr", "a.0008.exr.json", "notes.txt"});
     std::filesystem::create_directory(folder.path("folder.0001.exr"));
     const auto found = must(scan_folder(folder.path("")));
     std::vector<std::string> patterns;
@@ -319,7 +308,7 @@ TEST(ScanFolder, NegativeFramesAreOfTheSequence) {
 
 TEST(ScanFolder, AFileThatNoInputCanNameIsLeftOut) {
     const TempFolder folder;
-    for (const char* name : {"a#b#.exr", "d.exr"}) test::write_text(folder.path(name), "x");
+    make_files(folder, {"a#b#.exr", "d.exr"});
     const auto found = must(scan_folder(folder.path("")));
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found.front().pattern, folder.path("d.exr"));
@@ -335,36 +324,23 @@ TEST(ScanFolder, WhatHasNoFrameIsAnError) {
     EXPECT_THAT(none.status().message(), HasSubstr("cannot be read"));
 }
 
-TEST(FindFrames, TwoFilesOfOneFrameAreAnError) {
-    const TempFolder folder;
-    for (const char* name : {"b.0001.exr", "b.-005.exr", "b.-0006.exr"})
-        test::write_text(folder.path(name), "x");
-    EXPECT_THAT(list_of(folder.path("b.####.exr")).frames, ElementsAre(-6, -5, 1));
-    test::write_text(folder.path("b.-0005.exr"), "x");
-    const auto twice = find_frames(*InputSpec::parse(folder.path("b.####.exr")), std::nullopt);
-    ASSERT_FALSE(twice.ok());
-    EXPECT_EQ(twice.status().code(), StatusCode::input);
-    for (const char* name : {"b.-005.exr", "b.-0005.exr"})
-        EXPECT_THAT(twice.status().message(), HasSubstr(name));
+std::string find_error(const std::string& input) {
+    const Status status = find_frames(must(InputSpec::parse(input)), std::nullopt).status();
+    EXPECT_EQ(status.code(), StatusCode::input);
+    return status.message();
 }
 
-TEST(FindFrames, AFileNamedLikeAPatternIsSaid) {
+TEST(FindFrames, RefusesWhatHasNoOneFile) {
     const TempFolder folder;
-    const std::string path = folder.path("a#b.exr");
-    test::write_text(path, "x");
-    EXPECT_THAT(find_frames(*InputSpec::parse(path), std::nullopt).status().message(),
+    for (const char* name : {"b.####.exr", "b.exr"})
+        EXPECT_THAT(find_error(folder.path(name)), HasSubstr(name));
+    make_files(folder, {"b.0001.exr", "b.-005.exr", "b.-0006.exr", "a#b.exr"});
+    EXPECT_THAT(find_error(folder.path("a#b.exr")),
                 HasSubstr("the file of this very name must be renamed"));
-}
-
-TEST(FindFrames, NothingOnDiskIsAnError) {
-    const TempFolder folder;
-    for (const char* name : {"b.####.exr", "b.exr"}) {
-        Result<InputSpec> spec = InputSpec::parse(folder.path(name));
-        const Result<FrameList> list = find_frames(*spec, std::nullopt);
-        ASSERT_FALSE(list.ok());
-        EXPECT_EQ(list.status().code(), StatusCode::input);
-        EXPECT_THAT(list.status().message(), HasSubstr(name));
-    }
+    EXPECT_THAT(list_of(folder.path("b.####.exr")).frames, ElementsAre(-6, -5, 1));
+    make_files(folder, {"b.-0005.exr"});
+    EXPECT_THAT(find_error(folder.path("b.####.exr")),
+                testing::AllOf(HasSubstr("b.-005.exr"), HasSubstr("b.-0005.exr")));
 }
 
 }  // namespace

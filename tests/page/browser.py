@@ -19,6 +19,7 @@ ARGUMENTS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "-
 # WebGL2 without a GPU, and no WebGL at all.
 SOFTWARE_GL = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 NO_GL = ["--disable-3d-apis"]
+TIME_LIMIT_S = 300  # of a page's script; a busy machine may take long
 SHIFT, SPACE, RIGHT = "\ue008", " ", "\ue014"
 
 
@@ -67,6 +68,7 @@ class Browser:
         arguments = ARGUMENTS + [f"--user-data-dir={self.folder}"] + extra
         session = self.call("POST", "/session", {"capabilities": {"alwaysMatch": {
             "browserName": "chrome", "goog:chromeOptions": {"args": arguments},
+            "timeouts": {"script": 1000 * TIME_LIMIT_S, "pageLoad": 1000 * TIME_LIMIT_S},
             "goog:loggingPrefs": {"browser": "ALL"}}}})
         self.base += f"/session/{session['sessionId']}"
 
@@ -84,7 +86,7 @@ class Browser:
             self.base + path, method=method, headers={"Content-Type": "application/json"},
             data=None if body is None else json.dumps(body).encode())
         try:
-            with urllib.request.urlopen(request, timeout=60) as answer:
+            with urllib.request.urlopen(request, timeout=TIME_LIMIT_S + 60) as answer:
                 return json.load(answer)["value"]
         except urllib.error.HTTPError as error:
             raise RuntimeError(json.load(error)["value"]["message"]) from None

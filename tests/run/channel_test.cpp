@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <memory>
 #include <thread>
 #include <vector>
@@ -22,13 +22,14 @@ TEST(Channel, KeepsOrderAndBound) {
         }
         channel.close();
     });
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    EXPECT_LE(pushed, 2);  // the third waits until one is taken
     std::vector<int> got;
-    while (auto value = channel.pop()) {
-        got.push_back(*value);
+    do {
+        // The writer fills the channel: the next value waits until one is taken.
+        while (pushed < std::min(int(got.size()) + 2, 100)) std::this_thread::yield();
         EXPECT_LE(pushed, int(got.size()) + 2);
-    }
+        if (auto value = channel.pop()) got.push_back(*value);
+    } while (got.size() < 100);
+    EXPECT_FALSE(channel.pop());
     writer.join();
     ASSERT_EQ(got.size(), 100u);
     for (int i = 0; i < 100; ++i) EXPECT_EQ(got[size_t(i)], i);
@@ -40,7 +41,6 @@ TEST(Channel, CloseWakesBothSides) {
     std::atomic<bool> dropped = false, ended = false;
     std::thread writer([&] { dropped = !full.push(std::make_unique<int>(2)); });
     std::thread reader([&] { ended = !empty.pop(); });
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
     full.close();
     empty.close();
     writer.join();

@@ -7,7 +7,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
-#include "tools/measure/scenes/scene.h"
+#include "tests/run/scene_files.h"
 #include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::sequence {
@@ -15,28 +15,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using test::FilePart;
-using test::TempFolder;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-// Rendered once for each scene: three frames, their layers behind, and both as deep files.
-std::string in_scene(const std::string& scene, const std::string& name) {
-    static const TempFolder folder;
-    const std::string path = folder.path(scene);
-    if (!fs::exists(path)) {
-        auto renderer = scenes::SceneRenderer::create();
-        scenes::SceneRequest request;
-        request.name = scene;
-        request.folder = path;
-        request.width = 160;
-        request.height = 90;
-        request.frames = {1, 2, 3};
-        request.behind = request.deep = true;
-        EXPECT_TRUE(renderer.ok() && scenes::write_scene(**renderer, request).ok());
-    }
-    return path + "/" + name;
-}
 
 class DeepTest : public SequenceTest {
   protected:
@@ -44,14 +25,12 @@ class DeepTest : public SequenceTest {
         SequenceTest::SetUp();
         settings_.on_existing = io::OnExisting::overwrite;
         frames("2");
-        chain_ = test::chain_of("joint_blur", {{"samples", int64_t(32)}});
-        // Rendered before the executor's context is made.
-        in_scene("crossing", "");
+        chain_ = test::chain_of("joint_blur", {{"samples", int64_t(8)}});
         scene("wheels");
     }
     void scene(const std::string& name) {
         scene_ = name;
-        settings_.source.camera = *load_camera(in_scene(name, "camera.json"));
+        settings_.source.camera = *load_camera(scene_file(name, "camera.json"));
     }
     void read(const std::string& color, const std::string& behind = {}) {
         settings_.input = *io::InputSpec::parse(color);
@@ -59,7 +38,9 @@ class DeepTest : public SequenceTest {
             settings_.input.patterns.insert_or_assign(Role::behind,
                                                       *io::PathPattern::parse(behind));
     }
-    std::string shot(const std::string& name) const { return in_scene(scene_, name + ".####.exr"); }
+    std::string shot(const std::string& name) const {
+        return scene_file(scene_, name + ".####.exr");
+    }
     ImageF result() {
         const FrameReport report = last_frame();
         EXPECT_TRUE(report.status.ok()) << report.status.message();
@@ -101,7 +82,7 @@ TEST_F(DeepTest, IsTheFrameAndItsLayerBehind) {
 TEST_F(DeepTest, IsCompositedWhereItIsNotOpaque) {
     scene("crossing");
     const auto color_of = [&](const std::string& name) {
-        const std::map<Role, std::string> files = {{Role::color, in_scene(scene_, name)}};
+        const std::map<Role, std::string> files = {{Role::color, scene_file(scene_, name)}};
         auto header = open_source_frame({}, files, 2);
         auto frame = read_source_frame({}, *header, {}, io::Keep::nothing);
         EXPECT_TRUE(frame.ok()) << frame.status().message();
@@ -125,7 +106,7 @@ TEST_F(DeepTest, IsWrittenFlat) {
     const FrameReport report = last_frame();
     ASSERT_TRUE(report.status.ok()) << report.status.message();
     EXPECT_THAT(sidecar(2).dump(), HasSubstr("deep samples flattened"));
-    const auto in = io::ExrFile::open(in_scene(scene_, "deep.0002.exr")),
+    const auto in = io::ExrFile::open(scene_file(scene_, "deep.0002.exr")),
                flat = io::ExrFile::open(out(2));
     ASSERT_TRUE(in.ok() && flat.ok());
     const io::ExrPart& part = flat->parts()[0];
@@ -137,7 +118,7 @@ TEST_F(DeepTest, IsWrittenFlat) {
         EXPECT_FALSE(part.attributes.contains(name)) << name;
     // Read by another program: depth is the frame's.
     const auto depth = test::named(test::oiio_channels(out(2)), "Z");
-    EXPECT_EQ(depth.bytes, test::named(test::oiio_channels(in_scene(scene_, "sharp.0002.exr")),
+    EXPECT_EQ(depth.bytes, test::named(test::oiio_channels(scene_file(scene_, "sharp.0002.exr")),
                                        "ViewLayer.Depth.Z")
                                .bytes);
 }
@@ -217,7 +198,7 @@ TEST_F(DeepTest, ChannelsOfADeepPartAreReadUnlessAFlatOneHasColor) {
             return channel == 1 ? std::vector<float>{2, 5} : std::vector<float>{.75F, 1};
         };
         test::write_file(at(name), {deep});
-        std::map<Role, std::string> files = {{Role::color, in_scene(scene_, "sharp.0002.exr")}};
+        std::map<Role, std::string> files = {{Role::color, scene_file(scene_, "sharp.0002.exr")}};
         files[role] = at(name);
         auto header = open_source_frame({}, files, 2);
         if (!header.ok()) return concat(header.status().message());
@@ -243,7 +224,7 @@ TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
         return std::vector<float>{channel == 0 ? 1 : color, 1};
     };
     test::write_file(at("d.0002.exr"), {deep});
-    const std::string vectors = in_scene(scene_, "sharp.####.exr");
+    const std::string vectors = scene_file(scene_, "sharp.####.exr");
     // The camera file has matrices. The camera's vectors are not those of moving objects.
     for (const CameraMotion made : {CameraMotion::missing, CameraMotion::none}) {
         settings_.source.camera_motion = made;

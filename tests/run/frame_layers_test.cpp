@@ -1,68 +1,187 @@
-// Layers and mattes of a file that cannot be filtered with its color.
+// Which layers of a file are filtered, why the others are not, and that a run filters them.
+#include "tools/sequence/layers/frame_layers.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "tests/io/exr_files.h"
-#include "tools/sequence/layers/frame_layers.h"
+#include "tests/run/fixture.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/frame/cryptomatte.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence::frame_layers_test {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::ElementsAre;
+using ::testing::Pair;
+using ::testing::UnorderedElementsAre;
 
-// One layer of each kind beside color, in the part of color and in others.
+// Layers of color that differ from "plain" in what keeps them from being filtered.
 class FrameLayersTest : public testing::Test {
   protected:
     void SetUp() override {
-        test::FilePart main{.name = "main", .channels = {{"R"}, {"G"}, {"B"}, {"Z", Imf::FLOAT}}};
-        main.data = main.display = {{0, 0}, {15, 7}};
-        for (const char* word : {"R", "G", "B"}) {
-            main.channels.push_back({std::string("key.") + word});
-            main.channels.push_back({std::string("sampled.") + word, Imf::HALF, 2});
-            main.channels.push_back({std::string("whole.") + word, Imf::UINT});
-        }
-        test::FilePart small{.name = "small", .channels = {{"R"}, {"G"}, {"B"}}};
-        small.data = {{0, 0}, {11, 7}};
-        small.display = main.display;
-        test::write_file(folder_.path("f.exr"), {main, small});
-        auto file = io::open_pixels(folder_.path("f.exr"));
-        ASSERT_TRUE(file.ok()) << file.status().message();
-        file_ = *file;
+        test::FilePart color{
+            .name = "color", .data = {{0, 0}, {7, 7}}, .display = {{0, 0}, {7, 7}}};
+        const auto add = [](test::FilePart& part, const std::string& layer, Imf::PixelType type,
+                            int sampling) {
+            for (const char* channel : {"B", "G", "R"})
+                part.channels.push_back({layer + channel, type, sampling});
+        };
+        add(color, "", Imf::HALF, 1);
+        add(color, "ids.", Imf::UINT, 1);
+        add(color, "plain.", Imf::HALF, 1);
+        add(color, "small.", Imf::HALF, 2);
+        color.channels.push_back({"normal.X"});
+        test::FilePart apart{
+            .name = "apart", .data = {{0, 0}, {5, 7}}, .display = {{0, 0}, {7, 7}}};
+        add(apart, "apart.", Imf::HALF, 1);
+        test::write_file(path_, {color, apart});
     }
-    Result<FrameLayers> found(const LayerSettings& settings) const {
-        const auto match = detect_profile(builtin_profiles(), io::channels_of(*file_), "", "");
-        if (!match.ok()) return match.status();
-        return find_frame_layers(settings, data_names(*find_profile(match->profile)), *file_,
-                                 *match);
+    Result<FrameLayers> found() {
+        SourceSettings settings;
+        settings.layers = settings_;
+        auto header = open_source_frame(settings, {{Role::color, path_}}, 1);
+        if (!header.ok()) return header.status();
+        return std::move(header->layers);
+    }
+    static std::vector<std::string> filtered(const FrameLayers& layers) {
+        std::vector<std::string> names;
+        for (const FileLayer& layer : layers.filtered) names.push_back(layer.name);
+        return names;
+    }
+    static std::map<std::string, std::string> left(const FrameLayers& layers) {
+        std::map<std::string, std::string> why;
+        for (const LeftLayer& layer : layers.left) why[layer.name] = layer.why;
+        return why;
     }
 
-    const test::TempFolder folder_;
-    std::shared_ptr<io::PixelFile> file_;
+    test::TempFolder folder_;
+    const std::string path_ = folder_.path("f.exr");
+    LayerSettings settings_;
 };
 
-TEST_F(FrameLayersTest, AllLeavesWhatCannotBeFiltered) {
-    const auto layers = found({.layers = "all"});
+TEST_F(FrameLayersTest, OfAllThoseAreLeftThatCannotBeFiltered) {
+    settings_.layers = "all";
+    const auto layers = found();
     ASSERT_TRUE(layers.ok()) << layers.status().message();
-    ASSERT_EQ(layers->filtered.size(), 1u);
-    EXPECT_EQ(layers->filtered[0].name, "main.key");
-    std::map<std::string, std::string> left;
-    for (const LeftLayer& layer : layers->left) left[layer.name] = layer.why;
-    EXPECT_THAT(left["main.sampled"], HasSubstr("subsampled channel (sampled.R)"));
-    EXPECT_THAT(left["main.whole"], HasSubstr("integer channel (whole.R)"));
-    EXPECT_THAT(left["small"], HasSubstr("its data window is (0, 0)-(11, 7)"));
+    EXPECT_THAT(filtered(*layers), ElementsAre("color.plain"));
+    EXPECT_THAT(left(*layers),
+                UnorderedElementsAre(Pair("color.ids", testing::HasSubstr("integer")),
+                                     Pair("color.small", testing::HasSubstr("subsampled")),
+                                     Pair("color.normal", testing::HasSubstr("not R, G, B")),
+                                     Pair("apart", testing::HasSubstr("size"))));
 }
 
-TEST_F(FrameLayersTest, ALayerOrMatteThatCannotBeFilteredIsAnError) {
-    for (const auto& [name, why] : {std::pair("sampled", "subsampled"), {"whole", "integer"}}) {
-        const auto layers = found({.layers = name});
-        EXPECT_EQ(layers.status().code(), StatusCode::input) << name;
-        EXPECT_THAT(layers.status().message(), HasSubstr(why));
-        const auto matte = found({.mattes = {std::string(name) + ".G"}});
-        EXPECT_EQ(matte.status().code(), StatusCode::input) << name;
-        EXPECT_THAT(matte.status().message(), HasSubstr(why));
+TEST_F(FrameLayersTest, OneThatIsNamedAndCannotBeFilteredIsAnError) {
+    const std::pair<const char*, StatusCode> cases[] = {
+        {"plain", StatusCode::ok},     {"ids", StatusCode::input},
+        {"small", StatusCode::input},  {"apart", StatusCode::input},
+        {"normal", StatusCode::usage}, {"nothing", StatusCode::usage}};
+    for (const auto& [name, code] : cases) {
+        settings_.layers = name;
+        const auto layers = found();
+        EXPECT_EQ(layers.status().code(), code) << name << layers.status().message();
     }
-    EXPECT_EQ(found({.mattes = {"small.G"}}).status().code(), StatusCode::input);
-    EXPECT_TRUE(found({.mattes = {"key.G"}}).ok());
+}
+
+TEST_F(FrameLayersTest, WhatIsNotWrittenIsNotFiltered) {
+    settings_.layers = "plain";
+    EXPECT_THAT(left(*found()), testing::Contains(Pair("color.small", "not requested")));
+    settings_.written.channels = {"R", "G", "B", "small.*"};
+    const auto layers = found();
+    ASSERT_TRUE(layers.ok());
+    EXPECT_TRUE(layers->filtered.empty());
+    EXPECT_THAT(left(*layers),
+                testing::IsSupersetOf({Pair("color.plain", "is excluded by --channels"),
+                                       Pair("color.small", "not requested")}));
+}
+
+TEST_F(FrameLayersTest, AMatteIsAChannelThatColorCovers) {
+    const std::pair<const char*, StatusCode> cases[] = {{"plain.G", StatusCode::ok},
+                                                        {"normal.X", StatusCode::ok},
+                                                        {"small.G", StatusCode::input},
+                                                        {"ids.R", StatusCode::input},
+                                                        {"apart.R", StatusCode::input},
+                                                        {"plain.H", StatusCode::input},
+                                                        {"cryptomatte:hero", StatusCode::input}};
+    for (const auto& [name, code] : cases) {
+        settings_.mattes = {name};
+        const auto layers = found();
+        EXPECT_EQ(layers.status().code(), code) << name << layers.status().message();
+    }
+    settings_.fill_mask = "plain";
+    settings_.mattes = {};
+    EXPECT_TRUE(found().ok());  // plain.frame and the like are not in the file
+}
+
+// A frame with three light groups whose sum is color, and a cryptomatte of four objects.
+class LayersOfARun : public SequenceTest {
+  protected:
+    static constexpr const char* kFrames = POSTCHAIN_SOURCE_DIR "/tests/data/layers/";
+    void SetUp() override {
+        SequenceTest::SetUp();
+        settings_.input = *io::InputSpec::parse(std::string(kFrames) + "layers.####.exr");
+        settings_.on_existing = io::OnExisting::overwrite;
+        frames("2");
+        chain_ = test::chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.5}});
+    }
+    static ImageF read(const std::string& path, const std::string& layer) {
+        auto file = io::ExrFile::open(path);
+        EXPECT_TRUE(file.ok());
+        const std::string name = "ViewLayer." + layer + ".";
+        auto image = file->read_channels(0, {name + "R", name + "G", name + "B"});
+        EXPECT_TRUE(image.ok()) << image.status().message();
+        return std::move(*image);
+    }
+    static ImageF matte(const std::string& path, const std::string& name) {
+        const auto file = io::open_pixels(path);
+        EXPECT_TRUE(file.ok());
+        const auto mattes = io::find_cryptomattes(**file, io::Manifests::not_read);
+        EXPECT_TRUE(mattes.ok() && mattes->size() == 1);
+        const auto ranks = io::read_ranks(**file, mattes->at(0), (*file)->parts()[0].data_window);
+        EXPECT_TRUE(ranks.ok());
+        return io::coverage_of(*ranks, {io::id_of_name(name)});
+    }
+    const std::string before_ = std::string(kFrames) + "layers.0002.exr";
+    const std::vector<std::string> groups_ = {"Combined_fill", "Combined_glow", "Combined_key"};
+};
+
+TEST_F(LayersOfARun, LightGroupsStillSumToTheColorAndTheRestStays) {
+    settings_.source.layers.layers = "Combined_*";
+    ASSERT_TRUE(last_frame().status.ok());
+    const ImageF color = read(out(2), "Combined");
+    ImageF sum(color.width, color.height, 3);
+    for (const std::string& group : groups_) {
+        const ImageF light = read(out(2), group);
+        EXPECT_GT(test::largest_difference(light, read(before_, group)), 0.05) << group;
+        for (size_t i = 0; i < sum.data.size(); ++i) sum.data[i] += light.data[i];
+    }
+    EXPECT_LT(test::largest_difference(sum, color), 1e-5);
+    EXPECT_EQ(read(out(2), "Emit"), read(before_, "Emit"));
+    EXPECT_EQ(matte(out(2), "ball"), matte(before_, "ball"));
+    EXPECT_EQ(sidecar(2)["layers"]["filtered"].size(), 3u);
+}
+
+TEST_F(LayersOfARun, AFilteredCryptomatteIsBlurredAndItsCoveragesSumToOne) {
+    settings_.source.layers.cryptomatte = CryptomatteChoice::filter;
+    ASSERT_TRUE(last_frame().status.ok());
+    ImageF sum(read(out(2), "Combined").width, read(out(2), "Combined").height, 1);
+    for (const char* name : {"wall", "post", "lamp", "ball"}) {
+        const ImageF coverage = matte(out(2), name);
+        for (size_t i = 0; i < sum.data.size(); ++i) sum.data[i] += coverage.data[i];
+    }
+    for (const float value : sum.data) ASSERT_NEAR(value, 1, 1e-5);
+    EXPECT_GT(test::largest_difference(matte(out(2), "ball"), matte(before_, "ball")), 0.1);
+    EXPECT_EQ(sidecar(2)["layers"]["cryptomattes"][0]["ids"], 4);
+    const ImageF ball = matte(out(2), "ball");
+    // Only the ids that are named.
+    settings_.source.layers.ids = {"b*"};
+    ASSERT_TRUE(last_frame().status.ok());
+    EXPECT_EQ(matte(out(2), "ball"), ball);
+    for (const float value : matte(out(2), "wall").data) ASSERT_EQ(value, 0);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include "tools/sequence/run/runner.h"
 #include "tools/sequence/run/visit_sequence.h"
 
-namespace postchain::sequence {
+namespace postchain::sequence::neighbors_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -214,6 +214,18 @@ TEST_F(NeighborsTest, OneOfAnotherDisplayWindowIsNone) {
     expect(4, "frame 3 has display window", kLast);
 }
 
+// The other eye is at another place.
+TEST_F(NeighborsTest, OneOfAnotherViewIsNone) {
+    FrameFile left, right;
+    left.attributes["view"] = std::string("left");
+    right.attributes["view"] = std::string("right");
+    write({1, 2, 4}, left);
+    write({3}, right);
+    go();
+    expect(2, "", "frame 3 has no view left");
+    expect(4, "frame 3 has no view left", kLast);
+}
+
 // Another data window does not change positions: the same image pixels correspond, and pixels that
 // the neighbor lacks are clear.
 TEST_F(NeighborsTest, OneOfAnotherDataWindowIsAlignedInTheDisplayWindow) {
@@ -384,4 +396,4 @@ TEST_F(NeighborsTest, OneWhoseMotionCrossesACutIsNone) {
 }
 
 }  // namespace
-}  // namespace postchain::sequence
+}  // namespace postchain::sequence::neighbors_test

@@ -10,6 +10,7 @@
 #include "chain/depth_at.h"
 #include "chain/plan_print.h"
 #include "config/chain_file.h"
+#include "config/profile.h"
 #include "passes/registry.h"
 #include "tests/command/frames.h"
 #include "tools/sequence/source/frame_source.h"
@@ -58,6 +59,45 @@ TEST(Source, EveryConventionGivesTheCanonicalPlanes) {
     }
 }
 
+// A renderer divides by the size of its image: the display window, or its overscan. A crop of the
+// file, or of what is filtered, changes no vector.
+TEST(Source, FractionsAreOfTheWholeImage) {
+    TempFolder folder;
+    SourceSettings settings;
+    const ProfileFile profile = parse_profile(
+        "profile: 1\nname: uv\ncolor: [{channels: [[R, G, B, A]]}]\n"
+        "motion: [{channels: [[motion.x, motion.y]], unit: fraction}]\n",
+        "uv.yaml");
+    ASSERT_TRUE(profile.status().ok()) << profile.status().message();
+    settings.profile = profile.profile;
+    FrameFile file;
+    file.convention = "generic";
+    struct Case {
+        io::Window data, display;
+        int width, height;  // of the image
+    };
+    for (const Case& one :
+         {Case{{0, 0, 23, 15}, {0, 0, 23, 15}, 24, 16}, Case{{4, 2, 19, 9}, {0, 0, 39, 31}, 40, 32},
+          Case{{-4, -2, 27, 17}, {0, 0, 23, 15}, 32, 20}}) {
+        SCOPED_TRACE(one.data.text() + " of " + one.display.text());
+        file.origin_x = one.data.min_x;
+        file.origin_y = one.data.min_y;
+        file.display = one.display;
+        test::write_frame(folder.path("f.exr"), make_planes(one.data.width(), one.data.height()),
+                          file);
+        for (const DataWindow window : {DataWindow::grow, DataWindow::keep}) {
+            settings.data_window = window;
+            const auto frame = source_of(folder.path("f.exr"), settings);
+            ASSERT_TRUE(frame.ok()) << frame.status().message();
+            const ImageF& motion = *frame->planes.at(Role::motion);
+            const int x = one.data.min_x - frame->input.window.min_x,
+                      y = one.data.min_y - frame->input.window.min_y;
+            EXPECT_FLOAT_EQ(motion.at(x, y, 0), -2 * one.width);
+            EXPECT_FLOAT_EQ(motion.at(x, y, 1), 1 * one.height);
+        }
+    }
+}
+
 // Vectors that lead to another shot are replaced by those of the frame's other side.
 TEST(Source, MotionAcrossACutIsNotUsed) {
     TempFolder folder;
@@ -103,7 +143,6 @@ TEST(Source, OnlyWhatIsWantedIsRead) {
     EXPECT_TRUE(frame->warnings.empty());
 }
 
-// Which planes are decoded is known before a pixel is read.
 // A plane of another size would be cropped: the wrong quarter of it for a proxy.
 TEST(Source, PlanesOfAnotherDisplayWindowAreRefused) {
     TempFolder folder;
@@ -135,6 +174,7 @@ TEST(Source, PlanesOfAnotherDisplayWindowAreRefused) {
         << header->warnings[0];
 }
 
+// Which planes are decoded is known before a pixel is read.
 TEST(Source, WhatNobodyCanReadIsNotDecoded) {
     TempFolder folder;
     test::write_frame(folder.path("f.exr"), make_planes(24, 16));

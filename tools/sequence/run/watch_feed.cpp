@@ -10,7 +10,6 @@
 namespace postchain::sequence {
 namespace {
 
-constexpr auto kBetweenLooks = std::chrono::seconds(1);
 constexpr auto kSlice = std::chrono::milliseconds(50);  // delay until a stop is noticed
 
 bool same(const io::FileStamp& a, const io::FileStamp& b) {
@@ -19,8 +18,12 @@ bool same(const io::FileStamp& a, const io::FileStamp& b) {
 
 }  // namespace
 
-WatchFeed::WatchFeed(std::vector<FrameTask> tasks, const RunSettings& settings)
-    : settings_(settings), is_open_(frames_are_unknown(settings)), waiting_(std::move(tasks)) {
+WatchFeed::WatchFeed(std::vector<FrameTask> tasks, const RunSettings& settings,
+                     Clock::duration between_looks)
+    : settings_(settings),
+      between_looks_(between_looks),
+      is_open_(frames_are_unknown(settings)),
+      waiting_(std::move(tasks)) {
     for (const FrameTask& task : waiting_) asked_.insert(task.frame);
     expected_ = asked_;
     if (settings.frames)
@@ -96,7 +99,7 @@ void WatchFeed::look() {
                             }) > 0 ||
               changed;
     if (changed) last_change_ = Clock::now();
-    next_look_ = Clock::now() + kBetweenLooks;
+    next_look_ = Clock::now() + between_looks_;
 }
 
 // True if the file is new or has changed since the last look.

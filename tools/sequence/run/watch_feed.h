@@ -1,7 +1,7 @@
 // Feeds a walk with the frames that a renderer writes, as soon as they are complete.
 //
 // A frame is taken when each of its files is complete (frame/complete_file.h) and had the same size
-// and modification time at two looks a second apart, and when the neighbors that its filters read
+// and modification time at two looks, a second apart, and when the neighbors that its filters read
 // are complete too, if they are expected: every frame of RunSettings::frames is; without frames
 // none is known to be. Nothing else decides when a frame is filtered, so outputs are those of a run
 // on the complete sequence. The folder is polled, because a network file system does not report
@@ -25,8 +25,9 @@ namespace postchain::sequence {
 class WatchFeed final : public FrameFeed {
   public:
     // `tasks`: the requested frames without files; empty if unknown. `settings` and its `watch`
-    // must outlive this object.
-    WatchFeed(std::vector<FrameTask> tasks, const RunSettings& settings);
+    // must outlive this object. `between_looks`: the time between two looks at the folder.
+    WatchFeed(std::vector<FrameTask> tasks, const RunSettings& settings,
+              Clock::duration between_looks = std::chrono::seconds(1));
 
     std::optional<Fed> next(SequenceReader& reader, const std::function<bool()>& given_up) override;
     bool has(int frame) const override { return is_open_ || asked_.contains(frame); }
@@ -51,6 +52,7 @@ class WatchFeed final : public FrameFeed {
     void say_what_is_awaited();
 
     const RunSettings& settings_;
+    const Clock::duration between_looks_;
     const bool is_open_;                 // without RunSettings::frames: any frame may come
     std::set<int> expected_;             // frames that will come
     std::set<int> asked_;                // frames of this walk

@@ -37,12 +37,13 @@ void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
     }
 }
 
-// Fractions refer to the whole image, not to the rows read.
-void in_pixels(MotionConvention& motion, const io::Window& window) {
+// Fractions refer to the whole image, whichever part of it is in the file or is read.
+void in_pixels(MotionConvention& motion, const io::ExrPart& color) {
     if (motion.unit == MotionUnit::pixels) return;
+    const io::Window whole = color.data_window.united(color.display_window);
     motion.unit = MotionUnit::pixels;
-    motion.scale_x *= window.width();
-    motion.scale_y *= window.height();
+    motion.scale_x *= whole.width();
+    motion.scale_y *= whole.height();
 }
 
 }  // namespace
@@ -96,8 +97,8 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
               bottom = std::min(height, end + kContextRows);
     ConvertOptions options = header.match.options;
     options.nonfinite_color = settings.nonfinite_color;
-    in_pixels(options.motion, window);
-    in_pixels(options.motion_back, window);
+    in_pixels(options.motion, color_part(header));
+    in_pixels(options.motion_back, color_part(header));
 
     auto start = Clock::now();
     io::PlanesArea area{window, header.match.options};

@@ -1,0 +1,228 @@
+// What a run writes down, and what follows from it: fingerprints, outputs that are done already,
+// exit codes.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "passes/motion_blur/motion_blur.h"
+#include "tests/run/fixture.h"
+#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/source/sequence_reader.h"
+
+namespace postchain::sequence::record_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Fingerprint : public SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        test::write_sequence(at(""), {1, 2});
+        chain_ = test::chain_of("motion_blur", {{"mode", "guertin"}});
+    }
+    std::string of_frame(int frame) {
+        SequenceReader reader(settings_.source, settings_.input,
+                              [](const FrameHeader&) { return RoleSet(); });
+        const auto inputs = reader.open(frame, {{Role::color, in(frame)}});
+        EXPECT_TRUE(inputs.ok()) << inputs.status().message();
+        return inputs.ok() ? fingerprint_of(chain_, settings_, *inputs) : "";
+    }
+};
+
+TEST_F(Fingerprint, DependsOnEverySettingThatChangesTheOutput) {
+    const auto camera = [](const char* text) { return parse_camera(text, "camera.json"); };
+    io::ExrCompression level_9{io::ExrMethod::dwaa, 9}, level_45{io::ExrMethod::dwaa, 45};
+    const std::pair<const char*, std::function<void(RunSettings&)>> changes[] = {
+        {"nothing", [](RunSettings&) {}},
+        {"precision", [](RunSettings& s) { s.plan.precision = Precision::fp16; }},
+        {"overflow", [](RunSettings& s) { s.overflow = io::HalfOverflow::clamp; }},
+        {"half", [](RunSettings& s) { s.exr.half = true; }},
+        {"compression", [&](RunSettings& s) { s.exr.compression = level_9; }},
+        {"level of compression", [&](RunSettings& s) { s.exr.compression = level_45; }},
+        {"channels", [](RunSettings& s) { s.exr.channels = {"*.Combined.*"}; }},
+        {"more channels",
+         [](RunSettings& s) {
+             s.exr.channels = {"*.Combined.*", "*.Z"};
+         }},
+        {"bits", [](RunSettings& s) { s.picture.bits = 8; }},
+        {"output curve", [](RunSettings& s) { s.picture.transfer = io::Curve::linear; }},
+        {"nonfinite", [](RunSettings& s) { s.source.nonfinite_color = NonfiniteColor::zero; }},
+        {"camera", [&](RunSettings& s) { s.source.camera = camera("{\"f_stop\": 9}"); }},
+        {"fill mask", [](RunSettings& s) { s.source.layers.fill_mask = "fill"; }},
+        {"cuts",
+         [](RunSettings& s) {
+             s.source.cuts = {0, 1};
+         }},
+        {"cuts ignored",
+         [](RunSettings& s) {
+             s.source.cuts = {0, 1};
+             s.plan.rules_off = {kRuleCameraCut};
+         }},
+        {"rule", [](RunSettings& s) { s.plan.rules_on = {motion_blur::kRuleUniformBlocks}; }},
+        {"version", [](RunSettings& s) { s.version = "another"; }},
+    };
+    const RunSettings plain = settings_;
+    std::map<std::string, std::string> made_by;
+    for (const auto& [name, change] : changes) {
+        settings_ = plain;
+        change(settings_);
+        const auto [same, is_new] = made_by.try_emplace(of_frame(1), name);
+        EXPECT_TRUE(is_new) << name << " has the fingerprint of " << same->second;
+    }
+    settings_ = plain;
+    EXPECT_TRUE(made_by.try_emplace(of_frame(2), "frame 2").second);
+    chain_ = test::chain_of("motion_blur", {{"mode", "guertin"}, {"samples", int64_t(7)}});
+    EXPECT_TRUE(made_by.try_emplace(of_frame(1), "another chain").second);
+}
+
+TEST_F(Fingerprint, DependsOnNothingElse) {
+    const std::string base = of_frame(1);
+    settings_.strict = settings_.preview = true;
+    settings_.plan.elide = false;
+    settings_.source.max_memory = 1 << 30;
+    settings_.output = *io::PathPattern::parse(at("elsewhere.####.exr"));
+    EXPECT_EQ(of_frame(1), base);
+}
+
+// A chain without passes: nothing is computed.
+class SkipTest : public SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        test::write_sequence(at(""), {1});
+        settings_.on_existing = io::OnExisting::skip;
+    }
+    bool makes_again() {
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        return report.outcome != Outcome::skipped;
+    }
+    // The output is done; after `damage` it is made again, with the bytes it had.
+    void expect_made_again(const std::string& what, const std::string& path,
+                           const std::function<void()>& damage) {
+        makes_again();
+        EXPECT_FALSE(makes_again()) << what;
+        const std::string whole = test::read_text(path);
+        damage();
+        EXPECT_TRUE(makes_again()) << what;
+        const bool has_times = path == sidecar_of_1();
+        EXPECT_TRUE(has_times || test::read_text(path) == whole) << what;
+    }
+    std::string sidecar_of_1() const { return out(1) + ".json"; }
+};
+
+TEST_F(SkipTest, IsForCompleteOutputs) {
+    settings_.preview = true;
+    makes_again();
+    const std::string preview = fs::path(out(1)).replace_extension(".png");
+    for (const std::string& path : {out(1), preview, sidecar_of_1()}) {
+        const uintmax_t bytes = fs::file_size(path);
+        for (const uintmax_t keep : {uintmax_t(0), uintmax_t(100), bytes / 2, bytes - 3})
+            expect_made_again(concat(path, ": ", keep, " bytes are left"), path,
+                              [&] { fs::resize_file(path, keep); });
+        expect_made_again(path + " removed", path, [&] { fs::remove(path); });
+    }
+    for (const char* foreign : {"{\"work\": \"another\"}", "{\"work\": 3}", "[]", "no JSON"})
+        expect_made_again(foreign, sidecar_of_1(),
+                          [&] { test::write_text(sidecar_of_1(), foreign); });
+    // Without a sidecar only reading all pixels shows that an output is whole.
+    settings_.sidecar = settings_.preview = false;
+    std::string bytes;
+    expect_made_again("a damaged pixel without a sidecar", out(1), [&] {
+        bytes = test::read_text(out(1));
+        fs::resize_file(out(1), bytes.size() - 3);
+    });
+}
+
+TEST_F(SkipTest, IsForTheSameWork) {
+    EXPECT_TRUE(makes_again());
+    EXPECT_FALSE(makes_again());
+    const std::pair<const char*, std::function<void()>> changes[] = {
+        {"input", [&] { fs::last_write_time(in(1), fs::file_time_type::clock::now()); }},
+        {"half", [&] { settings_.exr.half = true; }},
+        {"compression",
+         [&] {
+             settings_.exr.compression = io::ExrCompression{io::ExrMethod::zips, {}};
+         }},
+        {"preview", [&] { settings_.preview = true; }},
+        {"chain", [&] { chain_ = test::chain_of("fxaa", {}); }},
+    };
+    for (const auto& [what, change] : changes) {
+        change();
+        EXPECT_TRUE(makes_again()) << what;
+        EXPECT_FALSE(makes_again()) << what;
+    }
+    settings_.source.max_memory = 1 << 30;
+    EXPECT_FALSE(makes_again()) << "a memory limit changes no pixel";
+}
+
+// Without --strict a NaN is replaced and the frame is written: its values were not checked.
+TEST_F(SkipTest, UnderStrictIsForCheckedValues) {
+    for (const bool sidecar : {true, false}) {
+        SCOPED_TRACE(sidecar);
+        settings_.sidecar = sidecar;
+        settings_.strict = false;
+        test::write_sequence(at(""), {1});
+        EXPECT_TRUE(makes_again());
+        settings_.strict = true;
+        EXPECT_TRUE(makes_again());
+        EXPECT_FALSE(makes_again());
+        settings_.strict = false;
+        EXPECT_FALSE(makes_again());
+
+        test::Planes planes = test::make_planes(48, 32);
+        planes.color.at(3, 2, 1) = NAN;
+        test::write_frame(in(1), planes);
+        EXPECT_TRUE(makes_again());
+        const std::string before = test::read_text(out(1));
+        settings_.strict = true;
+        EXPECT_EQ(last_frame().status.code(), StatusCode::health);
+        EXPECT_TRUE(test::read_text(out(1)) == before);
+    }
+}
+
+TEST(ExitCode, OfAStatus) {
+    const std::pair<StatusCode, int> codes[] = {
+        {StatusCode::ok, 0},       {StatusCode::usage, 2},  {StatusCode::chain, 3},
+        {StatusCode::input, 4},    {StatusCode::memory, 4}, {StatusCode::output, 5},
+        {StatusCode::gl, 6},       {StatusCode::health, 7}, {StatusCode::canceled, 1},
+        {StatusCode::internal, 1},
+    };
+    for (const auto& [status, code] : codes) {
+        const Status failure = status == StatusCode::ok ? Status() : Status(status, "why");
+        EXPECT_EQ(exit_code(failure), code) << name_of(status);
+        EXPECT_EQ(exit_code(failure, 0), code) << name_of(status);
+        EXPECT_EQ(exit_code(failure, 1), failure.ok() ? 0 : 1) << name_of(status);
+    }
+}
+
+TEST(ExitCode, OfARun) {
+    const Status input(StatusCode::input, "why");
+    const auto of = [&](size_t written, size_t skipped, size_t held, size_t failed, size_t missing,
+                        bool unhealthy = false) {
+        RunSummary summary;
+        summary.written = written;
+        summary.skipped = skipped;
+        summary.held = held;
+        summary.failed = failed;
+        summary.missing = missing;
+        summary.unhealthy = unhealthy;
+        if (failed + missing > 0) summary.first_failure = input;
+        return exit_code(summary);
+    };
+    EXPECT_EQ(of(0, 0, 0, 0, 0), 0);
+    EXPECT_EQ(of(2, 1, 0, 0, 0), 0);
+    EXPECT_EQ(of(2, 0, 1, 0, 0), 1);
+    EXPECT_EQ(of(1, 0, 0, 1, 0), 1);
+    EXPECT_EQ(of(0, 1, 0, 1, 0), 1);
+    EXPECT_EQ(of(1, 0, 0, 0, 1), 1);
+    EXPECT_EQ(of(0, 0, 0, 2, 0), 4);
+    EXPECT_EQ(of(0, 0, 0, 0, 2), 4);
+    EXPECT_EQ(of(5, 0, 0, 1, 0, true), 7);
+}
+
+}  // namespace
+}  // namespace postchain::sequence::record_test

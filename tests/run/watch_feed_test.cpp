@@ -1,0 +1,179 @@
+// Which frames a watch takes, and when. The feed asks `given_up` between any two of its looks at
+// the folder: there the tests write files.
+#include "tools/sequence/run/watch_feed.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "tests/run/fixture.h"
+#include "tools/sequence/source/sequence_reader.h"
+
+namespace postchain::sequence::watch_feed_test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class WatchFeedTest : public SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        settings_.watch = Watch();
+        fs::create_directory(at("rendered"));
+    }
+    // The bytes of a frame that is not in the folder.
+    std::string rendered(int frame, const test::FrameFile& file = {}) {
+        const std::string path = at(concat("rendered/", frame, ".exr"));
+        test::write_frame(path, test::make_planes(48, 32, frame), file);
+        return test::read_text(path);
+    }
+    void write(int frame) { test::write_text(in(frame), rendered(frame)); }
+    void start(const char* range) {
+        if (range) frames(range);
+        std::vector<int> gaps;
+        auto tasks = plan_tasks(settings_, true, gaps);
+        ASSERT_TRUE(tasks.ok()) << tasks.status().message();
+        feed_ = std::make_unique<WatchFeed>(std::move(*tasks), settings_,
+                                            std::chrono::milliseconds(100));
+        reader_ = std::make_unique<SequenceReader>(settings_.source, settings_.input,
+                                                   [this](const FrameHeader&) { return reads_; });
+    }
+    // The next frame; `between` runs between looks, and ends the wait with true.
+    std::optional<FrameFeed::Fed> next(const std::function<bool()>& between = [] {
+        return false;
+    }) {
+        return feed_->next(*reader_, between);
+    }
+
+    RoleSet reads_ = {Role::color};
+    std::unique_ptr<WatchFeed> feed_;
+    std::unique_ptr<SequenceReader> reader_;
+};
+
+// Position of the table of an EXR with this many chunks, which the first chunk follows.
+size_t chunk_table(const std::string& exr, size_t chunks) {
+    for (size_t at = 0; at + 8 * chunks < exr.size(); ++at) {
+        uint64_t first = 0;
+        std::memcpy(&first, exr.data() + at, 8);
+        if (first == at + 8 * chunks) return at;
+    }
+    ADD_FAILURE() << "no chunk table";
+    return 0;
+}
+
+TEST_F(WatchFeedTest, OnlyCompleteFilesAreTakenAndTheOthersAreNamed) {
+    write(1);
+    const std::string two = rendered(2), three = rendered(3);
+    test::write_text(in(2), two.substr(0, two.size() - 100));  // its writer was killed
+    const size_t table = chunk_table(three, 2);                // written last
+    test::write_text(in(3),
+                     three.substr(0, table) + std::string(16, '\0') + three.substr(table + 16));
+    test::write_text(in(4), "");
+    write(6);
+    settings_.watch->idle_s = 0.2;
+    start("1-6");
+    bool waited = false;
+    for (const int frame : {1, 6}) {
+        const auto fed = next([&] {
+            waited |= feed_->waits_for().find("incomplete: 1") != std::string::npos;
+            return false;
+        });
+        ASSERT_TRUE(fed);
+        EXPECT_EQ(fed->task.frame, frame);
+        EXPECT_TRUE(fed->missing.ok()) << fed->missing.message();
+    }
+    EXPECT_TRUE(waited) << "a file is complete at its second look at the earliest";
+    for (const int frame : {2, 3, 4, 5}) {
+        const auto fed = next();
+        ASSERT_TRUE(fed);
+        EXPECT_EQ(fed->task.frame, frame);
+        EXPECT_EQ(fed->missing.code(), StatusCode::input);
+        EXPECT_NE(fed->missing.message().find(in(frame)), std::string::npos)
+            << fed->missing.message();
+    }
+    EXPECT_FALSE(next());
+}
+
+TEST_F(WatchFeedTest, AFileWhoseTimeChangesIsNotTakenAndKeepsTheWatchFromEnding) {
+    write(1);
+    start("1");
+    settings_.watch->idle_s = 0.2;
+    auto time = fs::last_write_time(in(1));
+    int looks = 0;
+    const auto fed = next([&] {
+        // Each call is 50 ms later at least: several looks and more than the idle time.
+        if (++looks <= 10) fs::last_write_time(in(1), time += std::chrono::seconds(1));
+        return false;
+    });
+    ASSERT_TRUE(fed);
+    EXPECT_TRUE(fed->missing.ok()) << fed->missing.message();
+    EXPECT_GT(looks, 10);
+}
+
+TEST_F(WatchFeedTest, AFileThatChangesAfterItsCheckIsCheckedAgain) {
+    reads_ = {Role::color, Role::color_after};
+    write(1);
+    start("1-2");
+    // Frame 1 is complete and waits for frame 2. Then it is written anew.
+    bool is_rewritten = false;
+    const auto fed = next([&] {
+        if (!is_rewritten &&
+            feed_->waits_for().find("waiting for a neighboring frame: 1") != std::string::npos) {
+            const std::string one = rendered(1);
+            test::write_text(in(1), one.substr(0, one.size() / 2));
+            write(2);
+            is_rewritten = true;
+        }
+        return false;
+    });
+    EXPECT_TRUE(is_rewritten);
+    ASSERT_TRUE(fed);
+    EXPECT_EQ(fed->task.frame, 2);
+    EXPECT_FALSE(
+        next([&] { return feed_->waits_for().find("incomplete: 1") != std::string::npos; }));
+}
+
+TEST_F(WatchFeedTest, AFrameWaitsForNeighborsThatItReadsAndThatWillCome) {
+    reads_ = {Role::color, Role::color_after};
+    for (const bool reads : {true, false}) {
+        SCOPED_TRACE(reads);
+        for (int frame : {1, 2}) fs::remove(in(frame));
+        if (!reads) reads_ = {Role::color};
+        write(1);
+        start("1-2");
+        bool waited = false;
+        auto fed = next([&] {
+            if (waited || feed_->waits_for().find("neighboring frame: 1") == std::string::npos)
+                return false;
+            write(2);
+            return !(waited = true);
+        });
+        ASSERT_TRUE(fed);
+        EXPECT_EQ(fed->task.frame, 1);
+        EXPECT_EQ(waited, reads);
+        if (!reads) write(2);
+        // No frame 3 will come.
+        fed = next();
+        ASSERT_TRUE(fed);
+        EXPECT_EQ(fed->task.frame, 2);
+        EXPECT_TRUE(fed->missing.ok()) << fed->missing.message();
+    }
+}
+
+TEST_F(WatchFeedTest, WithoutARangeEveryFrameThatComesIsTaken) {
+    write(3);
+    start(nullptr);
+    auto fed = next();
+    ASSERT_TRUE(fed);
+    EXPECT_EQ(fed->task.frame, 3);
+    write(1);
+    fed = next();
+    ASSERT_TRUE(fed);
+    EXPECT_EQ(fed->task.frame, 1);
+    EXPECT_FALSE(next([] { return true; }));
+    EXPECT_EQ(feed_->total(), 2u);
+}
+
+}  // namespace
+}  // namespace postchain::sequence::watch_feed_test

@@ -106,9 +106,7 @@ Outcome Process::wait() {
 }
 
 Arguments with_command(const Arguments& arguments) {
-    Arguments command = {POSTCHAIN_COMMAND};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return command;
+    return joined({POSTCHAIN_COMMAND}, arguments);
 }
 
 Outcome run(const Arguments& arguments, const Launch& launch) {
@@ -131,6 +129,12 @@ std::vector<Json> json_lines(const std::string& text) {
 
 bool contains(const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;
+}
+
+void expect_ends(const Outcome& outcome, int code, const std::vector<std::string>& words) {
+    EXPECT_EQ(outcome.code, code) << outcome.text();
+    for (const std::string& word : words)
+        EXPECT_TRUE(contains(outcome.err, word)) << word << "\n" << outcome.text();
 }
 
 }  // namespace postchain::test

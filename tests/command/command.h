@@ -3,10 +3,12 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/support/temp_folder.h"
@@ -25,7 +27,7 @@ struct Launch {
     std::string stdout_path = {};                                        // instead of capturing it
     bool close_stdout = false;
     bool close_stderr = false;
-    double timeout_s = 120;  // then the process is killed and the test fails
+    double timeout_s = 300;  // then the process is killed and the test fails
 };
 
 struct Outcome {
@@ -47,6 +49,13 @@ class Process {
 
     void send(int signal) const;
     bool running();
+    // Waits until `state` or the process's end.
+    template <class State>
+    void until(const State& state) {
+        const auto last = std::chrono::steady_clock::now() + std::chrono::seconds(120);
+        while (running() && !state() && std::chrono::steady_clock::now() < last)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
     Outcome wait();
 
   private:
@@ -58,6 +67,10 @@ class Process {
     bool done_ = false;
 };
 
+inline Arguments joined(Arguments words, const Arguments& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
 // The command line of the built postchain.
 Arguments with_command(const Arguments& arguments);
 // The first argument is the subcommand: run({"plan", "paper", "-i", ...}).
@@ -68,5 +81,8 @@ Outcome run_program(const Arguments& command, const Launch& launch = {});
 std::vector<Json> json_lines(const std::string& text);
 
 bool contains(const std::string& text, const std::string& part);
+
+// It ends with this exit code, and stderr has each of the words.
+void expect_ends(const Outcome& outcome, int code, const std::vector<std::string>& words = {});
 
 }  // namespace postchain::test

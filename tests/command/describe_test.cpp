@@ -43,16 +43,12 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
     EXPECT_EQ(one.code, 0) << one.text();
     EXPECT_EQ(one.err, "");
     EXPECT_LE(lines_of(one.out), 24) << one.out;
-    // Contains the chain file's values of a pass, but no defaults.
+    // The chain file's values of a pass, no defaults, and what is left out.
     for (const char* words :
          {"frame 2  48x32  fp32", "0 motion_blur: mode=guertin samples=9 (",
-          "1 fxaa: default values", "2 depth_of_field: method=gilham downsample=2", "dispatches,",
-          "bytes a pixel", "left out tile_variance: sample_split is even [unused_step]",
-          "all.yaml: focal_length_mm 50 mm, sensor_width_mm 36 mm, f_stop 1.4, focus_distance 2 ",
-          "frame: longest_streak_px 3.354 px", "memory: "})
+          "left out tile_variance: sample_split is even [unused_step]", "memory: "})
         EXPECT_TRUE(contains(one.out, words)) << words << one.out;
-    for (const char* words : {"subpix", "groups ", "texture "})
-        EXPECT_FALSE(contains(one.out, words)) << words << one.out;
+    EXPECT_FALSE(contains(one.out, "subpix")) << one.out;
     EXPECT_GT(lines_of(run({"plan", at("all.yaml"), "-i", in(), "--frames", "2", "-v"}).out), 40);
     // A pass that does not run is printed with its reason.
     const auto still =
@@ -70,8 +66,8 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
 TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6});
     const auto plan = [&](const Arguments& more) {
-        Arguments arguments = {"plan", at("motion_blur.yaml"), "-i", in(), "--json"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
+        Arguments arguments =
+            joined({"plan", at("motion_blur.yaml"), "-i", in(), "--json"}, more);
         const auto outcome = run(arguments);
         EXPECT_EQ(outcome.code, 0) << outcome.text();
         return json_lines(outcome.out)[0];
@@ -93,9 +89,6 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
         plan({"--frames", "2", "--calibration", out(1) + ".json"})["estimate"]["seconds"];
     // A frame of the same size and plan takes the calibration's time.
     EXPECT_NEAR(double(timed["filter"]), double(times["passes"][0]["ms"]) / 1000, 1e-9);
-    EXPECT_NEAR(double(timed["read"]), (double(times["read"]) + double(times["convert"])) / 1000,
-                1e-9);
-    EXPECT_NEAR(double(timed["write"]), double(times["write"]) / 1000, 1e-9);
     EXPECT_NEAR(double(timed["all"]),
                 double(timed["read"]) + double(timed["filter"]) + double(timed["write"]), 1e-9);
     // Twice the samples are nearly twice the fetches of the gather.
@@ -110,25 +103,16 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     EXPECT_EQ(other.code, 0);
     EXPECT_TRUE(contains(other.err, "a pass that the calibration did not")) << other.err;
     EXPECT_FALSE(json_lines(other.out)[0]["estimate"].contains("seconds"));
-    const auto former =
-        run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--pilot", out(1) + ".json"});
-    EXPECT_EQ(former.out, other.out);
-    EXPECT_TRUE(contains(former.err, "'--pilot' is the former name of '--calibration'"))
-        << former.err;
-    EXPECT_FALSE(contains(run({"plan", "--help"}).out, "--pilot"));
-    for (const auto& path : {in(1), at("motion_blur.yaml"), at("none.json")}) {
-        const auto refused = run({"plan", at("fxaa.yaml"), "-i", in(1), "--calibration", path});
-        EXPECT_EQ(refused.code, 4) << path;
-        EXPECT_TRUE(contains(refused.err, path)) << refused.err;
-    }
+    for (const auto& path : {in(1), at("none.json")})
+        expect_ends(run({"plan", at("fxaa.yaml"), "-i", in(1), "--calibration", path}), 4, {path});
 }
 
 TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     write_sequence(at(""), {1});
-    const Arguments still = {"--set", "motion_blur.shutter_frames=0"};
+    Arguments still = {"--set", "motion_blur.shutter_frames=0"};
     const auto plan = [&](const Arguments& more) {
-        Arguments arguments = {"plan", at("motion_blur.yaml"), "-i", in(1), "--json"};
-        arguments.insert(arguments.end(), still.begin(), still.end());
+        Arguments arguments =
+            joined({"plan", at("motion_blur.yaml"), "-i", in(1), "--json"}, still);
         arguments.insert(arguments.end(), more.begin(), more.end());
         const auto outcome = run(arguments);
         EXPECT_EQ(outcome.code, 0) << outcome.text();
@@ -143,23 +127,17 @@ TEST_F(DescribeTest, PlanSaysWhatIsLeftOutAndRunsTheSame) {
     EXPECT_GT(plan({"--no-elide=off_by_configuration"})["steps"].size(), 3u);
     EXPECT_EQ(plan({"--no-elide=identity_by_facts"})["steps"].size(), 0u);
     // The word after the option is not its value.
-    Arguments first = {"plan", "--no-elide", at("motion_blur.yaml"), "-i", in(1), "--json"};
-    first.insert(first.end(), still.begin(), still.end());
-    const auto before_chain = run(first);
-    ASSERT_EQ(before_chain.code, 0) << before_chain.text();
-    EXPECT_GT(json_lines(before_chain.out).at(0)["steps"].size(), 3u);
+    EXPECT_EQ(run(joined({"plan", "--no-elide", at("motion_blur.yaml"), "-i", in(1)}, still)).code,
+              0);
     // run prints the same reason.
-    const auto outcome = filter("motion_blur", still);
-    EXPECT_EQ(outcome.code, 0);
-    EXPECT_TRUE(contains(outcome.err, "left out motion_blur: shutter_frames is 0")) << outcome.err;
+    expect_ends(filter("motion_blur", still), 0, {"left out motion_blur: shutter_frames is 0"});
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
 }
 
 TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
     write_sequence(at(""), {1, 2});
     // A shot of its own: its color is returned unchanged, and no other frame's.
-    const auto written = filter("motion_blur", {"--cuts", "1,2"});
-    ASSERT_EQ(written.code, 0) << written.text();
+    expect_ends(filter("motion_blur", {"--cuts", "1,2"}), 0);
     EXPECT_EQ(read_color(out(2)).data, read_color(in(2)).data);
     EXPECT_NE(read_color(out(1)).data, read_color(in(1)).data);
     const Json cut = sidecar(2), whole = sidecar(1);
@@ -172,34 +150,21 @@ TEST_F(DescribeTest, CutsAndMissingPlanesByRule) {
         EXPECT_EQ(list["of"], 6) << list["list"];  // 48 x 32
     }
     EXPECT_EQ(blocks, 6u);
-    EXPECT_EQ(filter("motion_blur", {"--cuts", "2-1"}).code, 2);
-    // A cut outside of the frames that are run is no mistake.
-    const auto of_frame_1 = [&](const char* cuts) {
-        return filter("motion_blur",
-                      {"--on-existing", "overwrite", "--frames", "1", "--cuts", cuts})
-            .err;
-    };
-    EXPECT_FALSE(contains(of_frame_1("2"), "--cuts"));
-    EXPECT_TRUE(contains(of_frame_1("2,7"), "--cuts: frames not in the sequence: 7"));
+    // A cut outside of the frames that are run is no mistake, one outside of the sequence is.
+    const auto of_frame_1 =
+        filter("motion_blur", {"--on-existing", "overwrite", "--frames", "1", "--cuts", "2,7"});
+    EXPECT_TRUE(contains(of_frame_1.err, "--cuts: frames not in the sequence: 7\n"));
 
     FrameFile bare;
     bare.motion = false;
     bare.convention = "generic";
     write_frame(in(1), make_planes(48, 32), bare);
-    const Arguments one = {"--frames", "1", "--on-existing", "overwrite"};
+    Arguments one = {"--frames", "1", "--on-existing", "overwrite"};
     EXPECT_EQ(filter("motion_blur", one).code, 4);
-    Arguments asked = one;
-    asked.insert(asked.end(), {"--elide", "missing_plane"});
-    const auto outcome = filter("motion_blur", asked);
-    ASSERT_EQ(outcome.code, 0) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, "left out motion_blur: needs motion")) << outcome.err;
+    Arguments asked = joined(one, {"--elide", "missing_plane"});
+    expect_ends(filter("motion_blur", asked), 0, {"left out motion_blur: needs motion"});
     EXPECT_EQ(read_color(out(1)).data, read_color(in(1)).data);
-    for (const char* wrong : {"still_blocks", "nonsense"}) {
-        const auto refused = filter("motion_blur", {"--elide", wrong});
-        EXPECT_EQ(refused.code, 2);
-        EXPECT_TRUE(contains(refused.err, "missing_plane, uniform_blocks")) << refused.err;
-    }
-    EXPECT_EQ(filter("motion_blur", {"--no-elide", "--elide", "uniform_blocks"}).code, 2);
+    EXPECT_EQ(filter("motion_blur", {"--elide", "still_blocks"}).code, 2);
 }
 
 TEST_F(DescribeTest, PlanSaysOnceWhatEveryFrameLacks) {
@@ -216,8 +181,7 @@ TEST_F(DescribeTest, SomeFramesThatFailAreExitCodeOne) {
          {Arguments{"plan", at("fxaa.yaml"), "-i"}, Arguments{"inspect", "-i"}})
         for (const auto& [frames, code] :
              {std::pair{"1-2", 0}, std::pair{"0-2", 1}, std::pair{"2-3", 1}, std::pair{"3-4", 4}}) {
-            Arguments words = command;
-            words.insert(words.end(), {in(), "--frames", frames});
+            Arguments words = joined(command, {in(), "--frames", frames});
             const auto outcome = run(words);
             EXPECT_EQ(outcome.code, code) << command[0] << " " << frames << "\n" << outcome.text();
         }
@@ -226,9 +190,7 @@ TEST_F(DescribeTest, SomeFramesThatFailAreExitCodeOne) {
 TEST_F(DescribeTest, TheListOfAFolderHasNoSettings) {
     write_sequence(at(""), {1, 2});
     EXPECT_EQ(run({"inspect", at(".")}).code, 0);
-    const auto refused = run({"inspect", at("."), "--frames", "1"});
-    EXPECT_EQ(refused.code, 2);
-    EXPECT_TRUE(contains(refused.err, "--frames: has no effect")) << refused.err;
+    expect_ends(run({"inspect", at("."), "--frames", "1"}), 2, {"--frames: has no effect"});
 }
 
 TEST_F(DescribeTest, InspectNamesWhatItFound) {
@@ -320,46 +282,30 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "examined"));
 }
 
-TEST_F(DescribeTest, SignSelfCheckOfAGeneratedScene) {
-    const auto scene =
-        run({"scene", "wheels", "-o", at("w"), "--size", "160x90", "--frames", "1-2"});
-    ASSERT_EQ(scene.code, 0) << scene.text();
-    const auto right = run({"inspect", at("w/sharp.####.exr")});
-    EXPECT_EQ(right.code, 0);
-    EXPECT_TRUE(contains(right.out, "confirmed")) << right.out;
-    const auto json = json_lines(run({"inspect", at("w/sharp.####.exr"), "--json"}).out).at(0);
-    EXPECT_EQ(json["sign_check"]["verdict"], "confirmed");
-    EXPECT_EQ(json["sign_check"]["candidates"].size(), 8u);
-    EXPECT_EQ(json["sign_check"]["candidates"][0]["as_converted"], true);
-
-    // The same images with a profile whose y sign is wrong.
+// tests/chain has the check itself.
+TEST_F(DescribeTest, SignSelfCheck) {
+    write_sequence(at(""), {1, 2});
+    const auto signs = [&](const Arguments& more) {
+        const auto outcome = run(joined({"inspect", in(), "--json"}, more));
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return json_lines(outcome.out).at(0)["sign_check"];
+    };
+    EXPECT_EQ(signs({})["verdict"], "confirmed");
+    EXPECT_EQ(signs({})["candidates"].size(), 8u);
+    // A profile whose y sign is wrong, and that names no motion_back.
     write_text(at("flipped.yaml"),
                "profile: 1\nname: flipped\n"
                "color: [{channels: [['<layer>.Combined.R', '<layer>.Combined.G',"
                " '<layer>.Combined.B', '<layer>.Combined.A']]}]\n"
-               "depth: [{channels: [['<layer>.Depth.Z']]}]\n"
                "motion: [{channels: [['<layer>.Vector.Z', '<layer>.Vector.W']],"
                " scale: [1, -1]}]\n");
-    const Arguments flipped = {"inspect", at("w/sharp.####.exr"), "--profile", at("flipped.yaml")};
-    const auto wrong = run(flipped);
-    EXPECT_EQ(wrong.code, 0);
-    EXPECT_TRUE(contains(wrong.out, "NOT the best")) << wrong.out;
-    Arguments as_json = flipped;
-    as_json.push_back("--json");
-    const auto check = json_lines(run(as_json).out).at(0)["sign_check"];
-    EXPECT_EQ(check["verdict"], "contradicted");
-    EXPECT_EQ(check["candidates"].size(), 4u);  // the profile names no motion_back
-    EXPECT_EQ(check["candidates"][0]["vectors"], "motion (-x, -y)");
-}
-
-TEST_F(DescribeTest, SignSelfCheckThatIsNotPossible) {
-    write_frame(in(1), make_planes(48, 32, 1));
-    write_frame(in(2), make_planes(40, 32, 2));
-    EXPECT_TRUE(contains(run({"inspect", in()}).out, "not possible"));
+    const Json wrong = signs({"--profile", at("flipped.yaml")});
+    EXPECT_EQ(wrong["verdict"], "contradicted");
+    EXPECT_EQ(wrong["candidates"].size(), 4u);
+    EXPECT_EQ(wrong["candidates"][0]["vectors"], "motion (-x, -y)");
     write_text(in(2), "broken");
     const auto outcome = run({"inspect", in()});
     EXPECT_EQ(outcome.code, 1);
-    EXPECT_TRUE(contains(outcome.out, "frame 2: cannot be read")) << outcome.out;
     EXPECT_TRUE(contains(outcome.err, "no sign self-check") && contains(outcome.err, in(2)))
         << outcome.err;
 }

@@ -43,9 +43,7 @@ class CommandTest : public testing::Test {
     // run CHAIN.yaml over in.####.exr into out/o.####.exr.
     Outcome filter(const std::string& chain, const Arguments& more = {},
                    const Launch& launch = {}) {
-        Arguments arguments = {"run", at(chain + ".yaml"), "-i", in(), "-o", out()};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run(arguments, launch);
+        return run(joined({"run", at(chain + ".yaml"), "-i", in(), "-o", out()}, more), launch);
     }
     Json sidecar(int frame) const {
         Json json = Json::parse(read_text(out(frame) + ".json"), nullptr, false);

@@ -14,7 +14,6 @@ CRYPTO = "ViewLayer.CryptoObject"
 OBJECTS = ["wall", "post", "lamp", "ball"]
 LENS = ["--set", "camera.focal_length_mm=35", "--set", "camera.sensor_width_mm=36", "--set",
         "camera.f_stop=0.7", "--set", "camera.focus_distance=3"]
-CHAINS = ["paper", "dof_first", "balanced", "best"]
 
 
 def channel(layer, word):

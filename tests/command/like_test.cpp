@@ -40,11 +40,10 @@ TEST_F(LikeTest, BytesDoNotDependOnHowPathsAreSpelled) {
     write_sequence(at(""), {1});
     write_text(at("camera.json"), R"({"f_stop": 2})");
     const auto bytes = [&](const std::string& folder, const std::string& to) {
-        const auto outcome =
-            run({"run", folder + "all.yaml", "-i", folder + "in.####.exr", "--camera",
-                 folder + "camera.json", "-o", to, "--on-existing", "overwrite"},
-                {.folder = at("")});
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        expect_ends(run({"run", folder + "all.yaml", "-i", folder + "in.####.exr", "--camera",
+                         folder + "camera.json", "-o", to, "--on-existing", "overwrite"},
+                        {.folder = at("")}),
+                    0);
         return read_text(out(1));
     };
     const std::string whole = bytes(at(""), out());
@@ -56,11 +55,9 @@ TEST_F(LikeTest, BytesDoNotDependOnHowPathsAreSpelled) {
 TEST_F(LikeTest, WhatIsGivenOverrides) {
     write_sequence(at(""), {1, 2});
     ASSERT_EQ(filter("all", {"--frames", "1", "--precision", "fp16"}).code, 0);
-    const auto other = run({"run", "--like", out(1), "-i", in(), "--precision", "fp32", "--set",
-                            "camera.f_stop=5.6", "-o", at("out/again.####.exr")});
-    ASSERT_EQ(other.code, 0) << other.text();
-    EXPECT_TRUE(contains(other.err, "chain, settings or input files differ")) << other.err;
-    EXPECT_TRUE(contains(other.err, "2 written of 2 frames")) << other.err;
+    expect_ends(run({"run", "--like", out(1), "-i", in(), "--precision", "fp32", "--set",
+                     "camera.f_stop=5.6", "-o", at("out/again.####.exr")}),
+                0, {"chain, settings or input files differ", "2 written of 2 frames"});
     const Json record = record_of(at("out/again.0001.exr"));
     EXPECT_EQ(record["resolved"]["camera"]["f_stop"]["value"], 5.6);
     EXPECT_EQ(record["settings"].value("precision", "fp32"), "fp32");
@@ -105,13 +102,9 @@ TEST_F(LikeTest, SaysWhatDoesNotHoldAnyMore) {
 
 TEST_F(LikeTest, Refusals) {
     write_sequence(at(""), {1});
-    const auto none = run({"run", "--like", in(1), "-o", out()});
-    EXPECT_EQ(none.code, 4) << none.text();
-    EXPECT_TRUE(contains(none.err, "no attribute postchain/record")) << none.err;
+    expect_ends(run({"run", "--like", in(1), "-o", out()}), 4, {"no attribute postchain/record"});
     EXPECT_EQ(run({"run", "--like", at("absent.exr"), "-o", out()}).code, 4);
-    const auto bare = run({"run", "-o", out()});
-    EXPECT_EQ(bare.code, 2) << bare.text();
-    EXPECT_TRUE(contains(bare.err, "CHAIN is required")) << bare.err;
+    expect_ends(run({"run", "-o", out()}), 2, {"CHAIN is required"});
     ASSERT_EQ(filter("all").code, 0);
     const auto onto = run({"run", "--like", out(1), "-o", out(), "--on-existing", "overwrite"});
     EXPECT_NE(onto.code, 0) << onto.text();

@@ -10,7 +10,7 @@
 namespace postchain::test::memory_test {
 namespace {
 
-class MemoryTest : public CommandTest {};
+using MemoryTest = CommandTest;
 
 TEST_F(MemoryTest, EveryVerbThatReadsFramesHasALimit) {
     write_sequence(at(""), {1, 2});
@@ -30,12 +30,8 @@ TEST_F(MemoryTest, EveryVerbThatReadsFramesHasALimit) {
         EXPECT_EQ(outcome.code, 4) << subcommand << outcome.text();
         for (const char* word : {"in.0001.exr", "KiB of memory", "--max-memory allows 10.0 KiB"})
             EXPECT_TRUE(contains(outcome.err, word)) << subcommand << " " << word << outcome.err;
-        for (const char* size : {"", "0", "8X"}) {
-            arguments.back() = size;
-            const auto refused = run(arguments);
-            EXPECT_EQ(refused.code, 2) << subcommand << " " << size << refused.text();
-            EXPECT_TRUE(contains(refused.err, "--max-memory")) << refused.err;
-        }
+        arguments.back() = "8X";
+        EXPECT_EQ(run(arguments).code, 2) << subcommand;
     }
     EXPECT_EQ(outputs(), std::vector<std::string>());
 }
@@ -45,8 +41,7 @@ TEST_F(MemoryTest, FramesWaitForEachOther) {
     write_sequence(at(""), {1, 2, 3, 4, 5});
     ASSERT_EQ(filter("all").code, 0);
     const std::string bits = read_text(out(4));
-    const auto outcome = filter("all", {"--on-existing", "overwrite", "--max-memory", "250K"});
-    EXPECT_EQ(outcome.code, 0) << outcome.text();
+    expect_ends(filter("all", {"--on-existing", "overwrite", "--max-memory", "250K"}), 0);
     EXPECT_EQ(read_text(out(4)), bits);
     EXPECT_EQ(outputs().size(), 5u);
 }

@@ -13,46 +13,29 @@ namespace postchain::test::output_test {
 namespace {
 
 namespace fs = std::filesystem;
-using OutputTest = CommandTest;
 
-Outcome to(const CommandTest&, const std::string& chain, const std::string& in,
-           const std::string& out, const Arguments& more = {}, const Launch& launch = {}) {
-    Arguments arguments = {"run", chain, "-i", in, "-o", out};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return run(arguments, launch);
-}
-
-TEST_F(OutputTest, FolderThatIsNotThere) {
-    write_sequence(at(""), {1});
-    const auto outcome = to(*this, at("fxaa.yaml"), in(), at("nowhere/deep/o.####.exr"));
-    EXPECT_EQ(outcome.code, 5) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, at("nowhere/deep")) && contains(outcome.err, "not exist"));
-    EXPECT_FALSE(exists(at("nowhere")));
-}
+class OutputTest : public CommandTest {
+  protected:
+    Outcome filter_to(const std::string& out, const Arguments& more = {}) {
+        return run(joined({"run", at("fxaa.yaml"), "-i", in(), "-o", at(out)}, more));
+    }
+};
 
 TEST_F(OutputTest, FileWhereAFolderShouldBe) {
     write_sequence(at(""), {1});
     write_text(at("file"), "kept");
-    for (const char* name : {"file/o.####.exr", "file/deep/o.####.exr"}) {
-        const auto outcome = to(*this, at("fxaa.yaml"), in(), at(name));
-        EXPECT_EQ(outcome.code, 5) << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, at("file"))) << outcome.err;
-    }
+    for (const char* name : {"file/o.####.exr", "file/deep/o.####.exr"})
+        expect_ends(filter_to(name), 5, {at("file")});
     EXPECT_EQ(read_text(at("file")), "kept");
-    const auto stages = filter("fxaa", {"--dump-stages", at("file")});
-    EXPECT_EQ(stages.code, 5) << stages.text();
-    EXPECT_TRUE(contains(stages.err, at("file"))) << stages.err;
+    expect_ends(filter("fxaa", {"--dump-stages", at("file")}), 5, {at("file")});
     EXPECT_TRUE(outputs().empty());
 }
 
 TEST_F(OutputTest, FolderWhereTheFileShouldBe) {
     write_sequence(at(""), {1});
     fs::create_directory(out(1));
-    for (const char* policy : {"fail", "skip", "overwrite"}) {
-        const auto outcome = filter("fxaa", {"--on-existing", policy});
-        EXPECT_EQ(outcome.code, 5) << policy << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, out(1))) << outcome.err;
-    }
+    for (const char* policy : {"fail", "skip", "overwrite"})
+        expect_ends(filter("fxaa", {"--on-existing", policy}), 5, {out(1)});
     EXPECT_TRUE(fs::is_directory(out(1)));
 }
 
@@ -96,24 +79,13 @@ TEST_F(OutputTest, DiskFullOnASmallFileSystem) {
         RecordProperty("small_file_system", "not permitted here");
         return;
     }
-    const auto outcome =
-        to(*this, at("fxaa.yaml"), in(), at("small/o.####.exr"), {"--on-error", "continue"});
-    EXPECT_EQ(outcome.code, 1) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, "disk full")) << outcome.err;
+    expect_ends(filter_to("small/o.####.exr", {"--on-error", "continue"}), 1, {"disk full"});
     // The first output fits, the others do not; existing files are complete.
     EXPECT_EQ(read_color(at("small/o.0001.exr")).data, read_color(out(1)).data);
     EXPECT_FALSE(exists(at("small/o.0002.exr")));
     EXPECT_EQ(temporaries(at("small")), std::vector<std::string>());
-    const auto stopped = to(*this, at("fxaa.yaml"), in(2), at("small/p.exr"));
-    EXPECT_EQ(stopped.code, 5) << stopped.text();
+    expect_ends(filter_to("small/p.####.exr", {"--frames", "2"}), 5);
     umount2(at("small").c_str(), MNT_DETACH);
-}
-
-TEST_F(OutputTest, NameThatIsTooLong) {
-    write_sequence(at(""), {1});
-    const auto outcome =
-        to(*this, at("fxaa.yaml"), in(), at("out/" + std::string(300, 'n') + ".####.exr"));
-    EXPECT_EQ(outcome.code, 5) << outcome.text().substr(0, 500);
 }
 
 TEST_F(OutputTest, StdoutThatIsFullOrClosed) {
@@ -124,24 +96,17 @@ TEST_F(OutputTest, StdoutThatIsFullOrClosed) {
     closed.close_stdout = true;
     for (const Launch& launch : {full, closed}) {
         for (const Arguments& arguments : {Arguments{"passes"},
-                                           {"schema"},
-                                           {"man"},
-                                           {"info"},
                                            {"--help"},
-                                           {"--version"},
+                                           {"info"},
                                            {"inspect", in(1)},
                                            {"plan", at("fxaa.yaml"), "-i", in(1)}}) {
-            const auto outcome = run(arguments, launch);
-            EXPECT_EQ(outcome.code, 5) << arguments[0] << outcome.text();
-            EXPECT_TRUE(contains(outcome.err, "stdout")) << outcome.err;
+            expect_ends(run(arguments, launch), 5, {"stdout"});
         }
-        const auto outcome = filter("fxaa", {"--json", "--on-existing", "overwrite"}, launch);
-        EXPECT_EQ(outcome.code, 5) << outcome.text();
+        expect_ends(filter("fxaa", {"--json", "--on-existing", "overwrite"}, launch), 5);
         EXPECT_FALSE(read_color(out(1)).empty());
     }
     // Without --json nothing is printed on stdout, so closing it does not matter.
-    const auto silent = filter("fxaa", {"--on-existing", "overwrite"}, closed);
-    EXPECT_EQ(silent.code, 0) << silent.text();
+    expect_ends(filter("fxaa", {"--on-existing", "overwrite"}, closed), 0);
     // No message may end up in an image.
     Launch blind = closed;
     blind.close_stderr = true;

@@ -77,6 +77,11 @@ class ReplaceTest : public CommandTest {
         return words;
     }
 
+    // The links of one writer's file are tried: what is a link is decided in one place.
+    void check_links_too(const Writer& writer) {
+        all_links_of_ = writer.file;
+        check(writer);
+    }
     void check(const Writer& writer) {
         SCOPED_TRACE(writer.file);
         const std::string subcommand = writer.command[0], path = to(writer.file);
@@ -99,6 +104,7 @@ class ReplaceTest : public CommandTest {
 
         if (!writer.reading) return;
         check_input(writer, "the file itself", [](const std::string&, const std::string&) {});
+        if (writer.file != all_links_of_) return;
         check_input(writer, "a hard link", [](const std::string& from, const std::string& to) {
             fs::create_hard_link(from, to);
         });
@@ -144,6 +150,7 @@ class ReplaceTest : public CommandTest {
         return names;
     }
 
+    std::string all_links_of_;
     std::string help_of_, help_;  // a subcommand, and its printed options
 };
 

@@ -17,7 +17,7 @@ TEST_F(ReplaceTest, Run) {
 TEST_F(ReplaceTest, RunProfileAndChain) {
     const Arguments command = {"run", at("fxaa.yaml"), "-i", in(), "--frames", "1",
                                "-o",  to("o.####.exr")};
-    check({"o.0001.exr.json", command, option("--profile"), kProfile});
+    check_links_too({"o.0001.exr.json", command, option("--profile"), kProfile});
     check({"o.0001.exr.json", command,
            [](Arguments words, const std::string& path) {
                words[1] = path;
@@ -89,11 +89,9 @@ TEST_F(ReplaceTest, PictureOfTheApertureOfAChainOrCameraFile) {
            picture});
     write_text(at("camera.json"), "{\"aperture_image\": \"w/o.0001.png\"}");
     write_text(to("o.0001.png"), picture);
-    const auto by_camera =
-        run({"run", at("fxaa.yaml"), "-i", in(), "--frames", "1", "-o", to("o.####.exr"), "--png",
-             "--camera", at("camera.json"), "--on-existing", "overwrite"});
-    EXPECT_EQ(by_camera.code, 2) << by_camera.text();
-    EXPECT_TRUE(contains(by_camera.err, "bokeh kernel")) << by_camera.err;
+    expect_ends(run({"run", at("fxaa.yaml"), "-i", in(), "--frames", "1", "-o", to("o.####.exr"),
+                     "--png", "--camera", at("camera.json"), "--on-existing", "overwrite"}),
+                2, {"bokeh kernel"});
     EXPECT_EQ(read_text(to("o.0001.png")), picture);
 }
 
@@ -121,8 +119,7 @@ TEST_F(ReplaceTest, AnotherFramesInput) {
     const Arguments command = {"run", at("fxaa.yaml"), "-i",       to("f.1#.exr"),
                                "-o",  to("f.#0.exr"),  "--frames", "1"};
     for (const char* choice : {"fail", "skip", "overwrite"}) {
-        Arguments all = command;
-        all.insert(all.end(), {"--on-existing", choice});
+        const Arguments all = joined(command, {"--on-existing", choice});
         const auto outcome = run(all);
         EXPECT_EQ(outcome.code, 2) << outcome.text();
         EXPECT_TRUE(contains(outcome.err, "f.10.exr")) << outcome.err;
@@ -138,18 +135,16 @@ TEST_F(ReplaceTest, AnotherFramesInput) {
 
 TEST_F(ReplaceTest, NoFrameIsAddedToWhatIsRead) {
     for (const char* policy : {"hold", "skip"}) {
-        const auto outcome = run(
-            {"run", at("fxaa.yaml"), "-i", in(), "-o", in(), "--frames", "5", "--missing", policy});
-        EXPECT_EQ(outcome.code, 2) << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, in(5)) && contains(outcome.err, "frame of the input"));
+        expect_ends(run({"run", at("fxaa.yaml"), "-i", in(), "-o", in(), "--frames", "5",
+                         "--missing", policy}),
+                    2, {in(5), "frame of the input"});
         EXPECT_FALSE(exists(in(5)));
     }
     // A map beside the compared images.
     const auto map =
         run({"diff", in(), in(), "--map", at("in.%04d.exr"), "--on-existing", "overwrite"});
     EXPECT_EQ(map.code, 2) << map.text();
-    const auto new_map = run({"diff", in(1), at("other.####.exr"), "--map", at("other.9999.exr")});
-    EXPECT_EQ(new_map.code, 2) << new_map.text();
+    expect_ends(run({"diff", in(1), at("other.####.exr"), "--map", at("other.9999.exr")}), 2);
     EXPECT_FALSE(exists(at("other.9999.exr")));
 }
 
@@ -175,8 +170,7 @@ TEST_F(ReplaceTest, OnErrorContinue) {
     expect_remedy(outcome, "run");
     fresh();
     write_text(to("o.0001.exr.json"), kCamera);
-    Arguments reads = command;
-    reads.insert(reads.end(), {"--camera", to("o.0001.exr.json")});
+    const Arguments reads = joined(command, {"--camera", to("o.0001.exr.json")});
     EXPECT_EQ(run(reads).code, 2);
     EXPECT_EQ(files().size(), 1u);
 }

@@ -12,9 +12,7 @@ namespace fs = std::filesystem;
 using RunTest = CommandTest;
 
 TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
-    const auto scene =
-        run({"scene", "wheels", "-o", at("w"), "--size", "96x64", "--frames", "1-2"});
-    ASSERT_EQ(scene.code, 0) << scene.text();
+    expect_ends(run({"scene", "wheels", "-o", at("w"), "--size", "96x64", "--frames", "1-2"}), 0);
     ImageF pictures[2];
     int i = 0;
     for (const char* chain : {"paper", "dof_first"}) {
@@ -32,19 +30,6 @@ TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
         ++i;
     }
     EXPECT_GT(largest_difference(pictures[0], pictures[1]), 0.01);
-}
-
-TEST_F(RunTest, OtherChannelsStayBitIdentical) {
-    FrameFile file;
-    file.object_ids = true;
-    file.convention = "nuke";
-    write_sequence(at(""), {1}, 48, 32, file);
-    const auto outcome = filter("all");
-    ASSERT_EQ(outcome.code, 0) << outcome.text();
-    const auto before = other_channels(in(1)), after = other_channels(out(1));
-    EXPECT_EQ(before, after);
-    EXPECT_EQ(after.size(), 6u);  // id, depth.Z, forward, backward
-    EXPECT_GT(largest_difference(read_color(in(1)), read_color(out(1))), 0.05);
 }
 
 // Every key of a sidecar, parents first: "times_ms", "times_ms.read", ... List elements are written
@@ -112,26 +97,6 @@ TEST_F(RunTest, SidecarHasTheKeysOfItsDocument) {
     EXPECT_EQ(read_color(out(2)).data, read_color(out(1)).data);
 }
 
-TEST_F(RunTest, CountersStayConstantAfterTheFirstFrame) {
-    write_sequence(at(""), {1, 2, 3, 4, 5, 6});
-    ASSERT_EQ(filter("all").code, 0);
-    const auto first = sidecar(1)["counters"];
-    EXPECT_GT(first["texture_allocations"], 0);
-    std::set<std::string> programs;
-    const Json steps = sidecar(1)["plan"]["steps"];
-    for (const auto& step : steps) programs.insert(step["program"].get<std::string>());
-    EXPECT_EQ(first["programs"], programs.size());
-    EXPECT_EQ(first["dispatches"], steps.size());
-    for (int frame = 2; frame <= 6; ++frame) {
-        const auto counters = sidecar(frame)["counters"];
-        for (const char* key :
-             {"texture_allocations", "textures_alive", "texture_bytes_peak", "programs"})
-            EXPECT_EQ(counters[key], first[key]) << key << " of frame " << frame;
-        EXPECT_EQ(counters["dispatches"], frame * first["dispatches"].get<int>());
-        EXPECT_LE(counters["frames_in_flight"], 4);
-    }
-}
-
 TEST_F(RunTest, JsonLines) {
     write_sequence(at(""), {1, 2});
     const auto outcome =
@@ -166,20 +131,14 @@ TEST_F(RunTest, QuietAndVerbose) {
     write_frame(in(2), make_planes(48, 32), half_depth);
     EXPECT_EQ(filter("all", {"-q", "--frames", "2"}).err, "");
     fs::remove(in(2));
-    const auto again = filter("fxaa", {"-q"});
-    EXPECT_EQ(again.code, 5);
-    EXPECT_TRUE(contains(again.err, out(1))) << again.err;
-    const auto verbose = filter("fxaa", {"-v", "--on-existing", "overwrite"});
-    EXPECT_EQ(verbose.code, 0);
-    EXPECT_TRUE(contains(verbose.err, "renderer: ")) << verbose.err;
-    EXPECT_TRUE(contains(verbose.err, "frame 1 written: " + out(1))) << verbose.err;
+    expect_ends(filter("fxaa", {"-q"}), 5, {out(1)});
+    expect_ends(filter("fxaa", {"-v", "--on-existing", "overwrite"}), 0,
+                {"renderer: ", "frame 1 written: " + out(1)});
 }
 
 TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
     write_sequence(at(""), {1});
-    const auto outcome =
-        filter("all", {"--png", "--no-sidecar", "--dump-stages", at("stages/deeper")});
-    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    expect_ends(filter("all", {"--png", "--no-sidecar", "--dump-stages", at("stages/deeper")}), 0);
     EXPECT_FALSE(exists(out(1) + ".json"));
     EXPECT_EQ(read_text(at("out/o.0001.png")).substr(1, 3), "PNG");
     // One EXR for each texture that the plan's steps write.
@@ -197,9 +156,7 @@ TEST_F(RunTest, PreviewsStagesAndNoSidecar) {
     EXPECT_GE(stages, 8u);
     // A preview is not replaced by default either.
     std::filesystem::remove(out(1));
-    const auto again = filter("all", {"--png"});
-    EXPECT_EQ(again.code, 5) << again.text();
-    EXPECT_TRUE(contains(again.err, at("out/o.0001.png"))) << again.err;
+    expect_ends(filter("all", {"--png"}), 5, {at("out/o.0001.png")});
 }
 
 TEST_F(RunTest, ThreadsDoNotChangePixels) {
@@ -222,6 +179,32 @@ TEST_F(RunTest, SetReachesPassAndCamera) {
         ASSERT_EQ(filter("all", {"--set", set, "--on-existing", "overwrite"}).code, 0) << set;
         EXPECT_GT(largest_difference(read_color(out(1)), plain), 0) << set;
     }
+}
+
+// A context variable chooses the table of a view: another file of the same size and time.
+TEST_F(RunTest, AContextVariableOfOpenColorIoIsPartOfTheWork) {
+    write_sequence(at(""), {1});
+    write_text(
+        at("config.ocio"),
+        "ocio_profile_version: 1\nsearch_path: ''\nroles: {scene_linear: lin, default: lin}\n"
+        "displays:\n  screen:\n    - !<View> {name: Graded, colorspace: graded}\n"
+        "colorspaces:\n  - !<ColorSpace>\n    name: lin\n  - !<ColorSpace>\n"
+        "    name: graded\n    from_reference: !<FileTransform> {src: $SHOT.spi1d}\n");
+    for (const auto& [shot, last] : {std::pair{"one", "0.50"}, {"two", "0.25"}})
+        write_text(at(concat(shot, ".spi1d")),
+                   concat("Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n", last, "\n}\n"));
+    fs::last_write_time(at("two.spi1d"), fs::last_write_time(at("one.spi1d")));
+    const auto again = [&](const char* shot) {
+        const auto outcome = filter("fxaa",
+                                    {"--on-existing", "skip", "--png", "--ocio", at("config.ocio"),
+                                     "--ocio-view", "Graded"},
+                                    {.environment = {{"SHOT", shot}}});
+        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        return contains(outcome.err, "1 written");
+    };
+    EXPECT_TRUE(again("one"));
+    EXPECT_FALSE(again("one"));
+    EXPECT_TRUE(again("two"));
 }
 
 TEST_F(RunTest, PeakMemoryOfALongRun) {

@@ -150,7 +150,7 @@ def try_job(job, arguments, work):
         jobs.undisturbed(first, arguments.postchain, work / "in", work / "out")
         old = {str(path): (work / "out" / path).read_bytes()
                for path in jobs.files_of(work / "out")}
-    new, _ = jobs.undisturbed(job, arguments.postchain, work / "in", work / "new")
+    new = jobs.undisturbed(job, arguments.postchain, work / "in", work / "new")
     trial = Trial(job, arguments, work, old, new)
     trial.prepare()
     jobs.run(trial.command(), jobs.watched(arguments.library, trial.out, trial.log))

@@ -25,7 +25,7 @@ def together(command, processes, chance):
         time.sleep(chance.uniform(0, 0.1 / processes))
     outcomes = []
     for process in started:
-        _, said = process.communicate(timeout=300)
+        _, said = process.communicate(timeout=600)
         outcomes.append((process.returncode, said))
     return outcomes
 
@@ -53,7 +53,7 @@ def main():
     scene, out = work / "in", work / "out"
     jobs.make_scene(arguments.postchain, scene, 4)
     job = jobs.JOBS["run"]
-    expected, _ = jobs.undisturbed(job, arguments.postchain, scene, work / "new")
+    expected = jobs.undisturbed(job, arguments.postchain, scene, work / "new")
     faults = 0
     for on_existing in ("fail", "skip", "overwrite"):
         refused = 0

@@ -324,6 +324,22 @@ TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
     EXPECT_THAT(frame.status().message(), HasSubstr("in.0003.exr"));
 }
 
+// Of a frame and of what is kept beside it.
+TEST_F(NeighborsTest, MemoryOfNeighborsCounts) {
+    write({1, 2, 3});
+    frames("2");
+    settings_.source.max_memory = 1 << 14;
+    do {
+        settings_.source.max_memory *= 2;
+        chain("none", false);
+        go();
+    } while (reports_.at(2).status.code() == StatusCode::memory);
+    EXPECT_EQ(reports_.at(2).outcome, Outcome::written) << reports_.at(2).status.message();
+    chain("both", false);
+    go();
+    EXPECT_EQ(reports_.at(2).status.code(), StatusCode::memory);
+}
+
 // A missing frame is replaced by the image of another one with that one's neighbors.
 TEST_F(NeighborsTest, AHeldFrameIsThePictureOfItsSource) {
     write({1, 2, 4});

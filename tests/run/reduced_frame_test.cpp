@@ -25,17 +25,6 @@ TEST(Reduced, AMeanIsOfWhatAPixelCovers) {
     EXPECT_NEAR(one.at(0, 0, 1), 25, 1e-6);
 }
 
-TEST(Reduced, AMeanKeepsTheLight) {
-    ImageF image(37, 23, 1);
-    double before = 0;
-    for (size_t i = 0; i < image.data.size(); ++i)
-        before += image.data[i] = float((i * 7919) % 101);
-    const ImageF reduced = mean_reduced(image, 11, 5);
-    double after = 0;
-    for (const float value : reduced.data) after += value;
-    EXPECT_NEAR(after / double(reduced.pixels()), before / double(image.pixels()), 1e-3);
-}
-
 TEST(Reduced, DepthsAreNeverMixed) {
     EXPECT_EQ(middle_reduced(row({1, 3, 5, 7, 9}), 1, 1).data, (std::vector<float>{5}));
     EXPECT_EQ(middle_reduced(row({1, 3, 5, 7}), 2, 1).data, (std::vector<float>{3, 7}));

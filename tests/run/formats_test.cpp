@@ -1,8 +1,8 @@
-// postchain run: color in non-EXR formats. OpenImageIO writes and reads the stored values; the
+// Color in non-EXR formats. OpenImageIO writes and reads the stored values; the
 // curves' formulas are repeated here from their standards.
 #include <cmath>
 
-#include "tests/command/pictures.h"
+#include "tests/run/pictures.h"
 
 namespace postchain::test::formats_test {
 namespace {
@@ -34,7 +34,7 @@ TEST_F(FormatsTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
         OIIO::ImageSpec before, after;
         const Stored in = read_picture(at(kind.file), &before);
         const auto outcome = through(kind.file, kind.file);
-        ASSERT_EQ(outcome.code, 0) << what << outcome.text();
+        ASSERT_EQ(outcome.code, 0) << what << outcome.said;
         const Stored out = read_picture(at(std::string("out/") + kind.file), &after);
         EXPECT_EQ(out.width, in.width) << what;
         EXPECT_EQ(out.channels, in.channels) << what;
@@ -63,9 +63,9 @@ TEST_F(FormatsTest, ValuesAreDecodedByTheirCurve) {
     Stored ramp{256, 1, 3, {}};
     for (int i = 0; i < 256 * 3; ++i) ramp.values.push_back(float(i / 3) / 255);
     write_picture(at("c.png"), kind, ramp);
-    const auto light_of = [&](const Arguments& more) {
+    const auto light_of = [&](const Words& more) {
         const auto outcome = through("c.png", "o.exr", more);
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        EXPECT_EQ(outcome.code, 0) << outcome.said;
         return read_color(at("out/o.exr"));
     };
     const ImageF plain = light_of({}), linear = light_of({"--input-transfer", "linear"}),
@@ -105,37 +105,36 @@ TEST_F(FormatsTest, LightIsEncodedByTheCurveOfTheFormat) {
     EXPECT_EQ(read_picture(at("out/o.tif"), &spec).values[0], 128 / 255.f);
     EXPECT_EQ(spec.format, kByte);
     ASSERT_EQ(through("in.exr", "o.jpg").code, 0);
-    const Json json = Json::parse(read_text(at("out/o.jpg.json")));
-    EXPECT_TRUE(contains(json["write_notes"].dump(), "alpha left out")) << json["write_notes"];
+    EXPECT_THAT(sidecar_of("o.jpg")["write_notes"].dump(), testing::HasSubstr("alpha left out"));
 }
 
 TEST_F(FormatsTest, ValuesThatDoNotFitAreAnErrorOrClampedAndCounted) {
     write_exr("in.exr", {{1.5f, 0, 0, 1}, {0, -0.1f, 0, 1}, {1.000001f, -1e-7f, 0.5f, 1}});
     for (const char* name : {"o.png", "o.jpg", "o.dpx"}) {
         const auto outcome = through("in.exr", name, {"--overflow", "refuse"});
-        EXPECT_EQ(outcome.code, 5) << name << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, "2 pixels do not fit")) << outcome.err;
-        EXPECT_TRUE(contains(outcome.err, "--overflow clamp")) << outcome.err;
+        EXPECT_EQ(outcome.code, 5) << name << outcome.said;
+        EXPECT_TRUE(outcome.says("2 pixels do not fit")) << outcome.said;
+        EXPECT_TRUE(outcome.says("--overflow clamp")) << outcome.said;
         EXPECT_FALSE(exists(at(std::string("out/") + name)));
     }
     // JPEG shows a picture on a display, where light above white is white.
     EXPECT_EQ(through("in.exr", "o.png").code, 5);
     const auto jpeg = through("in.exr", "o.jpg");
-    EXPECT_EQ(jpeg.code, 0) << jpeg.text();
-    EXPECT_TRUE(contains(jpeg.err, "2 pixels clamped to the range of the format")) << jpeg.err;
-    EXPECT_EQ(Json::parse(read_text(at("out/o.jpg.json")))["health"]["output_half_overflow"], 2);
+    EXPECT_EQ(jpeg.code, 0) << jpeg.said;
+    EXPECT_TRUE(jpeg.says("2 pixels clamped to the range of the format")) << jpeg.said;
+    EXPECT_EQ(sidecar_of("o.jpg")["health"]["output_half_overflow"], 2);
     const auto outcome = through("in.exr", "o.png", {"--overflow", "clamp"});
-    EXPECT_EQ(outcome.code, 0) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, "2 pixels clamped")) << outcome.err;
+    EXPECT_EQ(outcome.code, 0) << outcome.said;
+    EXPECT_TRUE(outcome.says("2 pixels clamped")) << outcome.said;
     const Stored png = read_picture(at("out/o.png"));
     EXPECT_EQ(png.values[0], 1);
     EXPECT_EQ(png.values[5], 0);
     EXPECT_EQ(png.values[8], 1);
-    EXPECT_EQ(Json::parse(read_text(at("out/o.png.json")))["health"]["output_half_overflow"], 2);
+    EXPECT_EQ(sidecar_of("o.png")["health"]["output_half_overflow"], 2);
     // HDR holds values above 1 but none below 0; float TIFF holds both.
     const auto hdr = through("in.exr", "o.hdr");
     EXPECT_EQ(hdr.code, 5);
-    EXPECT_TRUE(contains(hdr.err, "2 pixels do not fit (it holds no negative")) << hdr.err;
+    EXPECT_TRUE(hdr.says("2 pixels do not fit (it holds no negative")) << hdr.said;
     ASSERT_EQ(through("in.exr", "o.tif").code, 0);
     EXPECT_EQ(read_picture(at("out/o.tif")).values[5], -0.1f);
 }
@@ -148,28 +147,27 @@ TEST_F(FormatsTest, DamagedAndUnsuitablePicturesAreErrorsWithTheirName) {
         for (const double part : {0.0, 0.1, 0.999}) {
             write_text(at(kind.file), whole.substr(0, size_t(part * double(whole.size()))));
             const auto outcome = through(kind.file, "o.exr");
-            EXPECT_EQ(outcome.code, 4) << kind.file << " " << part << outcome.text();
-            EXPECT_TRUE(contains(outcome.err, at(kind.file))) << outcome.err;
+            EXPECT_EQ(outcome.code, 4) << kind.file << " " << part << outcome.said;
+            EXPECT_TRUE(outcome.says(at(kind.file))) << outcome.said;
             EXPECT_FALSE(exists(at("out/o.exr"))) << kind.file << " " << part;
             std::filesystem::remove(at("out/o.exr"));
         }
     }
     const Kind gray{"g.png", kByte, 8, 1};
     write_picture(at("g.png"), gray, noise_of(gray));
-    EXPECT_TRUE(contains(through("g.png", "o.exr").err, "has 1 channels"));
+    EXPECT_TRUE(through("g.png", "o.exr").says("has 1 channels"));
     write_picture(at("c.png"), kKinds[0], noise_of(kKinds[0]));
     std::filesystem::copy(at("c.png"), at("named.tif"));
-    EXPECT_TRUE(contains(through("named.tif", "o.exr").err, "its name says tiff"));
-    const auto depth =
-        run({"run", at("none.yaml"), "-i", concat("color=", at("c.png"), ",depth=", at("c.png")),
-             "-o", at("out/o.exr")});
+    EXPECT_TRUE(through("named.tif", "o.exr").says("its name says tiff"));
+    const auto depth = run({"--input", concat("color=", at("c.png"), ",depth=", at("c.png")),
+                            "--output", at("out/o.exr")});
     EXPECT_EQ(depth.code, 4);
-    EXPECT_TRUE(contains(depth.err, "read from EXR")) << depth.err;
+    EXPECT_TRUE(depth.says("read from EXR")) << depth.said;
 }
 
 TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
     write_exr("in.exr", {{0, 0, 0, 1}});
-    const std::tuple<const char*, Arguments, const char*> cases[] = {
+    const std::tuple<const char*, Words, const char*> cases[] = {
         {"o.bmp", {}, "outputs end in .exr, .png"},
         {"o.png", {"--bits", "10"}, "png has 16, 8 bits, not 10"},
         {"o.hdr", {"--bits", "16"}, "hdr has 32 bits"},
@@ -178,8 +176,8 @@ TEST_F(FormatsTest, SettingsThatDoNotSuitTheFormatAreRefused) {
     };
     for (const auto& [name, more, why] : cases) {
         const auto outcome = through("in.exr", name, more);
-        EXPECT_EQ(outcome.code, 2) << name << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        EXPECT_EQ(outcome.code, 2) << name << outcome.said;
+        EXPECT_TRUE(outcome.says(why)) << outcome.said;
     }
 }
 
@@ -191,11 +189,13 @@ TEST_F(FormatsTest, AFilteredPictureIsThatOfTheSameLightInAnExr) {
     for (size_t i = 3; i < picture.values.size(); i += 4) picture.values[i] = 1;
     write_picture(at("c.png"), kind, picture);
     ASSERT_EQ(through("c.png", "light.exr").code, 0);
+    chain_ = chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.5}});
     const auto blurred = [&](const std::string& color, const std::string& name) {
-        const auto outcome = run({"run", at("motion_blur.yaml"), "-i",
-                                  concat("color=", color, ",depth=", in(1), ",motion=", in(1)),
-                                  "-o", at(name), "--profile", "cycles"});
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
+        const auto outcome = run(
+            {"--input",
+             concat("color=", color, ",depth=", at("in.0001.exr"), ",motion=", at("in.0001.exr")),
+             "--output", at(name), "--profile", "cycles"});
+        EXPECT_EQ(outcome.code, 0) << outcome.said;
     };
     blurred(at("c.png"), "out/a.exr");
     blurred(at("out/light.exr"), "out/b.exr");
@@ -215,19 +215,17 @@ TEST_F(FormatsTest, AFilteredPictureIsThatOfTheSameLightInAnExr) {
 
 TEST_F(FormatsTest, WhatIsDoneIsKeptByItsSidecar) {
     write_exr("in.exr", {{0.5f, 0.5f, 0.5f, 1}});
-    const auto again = [&](Arguments more) {
+    const auto again = [&](Words more) {
         more.insert(more.end(), {"--on-existing", "skip"});
-        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.png")};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run(arguments).err;
+        return through("in.exr", "o.png", more);
     };
-    EXPECT_TRUE(contains(again({}), "1 written"));
-    EXPECT_TRUE(contains(again({}), "1 skipped"));
-    EXPECT_TRUE(contains(again({"--bits", "8"}), "1 written"));
-    EXPECT_TRUE(contains(again({"--bits", "8"}), "1 skipped"));
+    EXPECT_TRUE(again({}).says("written"));
+    EXPECT_TRUE(again({}).says("skipped"));
+    EXPECT_TRUE(again({"--bits", "8"}).says("written"));
+    EXPECT_TRUE(again({"--bits", "8"}).says("skipped"));
     write_text(at("out/o.png"), "cut");
-    EXPECT_TRUE(contains(again({"--bits", "8"}), "1 written"));
-    EXPECT_TRUE(contains(again({"--bits", "8", "--output-transfer", "linear"}), "1 written"));
+    EXPECT_TRUE(again({"--bits", "8"}).says("written"));
+    EXPECT_TRUE(again({"--bits", "8", "--output-transfer", "linear"}).says("written"));
 }
 
 }  // namespace

@@ -1,7 +1,11 @@
-#include "tests/command/pictures.h"
+#include "tests/run/pictures.h"
 
 #include <cmath>
 #include <random>
+
+#include "passes/registry.h"
+#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::test {
 
@@ -53,6 +57,51 @@ Stored read_picture(const std::string& path, OIIO::ImageSpec* spec) {
         in->read_image(0, 0, 0, found.nchannels, OIIO::TypeDesc::FLOAT, picture.values.data()))
         << in->geterror();
     return picture;
+}
+
+Variable::Variable(const char* name, const std::optional<std::string>& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    set(name, value);
+}
+
+Variable::~Variable() {
+    set(name_, before_);
+}
+
+void Variable::set(const char* name, const std::optional<std::string>& value) {
+    if (value)
+        setenv(name, value->c_str(), 1);
+    else
+        unsetenv(name);
+}
+
+RunOutcome FormatsTest::run(const Words& words) {
+    using namespace sequence;
+    static const ParameterTable table = job_parameters(builtin_passes());
+    const auto ended = [](const Status& status) {
+        return RunOutcome{exit_code(status), status.message()};
+    };
+    JobSettings job;
+    for (size_t i = 0; i < words.size(); ++i) {
+        std::string key = words[i].substr(2);
+        std::replace(key.begin(), key.end(), '-', '_');
+        const bool is_flag = table.find(key)->type == ParameterType::boolean;
+        const Status status =
+            is_flag ? table.set(&job, key, true) : table.set(&job, key, words[++i]);
+        if (!status.ok()) return ended(status);
+    }
+    Diagnostics notes;
+    auto settings = run_settings_of(job, builtin_passes(), notes);
+    if (!settings.ok()) return ended(settings.status());
+    settings_ = std::move(*settings);
+    settings_.version = "test";
+    std::string said;
+    const auto summary = go([&](const FrameReport& report, const RunProgress&) {
+        for (const std::string& warning : report.warnings) said += warning + "\n";
+        for (const std::string& note : report.write.notes) said += note + "\n";
+        said += report.status.message() + name_of(report.outcome) + "\n";
+    });
+    return summary.ok() ? RunOutcome{exit_code(*summary), said} : ended(summary.status());
 }
 
 }  // namespace postchain::test

@@ -1,9 +1,9 @@
-// postchain run: color in and out through an OpenColorIO configuration whose transforms have closed
+// Color in and out through an OpenColorIO configuration whose transforms have closed
 // forms, repeated here.
 #include <cmath>
 #include <limits>
 
-#include "tests/command/pictures.h"
+#include "tests/run/pictures.h"
 
 namespace postchain::test::ocio_test {
 namespace {
@@ -66,7 +66,7 @@ class OcioTest : public FormatsTest {
         write_text(config(), kConfig);
     }
     std::string config() const { return at("config.ocio"); }
-    Arguments with_config(Arguments more) const {
+    Words with_config(Words more) const {
         more.insert(more.end(), {"--ocio", config()});
         return more;
     }
@@ -78,7 +78,7 @@ TEST_F(OcioTest, StoredValuesOfAColorSpaceAreReadAsItsTransformSays) {
     write_picture(at("c.png"), kind, picture);
     const auto outcome =
         through("c.png", "o.exr", with_config({"--input-transfer", "ocio:camera"}));
-    ASSERT_EQ(outcome.code, 0) << outcome.text();
+    ASSERT_EQ(outcome.code, 0) << outcome.said;
     const ImageF light = read_color(at("out/o.exr"));
     double largest = 0;
     for (size_t i = 0; i < light.pixels(); ++i) {
@@ -126,7 +126,7 @@ TEST_F(OcioTest, LightIsStoredInAColorSpaceOrAsAViewShowsIt) {
             through("in.exr", "o.png",
                     with_config({"--output-transfer", "view", "--ocio-view", "Film",
                                  "--ocio-display", "wall", "--bits", bits}));
-        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        ASSERT_EQ(outcome.code, 0) << outcome.said;
         const double steps = std::string(bits) == "8" ? 255 : 65535;
         const Stored film = read_picture(at("out/o.png"));
         for (size_t i = 0; i < pixels.size(); ++i) {
@@ -159,7 +159,7 @@ TEST_F(OcioTest, AlphaIsNoColorAndColorIsTransformedAsItIsStored) {
             through("in.exr", name,
                     with_config({"--output-transfer", "view", "--ocio-view", "Film",
                                  "--ocio-display", "wall", "--bits", "16"}));
-        ASSERT_EQ(outcome.code, 0) << outcome.text();
+        ASSERT_EQ(outcome.code, 0) << outcome.said;
         const Stored out = read_picture(at(std::string("out/") + name));
         ASSERT_EQ(out.channels, 4);
         for (size_t c = 0; c < 3; ++c) {
@@ -174,11 +174,11 @@ TEST_F(OcioTest, AlphaIsNoColorAndColorIsTransformedAsItIsStored) {
 
 TEST_F(OcioTest, AViewIsClampedAndCounted) {
     write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}});
-    Arguments bright = with_config(
+    Words bright = with_config(
         {"--output-transfer", "view", "--ocio-display", "wall", "--ocio-view", "Bright"});
     const auto outcome = through("in.exr", "o.png", bright);
-    EXPECT_EQ(outcome.code, 0) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, "1 pixels clamped")) << outcome.err;
+    EXPECT_EQ(outcome.code, 0) << outcome.said;
+    EXPECT_TRUE(outcome.says("1 pixels clamped")) << outcome.said;
     bright.insert(bright.end(), {"--overflow", "refuse"});
     EXPECT_EQ(through("in.exr", "o.png", bright).code, 5);
 }
@@ -186,16 +186,16 @@ TEST_F(OcioTest, AViewIsClampedAndCounted) {
 TEST_F(OcioTest, WhatDoesNotFitAfterTheTransformIsAnErrorOrClamped) {
     const float inf = std::numeric_limits<float>::infinity();
     write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}, {inf, 0.1f, 0.1f, 1}});
-    const Arguments bright =
+    const Words bright =
         with_config({"--output-transfer", "ocio:fourfold", "--nonfinite", "clamp"});
     const auto refused = through("in.exr", "o.png", bright);
-    EXPECT_EQ(refused.code, 5) << refused.text();
-    EXPECT_TRUE(contains(refused.err, "2 pixels do not fit")) << refused.err;
-    Arguments clamped = bright;
+    EXPECT_EQ(refused.code, 5) << refused.said;
+    EXPECT_TRUE(refused.says("2 pixels do not fit")) << refused.said;
+    Words clamped = bright;
     clamped.insert(clamped.end(), {"--overflow", "clamp", "--bits", "8"});
     const auto outcome = through("in.exr", "o.png", clamped);
-    ASSERT_EQ(outcome.code, 0) << outcome.text();
-    EXPECT_TRUE(contains(outcome.err, "2 pixels clamped")) << outcome.err;
+    ASSERT_EQ(outcome.code, 0) << outcome.said;
+    EXPECT_TRUE(outcome.says("2 pixels clamped")) << outcome.said;
     const Stored out = read_picture(at("out/o.png"));
     EXPECT_EQ(out.values[0], 1);
     EXPECT_NEAR(out.values[1], 102 / 255.0, 1e-6);
@@ -215,7 +215,7 @@ TEST_F(OcioTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
         for (const char* space : {"ocio:camera", "ocio:halved"}) {
             const auto outcome =
                 through(kind.file, kind.file, with_config({"--input-transfer", space}));
-            ASSERT_EQ(outcome.code, 0) << outcome.text();
+            ASSERT_EQ(outcome.code, 0) << outcome.said;
             EXPECT_EQ(read_picture(at(std::string("out/") + kind.file)).values, in.values)
                 << kind.file << " " << kind.bits << " " << space;
         }
@@ -237,61 +237,36 @@ std::string table(const std::string& last) {
 TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
     write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
     const auto again = [&] {
-        return run({"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.png"),
-                    "--on-existing", "skip", "--output-transfer", "view", "--ocio", config()})
-            .err;
+        return through("in.exr", "o.png",
+                       with_config({"--on-existing", "skip", "--output-transfer", "view"}));
     };
-    EXPECT_TRUE(contains(again(), "1 written"));
-    EXPECT_TRUE(contains(again(), "1 skipped"));
+    EXPECT_TRUE(again().says("written"));
+    EXPECT_TRUE(again().says("skipped"));
     // With a table, and with another table of the same name.
     write_text(config(), config_with_table("half.spi1d"));
     write_text(at("half.spi1d"), table("0.5"));
-    EXPECT_TRUE(contains(again(), "1 written"));
-    EXPECT_TRUE(contains(again(), "1 skipped"));
+    EXPECT_TRUE(again().says("written"));
+    EXPECT_TRUE(again().says("skipped"));
     write_text(at("half.spi1d"), table("0.25"));
-    EXPECT_TRUE(contains(again(), "1 written"));
-}
-
-// A context variable chooses the table: another file of the same size and time.
-TEST_F(OcioTest, AnOutputIsMadeAgainWhenAContextVariableHasChanged) {
-    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
-    write_text(at("config.ocio"), config_with_table("$SHOT.spi1d"));
-    write_text(at("one.spi1d"), table("0.50"));
-    write_text(at("two.spi1d"), table("0.25"));
-    std::filesystem::last_write_time(at("two.spi1d"),
-                                     std::filesystem::last_write_time(at("one.spi1d")));
-    const auto again = [&](const char* shot) {
-        return run({"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.png"),
-                    "--on-existing", "skip", "--output-transfer", "view", "--ocio-view", "Halved",
-                    "--ocio", at("config.ocio")},
-                   {.environment = {{"SHOT", shot}}})
-            .err;
-    };
-    EXPECT_TRUE(contains(again("one"), "1 written"));
-    EXPECT_TRUE(contains(again("one"), "1 skipped"));
-    const float first = read_picture(at("out/o.png")).values.front();
-    EXPECT_TRUE(contains(again("two"), "1 written"));
-    EXPECT_NEAR(read_picture(at("out/o.png")).values.front(), first / 2, 1e-3);
-    EXPECT_TRUE(contains(again("two"), "1 skipped"));
+    EXPECT_TRUE(again().says("written"));
 }
 
 TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
     write_text(at("config.ocio"), kConfig);
     write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
-    const auto again = [&](const Arguments& more) {
-        Arguments arguments = {"run",           at("none.yaml"), "-i",  at("in.exr"), "-o",
-                               at("out/o.exr"), "--on-existing", "skip"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
-        return contains(outcome.err, "1 written") ? "written" : "skipped";
+    const auto again = [&](const Words& more) {
+        Words words = {"--on-existing", "skip"};
+        words.insert(words.end(), more.begin(), more.end());
+        const auto outcome = through("in.exr", "o.exr", words);
+        EXPECT_EQ(outcome.code, 0) << outcome.said;
+        return outcome.says("skipped") ? "skipped" : "written";
     };
     const auto red = [&] {
         return int(std::lround(read_picture(at("out/o.png")).values.front() * 255));
     };
     const std::string config = at("config.ocio");
-    const Arguments wall = {"--png", "--ocio", config, "--ocio-display", "wall"};
-    const Arguments halved = {"--png", "--ocio", config, "--ocio-view", "Halved"};
+    const Words wall = {"--png", "--ocio", config, "--ocio-display", "wall"};
+    const Words halved = {"--png", "--ocio", config, "--ocio-view", "Halved"};
     EXPECT_STREQ(again({"--png"}), "written");
     EXPECT_STREQ(again({"--png"}), "skipped");
     EXPECT_EQ(red(), 155);
@@ -315,32 +290,13 @@ TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
     EXPECT_EQ(red(), 155);
 }
 
-TEST_F(OcioTest, ThePlanAndTheInspectionReadTheColorSpaceToo) {
-    const Kind kind{"c.png", kByte, 8, 3, true};
-    write_picture(at("c.png"), kind, noise_of(kind));
-    for (const char* subcommand : {"plan", "inspect"}) {
-        Arguments arguments = {subcommand};
-        if (std::string(subcommand) == "plan") arguments.push_back(at("none.yaml"));
-        arguments.insert(arguments.end(), {"-i", at("c.png"), "--ocio", config()});
-        arguments.push_back("--input-transfer");
-        Arguments wrong = arguments;
-        arguments.push_back("ocio:camera");
-        EXPECT_EQ(run(arguments).code, 0) << run(arguments).text();
-        wrong.push_back("ocio:kamera");
-        EXPECT_TRUE(contains(run(wrong).err, "has no 'kamera'; it has lin, halved")) << subcommand;
-    }
-}
-
 TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
     write_text(at("config.ocio"), kConfig);
     write_exr("in.exr", {{0.5f, 0.25f, -1, 1}, {3, 0.125f, 0, 1}});
-    const auto preview = [&](Arguments more, const Launch& launch = {}) {
-        Arguments arguments = {"run",      at("none.yaml"), "-i",    at("in.exr"),
-                               "-o",       at("out/o.exr"), "--png", "--on-existing",
-                               "overwrite"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const auto outcome = run(arguments, launch);
-        EXPECT_EQ(outcome.code, 0) << outcome.text();
+    const auto preview = [&](Words more) {
+        more.push_back("--png");
+        const auto outcome = through("in.exr", "o.exr", more);
+        EXPECT_EQ(outcome.code, 0) << outcome.said;
         std::vector<int> codes;
         for (const float v : read_picture(at("out/o.png")).values)
             codes.push_back(int(std::lround(v * 255)));
@@ -356,16 +312,19 @@ TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
               (Codes{32, 16, 0, 191, 8, 0}));
     EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
               (Codes{255, 255, 0, 255, 128, 0}));
-    EXPECT_EQ(preview({}, {.environment = {{"OCIO", config}}}), plain);
+    {
+        const Variable variable("OCIO", config);
+        EXPECT_EQ(preview({}), plain);
+    }
     // Without OCIO: (0.5 / 1.5)^(1/2.2).
-    EXPECT_EQ(preview({}, {.environment = {{"OCIO", std::nullopt}}})[0], 155);
+    EXPECT_EQ(preview({})[0], 155);
 }
 
 TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
     write_text(at("config.ocio"), kConfig);
     write_text(at("broken.ocio"), "ocio_profile_version: [");
     write_exr("in.exr", {{0.5f, 0.25f, 0, 1}});
-    const std::tuple<Arguments, int, const char*> cases[] = {
+    const std::tuple<Words, int, const char*> cases[] = {
         {{"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
         {{"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
         {{"--png", "--ocio", at("config.ocio"), "--ocio-view", "Film"}, 2, "Plain, Halved"},
@@ -387,14 +346,12 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
         {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display needs an OpenColorIO configuration"},
     };
     for (const auto& [more, code, why] : cases) {
-        Arguments arguments = {"run", at("none.yaml"), "-i", at("in.exr"), "-o", at("out/o.exr")};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        const auto outcome = run(arguments, {.environment = {{"OCIO", std::nullopt}}});
-        EXPECT_EQ(outcome.code, code) << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        const auto outcome = through("in.exr", "o.exr", more);
+        EXPECT_EQ(outcome.code, code) << outcome.said;
+        EXPECT_TRUE(outcome.says(why)) << outcome.said;
         EXPECT_FALSE(exists(at("out/o.exr")));
     }
-    const std::tuple<Arguments, int, const char*> of_pictures[] = {
+    const std::tuple<Words, int, const char*> of_pictures[] = {
         {with_config({"--output-transfer", "ocio:film2"}), 2, "has no 'film2'; it has lin, halved"},
         {with_config({"--output-transfer", "view", "--ocio-view", "Noir"}), 2, "Plain, Halved"},
         {{"--output-transfer", "ocio:film", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
@@ -402,8 +359,8 @@ TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
     };
     for (const auto& [more, code, why] : of_pictures) {
         const auto outcome = through("in.exr", "o.png", more);
-        EXPECT_EQ(outcome.code, code) << outcome.text();
-        EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+        EXPECT_EQ(outcome.code, code) << outcome.said;
+        EXPECT_TRUE(outcome.says(why)) << outcome.said;
         EXPECT_FALSE(exists(at("out/o.png")));
     }
 }

@@ -1,0 +1,125 @@
+// What a run says of a frame: faulty values of its planes, and parts of the result that limits cut.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/run/fixture.h"
+
+namespace postchain::sequence::warnings_test {
+namespace {
+
+using test::FrameFile;
+using test::Planes;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+class WarningsTest : public SequenceTest {
+  protected:
+    void SetUp() override {
+        SequenceTest::SetUp();
+        settings_.on_existing = io::OnExisting::overwrite;
+        chain_ = test::chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.5}});
+    }
+    FrameReport report_on(const Planes& planes, const FrameFile& file = {}) {
+        test::write_frame(in(1), planes, file);
+        const FrameReport report = last_frame();
+        EXPECT_TRUE(report.status.ok()) << report.status.message();
+        for (const float value : test::read_color(out(1)).data) EXPECT_TRUE(std::isfinite(value));
+        return report;
+    }
+    Planes planes_ = test::make_planes(48, 32);
+};
+
+TEST_F(WarningsTest, FaultyValuesAreCountedByKind) {
+    planes_.color.at(20, 3, 0) = NAN;
+    planes_.color.at(21, 3, 1) = kInf;
+    planes_.color.at(22, 3, 1) = 3e38f;  // no mean of such colors would fit a float
+    planes_.depth.at(5, 2) = NAN;
+    planes_.depth.at(6, 2) = kInf;  // a common value for background
+    planes_.depth.at(9, 9) = -1;
+    planes_.motion.at(7, 9, 1) = NAN;
+    planes_.motion.at(8, 9, 0) = -kInf;
+    planes_.motion.at(9, 9, 0) = 12000;  // Cycles' sentinel
+    FrameFile file;
+    file.origin_x = -10;
+    file.origin_y = -4;
+    const FrameReport report = report_on(planes_, file);
+    EXPECT_EQ(report.health.nonfinite_color, 3u);
+    EXPECT_EQ(report.health.nonfinite_depth, 1u);
+    EXPECT_EQ(report.health.nonfinite_motion, 2u);
+    EXPECT_EQ(report.health.negative_depth, 1u);
+    EXPECT_EQ(report.health.sentinel_motion, 1u);
+    // Pixel (5, 2) of the planes is (-5, -2) of the file.
+    EXPECT_EQ(report.health.first_nonfinite, (std::array<int, 2>{-5, -2}));
+    EXPECT_EQ(report.output_nonfinite, 0u);
+}
+
+TEST_F(WarningsTest, VectorsThatSayNothingAndDepthThatIsCoarse) {
+    EXPECT_TRUE(report_on(planes_).warnings.empty());
+    FrameFile half_depth;
+    half_depth.depth_type = io::PixelType::half;
+    EXPECT_THAT(report_on(planes_, half_depth).warnings, Contains(HasSubstr("half float")));
+    for (const float value : {0.0f, 10000.0f}) {
+        for (ImageF* plane : {&planes_.motion, &planes_.back})
+            std::fill(plane->data.begin(), plane->data.end(), value);
+        EXPECT_THAT(report_on(planes_).warnings,
+                    Contains(HasSubstr("every motion vector is zero")));
+    }
+}
+
+// A sun that a half cannot hold stays the brightest thing of the image.
+TEST_F(WarningsTest, InfiniteColorIsClampedOrZero) {
+    for (int y = 12; y < 20; ++y)
+        for (int x = 20; x < 28; ++x)
+            for (int c = 0; c < 3; ++c) planes_.color.at(x, y, c) = kInf;
+    report_on(planes_);
+    const ImageF sun = test::read_color(out(1));
+    EXPECT_GT(*std::max_element(sun.data.begin(), sun.data.end()), 6e4f);
+    settings_.source.nonfinite_color = NonfiniteColor::zero;
+    report_on(planes_);
+    const ImageF black = test::read_color(out(1));
+    EXPECT_LT(*std::max_element(black.data.begin(), black.data.end()), 10.0f);
+}
+
+TEST_F(WarningsTest, CutStreaksAndCirclesAreCounted) {
+    size_t fast = 0;  // half of a streak above 1 px at half a frame
+    for (size_t i = 0; i < planes_.motion.pixels(); ++i)
+        fast += std::hypot(planes_.motion.data[2 * i], planes_.motion.data[2 * i + 1]) > 4;
+    ASSERT_GT(fast, 0u);
+    EXPECT_THAT(report_on(planes_).warnings, Not(Contains(HasSubstr("is cut to"))));
+    chain_ = test::chain_of(
+        "motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.5}, {"max_blur_px", int64_t(1)}});
+    EXPECT_THAT(
+        report_on(planes_).warnings,
+        Contains(HasSubstr(concat(" ", fast, " pixels is cut to 1 px; the largest is 1.677"))));
+    chain_ = test::chain_of("depth_of_field", {{"samples", int64_t(4)}, {"max_radius_px", 0.75}});
+    chain_.camera.focal_length_mm = 50;
+    chain_.camera.sensor_width_mm = 36;
+    chain_.camera.f_stop = 1.4;
+    chain_.camera.focus_distance = 2;
+    chain_.camera.meters_per_unit = 0.05;
+    EXPECT_THAT(report_on(planes_).warnings, Contains(HasSubstr("is cut to 0.75 px")));
+}
+
+// `focus` in the file is in meters.
+TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
+    FrameFile file;
+    file.attributes["focus"] = 0.1f;
+    const auto unit = HasSubstr("meters_per_unit is unknown");
+    EXPECT_THAT(report_on(planes_, file).warnings, Not(Contains(unit)));  // no pass needs it
+    chain_ = test::chain_of("depth_of_field", {{"samples", int64_t(4)}});
+    chain_.camera.focal_length_mm = 50;
+    chain_.camera.sensor_width_mm = 36;
+    chain_.camera.f_stop = 1.4;
+    EXPECT_THAT(report_on(planes_, file).warnings, Contains(unit));
+    chain_.camera.meters_per_unit = 0.05;
+    EXPECT_THAT(report_on(planes_, file).warnings, Not(Contains(unit)));
+}
+
+}  // namespace
+}  // namespace postchain::sequence::warnings_test

@@ -1,7 +1,13 @@
-// HTTP without sockets: who a client is, users, and tries of tokens.
+// HTTP without sockets: who a client is, users, tries of tokens, events in memory, files.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+
+#include "tests/io/exr_files.h"
 #include "tools/service/http/client.h"
+#include "tools/service/http/event_log.h"
+#include "tools/service/http/file_streams.h"
 #include "tools/service/http/guard.h"
 #include "tools/service/http/wrong_tokens.h"
 
@@ -108,6 +114,119 @@ TEST(Guards, KnowUsersByTokenAndSession) {
     EXPECT_TRUE(guard.is_base("/post"));
     EXPECT_EQ(guard.without_base("/poster"), "/poster");
     EXPECT_EQ(guard.without_base("/v1/jobs"), "/v1/jobs");
+}
+
+class Files : public testing::Test {
+  protected:
+    void write(const std::string& name, const std::string& text) {
+        std::ofstream(folder_.path(name)) << text;
+    }
+    std::string token_refusal(const std::string& name) {
+        const auto read = Users::of_token_file(folder_.path(name));
+        return read.ok() ? "taken" : read.status().message();
+    }
+    test::TempFolder folder_;
+};
+
+TEST_F(Files, ATokenFileHoldsOneToken) {
+    write("token", "0123456789abcdef\nmore\n");
+    EXPECT_EQ(token_refusal("token"), "taken");
+    for (const auto& [text, why] : std::vector<std::pair<std::string, const char*>>{
+             {"0123456789\n", "16 to 512 characters"},
+             {std::string(513, 'a'), "16 to 512 characters"},
+             {"0123456789 0123456789\n", "printable ASCII"},
+             {"", "16 to 512 characters"}}) {
+        write("token", text);
+        EXPECT_THAT(token_refusal("token"), testing::HasSubstr(why)) << text;
+    }
+    EXPECT_THAT(token_refusal("none"), testing::HasSubstr("cannot be read"));
+}
+
+TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
+    const auto write_both = [&](const std::string& token) {
+        write("token", token + "\n");
+        write("users",
+              "postchain_users: 1\nusers:\n  bob: {token: bbbbbbbbbbbbbbbb}\n"
+              "  ann: {token: " +
+                  token + "}\n");
+    };
+    const std::string former = "0123456789abcdef", token = "fedcba9876543210";
+    for (const bool several : {false, true}) {
+        write_both(former);
+        const auto users = several ? *Users::of_file(folder_.path("users"),
+                                                     [](const std::string&) { return Status(); })
+                                   : *Users::of_token_file(folder_.path("token"));
+        const std::string session = users->with_token(former)->session;
+        ASSERT_TRUE(users->reload().ok());
+        EXPECT_TRUE(users->in_session(session)) << "the token has not changed";
+        write_both(token);
+        ASSERT_TRUE(users->reload().ok());
+        EXPECT_FALSE(users->with_token(former));
+        EXPECT_FALSE(users->in_session(session));
+        ASSERT_TRUE(users->with_token(token));
+        EXPECT_EQ(users->with_token(token)->name, several ? "ann" : "");
+        write_both("short");
+        EXPECT_THAT(users->reload().message(), testing::HasSubstr(several ? "users:4:" : "token"));
+        EXPECT_TRUE(users->with_token(token)) << "the users stay";
+    }
+}
+
+std::vector<Event> events_of(int64_t first,
+                             const std::vector<std::pair<const char*, const char*>>& all) {
+    std::vector<Event> events;
+    for (const auto& [job, type] : all) events.push_back({first++, job, 0, type, "{}"});
+    return events;
+}
+
+TEST(EventLogs, KeepTheNewestEventsForEveryListener) {
+    EventLog log(10, 3);
+    EXPECT_TRUE(log.covers(10));
+    EXPECT_FALSE(log.covers(9)) << "it is in the store only";
+    log.add(events_of(11, {{"1", "queued"}, {"2", "queued"}}));
+    log.add(events_of(13, {{"1", "done"}, {"2", "frame"}}));
+    EXPECT_EQ(log.newest(), 14);
+    EXPECT_EQ(log.floor(), 11);
+    EXPECT_TRUE(log.covers(11));
+    EXPECT_FALSE(log.covers(10));
+    const EventBatch all = log.after(11, "", 2);
+    EXPECT_EQ(all.texts.size(), 2u);
+    EXPECT_EQ(all.last, 13);
+    EXPECT_TRUE(all.ends);
+    EXPECT_THAT(*all.texts[0], testing::HasSubstr("id: 12\n"));
+    const EventBatch of_second = log.after(11, "2", 9);
+    EXPECT_EQ(of_second.texts.size(), 2u);
+    EXPECT_EQ(of_second.last, 14);
+    EXPECT_FALSE(of_second.ends);
+    EXPECT_EQ(log.after(14, "", 9).last, 14);
+    // From the store. A job may go on after its end.
+    EXPECT_TRUE(batch_of(events_of(5, {{"1", "canceled"}}), 4).ends);
+    EXPECT_FALSE(batch_of(events_of(5, {{"1", "failed"}, {"1", "requeued"}}), 4).ends);
+    EXPECT_EQ(batch_of({}, 4).last, 4);
+}
+
+// The length has been sent: an early end alone tells the client that the file has changed.
+TEST_F(Files, AFileThatIsShortenedWhileItIsSentEndsWithAnError) {
+    const std::string bytes(600'000, 'x');
+    const auto file = [&](const char* name) {
+        write(name, bytes);
+        return ResultFile{folder_.path(name), name, "image/x-exr", bytes.size()};
+    };
+    for (const bool zip : {false, true})
+        for (const size_t left : {size_t(0), size_t(100'000), bytes.size() - 1, bytes.size()}) {
+            const ResultFile a = file("a.exr");
+            const Reply reply = zip ? zip_reply({a, file("b.exr")}, "all.zip") : download_reply(a);
+            std::filesystem::resize_file(a.path, left);
+            uint64_t sent = 0;
+            Status error;
+            for (bool ends = false; !ends && error.ok();) {
+                auto part = reply.source->next();
+                error = part.status();
+                ends = error.ok() && part->empty();
+                if (error.ok()) sent += part->size();
+            }
+            EXPECT_EQ(error.ok(), left == bytes.size()) << zip << " " << left;
+            EXPECT_EQ(sent == reply.source->bytes(), error.ok()) << sent;
+        }
 }
 
 }  // namespace

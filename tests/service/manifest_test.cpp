@@ -4,7 +4,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <future>
 #include <nlohmann/json.hpp>
 
 #include "tests/command/frames.h"
@@ -38,22 +37,21 @@ class ManifestsOfAService : public test::ServiceTest {
         fs::remove(root("man.json"));
         fs::create_symlink(target, root("man.json"));
     }
-    // All replies about a request for a matte of that name: faults, messages, warnings, sidecars.
-    std::string plan(const std::string& matte) {
-        const auto answer = service_->plan(user(), chain(matte, {{"input", "in.####.exr"}}).dump());
+    // All replies about a request for the matte zzz: faults, messages, warnings, sidecars.
+    std::string plan() {
+        const auto answer = service_->plan(user(), chain({{"input", "in.####.exr"}}).dump());
         if (const auto* problem = std::get_if<Problem>(&answer)) return problem->detail;
         return std::get<std::string>(answer);
     }
-    std::string preview(const std::string& matte) {
-        std::promise<Answer<Picture>> answer;
-        service_->preview(user(), chain(matte, {{"input", "in.####.exr"}, {"frame", 1}}).dump(), {},
-                          [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
-        const auto got = answer.get_future().get();
-        const auto* problem = std::get_if<Problem>(&got);
-        return problem ? problem->detail : "a picture";
+    std::string preview() {
+        const std::string asked = chain({{"input", "in.####.exr"}, {"frame", 1}}).dump();
+        const auto answer =
+            answer_to([&](auto done) { service_->preview(user(), asked, {}, std::move(done)); });
+        const auto* problem = std::get_if<Problem>(&answer);
+        return problem ? problem->detail : "an image";
     }
-    std::string work(const std::string& kind, const std::string& matte) {
-        json body = chain(matte, {{"kind", kind}, {"output", concat(kind, ++jobs_)}});
+    std::string work(const std::string& kind) {
+        json body = chain({{"kind", kind}, {"output", concat(kind, ++jobs_)}});
         if (kind == "study") {
             std::ofstream(root("held.json")) << body["chain"];
             std::ofstream(root("plain.json")) << R"({"postchain": 1, "passes": ["fxaa"]})";
@@ -76,9 +74,12 @@ class ManifestsOfAService : public test::ServiceTest {
         for (const JobFrame& frame : frames(id)) said += frame.message + frame.sidecar;
         return said;
     }
-    static json chain(const std::string& matte, json more) {
+    std::vector<std::string> replies() {
+        return {plan(), preview(), work("run"), work("ab"), work("bench"), work("study")};
+    }
+    static json chain(json more) {
         more["chain"] = {{"postchain", 1},
-                         {"passes", {{{"fxaa", {{"matte", "cryptomatte:" + matte}}}}}}};
+                         {"passes", {{{"fxaa", {{"matte", "cryptomatte:zzz"}}}}}}};
         return more;
     }
     int jobs_ = 0;
@@ -86,22 +87,18 @@ class ManifestsOfAService : public test::ServiceTest {
 
 TEST_F(ManifestsOfAService, AreReadUnderItsRoots) {
     link("more/names.json");
-    for (const std::string& said : {plan("zzz"), preview("zzz"), work("run", "zzz"),
-                                    work("ab", "zzz"), work("bench", "zzz"), work("study", "zzz")})
+    for (const std::string& said : replies())
         EXPECT_THAT(said, HasSubstr("no 'zzz' in the cryptomatte; it has inside"));
 }
 
 TEST_F(ManifestsOfAService, AreNotReadElsewhere) {
-    for (const std::string& target : {outside("names.json"), outside("none.json")}) {
-        link(target);
-        for (const std::string& said :
-             {plan("zzz"), preview("zzz"), work("run", "zzz"), work("ab", "zzz"),
-              work("bench", "zzz"), work("study", "zzz")})
-            EXPECT_THAT(said, Not(HasSubstr("no 'zzz'")));
-        // The reply does not reveal whether the file exists.
-        const std::string said = work("run", "zzz");
-        EXPECT_THAT(said, HasSubstr("man.json' is outside the folders of this service"));
-        EXPECT_THAT(said, HasSubstr("'zzz' is found by the hash of its name"));
+    link(outside("names.json"));
+    for (const std::string& said : replies()) EXPECT_THAT(said, Not(HasSubstr("no 'zzz'")));
+    // The reply does not reveal whether the file exists.
+    for (const char* name : {"names.json", "none.json"}) {
+        link(outside(name));
+        EXPECT_THAT(work("run"), AllOf(HasSubstr("man.json' is outside the folders"),
+                                       HasSubstr("'zzz' is found by the hash of its name")));
     }
 }
 

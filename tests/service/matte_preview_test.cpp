@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
-#include <future>
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
@@ -93,13 +92,11 @@ TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
 }
 
 TEST_F(MattePreviews, AMatteThatIsNotThereIsSaidWithTheNearestName) {
-    std::promise<Answer<Picture>> answer;
-    service_->preview(user(),
-                      concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})"),
-                      {}, [&](Answer<Picture> got) { answer.set_value(std::move(got)); });
-    const auto got = answer.get_future().get();
-    ASSERT_TRUE(std::holds_alternative<Problem>(got));
-    const std::string detail = std::get<Problem>(got).detail;
+    const std::string asked =
+        concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})");
+    const std::string detail = no_picture([&](auto done) {
+                                   service_->preview(user(), asked, {}, std::move(done));
+                               }).detail;
     EXPECT_THAT(detail, HasSubstr("did you mean 'mask.left'?"));
 }
 

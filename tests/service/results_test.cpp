@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <future>
 #include <nlohmann/json.hpp>
 
 #include "tests/command/frames.h"
@@ -44,10 +43,9 @@ TEST_F(Results, PreviewsAndThumbnailsWhileAJobIsUnderWay) {
             [&](auto done) { service_->frame_image(user(), id, 1, after, {}, std::move(done)); });
         EXPECT_EQ(small.bytes.substr(1, 3), "PNG");
     }
-    std::promise<Answer<Picture>> none;
-    service_->frame_image(user(), id, 99, true, {},
-                          [&](Answer<Picture> got) { none.set_value(std::move(got)); });
-    EXPECT_EQ(std::get<Problem>(none.get_future().get()).kind, Problem::Kind::not_found);
+    EXPECT_EQ(
+        no_picture([&](auto done) { service_->frame_image(user(), id, 99, true, {}, done); }).kind,
+        Problem::Kind::not_found);
 }
 
 // Values for a page: magic, width, height, channels, then planes.
@@ -81,10 +79,10 @@ TEST_F(Results, PicturesAsValues) {
     EXPECT_EQ(
         size(picture([&](auto done) { service_->job_image(user(), id, values, std::move(done)); })),
         (std::vector{12, 8, 3}));
-    std::promise<Answer<Picture>> none;
-    service_->input_image(user(), "in.####.exr", 99, values,
-                          [&](Answer<Picture> got) { none.set_value(std::move(got)); });
-    EXPECT_EQ(std::get<Problem>(none.get_future().get()).kind, Problem::Kind::not_found);
+    EXPECT_EQ(no_picture([&](auto done) {
+                  service_->input_image(user(), "in.####.exr", 99, values, done);
+              }).kind,
+              Problem::Kind::not_found);
 }
 
 TEST_F(Results, PlansAndChains) {
@@ -127,12 +125,39 @@ TEST_F(Results, ReportsAreReadAndNothingBesideThem) {
     ASSERT_TRUE(std::holds_alternative<ResultFile>(page));
     EXPECT_EQ(std::get<ResultFile>(page).path, fs::canonical(root("report/index.html")).string());
     std::ofstream(root("secret.json")) << "{}";
-    for (const char* name : {"../secret.json", "/etc/passwd", "", ".", "none.json",
-                             ".postchain-report", "images", "images/../../secret.json"}) {
+    std::ofstream(outside("secret.json")) << "{}";
+    fs::create_symlink(outside("secret.json"), root("report/link.json"));
+    for (const char* name :
+         {"../secret.json", "/etc/passwd", "", ".", "none.json", ".postchain-report", "images",
+          "images/../../secret.json", "link.json"}) {
         const auto answer = service_->report_file(user(), id, name);
         ASSERT_TRUE(std::holds_alternative<Problem>(answer)) << name;
         EXPECT_EQ(std::get<Problem>(answer).kind, Problem::Kind::not_found) << name;
     }
+}
+
+// The folders are those of the service when it was submitted, and links lead out of them since.
+TEST_F(Results, FilesThatLinkOutsideAreNotShown) {
+    open();
+    const std::string id = submit(body());
+    ASSERT_EQ(ended(id).state, JobState::done);
+    const auto replace = [&](const std::string& name, const std::string& target) {
+        fs::rename(root(name), outside(target));
+        fs::create_symlink(outside(target), root(name));
+    };
+    replace("out/o.0001.exr.json", "sidecar.json");
+    EXPECT_EQ(std::get<JobFrame>(service_->frame(id, 1)).sidecar, "");
+    EXPECT_NE(std::get<JobFrame>(service_->frame(id, 2)).sidecar, "");
+    replace("out/o.0006.exr", "o.exr");
+    replace("in.0002.exr", "in.exr");
+    const User& one = user();
+    for (const auto& ask : std::vector<Ask>{
+             [&](auto done) { service_->frame_image(one, id, 6, true, {}, done); },
+             [&](auto done) { service_->frame_image(one, id, 2, false, {}, done); },
+             [&](auto done) { service_->job_image(one, id, {}, done); },
+             [&](auto done) { service_->input_image(one, "in.####.exr", 2, {}, done); }})
+        EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
+    EXPECT_EQ(std::get<Problem>(service_->outputs(one, id, 6, 6)).kind, Problem::Kind::forbidden);
 }
 
 TEST_F(Results, ABenchIsDoneAndTakenUpAgain) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <nlohmann/json.hpp>
 
 #include "tests/command/frames.h"
@@ -14,6 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+using test::HeldPass;
 using test::ServiceTest;
 using testing::HasSubstr;
 using testing::Not;
@@ -25,6 +27,12 @@ class Jobs : public ServiceTest {
 
 TEST_F(Jobs, AJobIsDone) {
     open();
+    std::mutex mutex;
+    std::vector<int64_t> heard;
+    service_->on_event([&](const Event& event) {
+        const std::lock_guard lock(mutex);
+        heard.push_back(event.id);
+    });
     const std::string id = submit(body());
     const Job job = ended(id);
     EXPECT_EQ(job.state, JobState::done) << job.message;
@@ -39,31 +47,22 @@ TEST_F(Jobs, AJobIsDone) {
         EXPECT_EQ(whole.sidecar, test::read_text(out(frame.frame) + ".json"));
         EXPECT_EQ(json::parse(whole.sidecar)["outcome"], "written");
     }
-    for (const Event& event : events(id)) EXPECT_TRUE(json::parse(event.data).is_object());
+    std::vector<int64_t> stored;
+    for (const Event& event : events(id)) {
+        EXPECT_TRUE(json::parse(event.data).is_object());
+        stored.push_back(event.id);
+    }
+    EXPECT_TRUE(wait_for([&] {
+        const std::lock_guard lock(mutex);
+        return heard == stored;
+    }));
+    service_->on_event({});
     EXPECT_EQ(types_of(id), "queued started frames frame frame frame frame frame frame done ");
     const std::string metrics = service_->metrics();
     EXPECT_THAT(metrics, HasSubstr("postchain_frames_total{result=\"written\"} 6\n"));
     EXPECT_THAT(metrics, HasSubstr("postchain_step_seconds_count{step=\"filter\"} 6\n"));
     EXPECT_THAT(metrics, HasSubstr("postchain_build_info{"));
     EXPECT_THAT(metrics, HasSubstr("postchain_jobs{state=\"done\"} 1\n"));
-}
-
-TEST_F(Jobs, ListenersHearEveryEventThatIsInTheStore) {
-    open();
-    std::mutex mutex;
-    std::vector<int64_t> heard;
-    service_->on_event([&](const Event& event) {
-        const std::lock_guard lock(mutex);
-        heard.push_back(event.id);
-    });
-    const std::string id = submit(body());
-    ended(id);
-    const auto events = std::get<std::vector<Event>>(service_->events("", 0, 100));
-    EXPECT_TRUE(wait_for([&] {
-        const std::lock_guard lock(mutex);
-        return heard.size() == events.size();
-    }));
-    service_->on_event({});
 }
 
 TEST_F(Jobs, AStrangersFileIsNeverReplacedByFail) {
@@ -172,9 +171,7 @@ TEST_F(Jobs, AFailureOfGlIsOneFramesAndTheOthersAreDone) {
     EXPECT_EQ(frames(id)[2].state, FrameState::quarantined);
     EXPECT_EQ(frames(id)[2].attempts, attempts_);
     EXPECT_THAT(frames(id)[2].message, HasSubstr("nowhere.comp"));
-    size_t anew = 0;
-    for (const Event& event : events(id)) anew += event.type == "requeued";
-    EXPECT_EQ(anew, size_t(attempts_));
+    EXPECT_EQ(test::count_of(types_of(id), "requeued"), attempts_);
     EXPECT_TRUE(service_->health().gl);
     EXPECT_EQ(ended(submit(body(R"(, "on_existing": "overwrite")"))).state, JobState::done);
     close();
@@ -225,15 +222,6 @@ TEST_F(Jobs, WhatItWritesAndMeasuresIsCounted) {
     EXPECT_EQ(ab.bytes, size(root("report")));
 }
 
-TEST_F(Jobs, ACanceledJobHasTheExitCodeOfAnInterruptedCommand) {
-    open();
-    submit(body());
-    const std::string id = submit(in_folder(body(), "other"));
-    ASSERT_TRUE(std::holds_alternative<Job>(service_->cancel(user(), id)));
-    EXPECT_EQ(ended(id).state, JobState::canceled);
-    EXPECT_EQ(ended(id).exit_code, 143);
-}
-
 TEST_F(Jobs, APartOfASequenceInAFolderThatIsMade) {
     open();
     const std::string id =
@@ -269,25 +257,23 @@ TEST_F(Jobs, FramesThatAreNotThere) {
     EXPECT_THAT(frames(held)[1].message, HasSubstr("frame 6 is written in its place"));
 }
 
+// When it is submitted, and when it runs.
 TEST_F(Jobs, AnOutputFolderThatIsRemovedFailsItsJobAlone) {
-    open();
+    hold();
     const std::string in_gone = in_folder(body(), "gone");
-    // When it is submitted, and when it runs.
     fs::remove_all(root("gone"));
-    const Problem none = refused(in_gone);
-    EXPECT_NE(none.detail.find("gone: folder does not exist; create it or use mkdir: true"),
-              std::string::npos)
-        << none.detail;
+    EXPECT_THAT(refused(in_gone).detail,
+                HasSubstr("gone: folder does not exist; create it or use mkdir: true"));
     fs::create_directories(root("gone"));
-    add_frames(60);
-    const std::string before = submit(body(R"(, "priority": 1)"));
+    const std::string before = submit(held_body());
     const std::string waits = submit(in_gone);
     fs::remove_all(root("gone"));
-    ended(before);
+    HeldPass::held = false;
     const Job job = ended(waits);
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_EQ(job.exit_code, 5);
     EXPECT_THAT(job.message, HasSubstr("gone"));
+    EXPECT_EQ(ended(before).state, JobState::done);
     EXPECT_EQ(ended(submit(body(R"(, "on_existing": "skip")"))).state, JobState::done);
 }
 
@@ -317,54 +303,55 @@ TEST_F(Jobs, AFrameThatIsALinkToTheOutsideIsNotRead) {
 }
 
 TEST_F(Jobs, TheLargerPriorityGoesFirst) {
-    add_frames(60);
+    add_frames(20);
     hold();
     const std::string slow = submit(held_body(R"(, "priority": -1)"));
-    ASSERT_TRUE(wait_for([&] { return job(slow).done >= 2; }));
+    ASSERT_TRUE(wait_for([] { return HeldPass::waits.load(); }));
     const std::string larger =
         submit(in_folder(body(R"(, "frames": "1-3", "priority": 5)"), "first"));
-    test::HeldPass::held = false;
+    HeldPass::held = false;
     const Job first = ended(larger);
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);
     EXPECT_EQ(other.state, JobState::done) << other.message;
-    EXPECT_EQ(other.done, 60);
+    EXPECT_EQ(other.done, 20);
     EXPECT_LE(first.ended_ms, other.ended_ms);
-    size_t ends = 0;
-    for (const Event& event : events(slow)) ends += event.type == "frame";
-    EXPECT_EQ(ends, 60u);
+    const std::string types = types_of(slow);
+    EXPECT_THAT(types, HasSubstr("requeued"));
+    EXPECT_EQ(test::count_of(types, "frame "), 20);
     for (const JobFrame& frame : frames(slow)) EXPECT_LE(frame.attempts, 1) << frame.frame;
 }
 
 TEST_F(Jobs, AStudyMakesWayAndGoesOn) {
     json scenes = json::array();
-    for (int i = 0; i < 8; ++i)
+    for (int i = 0; i < 4; ++i)
         scenes.push_back({{"name", concat("s", i)},
                           {"input", "in.####.exr"},
-                          {"truth", i == 3 ? "none.####.exr" : "in.####.exr"}});
+                          {"frames", i == 0 ? "1" : "3"},
+                          {"truth", i == 2 ? "none.####.exr" : "in.####.exr"}});
     const json study = {{"postchain_study", 1},
-                        {"chains", {{"quick", "fast"}, {"report", "paper"}}},
-                        {"settings", {{"camera", "camera.json"}, {"repeats", 1}}},
+                        {"chains", {{"held", {"held"}}, {"plain", {"fxaa"}}}},
+                        {"settings", {{"repeats", 1}}},
                         {"scenes", scenes}};
-    std::ofstream(root("camera.json"))
-        << R"({"focal_length_mm": 50, "sensor_width_mm": 36, "f_stop": 2, "focus_distance": 2})";
-    open();
+    hold();
     const std::string slow = submit(
         json({{"kind", "study"}, {"study", study}, {"output", "study"}, {"priority", -1}}).dump());
-    ASSERT_TRUE(wait_for([&] { return fs::exists(root("study/tasks/s0.quick_vs_report.json")); }));
-    const Job first = ended(submit(body()));
+    ASSERT_TRUE(wait_for([&] { return HeldPass::waits.load(); }));
+    const std::string urgent = submit(body());
+    HeldPass::held = false;
+    const Job first = ended(urgent);
     EXPECT_EQ(first.state, JobState::done) << first.message;
     const Job other = ended(slow);
     EXPECT_LE(first.ended_ms, other.ended_ms);
     EXPECT_THAT(types_of(slow), HasSubstr("requeued"));
     EXPECT_EQ(other.state, JobState::done) << other.message;
     EXPECT_EQ(other.exit_code, 1);
-    EXPECT_THAT(other.message, HasSubstr("scene s3: "));
+    EXPECT_THAT(other.message, HasSubstr("scene s2: "));
     EXPECT_THAT(other.message, Not(HasSubstr(root())));
-    const json report = json::parse(test::read_text(root("study/report.json")));
-    EXPECT_EQ(report["scenes"].size(), 8u);
-    EXPECT_THAT(test::read_text(root("study/report.json")), Not(HasSubstr(root())));
-    const auto inner = service_->report_file(user(), slow, "scenes/s0/quick_vs_report/index.html");
+    const std::string report = test::read_text(root("study/report.json"));
+    EXPECT_EQ(json::parse(report)["scenes"].size(), 4u);
+    EXPECT_THAT(report, Not(HasSubstr(root())));
+    const auto inner = service_->report_file(user(), slow, "scenes/s0/held_vs_plain/index.html");
     EXPECT_TRUE(std::holds_alternative<ResultFile>(inner));
 }
 
@@ -384,76 +371,77 @@ TEST_F(Jobs, AKeyIsOfItsUser) {
     EXPECT_EQ(submitted("ann", held_body()), of_ann);
     EXPECT_EQ(submitted("ben", held_body()), of_ben);
     EXPECT_EQ(submitted("ben", held_body(" ")), "") << "another body";
-    test::HeldPass::held = false;
+    HeldPass::held = false;
 }
 
 TEST_F(Jobs, DrainedWorkGoesOnInTheNextProcess) {
-    add_frames(40);
-    open();
-    const std::string id = submit(body());
-    ASSERT_TRUE(wait_for([&] { return job(id).done >= 2; }));
-    service_->drain();
-    const Job drained = job(id);
-    EXPECT_TRUE(drained.state == JobState::queued || drained.state == JobState::done);
-    bool created = false;
-    const auto late = service_->submit(user(), body(), "", &created);
-    ASSERT_TRUE(std::holds_alternative<Problem>(late));
-    EXPECT_EQ(std::get<Problem>(late).kind, Problem::Kind::unavailable);
-    EXPECT_TRUE(service_->health().draining);
+    hold();
+    const std::string id = submit(held_body());
+    ASSERT_TRUE(wait_for([&] { return HeldPass::waits && job(id).done == 2; }));
+    const auto drained = std::async(std::launch::async, [&] { service_->drain(); });
+    ASSERT_TRUE(wait_for([&] { return service_->health().draining; }));
+    HeldPass::held = false;
+    drained.wait();
+    EXPECT_EQ(refused(body()).kind, Problem::Kind::unavailable);
     close();
     open();
     EXPECT_EQ(ended(id).state, JobState::done);
-    EXPECT_EQ(ended(id).done, 40);
+    EXPECT_EQ(ended(id).done, 6);
     for (const JobFrame& frame : frames(id)) EXPECT_EQ(frame.attempts, 1) << frame.frame;
 }
 
 TEST_F(Jobs, CanceledAndTriedAgain) {
-    add_frames(40);
+    add_frames(12);
     hold();
     const std::string id = submit(held_body());
-    ASSERT_TRUE(wait_for([&] { return job(id).done >= 1; }));
+    ASSERT_TRUE(wait_for([&] { return HeldPass::waits && job(id).done == 2; }));
     const auto canceled = service_->cancel(user(), id);
     ASSERT_TRUE(std::holds_alternative<Job>(canceled));
     EXPECT_EQ(std::get<Job>(canceled).state, JobState::canceled);
-    const auto twice = service_->cancel(user(), id);
-    EXPECT_EQ(std::get<Problem>(twice).kind, Problem::Kind::conflict);
-    test::HeldPass::held = false;
+    EXPECT_EQ(std::get<Job>(canceled).exit_code, 143) << "as of the command after SIGTERM";
+    EXPECT_EQ(std::get<Problem>(service_->cancel(user(), id)).kind, Problem::Kind::conflict);
+    HeldPass::held = false;
+    // The work under way ends: the next job need not wait for the other frames.
+    EXPECT_EQ(ended(submit(in_folder(body(), "next"))).state, JobState::done);
+    EXPECT_FALSE(fs::exists(root("out/o.0012.exr")));
+    EXPECT_EQ(job(id).done, 2);
     ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
-    EXPECT_EQ(ended(id).state, JobState::done);
-    EXPECT_EQ(ended(id).done, 40);
+    EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    EXPECT_EQ(ended(id).done, 12);
     EXPECT_EQ(std::get<Problem>(service_->retry(user(), id)).kind, Problem::Kind::conflict);
     EXPECT_EQ(std::get<Problem>(service_->cancel(user(), "77")).kind, Problem::Kind::not_found);
 }
 
 TEST_F(Jobs, KeysAndAFullQueue) {
     max_queue_ = 1;
-    open();
-    service_->drain();
-    close();
-    open();
-    bool created = false;
-    const auto first = service_->submit(user(), body(), "key", &created);
-    ASSERT_TRUE(created);
-    const std::string id = std::get<Job>(first).id;
-    ended(id);
-    const auto same = service_->submit(user(), body(), "key", &created);
-    EXPECT_FALSE(created);
-    EXPECT_EQ(std::get<Job>(same).id, id);
-    const auto other = service_->submit(user(), body(" "), "key", &created);
-    EXPECT_EQ(std::get<Problem>(other).kind, Problem::Kind::conflict);
-    service_->drain();
-    close();
-    {
-        auto store = JobStore::open(settings().store, 2);
-        ASSERT_TRUE(store.ok());
-        EXPECT_EQ((*store)->add({JobKind::run, body()}, 1)->what, Added::What::made);
-        EXPECT_EQ((*store)->add({JobKind::run, body()}, 1)->what, Added::What::full);
-    }
-    open();
-    ended("2");
-    // Even if its files have been removed since.
-    for (int frame = 1; frame <= 6; ++frame) fs::remove(root(concat("in.000", frame, ".exr")));
-    EXPECT_EQ(std::get<Job>(service_->submit(user(), body(), "key", &created)).id, id);
+    hold();
+    submit(held_body());
+    ASSERT_TRUE(wait_for([] { return HeldPass::waits.load(); }));
+    const std::string next = in_folder(body(), "next");
+    const auto with_key = [&](const std::string& text, bool is_new) {
+        bool created = !is_new;
+        auto answer = service_->submit(user(), text, "key", &created);
+        EXPECT_EQ(created, is_new);
+        return answer;
+    };
+    const auto first = with_key(next, true);
+    ASSERT_TRUE(std::holds_alternative<Job>(first));
+    EXPECT_EQ(std::get<Job>(first).place, 1);
+    const Problem full = refused(body());
+    EXPECT_EQ(full.kind, Problem::Kind::busy);
+    EXPECT_GT(full.retry_after_s, 0);
+    // Also with a full queue, and if its files have been removed since.
+    for (int frame = 1; frame <= 6; ++frame)
+        fs::rename(root(concat("in.000", frame, ".exr")), outside(concat(frame)));
+    const auto same = with_key(next, false);
+    ASSERT_TRUE(std::holds_alternative<Job>(same));
+    EXPECT_EQ(std::get<Job>(same).id, std::get<Job>(first).id);
+    EXPECT_EQ(std::get<Job>(same).place, 1);
+    for (int frame = 1; frame <= 6; ++frame)
+        fs::rename(outside(concat(frame)), root(concat("in.000", frame, ".exr")));
+    EXPECT_EQ(std::get<Problem>(with_key(next + " ", false)).kind, Problem::Kind::conflict);
+    HeldPass::held = false;
+    EXPECT_EQ(ended(std::get<Job>(first).id).state, JobState::done);
 }
 
 TEST_F(Jobs, HealthSaysWhatIsWrong) {
@@ -466,18 +454,6 @@ TEST_F(Jobs, HealthSaysWhatIsWrong) {
     fs::remove_all(root());
     EXPECT_FALSE(service_->health().disk);
     EXPECT_NE(service_->health().why, "");
-}
-
-TEST_F(Jobs, TwoServicesOnOneStore) {
-    open();
-    std::unique_ptr<Service> first = std::move(service_);
-    const auto second = Service::open(
-        settings(), *[] {
-            static const PassRegistry none({});
-            return &none;
-        }());
-    ASSERT_FALSE(second.ok());
-    EXPECT_THAT(second.status().message(), HasSubstr("another service"));
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The file of the store: other programs, versions and processes, backups, damage, full disks.
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdlib>
@@ -9,6 +11,22 @@
 
 #include "tests/service/store_fixture.h"
 #include "tools/service/store/backup.h"
+
+namespace {
+
+int g_syncs = 0;
+
+}  // namespace
+
+// Counts SQLite's calls: symbols of the program come before those of the C library.
+extern "C" int fdatasync(int fd) {
+    ++g_syncs;
+    return int(syscall(SYS_fdatasync, fd));
+}
+extern "C" int fsync(int fd) {
+    ++g_syncs;
+    return int(syscall(SYS_fsync, fd));
+}
 
 namespace postchain::service {
 namespace {
@@ -25,45 +43,33 @@ TEST_F(StoreTest, TwoServicesRefuseEachOther) {
     EXPECT_EQ(refusal(), "opened");
 }
 
-TEST_F(StoreTest, AFileThatIsNoStoreStays) {
+TEST_F(StoreTest, OtherFilesAreRefusedAndStay) {
     const std::string text(5000, 'x');
     std::ofstream(path()) << text;
     EXPECT_THAT(refusal(), HasSubstr("is not a store of jobs"));
     EXPECT_EQ(test::read_text(path()), text);
-}
-
-TEST_F(StoreTest, ADatabaseOfAnotherProgramStays) {
-    sqlite3* other = nullptr;
-    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
-    sqlite3_exec(other, "CREATE TABLE jobs(a)", nullptr, nullptr, nullptr);
-    sqlite3_close(other);
+    fs::remove(path());
+    run_sql("CREATE TABLE jobs(a)");
     EXPECT_THAT(refusal(), HasSubstr("of another program"));
-}
-
-TEST_F(StoreTest, AStoreOfALaterVersionStays) {
+    fs::remove(path());
     open();
     store_.reset();
-    sqlite3* other = nullptr;
-    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
-    sqlite3_exec(other, "PRAGMA user_version = 99", nullptr, nullptr, nullptr);
-    sqlite3_close(other);
+    run_sql("PRAGMA user_version = 99");
     EXPECT_THAT(refusal(), HasSubstr("later version"));
+    EXPECT_EQ(JobStore::open(folder_.path("nowhere/store.db"), 3).status().code(),
+              StatusCode::output);
 }
 
 // A job that had quarantined one of its frames: its events say so, and a retry runs it again.
 TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
-    const std::string sql =
-        test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql");
-    make_store_of(sql);
+    run_sql(test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_1.sql"));
     for (int i = 0; i < 2; ++i) open();  // the second time it is a store of this version
     EXPECT_EQ(job("1").state, JobState::failed);
     EXPECT_EQ(job("1").failed, 1);
     EXPECT_EQ(frame("1", 1).state, FrameState::written);
     EXPECT_EQ(frame("1", 2).state, FrameState::quarantined);
     EXPECT_EQ(store_->tally("1")->quarantined, std::vector{2});
-    std::vector<std::string> types;
-    for (const Event& event : events("1")) types.push_back(event.type);
-    EXPECT_EQ(types,
+    EXPECT_EQ(types("1"),
               (std::vector<std::string>{"queued", "started", "frames", "frame", "frame_failed",
                                         "frame_failed", "quarantined", "failed"}));
     ASSERT_TRUE(store_->retry("1").ok());
@@ -73,7 +79,7 @@ TEST_F(StoreTest, AStoreOfVersionOneIsConverted) {
 
 // The version before: a job under way, a frame done and one in flight. It goes on.
 TEST_F(StoreTest, AStoreOfVersionTwoIsConvertedAndItsJobGoesOn) {
-    make_store_of(test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_2.sql"));
+    run_sql(test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_2.sql"));
     for (int i = 0; i < 2; ++i) open();
     EXPECT_EQ(job("1").state, JobState::failed);
     EXPECT_EQ(job("2").state, JobState::queued);
@@ -182,10 +188,17 @@ TEST_F(StoreTest, AFileThatIsTakenAwayRefusesChanges) {
     EXPECT_EQ(store_->jobs("", "", 100)->size(), 3u);
 }
 
-TEST_F(StoreTest, AFolderThatIsNotThere) {
-    const auto opened = JobStore::open(folder_.path("nowhere/store.db"), 3);
-    ASSERT_FALSE(opened.ok());
-    EXPECT_EQ(opened.status().code(), StatusCode::output);
+// What a reply has confirmed is on the disk: power may fail after it.
+TEST_F(StoreTest, EachChangeIsOnTheDiskWhenItReturns) {
+    open();
+    for (int i = 0; i < 3; ++i) {
+        const int before = g_syncs;
+        const std::string id = add();
+        EXPECT_GT(g_syncs, before) << "a new job";
+        const int added = g_syncs;
+        ASSERT_TRUE(*store_->cancel(id));
+        EXPECT_GT(g_syncs, added) << "its end";
+    }
 }
 
 }  // namespace

@@ -21,23 +21,33 @@ class StoreTest : public testing::Test {
         ASSERT_TRUE(opened.ok()) << opened.status().message();
         store_ = std::move(*opened);
     }
-    // A store from a dump of an earlier version.
-    void make_store_of(const std::string& sql) {
+    void open(const Retention& keep) {
+        store_.reset();
+        store_ = std::move(*JobStore::open(path(), 3, keep));
+    }
+    // Runs statements of another program in the file, which is created if it does not exist.
+    void run_sql(const std::string& sql) {
         ASSERT_FALSE(sql.empty());
-        sqlite3* old = nullptr;
-        ASSERT_EQ(sqlite3_open(path().c_str(), &old), SQLITE_OK);
-        EXPECT_EQ(sqlite3_exec(old, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-        sqlite3_close(old);
+        sqlite3* other = nullptr;
+        ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
+        EXPECT_EQ(sqlite3_exec(other, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+        sqlite3_close(other);
     }
     std::string path() const { return folder_.path("store.db"); }
     std::string refusal() const {
         const auto opened = JobStore::open(path(), 3);
         return opened.ok() ? "opened" : opened.status().message();
     }
-    std::string add(int priority = 0, const std::string& key = "") {
-        const auto added = store_->add({JobKind::run, "{}", priority, key}, 100);
+    std::string add(int priority = 0, const User& user = User()) {
+        const auto added = store_->add({JobKind::run, "{}", priority, ""}, 100, user);
         EXPECT_TRUE(added.ok());
         return added->job.id;
+    }
+    // A job that has ended; `frames` as its request says.
+    std::string add_ended(int frames = 0) {
+        const std::string id = store_->add({JobKind::run, "{}", 0, "", frames}, 100)->job.id;
+        EXPECT_TRUE(*store_->cancel(id));
+        return id;
     }
     // A running job with the waiting frames 1..count.
     std::string running(int count) {
@@ -54,6 +64,12 @@ class StoreTest : public testing::Test {
     }
     std::vector<Event> events(const std::string& id) { return *store_->events(id, 0, 100); }
     std::vector<FrameToDo> to_do(const std::string& id) { return *store_->to_do(id); }
+    std::vector<std::string> types(const std::string& id) {
+        std::vector<std::string> types;
+        for (const Event& event : events(id)) types.push_back(event.type);
+        return types;
+    }
+    size_t job_count() { return store_->jobs("", "", 1000)->size(); }
     JobFrame frame(const std::string& id, int number) { return **store_->frame(id, number); }
     Job job(const std::string& id) { return **store_->job(id); }
 

@@ -1,7 +1,10 @@
 // The store: states of jobs and frames, and crashes (simulated by closing it during work).
 #include <gmock/gmock.h>
 
+#include <algorithm>
+
 #include "tests/service/store_fixture.h"
+#include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {
@@ -32,9 +35,7 @@ TEST_F(StoreTest, EndedTwiceCountsOnce) {
     for (int i = 0; i < 2; ++i)
         ASSERT_TRUE(store_->frame_ends(id, {1, FrameState::written, "", false, 0, 0}).ok());
     EXPECT_EQ(job(id).done, 1);
-    size_t ends = 0;
-    for (const Event& event : events(id)) ends += event.type == "frame";
-    EXPECT_EQ(ends, 1u);
+    EXPECT_EQ(std::ranges::count(types(id), "frame"), 1);
 }
 
 // Any of several frames may have killed the process: the attempt counts for none of them.
@@ -77,6 +78,20 @@ TEST_F(StoreTest, AJobThatKillsTheProcessBeforeItsFirstFrameFails) {
         EXPECT_EQ(job(id).state, death < 3 ? JobState::queued : JobState::failed);
     }
     EXPECT_THAT(job(id).message, HasSubstr("3 times"));
+}
+
+// Its tasks go on without this process, so that no death is its fault.
+TEST_F(StoreTest, AJobInAnotherQueueOutlivesTheProcess) {
+    open();
+    const std::string id = add();
+    ASSERT_EQ(*store_->start(id), 1);
+    ASSERT_TRUE(store_->set_remote(id, "17").ok());
+    for (int death = 1; death <= 4; ++death) {
+        open();
+        ASSERT_EQ(job(id).state, JobState::queued) << death;
+        ASSERT_GT(*store_->start(id), 0);
+    }
+    EXPECT_EQ(*store_->remote(id), "17");
 }
 
 TEST_F(StoreTest, WhatWasGivenUpWaitsAsBefore) {
@@ -183,16 +198,50 @@ TEST_F(StoreTest, JobsAreReadOnFromAnyOfThem) {
 
 TEST_F(StoreTest, TheOldestEndedJobsGo) {
     open();
-    for (int i = 0; i < Retention().jobs + 3; ++i) {
-        const std::string id = add();
-        ASSERT_TRUE(*store_->cancel(id));
-    }
+    std::vector<std::string> ids;
+    for (int i = 0; i < 5; ++i) ids.push_back(add_ended());
     const std::string waiting = add();
-    open();
-    EXPECT_EQ(store_->jobs("canceled", "", 100000)->size(), size_t(Retention().jobs));
-    EXPECT_FALSE(*store_->job("1"));
+    store_.reset();
+    run_sql("UPDATE jobs SET ended_ms = ended_ms - 3 * 86400000 WHERE id <= 2");
+    open(Retention{.jobs = 1000, .days = 2});
+    EXPECT_EQ(job_count(), 4u);
+    EXPECT_TRUE(*store_->job(ids[2]));
+    open(Retention{.jobs = 2, .days = 0});
+    EXPECT_EQ(job_count(), 3u);
+    EXPECT_FALSE(*store_->job(ids[2]));
+    EXPECT_TRUE(events(ids[2]).empty());
     EXPECT_TRUE(*store_->job(waiting));
-    EXPECT_TRUE(store_->events("1", 0, 10)->empty());
+}
+
+// The newest job stays, however many frames it has.
+TEST_F(StoreTest, EndedJobsOfManyFramesGo) {
+    open();
+    for (const int frames : {10, kMaxEndedFrames, 5}) add_ended(frames);
+    open();
+    EXPECT_EQ(job_count(), 1u);
+    EXPECT_TRUE(*store_->job("3"));
+    add_ended(kMaxEndedFrames - 5);
+    open();
+    EXPECT_EQ(job_count(), 2u) << "as many as are allowed";
+    add_ended(kMaxEndedFrames + 1);
+    open();
+    EXPECT_EQ(job_count(), 1u);
+    EXPECT_TRUE(*store_->job("5"));
+}
+
+TEST_F(StoreTest, OldEventsOfEndedJobsGo) {
+    open();
+    const std::string ended = add_ended(), waiting = add();
+    store_.reset();
+    run_sql(
+        concat("UPDATE sqlite_sequence SET seq = seq + ", kMaxEvents, " WHERE name = 'events'"));
+    open();
+    const std::string later = add_ended();
+    open();
+    EXPECT_TRUE(events(ended).empty());
+    EXPECT_TRUE(*store_->job(ended));
+    EXPECT_EQ(types(waiting), std::vector<std::string>{"queued"});
+    EXPECT_EQ(events(later).size(), 2u);
 }
 
 TEST_F(StoreTest, OwnersOfOnePriorityTakeTurns) {
@@ -200,12 +249,9 @@ TEST_F(StoreTest, OwnersOfOnePriorityTakeTurns) {
     User ann, bob;
     ann.name = "ann";
     bob.name = "bob";
-    const auto add_of = [&](const User& user, int priority) {
-        return store_->add({JobKind::run, "{}", priority}, 100, user)->job.id;
-    };
-    for (int i = 0; i < 3; ++i) add_of(ann, 0);
-    for (int i = 0; i < 2; ++i) add_of(bob, 0);
-    const std::string urgent = add_of(ann, 1);
+    for (int i = 0; i < 3; ++i) add(0, ann);
+    for (int i = 0; i < 2; ++i) add(0, bob);
+    const std::string urgent = add(1, ann);
     std::string order;
     for (int i = 0; i < 6; ++i) {
         const Job next = **store_->next(-kMaxPriority);
@@ -310,27 +356,6 @@ TEST_F(StoreTest, PrioritiesChangeAndEndedJobsAreRemoved) {
     EXPECT_FALSE(*store_->forget(b));
     ASSERT_TRUE(store_->set_remote(b, "").ok());
     EXPECT_TRUE(*store_->forget(b));
-}
-
-TEST_F(StoreTest, EndedJobsAreKeptAsLongAsAskedFor) {
-    open();
-    std::vector<std::string> ids;
-    for (int i = 0; i < 5; ++i) {
-        ids.push_back(add());
-        ASSERT_TRUE(*store_->cancel(ids.back()));
-    }
-    store_.reset();
-    sqlite3* other = nullptr;
-    ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
-    sqlite3_exec(other, "UPDATE jobs SET ended_ms = ended_ms - 3 * 86400000 WHERE id <= 2", nullptr,
-                 nullptr, nullptr);
-    sqlite3_close(other);
-    store_ = std::move(*JobStore::open(path(), 3, {1000, 2}));
-    EXPECT_EQ(store_->jobs("", "", 100)->size(), 3u);
-    store_.reset();
-    store_ = std::move(*JobStore::open(path(), 3, {2, 0}));
-    EXPECT_EQ(store_->jobs("", "", 100)->size(), 2u);
-    EXPECT_TRUE(*store_->job(ids.back()));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "tests/service/support.h"
 
+#include <unistd.h>
+
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -10,7 +12,7 @@
 
 namespace postchain::test {
 
-constexpr auto kPatience = std::chrono::minutes(4);
+constexpr auto kPatience = std::chrono::minutes(2);
 
 namespace fs = std::filesystem;
 using namespace service;
@@ -73,6 +75,7 @@ void ServiceTest::hold() {
     static const PassRegistry with_held = with_pass<HeldPass>("held");
     registry_ = &with_held;
     HeldPass::held = true;
+    HeldPass::waits = false;
     open();
 }
 
@@ -81,8 +84,7 @@ void ServiceTest::TearDown() {
 }
 
 std::optional<Identity> HeldPass::identity(const PlanContext& context) const {
-    while (held && context.frame.frame_number >= 3)
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (; held && context.frame.frame_number >= 3; usleep(1000)) waits = true;
     return FakePass::identity(context);
 }
 
@@ -133,20 +135,29 @@ std::vector<JobFrame> ServiceTest::frames(const std::string& id) const {
     return {};
 }
 
-Picture ServiceTest::picture(const std::function<void(std::function<void(Answer<Picture>)>)>& ask) {
-    auto promise = std::make_shared<std::promise<Answer<Picture>>>();
+Answer<Picture> ServiceTest::answer_to(const Ask& ask) {
+    const auto promise = std::make_shared<std::promise<Answer<Picture>>>();
     auto answer = promise->get_future();
     ask([promise](Answer<Picture> got) { promise->set_value(std::move(got)); });
-    if (answer.wait_for(kPatience) != std::future_status::ready) {
-        ADD_FAILURE() << "no answer";
-        return {};
-    }
-    auto got = answer.get();
+    if (answer.wait_for(kPatience) != std::future_status::ready)
+        return Problem{Problem::Kind::internal, "no answer"};
+    return answer.get();
+}
+
+Picture ServiceTest::picture(const Ask& ask) {
+    auto got = answer_to(ask);
     if (const auto* problem = std::get_if<Problem>(&got)) {
         ADD_FAILURE() << problem->detail << text_of(problem->diagnostics);
         return {};
     }
     return std::get<Picture>(std::move(got));
+}
+
+Problem ServiceTest::no_picture(const Ask& ask) {
+    auto got = answer_to(ask);
+    if (auto* problem = std::get_if<Problem>(&got)) return std::move(*problem);
+    ADD_FAILURE() << "an image of type " << std::get<Picture>(got).type;
+    return {};
 }
 
 bool ServiceTest::wait_for(const std::function<bool()>& what) {

@@ -54,10 +54,13 @@ class ServiceTest : public testing::Test {
     std::vector<service::Event> events(const std::string& id) const;
     std::string types_of(const std::string& id) const;  // of its events
     std::string logged();                               // the messages
-    // Waits for the image. Fails the test on a problem.
-    static service::Picture picture(
-        const std::function<void(std::function<void(service::Answer<service::Picture>)>)>& ask);
-    // Waits until it is true; false after four minutes.
+    // The answer to a request for an image: ask(done) calls done() later.
+    using Ask = std::function<void(std::function<void(service::Answer<service::Picture>)>)>;
+    static service::Answer<service::Picture> answer_to(const Ask& ask);
+    // The image or the refusal. Each fails the test on the other answer.
+    static service::Picture picture(const Ask& ask);
+    static service::Problem no_picture(const Ask& ask);
+    // Waits until it is true; false after two minutes.
     static bool wait_for(const std::function<bool()>& what);
 
     TempFolder folder_;
@@ -73,6 +76,14 @@ class ServiceTest : public testing::Test {
     const PassRegistry* registry_;  // the built-in passes, unless a test has its own
     std::unique_ptr<service::Service> service_;
 };
+
+// How often a part occurs in a text.
+inline int count_of(const std::string& text, const std::string& part) {
+    int count = 0;
+    for (size_t at = text.find(part); at != text.npos; at = text.find(part, at + part.size()))
+        ++count;
+    return count;
+}
 
 // A pass of a test, which reads color. By default it is the identity.
 class FakePass : public PlainPass {
@@ -95,10 +106,10 @@ class FakePass : public PlainPass {
     char unused_ = 0;
 };
 
-// Planning the frames from 3 on waits while `held`.
+// Planning the frames from 3 on waits while `held`; `waits` is set as soon as one does.
 class HeldPass final : public FakePass {
   public:
-    static inline std::atomic<bool> held = false;
+    static inline std::atomic<bool> held = false, waits = false;
     std::optional<Identity> identity(const PlanContext& context) const override;
 };
 

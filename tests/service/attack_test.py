@@ -1,13 +1,15 @@
 """Hostile requests over raw sockets. After each, the next client is served.
 
 usage: attack_test.py SERVE_FAKE"""
+import http.client
 import io
 import json
+import os
 import time
 import unittest
 import zipfile
 
-from attacked import Attacked, GET, POST
+from attacked import Attacked, GET, POST, PROGRAM
 from server import Events, parse, read_all, statuses
 
 
@@ -270,6 +272,17 @@ class Files(Attacked):
         self.assertGreater(int(headers["content-length"]), 3_000_000)
         self.assertEqual(data, b"")
 
+    def test_a_file_that_was_shortened(self):
+        """The length has been sent: the connection ends early, and no bytes are made up."""
+        job = json.loads(self.server.ask("POST", "/v1/jobs", {})[2])["id"]
+        client = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=120)
+        client.request("GET", f"/v1/jobs/{job}/report/shortened.json")
+        reply = client.getresponse()
+        self.assertEqual((reply.status, reply.headers["Content-Length"]), (200, "1000000"))
+        with self.assertRaises(http.client.IncompleteRead):
+            reply.read()
+        client.close()
+
     def test_openapi(self):
         document = json.loads(self.server.ask("GET", "/openapi.json")[2])
         operations = [one for path in document["paths"].values() for one in path.values()]
@@ -301,6 +314,23 @@ class Files(Attacked):
         status, headers, page = self.server.ask("GET", target + "?pictures=apart")
         self.assertEqual([status, page], [200, b"<p>report</p>"])
         self.assertIn("sandbox", headers["content-security-policy"])
+
+
+class FewDescriptors(Attacked):
+    """accept() fails for a while: the clients that are connected go on, the others come later."""
+    command = ["sh", "-c", 'ulimit -n 48 && exec "$0"', PROGRAM]
+
+    def test_more_clients_than_descriptors(self):
+        first = http.client.HTTPConnection("127.0.0.1", self.server.port, timeout=120)
+        first.connect()
+        held = [self.server.connect() for _ in range(60)]
+        descriptors = f"/proc/{self.server.process.pid}/fd"
+        self.until(lambda: len(os.listdir(descriptors)) == 48)
+        first.request("GET", "/healthz")
+        self.assertEqual(first.getresponse().status, 200)
+        for client in [first, *held]:
+            client.close()
+        self.until(lambda: len(os.listdir(descriptors)) < 40)
 
 
 class Token(Attacked):

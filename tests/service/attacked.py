@@ -13,11 +13,12 @@ POST = "POST /v1/jobs HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/j
 
 
 class Attacked(unittest.TestCase):
+    command = [PROGRAM]
     settings = []
 
     @classmethod
     def setUpClass(cls):
-        cls.server = Server([PROGRAM] + cls.settings)
+        cls.server = Server(cls.command + cls.settings)
 
     @classmethod
     def tearDownClass(cls):

@@ -291,6 +291,12 @@ Answer<ResultFile> Service::report_file(const User&, const std::string& id,
                                         const std::string& name) const {
     const auto found = job(id);
     if (const auto* wrong = std::get_if<Problem>(&found)) return *wrong;
+    // As if it had become shorter since.
+    if (name == "shortened.json") {
+        ResultFile file = state_->file(name, "application/json", "{");
+        file.bytes = 1'000'000;
+        return file;
+    }
     if (name != "index.html") return Problem{Problem::Kind::not_found, "no such file", {}, 0};
     return state_->file("index.html", "text/html", "<p>report</p>");
 }

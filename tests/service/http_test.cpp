@@ -171,6 +171,18 @@ TEST_F(Files, ARotatedTokenAndItsSessionsEnd) {
     }
 }
 
+TEST(Targets, AreDecodedAndCannotLeaveTheirPath) {
+    const auto target = parse_target("/v1/jobs/a%20b?limit=5&search=a+%2f");
+    ASSERT_TRUE(target);
+    EXPECT_EQ(target->segments, (std::vector<std::string>{"v1", "jobs", "a b"}));
+    EXPECT_EQ(target->query,
+              (std::map<std::string, std::string>{{"limit", "5"}, {"search", "a /"}}));
+    for (const char* text :
+         {"", "*", "v1", "/v1/../jobs", "/v1/.", "/%2e%2e/x", "/a%2fb", "/a%5cb", "/a\\b", "/%00",
+          "/%zz", "/%", "/%4", "/a#b", "/?a=1&a=2", "/?%00=1", "/?a=%0d"})
+        EXPECT_FALSE(parse_target(text)) << text;
+}
+
 std::vector<Event> events_of(int64_t first,
                              const std::vector<std::pair<const char*, const char*>>& all) {
     std::vector<Event> events;

@@ -26,6 +26,7 @@ class FakeQueue final : public RemoteQueue {
         if (!refusal.ok()) return refusal;
         jobs.push_back(job);
         tasks.push_back({job.tasks, 0, 0, 0, true, ""});
+        if (loses_answers) return Status(StatusCode::output, "fake: the answer was lost");
         return std::to_string(jobs.size());
     }
     Result<std::string> find(const std::string& name) override {
@@ -61,6 +62,7 @@ class FakeQueue final : public RemoteQueue {
     std::vector<std::string> canceled;
     bool down = false;
     std::atomic<bool> hangs = false, hung = false;  // look()
+    bool loses_answers = false;                     // of submit(), which takes the job
     Status refusal;                                 // of submit()
     int asked = 0;                                  // submit()
 };
@@ -157,6 +159,19 @@ TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
     EXPECT_EQ(refused.state, JobState::failed);
     EXPECT_THAT(refused.message, HasSubstr("fake: invalid partition"));
     EXPECT_EQ(queue_->asked, attempts_);
+}
+
+// As after the death of a process between its submission and its note of it.
+TEST_F(Remote, AJobThatTheQueueHasIsNotHandedOverAgain) {
+    queue_->loses_answers = true;
+    open();
+    const std::string id = submit(body());
+    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    for (int frame = 1; frame <= 6; ++frame) make(frame);
+    ASSERT_TRUE(wait_for([&] { return job(id).done == 6; }));
+    queue_->end(0, {0, 0, 2, 0, true, ""});
+    EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    EXPECT_EQ(queue_->count(), 1u);
 }
 
 TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {

@@ -10,6 +10,7 @@ import socket
 import subprocess
 import time
 
+PACKAGES = ["slurmctld", "slurmd", "slurm-client", "munge"]
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "scontrol", "scancel"]
 failures = []
 
@@ -135,7 +136,7 @@ MpiDefault=none
                       == len(self.names),
                       "the nodes did not come up: " + str(self.folder / "slurmd.log"))
 
-    def wait_for(self, holds, failure, seconds=60):
+    def wait_for(self, holds, failure, seconds=120):
         end = time.monotonic() + seconds
         while not holds():
             if time.monotonic() > end:

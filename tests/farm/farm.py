@@ -25,7 +25,9 @@ import subprocess
 import sys
 import time
 
-from cluster import CannotStart, Cluster, check, failures, writers
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
+from cluster import CannotStart, Cluster, PACKAGES, check, failures, writers  # noqa: E402
+from skips import skipped  # noqa: E402
 
 FARM = FRAMES = POSTCHAIN = WORK = None
 
@@ -234,7 +236,7 @@ def main():
         try:
             run_slurm(expected)
         except CannotStart as why:
-            print(f"no Slurm ({why}); running the parts as local processes")
+            skipped(f"a sequence over Slurm: {why} (the parts run as local processes)", *PACKAGES)
             wanted.append("local")
     if "local" in wanted:
         run_local(expected)

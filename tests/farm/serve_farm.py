@@ -1,11 +1,10 @@
 """postchain serve --backend slurm on a real Slurm of two nodes, while tasks, a node's daemon and the
 service are killed: the outputs have the bits of one run, each frame is counted once, and a canceled
-job leaves no task behind. Skips with a message if Slurm cannot start.
+job leaves no task behind. Skipped if Slurm cannot start.
 
     serve_farm.py COMMAND [--work DIR]
 """
 import argparse
-import json
 import os
 import pathlib
 import random
@@ -16,9 +15,11 @@ import subprocess
 import sys
 import time
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "service"))
-from cluster import CannotStart, Cluster, check, failures, writers  # noqa: E402
-from server import Server  # noqa: E402  (of tests/service)
+for folder in ("service", "support"):
+    sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / folder))
+from cluster import CannotStart, Cluster, PACKAGES, check, failures, writers  # noqa: E402
+from server import Events, Server, make_scene, serve_command  # noqa: E402
+from skips import skip  # noqa: E402
 
 FRAMES = 16
 SECONDS = 500
@@ -39,19 +40,15 @@ def slow_program(postchain, work):
 
 class Service:
     def __init__(self, postchain, work, environment):
-        self.command = [str(postchain), "serve", "--root", str(work), "--store",
-                        str(work / "jobs.sqlite"), "--port", "0", "--device", "software",
-                        "--backend", "slurm", "--farm-frames", "4", "--farm-program",
-                        str(slow_program(postchain, work)), "--attempts", "4"]
+        self.command = serve_command(postchain, work, "--backend", "slurm", "--farm-frames", "4",
+                                     "--farm-program", str(slow_program(postchain, work)),
+                                     "--attempts", "4")
         self.environment = environment
         self.server = Server(self.command, environment)
 
     def kill(self):
         self.server.stop(signal.SIGKILL)
         self.server = Server(self.command, self.environment)
-
-    def job(self, number):
-        return json.loads(self.server.ask("GET", f"/v1/jobs/{number}", timeout=60)[2])
 
 
 def body(out, **more):
@@ -62,8 +59,7 @@ def body(out, **more):
 
 def disturbed(service, cluster, work, expected):
     chance = random.Random(1)
-    status, _, text = service.server.ask("POST", "/v1/jobs", body("out"), timeout=60)
-    check(status == 202, f"submission: {status} {text}")
+    number = service.server.submit(body("out"))
     out = work / "out"
     kills = ["task", "service", "node1", "task", "node2", "service"]
     end = time.monotonic() + SECONDS
@@ -80,7 +76,7 @@ def disturbed(service, cluster, work, expected):
                 service.kill()
             else:
                 cluster.kill_node(kind)
-        job = service.job(1)
+        job = service.server.get(f"/v1/jobs/{number}")
         if job["ended"]:
             break
         time.sleep(0.3)
@@ -88,21 +84,18 @@ def disturbed(service, cluster, work, expected):
     check(not kills, f"kills that did not come in time: {kills}")
     made = {file.name: file.read_bytes() for file in out.glob("o.*.exr")}
     check(made == expected, f"{len(made)} of {len(expected)} frames, or other bits")
-    ends = [json.loads(line[6:])["data"]["frame"]
-            for line in service.server.ask("GET", "/v1/jobs/1/events", timeout=60)[2].decode()
-            .splitlines() if line.startswith("data: ") and '"type":"frame"' in line]
+    listener = Events(service.server, f"/v1/jobs/{number}/events")
+    ends = [event["data"]["frame"] for _, event in listener.rest() if event["type"] == "frame"]
     check(sorted(ends) == list(range(1, FRAMES + 1)), f"ends of frames: {sorted(ends)}")
     print(f"serve on two nodes: {len(made)} frames, 2 tasks, 2 daemons and 2 services killed")
 
 
 def canceled(service, cluster):
-    status, _, _ = service.server.ask("POST", "/v1/jobs", body("later"), timeout=60)
-    check(status == 202, "submission")
+    number = service.server.submit(body("later"))
     end = time.monotonic() + 120
     while time.monotonic() < end and "postchain-" not in cluster.ask("squeue", "-h", "-o", "%j"):
         time.sleep(0.2)
-    status, _, _ = service.server.ask("DELETE", "/v1/jobs/2", timeout=60)
-    check(status == 200, "cancel")
+    check(service.server.ask("DELETE", f"/v1/jobs/{number}")[0] == 200, "cancel")
     while time.monotonic() < end and cluster.ask("squeue", "-h"):
         time.sleep(0.2)
     check(not cluster.ask("squeue", "-h"), "tasks of the canceled job are left")
@@ -118,15 +111,12 @@ def main():
     work = arguments.work.resolve()
     shutil.rmtree(work, ignore_errors=True)
     work.mkdir(parents=True)
-    run = [str(postchain)]
-    quiet = ["--device", "software", "-q"]
-    subprocess.run(run + ["scene", "wheels", "-o", str(work / "in"), "--frames", f"1-{FRAMES}",
-                          "--size", "160x90"] + quiet, check=True)
+    make_scene(postchain, work / "in", f"1-{FRAMES}", "160x90")
     (work / "chain.yaml").write_text(
         "postchain: 1\npasses: [{motion_blur: {samples: 9}}, fxaa]\n")
-    subprocess.run(run + ["run", str(work / "chain.yaml"), "-i", f"{work}/in/sharp.####.exr",
-                          "--camera", f"{work}/in/camera.json", "-o",
-                          f"{work}/expected/o.####.exr", "--mkdir"] + quiet, check=True)
+    subprocess.run([str(postchain), "run", str(work / "chain.yaml"), "-i",
+                    f"{work}/in/sharp.####.exr", "--camera", f"{work}/in/camera.json", "-o",
+                    f"{work}/expected/o.####.exr", "--mkdir", "--device", "software", "-q"], check=True)
     expected = {file.name: file.read_bytes() for file in (work / "expected").glob("o.*.exr")}
     try:
         with Cluster(work / "cluster", cores=1, nodes=2) as cluster:
@@ -137,7 +127,7 @@ def main():
             finally:
                 service.server.stop()
     except CannotStart as reason:
-        print(f"skipped: Slurm cannot start: {reason}")
+        skip(f"serve --backend slurm: {reason}", *PACKAGES)
     return 1 if failures else 0
 
 

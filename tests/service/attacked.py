@@ -1,8 +1,8 @@
 """Shared by the tests of hostile clients: a server over a fake service (serve_fake), so that nothing but
 HTTP is tested. The first argument of the program is serve_fake."""
 import json
+import re
 import sys
-import time
 import unittest
 
 from server import Server, parse, statuses
@@ -30,15 +30,13 @@ class Attacked(unittest.TestCase):
         status, _, body = self.server.ask("GET", "/healthz")
         self.assertEqual((status, json.loads(body)), (200, {"status": "ok"}))
 
-    def until(self, holds, seconds=60):
-        end = time.monotonic() + seconds
-        while not holds():
-            self.assertLess(time.monotonic(), end)
-            time.sleep(0.05)
+    def metric(self, name):
+        text = self.server.ask("GET", "/metrics")[2].decode()
+        return int(re.search(rf"^postchain_{name} (\d+)", text, re.M)[1])
 
     def refused(self, raw, *expected):
         """Exactly one reply, with one of these statuses: no part of `raw` became another request."""
-        answer = self.server.send(raw.encode("latin1") if isinstance(raw, str) else raw, 3)
+        answer = self.server.send(raw.encode("latin1") if isinstance(raw, str) else raw)
         self.assertEqual(len(statuses(answer)), 1, answer)
         self.assertIn(statuses(answer)[0], expected, answer)
         status, headers, body = parse(answer)

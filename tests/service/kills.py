@@ -20,7 +20,7 @@ import time
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
 import jobs  # noqa: E402  (of tests/robustness)
-from server import work_on  # noqa: E402
+from server import serve_command, work_on  # noqa: E402
 
 KEY = "one-job"
 
@@ -62,8 +62,7 @@ def main():
     expected, seconds = jobs.undisturbed(job, arguments.postchain, scene, work / "undisturbed")
     body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
             "output": "out/o.####.exr", "on_existing": arguments.on_existing}
-    command = [str(arguments.postchain), "serve", "--root", str(work), "--store",
-               str(work / "store.db"), "--port", "0", "--device", "software", "--attempts", "50"]
+    command = serve_command(arguments.postchain, work, "--attempts", "50")
     chance = random.Random(arguments.seed)
     # Each process should finish about one part of the job, whatever the speed of the machine.
     span = 0.15 + 2.5 * seconds / arguments.kills
@@ -86,7 +85,7 @@ def main():
     said = [] if job["state"] == "done" else [f"the job is {job['state']}: {job['message']}"]
     said += jobs.differences(out, expected, whole=True)
     said += [f"{path}: never removed" for path in jobs.temporaries(out)]
-    said += faults_of_store(work / "store.db", arguments.frames)
+    said += faults_of_store(work / "jobs.sqlite", arguments.frames)
     for sentence in said:
         print(sentence)
     print(f"{kills} kills, {left_temporary} of them left a temporary, {arguments.frames} frames, "

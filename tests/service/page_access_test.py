@@ -84,7 +84,7 @@ class Accessible(OnTheService):
         self.open_shot()
         self.press("Compare with B")
         self.browser.run("for (const d of document.querySelectorAll('#chain details')) d.open = true;")
-        self.browser.wait("document.querySelector('.left-out, #plan .help')", seconds=30)
+        self.browser.wait("document.querySelector('.left-out, #plan .help')")
         self.check("a shot")
         self.click("#settings")
         self.browser.wait("document.querySelector('#new form')")
@@ -96,7 +96,7 @@ class Accessible(OnTheService):
         job = self.submit(input="broken/f.####.exr", output="out/seen.####.exr")
         self.open(f"job={job}")
         self.done(job, "failed")
-        self.browser.wait("document.querySelector('#fault.bad')", seconds=30)
+        self.browser.wait("document.querySelector('#fault.bad')")
         self.check("a job")
         self.browser.errors()
 

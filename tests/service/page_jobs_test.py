@@ -11,7 +11,7 @@ class Jobs(OnTheService):
         job = self.submit(input="broken/f.####.exr", output="out/bad.####.exr")
         self.open(f"job={job}")
         self.done(job, "failed")
-        self.browser.wait("document.querySelector('#fault.bad')?.checkVisibility()", seconds=30)
+        self.browser.wait("document.querySelector('#fault.bad')?.checkVisibility()")
         self.assertIn("Frame 2 failed: broken/f.0002.exr: truncated", self.text("#fault"))
         states = self.browser.run("return [...document.querySelectorAll('.cell .state')]"
                                   ".map((one) => one.innerText);")
@@ -54,7 +54,7 @@ class Jobs(OnTheService):
             self.browser.wait("document.getElementById('no-jobs').checkVisibility()")
             self.assertEqual(self.text("#no-jobs"), "No job matches.")
         finally:
-            for job in json.loads(self.server.ask("GET", "/v1/jobs?limit=500&state=queued")[2])["jobs"]:
+            for job in self.server.get("/v1/jobs?limit=500&state=queued")["jobs"]:
                 self.server.ask("DELETE", f"/v1/jobs/{job['id']}")
 
     def long_shot(self):
@@ -72,7 +72,9 @@ class Jobs(OnTheService):
         self.browser.run("performance.setResourceTimingBufferSize(2000);"
                          "performance.clearResourceTimings(); globalThis.begun = performance.now();")
         self.done(job)
-        self.browser.run("await new Promise((done) => setTimeout(done, 3000));")
+        # And three seconds of a page that has nothing to wait for.
+        self.browser.run("setTimeout(() => { globalThis.rested = true; }, 3000);")
+        self.browser.wait("globalThis.rested")
         names, seconds = self.browser.run(
             "return [performance.getEntriesByType('resource').map((one) => one.name), "
             "(performance.now() - begun) / 1000];")
@@ -88,12 +90,15 @@ class Jobs(OnTheService):
             performance.clearResourceTimings();
             globalThis.begun = performance.now();
             const input = document.querySelector(".slider input");
-            for (let i = 0; i < 200; ++i) {
+            const move = (i) => {
                 input.value = i;
                 input.dispatchEvent(new Event("input", {bubbles: true}));
-                await new Promise((done) => setTimeout(done, 10));
-            }""")
-        self.browser.wait(f"{SHOWN} && !postchain.pictures.drafts", seconds=60)
+                if (i < 199) setTimeout(move, 10, i + 1);
+                else globalThis.moved = true;
+            };
+            move(0);""")
+        self.browser.wait("globalThis.moved")
+        self.browser.wait(f"{SHOWN} && !postchain.pictures.drafts")
         names, seconds = self.browser.run(
             "return [performance.getEntriesByType('resource').map((one) => one.name), "
             "(performance.now() - begun) / 1000];")
@@ -113,7 +118,7 @@ class Jobs(OnTheService):
         self.browser.wait("['queued', 'running', 'done'].includes("
                           "document.querySelector('#job .title .state').innerText)")
         self.server.ask("DELETE", f"/v1/jobs/{job}")
-        self.browser.wait("document.querySelector('#job .state.canceled, #job .state.done')", seconds=60)
+        self.browser.wait("document.querySelector('#job .state.canceled, #job .state.done')")
         # The form, filled in.
         self.press("Duplicate\u2026")
         self.browser.wait("document.getElementById('new').open")
@@ -124,13 +129,11 @@ class Jobs(OnTheService):
         # Its chain and frames with live preview.
         self.press("Edit")
         self.browser.wait("!postchain.model.subject.job && "
-                          f"postchain.model.subject.input === 'long/f.####.exr' && {SHOWN}",
-                          seconds=60)
+                          f"postchain.model.subject.input === 'long/f.####.exr' && {SHOWN}")
         self.assertIn("128", json.dumps(self.chain()))
         # Also when its frame has been planned.
-        self.browser.run("await postchain.model.sized; await new Promise((done) => setTimeout(done, 50));")
-        self.assertEqual(self.browser.run("return document.getElementById('output').value;"),
-                         "out/best.####.exr")
+        self.browser.run("await postchain.model.sized;")
+        self.browser.wait("document.getElementById('output').value === 'out/best.####.exr'")
         # Its other keys count for previews, as far as they take them, and for the next job.
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
             "frames": None,
@@ -186,7 +189,7 @@ class Jobs(OnTheService):
                          "allow-scripts allow-downloads")
         with self.browser.inside("#report iframe"):
             self.browser.wait("document.querySelector('h1')?.innerText.includes('against')")
-            self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
+            self.browser.wait("globalThis.postchain?.viewer.shown?.image")
             self.assertEqual(self.browser.run(
                 "return document.querySelectorAll('script[id^=image-]').length;"), 0)
             # It cannot reach the service.
@@ -194,20 +197,16 @@ class Jobs(OnTheService):
                 "return await fetch('/v1/jobs').then(() => 'read', () => 'refused');"), "refused")
             self.assertEqual(self.browser.run("return window.origin;"), "null")
             # It is sent pictures of its own folder, and nothing else.
-            self.assertEqual(self.browser.run("""
-                return await new Promise((done) => {
-                    addEventListener("message", ({data}) =>
-                        data.postchain_picture === "image-0" && data.why && done(data.why));
-                    for (const asset of ["../../../../jobs", "/v1/jobs", "https://example.org/x.js"])
-                        parent.postMessage({postchain_wants: "image-0", asset,
-                                            page: location.pathname}, "*");
-                });"""), "its pictures are not in its folder")
-            self.assertEqual(self.browser.run("""
-                return await new Promise((done) => {
-                    addEventListener("message", ({data}) =>
-                        data.postchain_picture === "image-1" && done(data.why));
-                    parent.postMessage({postchain_wants: "image-1", page: "/v1/jobs"}, "*");
-                });"""), "is not its page")
+            self.browser.run("""
+                globalThis.why = {};
+                addEventListener("message", ({data}) => { why[data.postchain_picture] ??= data.why; });
+                for (const asset of ["../../../../jobs", "/v1/jobs", "https://example.org/x.js"])
+                    parent.postMessage({postchain_wants: "image-0", asset,
+                                        page: location.pathname}, "*");
+                parent.postMessage({postchain_wants: "image-1", page: "/v1/jobs"}, "*");""")
+            for name, why in (("image-0", "its pictures are not in its folder"),
+                              ("image-1", "is not its page")):
+                self.assertEqual(self.browser.wait("why[args[0]]", name), why)
         whole = (self.path / "report/index.html").stat().st_size
         page = len(self.server.ask("GET", f"/v1/jobs/{job}/report/index.html?pictures=apart")[2])
         self.assertLess(page, whole)
@@ -217,24 +216,22 @@ class Jobs(OnTheService):
         self.open(f"job={job}")
         self.done(job)
         with self.browser.inside("#report iframe"):
-            self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
+            self.browser.wait("globalThis.postchain?.viewer.shown?.image")
         self.browser.errors()  # of the fetch above
 
     def test_reports_of_a_study_stream_their_pictures(self):
         scene = {"name": "wheels", "input": "shots/sharp.####.exr", "truth": "shots/sharp.####.exr",
                  "frames": "1"}
-        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+        job = self.server.submit({
             "kind": "study", "output": "study", "study": {
                 "postchain_study": 1, "settings": {"repeats": 1}, "scenes": [scene],
                 "chains": {"a": [{"fxaa": {}}], "b": [{"fxaa": {"preset": 12}}]}}})
-        self.assertEqual(status, 202, answer)
-        job = json.loads(answer)["id"]
         self.open(f"job={job}")
         self.done(job)
         with self.browser.inside("#report iframe"):
             self.browser.wait("document.querySelector('td a')")
             self.browser.run("document.querySelector('td a').click();")
-            self.browser.wait("globalThis.postchain?.viewer.shown?.image", seconds=30)
+            self.browser.wait("globalThis.postchain?.viewer.shown?.image")
             self.assertEqual(self.browser.run(
                 "return document.querySelectorAll('script[id^=image-]').length;"), 0)
 
@@ -272,11 +269,9 @@ class Jobs(OnTheService):
     def test_text_of_others_is_never_html(self):
         (self.path / f"{HOSTILE}.0001.exr").write_bytes(
             (self.path / "shots/sharp.0001.exr").read_bytes())
-        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+        job = self.server.submit({
             "chain_text": f"postchain: 1\n# {HOSTILE}\npasses: [fxaa]\n",
             "input": f"{HOSTILE}.####.exr", "output": "out/x.####.exr"})
-        self.assertEqual(status, 202, answer)
-        job = json.loads(answer)["id"]
         self.open(f"job={job}")
         self.browser.wait("document.querySelector('#job h2')?.innerText.includes('<img')")
         self.browser.wait("[...document.querySelectorAll('#job-list .name')].some((n) => "

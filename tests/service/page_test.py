@@ -8,7 +8,7 @@ import math
 from service_page import (ALT, DOWN, ENTER, LEFT, OnTheService, PROGRAM, SHOT, SHOWN, TAB, TOKEN, half,
                           run, values_of)
 from browser import RIGHT
-from server import Server
+from server import Server, serve_command
 
 
 class Picture(OnTheService):
@@ -18,21 +18,21 @@ class Picture(OnTheService):
         self.open()
         self.click("[data-folder=shots]")
         self.click("[data-path='shots/sharp.####.exr']")
-        self.browser.wait(SHOWN, seconds=60)
+        self.browser.wait(SHOWN)
         self.assertEqual(self.state("camera"), "shots/camera.json")
         self.browser.wait("location.hash.includes('shots/sharp.%23%23%23%23.exr')")
         before = self.value("before", 80, 45)
         self.browser.wait("document.querySelectorAll('.slider output')[1].innerText.startsWith('f/')")
         # A slider changes the chain and the picture.
         after = self.browser.wait("postchain.viewer.values(postchain.model.source('a'), {x: 80, y: 45})"
-                                  "?.rgb", seconds=60)
+                                  "?.rgb")
         self.slide("Shutter", 0)
         self.slide("f-stop", 1000)
         self.assertEqual(self.chain()["camera"]["shutter_frames"], 0)
         self.assertEqual(self.chain()["camera"]["f_stop"], 32)
         self.browser.wait(f"{SHOWN} && JSON.stringify(postchain.viewer.values("
                           "postchain.model.source('a'), {x: 80, y: 45})?.rgb) !== args[0]",
-                          json.dumps(after).replace(" ", ""), seconds=60)
+                          json.dumps(after).replace(" ", ""))
         self.press("\u21ba")
         self.assertNotIn("shutter_frames", self.chain()["camera"])
         self.press("\u21ba")
@@ -54,7 +54,7 @@ class Picture(OnTheService):
 
     def test_wipe_error_map_and_values(self):
         self.open_shot("&frame=2")
-        self.browser.wait("postchain.viewer.shown.other", seconds=60)
+        self.browser.wait("postchain.viewer.shown.other")
         # Left of the line the frame before, on the screen.
         left, right = (self.browser.run("return postchain.viewer.read(args[0], 45);", x)
                        for x in (30, 130))
@@ -65,7 +65,7 @@ class Picture(OnTheService):
         self.browser.wait("postchain.viewer.shown.source.key === 'before'")
         self.assertEqual(self.browser.run("return postchain.viewer.read(30, 45);"), left)
         self.browser.keys(" ", "e")
-        self.browser.wait("postchain.viewer.shown.error", seconds=60)
+        self.browser.wait("postchain.viewer.shown.error")
         # The formulas and scales of reports (docs/metrics.md).
         pairs = list(zip(self.value("a", 80, 45), self.value("before", 80, 45)))
         places = {
@@ -101,7 +101,7 @@ class Picture(OnTheService):
         self.press("Focus by click")
         self.browser.mouse(self.place(x, y), "down", "up")
         self.browser.wait("JSON.parse(localStorage.getItem('postchain-chains'))?.a.text"
-                          ".includes('focus_distance')", seconds=60)
+                          ".includes('focus_distance')")
         self.assertAlmostEqual(self.chain()["camera"]["focus_distance"], distance,
                                delta=0.02 * distance)
         self.browser.keys("o")
@@ -149,22 +149,21 @@ class Picture(OnTheService):
         self.browser.wait("document.querySelector('.gutter .error-line')?.innerText === '3'")
         self.browser.run("document.getElementById('load').value = 'fast';"
                          "document.getElementById('load').dispatchEvent(new Event('change'));")
-        self.browser.wait("document.querySelector('#plan p')?.innerText.startsWith('joint_blur')",
-                          seconds=30)
+        self.browser.wait("document.querySelector('#plan p')?.innerText.startsWith('joint_blur')")
         self.browser.errors()  # refused previews
 
     def test_two_chains_side_by_side(self):
         self.open_shot("&frame=2")
         self.press("Compare with B")
         self.browser.wait("postchain.viewer.shown?.source.key === 'b' && postchain.viewer.shown.other "
-                          f"&& {SHOWN}", seconds=60)
+                          f"&& {SHOWN}")
         self.assertIn("A balanced \u2502 2", self.text("#shown"))
         a, b = self.value("a", 80, 45), self.value("b", 80, 45)
         self.assertNotEqual(a, b)
         self.slide("Quality", 2)  # of B
         self.browser.wait(f"{SHOWN} && JSON.stringify(postchain.viewer.values("
                           "postchain.model.source('b'), {x: 80, y: 45})?.rgb) !== args[0]",
-                          json.dumps(b).replace(" ", ""), seconds=60)
+                          json.dumps(b).replace(" ", ""))
         self.assertEqual(self.value("a", 80, 45), a)
         # Both go into the form of a comparison.
         self.click("#settings")
@@ -187,7 +186,7 @@ class Picture(OnTheService):
         job = self.submit(output="out/link.####.exr")
         self.open(f"job={job}&frame=2")
         self.done(job)
-        self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 2", seconds=60)
+        self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 2")
         self.assertEqual(self.state("frame"), 2)
         self.open("job=99999")
         self.browser.wait("!document.getElementById('failure-box').hidden")
@@ -209,7 +208,7 @@ class Picture(OnTheService):
         while self.focused() != "shots/sharp.####.exr":
             self.browser.keys(DOWN)
         self.browser.keys(ENTER)
-        self.browser.wait(SHOWN, seconds=60)
+        self.browser.wait(SHOWN)
         self.browser.keys(("down", ALT), "4", ("up", ALT))
         self.browser.wait("document.activeElement.dataset.frame === '1'")
         self.browser.keys(RIGHT)
@@ -234,9 +233,8 @@ class Picture(OnTheService):
 
 class Login(OnTheService):
     def test_login(self):
-        server = Server([PROGRAM, "serve", "--root", str(self.path), "--store",
-                         str(self.path / "other.sqlite"), "--port", "0", "--device", "software",
-                         "--token-file", str(self.path / "token")])
+        server = Server(serve_command(PROGRAM, self.path, "--store", str(self.path / "other.sqlite"),
+                                      "--token-file", str(self.path / "token")))
 
         def write(value):
             self.browser.run("document.getElementById('token').value = args[0];", value)
@@ -250,7 +248,7 @@ class Login(OnTheService):
             write(TOKEN)
             self.press("Log in")
             # The link is followed now, pictures too.
-            self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 2", seconds=60)
+            self.browser.wait(f"{SHOWN} && postchain.viewer.shown.frame === 2")
             self.browser.wait("document.querySelector('.cell img')?.naturalWidth === 160")
             self.browser.wait("document.getElementById('status').innerText.startsWith('ready')")
             self.assertEqual(self.browser.run("return document.cookie;"), "")

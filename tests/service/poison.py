@@ -13,7 +13,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
 import jobs  # noqa: E402  (of tests/robustness)
-from server import work_on  # noqa: E402
+from server import serve_command, work_on  # noqa: E402
 
 FRAMES = 20
 POISON = [3, 13]  # sharp.0003.exr and sharp.0013.exr end alike
@@ -37,8 +37,7 @@ def main():
             del expected[name]
     body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
             "output": "out/o.####.exr"}
-    command = [str(arguments.postchain), "serve", "--root", str(work), "--store",
-               str(work / "store.db"), "--port", "0", "--device", "software"]
+    command = serve_command(arguments.postchain, work)
     poisoned = {**os.environ, "LD_PRELOAD": str(arguments.library.resolve()),
                 "POSTCHAIN_POISON": "3.exr"}
     said, deaths = [], 0
@@ -53,7 +52,7 @@ def main():
         said.append(f"the process died {deaths} times")
     said += jobs.differences(out, expected, whole=True)
     said += [f"{path}: never removed" for path in jobs.temporaries(out)]
-    store = sqlite3.connect(work / "store.db")
+    store = sqlite3.connect(work / "jobs.sqlite")
     quarantined = [row[0] for row in store.execute(
         "SELECT frame FROM frames WHERE state = 'quarantined' ORDER BY frame")]
     if quarantined != POISON:

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <set>
+#include <tuple>
 
 #include "tests/service/request_fixture.h"
 #include "tools/service/work/held_paths.h"
@@ -12,6 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 // Every key that names files, in every form.
 TEST_F(RequestTest, NoPathLeavesTheRoots) {
@@ -53,29 +55,25 @@ TEST_F(RequestTest, NoPathLeavesTheRoots) {
     for (const auto& [key, value] : attacks) {
         const Problem problem = refused(with(key, value).dump());
         EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << key << " " << value;
-        EXPECT_EQ(text_of(problem.diagnostics).find(base_ + "/outside/"),
-                  value.is_string() && value.get<std::string>().find(base_) == 0
-                      ? text_of(problem.diagnostics).find(base_ + "/outside/")
-                      : std::string::npos)
-            << text_of(problem.diagnostics);
+        // Only a path that the client has given.
+        if (value.dump().find(base_) == std::string::npos) {
+            EXPECT_THAT(text_of(problem.diagnostics), Not(HasSubstr(base_ + "/outside")));
+        }
     }
-    json ab = whole_;
-    ab.update({{"kind", "ab"}, {"chain_b", "best"}, {"output", "report"}});
-    for (const auto& [key, value] :
-         std::vector<std::pair<std::string, json>>{{"chain_b", "../outside/chain.yaml"},
-                                                   {"truth", "../outside/t.####.exr"},
-                                                   {"truth", "link/t.####.exr"},
-                                                   {"output", "../report"},
-                                                   {"assets", "link/assets"}}) {
-        json body = ab;
+    const json assets = {"camera.aperture_image=../outside/a.png"};
+    for (const auto& [kind, key, value] : std::vector<std::tuple<const char*, const char*, json>>{
+             {"ab", "chain_b", "../outside/chain.yaml"},
+             {"ab", "truth", "../outside/t.####.exr"},
+             {"ab", "truth", "link/t.####.exr"},
+             {"ab", "output", "../report"},
+             {"ab", "assets", "link/assets"},
+             {"bench", "sweep", assets}}) {
+        json body = whole_;
+        body.update({{"kind", kind}, {"output", "report"}});
+        if (kind == std::string("ab")) body["chain_b"] = "best";
         body[key] = value;
         EXPECT_EQ(refused(body.dump()).kind, Problem::Kind::forbidden) << key << " " << value;
     }
-    json bench = whole_;
-    bench.update({{"kind", "bench"},
-                  {"output", "report"},
-                  {"sweep", {"camera.aperture_image=../outside/a.png"}}});
-    EXPECT_EQ(refused(bench.dump()).kind, Problem::Kind::forbidden);
 }
 
 // A job of the service waits in its queue, not for a renderer.

@@ -115,27 +115,6 @@ TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
     for (const Diagnostic& one : problem.diagnostics) EXPECT_EQ(one.file, "job");
 }
 
-TEST_F(RequestTest, FaultsOfAChainObjectStandWhereItStands) {
-    const Problem problem = refused(R"({"input": "in.####.exr", "output": "out/o.####.exr",
-  "chain": {"postchain": 1,
-    "passes": [{"fxaa": {"mod": "directional"}}]}})");
-    ASSERT_EQ(problem.diagnostics.size(), 1u);
-    EXPECT_EQ(problem.diagnostics[0].file, "job");
-    EXPECT_EQ(problem.diagnostics[0].line, 3);
-    EXPECT_EQ(problem.diagnostics[0].column, 26);
-    EXPECT_EQ(problem.diagnostics[0].path, "passes[0].mod");
-}
-
-TEST_F(RequestTest, FaultsOfAChainTextHaveItsLines) {
-    json body = whole_;
-    body.erase("chain");
-    body["chain_text"] = "postchain: 1\npasses:\n  - fxxa\n";
-    const Problem problem = refused(body.dump());
-    ASSERT_EQ(problem.diagnostics.size(), 1u);
-    EXPECT_EQ(problem.diagnostics[0].file, "chain_text");
-    EXPECT_EQ(problem.diagnostics[0].line, 3);
-}
-
 TEST_F(RequestTest, ValuesAreStrict) {
     const std::vector<std::pair<std::string, json>> bad = {{"strict", "true"},
                                                            {"strict", 0},
@@ -196,21 +175,32 @@ TEST_F(RequestTest, YamlIsNotAJob) {
     }
 }
 
-TEST_F(RequestTest, AFaultNamesItsLineColumnAndKey) {
-    const Problem twice = refused("{\"input\": \"a.exr\",\n \"input\": \"b.exr\"}");
-    EXPECT_EQ(text_of(twice.diagnostics),
-              "job:2:2: error: duplicate key 'input'; it is already given in line 1\n");
-    const Problem deep =
-        refused(R"({"chain": "fast", "input": "in.####.exr", "output": "out/o.####.exr",
-  "set": ["fxaa.mode=directional", 5]})");
-    EXPECT_EQ(deep.detail, "job:2:36: error: set[1]: '5' is not a string");
-    const Problem large = refused("{\"chain\": \"fast\",\n \"priority\": 1e400}");
-    EXPECT_EQ(large.detail, "job:1:1: error: a number is too large for a double");
-    const Problem two =
-        refused(R"({"chain": "fast", "input": "in.####.exr", "output": "out/o.####.exr",
-  "priority": 1e3, "strict": [true]})");
-    EXPECT_EQ(two.detail,
-              "job:2:15: error: priority: '1e3' is not an integer in -100..100 (and 1 more)");
+TEST_F(RequestTest, AFaultNamesItsFileLineColumnAndKey) {
+    const std::string files = R"({"input": "in.####.exr", "output": "out/o.####.exr",)";
+    struct Case {
+        std::string body, file;
+        int line, column;
+        std::string path;
+    };
+    for (const Case& one : std::vector<Case>{
+             {"{\"input\": \"a.exr\",\n \"input\": \"b.exr\"}", "job", 2, 2, ""},
+             {"{\"chain\": \"fast\",\n \"priority\": 1e400}", "job", 1, 1, ""},
+             {files + "\n \"chain\": \"fast\", \"set\": [\"fxaa.mode=directional\", 5]}", "job", 2,
+              52, "set[1]"},
+             {files + "\n \"chain\": {\"postchain\": 1,\n \"passes\": [{\"fxaa\": {\"mod\": 1}}]}}",
+              "job", 3, 23, "passes[0].mod"},
+             {files + R"("chain_text": "postchain: 1\npasses:\n  - fxxa\n"})", "chain_text", 3, 5,
+              "passes[0]"}}) {
+        const Problem problem = refused(one.body);
+        ASSERT_EQ(problem.diagnostics.size(), 1u) << problem.detail;
+        const Diagnostic& found = problem.diagnostics[0];
+        EXPECT_EQ(std::tie(found.file, found.line, found.column, found.path),
+                  std::tie(one.file, one.line, one.column, one.path))
+            << problem.detail;
+        EXPECT_THAT(problem.detail, HasSubstr(concat(one.file, ":", one.line, ":", one.column)));
+    }
+    EXPECT_THAT(refused(files + R"("chain": "fast", "priority": 1e3, "strict": [true]})").detail,
+                testing::EndsWith("(and 1 more)"));
 }
 
 // Forms of JSON that are unusual in YAML.
@@ -294,23 +284,19 @@ TEST_F(RequestTest, AStudyIsAFileOrAnObject) {
     request = taken(job);
     EXPECT_EQ(request.study.scenes[1].measured.truth, base_ + "/root/in.####.exr");
     // They must stay under the root, in a file and in an object.
-    const auto leaves = [&](const char* key, const std::string& path) {
-        json bad = study;
-        if (std::string(key) == "own")
-            bad["chains"]["own"] = path;
-        else
-            bad["scenes"][1][key] = path;
-        job["study"] = bad;
+    for (const auto& [place, path] : std::vector<std::pair<const char*, const char*>>{
+             {"/chains/own", "../outside/chain.yaml"},
+             {"/scenes/1/input", "../outside/in.####.exr"},
+             {"/scenes/1/behind", "../outside/in.####.exr"},
+             {"/scenes/1/truth", "../outside/in.####.exr"},
+             {"/scenes/1/camera", "../outside/camera.json"},
+             {"/scenes/1/profile", "../outside/profile.yaml"}}) {
+        job["study"] = study;
+        job["study"][json::json_pointer(place)] = path;
         const Problem problem = refused(job.dump());
-        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << key;
+        EXPECT_EQ(problem.kind, Problem::Kind::forbidden) << place;
         EXPECT_THAT(text_of(problem.diagnostics), Not(HasSubstr(base_)));
-    };
-    leaves("own", "../outside/chain.yaml");
-    leaves("input", "../outside/in.####.exr");
-    leaves("behind", "../outside/in.####.exr");
-    leaves("truth", "../outside/in.####.exr");
-    leaves("camera", "../outside/camera.json");
-    leaves("profile", "../outside/profile.yaml");
+    }
     job["study"] = "../outside/order.yaml";
     EXPECT_EQ(refused(job.dump()).kind, Problem::Kind::forbidden);
     // Other faults are reported too, with their places.

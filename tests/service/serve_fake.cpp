@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
         {"picture_bytes", [&](long v) { fake.picture_bytes = size_t(v); }},
         {"event_bytes", [&](long v) { fake.event_bytes = size_t(v); }},
         {"max_queue", [&](long v) { fake.max_queue = size_t(v); }},
+        {"closing", [&](long v) { settings.closing = ms(v); }},
         {"working", [&](long v) { settings.working = ms(v); }},
         {"trust_own", [&](long) { settings.guard.trusted = {*Network::parse("127.0.0.0/8")}; }},
         {"base", [&](long) { settings.guard.base = "/base"; }},

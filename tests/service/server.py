@@ -1,13 +1,40 @@
-"""A server under test and raw sockets to it; needs only Python's own library."""
+"""A server under test: raw sockets to it, jobs, and a fixture for `postchain serve`. Needs only Python's
+own library."""
 import contextlib
 import http.client
 import json
+import pathlib
 import re
 import signal
 import socket
 import subprocess
+import tempfile
 import threading
 import time
+import unittest
+
+PATIENCE_S = 120  # for what takes milliseconds on an idle machine
+
+
+def wait_until(holds):
+    """The first true value of holds()."""
+    end = time.monotonic() + PATIENCE_S
+    while not (value := holds()):
+        if time.monotonic() > end:
+            raise AssertionError(f"not within {PATIENCE_S} s")
+        time.sleep(0.02)
+    return value
+
+
+def serve_command(program, root, *more):
+    return [str(program), "serve", "--root", str(root), "--store", str(root / "jobs.sqlite"), "--port",
+            "0", "--device", "software", *more]
+
+
+def make_scene(program, folder, frames, size, *more, scene="wheels"):
+    """Frames sharp.####.exr and camera.json."""
+    subprocess.run([str(program), "scene", scene, "-o", str(folder), "--frames", frames, "--size", size,
+                    "--device", "software", "-q", *more], check=True)
 
 
 class Server:
@@ -32,7 +59,7 @@ class Server:
     def stop(self, number=signal.SIGTERM):
         if self.process.poll() is None:
             self.process.send_signal(number)
-        code = self.process.wait(timeout=30)
+        code = self.process.wait(timeout=PATIENCE_S)
         self.reader.join()
         self.process.stdout.close()
         self.process.stderr.close()
@@ -46,10 +73,10 @@ class Server:
         with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
             return int(re.search(r"VmRSS:\s+(\d+)", status.read())[1])
 
-    def connect(self, timeout=10):
+    def connect(self, timeout=PATIENCE_S):
         return socket.create_connection(("127.0.0.1", self.port), timeout)
 
-    def send(self, raw, timeout=10):
+    def send(self, raw, timeout=PATIENCE_S):
         """All bytes until the server closes, or is silent for `timeout` seconds."""
         with self.connect(timeout) as client:
             try:
@@ -58,7 +85,7 @@ class Server:
                 pass  # it has answered before it read all
             return read_all(client)
 
-    def ask(self, method, target, body=None, headers=None, timeout=10):
+    def ask(self, method, target, body=None, headers=None, timeout=PATIENCE_S):
         """Status, headers with lower-case names, body."""
         lines = {"Host": f"127.0.0.1:{self.port}", "Connection": "close"}
         if body is not None:
@@ -70,6 +97,50 @@ class Server:
         text = f"{method} {target} HTTP/1.1\r\n"
         text += "".join(f"{k}: {v}\r\n" for k, v in lines.items() if v is not None)
         return parse(self.send(text.encode("latin1") + b"\r\n" + (body or b""), timeout))
+
+    def get(self, target, headers=None):
+        """The JSON of a reply."""
+        return json.loads(self.ask("GET", target, None, headers)[2])
+
+    def submit(self, body, headers=None):
+        """The job's id."""
+        status, _, answer = self.ask("POST", "/v1/jobs", body, headers)
+        if status != 202:
+            raise AssertionError(f"{status}: {answer.decode()}")
+        return json.loads(answer)["id"]
+
+    def ended(self, job, headers=None):
+        """The job when it has ended."""
+        wait_until(lambda: self.get(f"/v1/jobs/{job}", headers)["ended"])
+        return self.get(f"/v1/jobs/{job}", headers)
+
+
+class Served(unittest.TestCase):
+    """A folder and services over it."""
+    PROGRAM = None
+
+    def setUp(self):
+        self.path = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def command(self, *more):
+        return serve_command(self.PROGRAM, self.path, *more)
+
+    @contextlib.contextmanager
+    def serving(self, *more, env=None, ends_by=signal.SIGTERM):
+        """A service, which this signal ends."""
+        server = Server(self.command(*more), env)
+        try:
+            yield server
+        finally:
+            code = server.stop(ends_by)
+        self.assertEqual(code, 128 + ends_by, server.stderr)
+
+    def write(self, name, text):
+        (self.path / name).write_text(text)
+        return str(self.path / name)
+
+    def shots(self, frames, size="96x54"):
+        make_scene(self.PROGRAM, self.path / "shots", frames, size)
 
 
 def work_on(command, body, key, kill_after=None, env=None):
@@ -148,7 +219,7 @@ class Events:
     """Listens to server-sent events on a socket of its own until closed."""
 
     def __init__(self, server, target="/v1/events", last=None, headers=None):
-        self.client = server.connect(30)
+        self.client = server.connect()
         lines = f"GET {target} HTTP/1.1\r\nHost: localhost\r\n"
         if last is not None:
             lines += f"Last-Event-ID: {last}\r\n"
@@ -163,7 +234,7 @@ class Events:
         head, _, self.buffer = self.buffer.partition(b"\r\n\r\n")
         self.status = int(head.split()[1])
 
-    def next(self, seconds=10):
+    def next(self, seconds=PATIENCE_S):
         """(id, data) of the next event; None at the end. A comment is ("", None)."""
         end = time.monotonic() + seconds
         while b"\n\n" not in self.buffer:
@@ -177,6 +248,14 @@ class Events:
         if "id" not in fields:
             return "", None
         return int(fields["id"]), json.loads(fields["data"])
+
+    def rest(self):
+        """(id, data) of all further events, until the server closes."""
+        found = []
+        while (got := self.next()) is not None:
+            if got[1]:
+                found.append(got)
+        return found
 
     def close(self):
         self.client.close()

@@ -4,7 +4,6 @@ import json
 import os
 import pathlib
 import struct
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -12,7 +11,7 @@ import zlib
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "page"))
 from browser import Browser, SOFTWARE_GL  # noqa: E402
-from server import Server  # noqa: E402
+from server import Server, make_scene, serve_command  # noqa: E402
 
 PROGRAM = os.path.abspath(sys.argv[1])
 TOKEN = "0123456789abcdef"
@@ -51,8 +50,7 @@ class OnTheService(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.path = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        subprocess.run([PROGRAM, "scene", "wheels", "-o", str(cls.path / "shots"), "--frames", "1-3",
-                        "--size", "160x90", "--device", "software", "-q"], check=True)
+        make_scene(PROGRAM, cls.path / "shots", "1-3", "160x90")
         (cls.path / "broken").mkdir()
         for frame in (1, 2, 3):
             data = (cls.path / f"shots/sharp.000{frame}.exr").read_bytes()
@@ -60,10 +58,10 @@ class OnTheService(unittest.TestCase):
                 data[:len(data) // 2] if frame == 2 else data)
         (cls.path / "out").mkdir()
         (cls.path / "token").write_text(TOKEN + "\n")
-        cls.server = Server([PROGRAM, "serve", "--root", str(cls.path), "--store",
-                             str(cls.path / "jobs.sqlite"), "--port", "0", "--device", "software"])
+        cls.server = Server(serve_command(PROGRAM, cls.path))
         cls.base = f"http://127.0.0.1:{cls.server.port}/"
         cls.browser = Browser(SOFTWARE_GL)
+        cls.browser.call("POST", "/timeouts", {"script": 55_000})  # shorter than call()'s own
         cls.browser.size(1280, 900)
 
     @classmethod
@@ -77,14 +75,13 @@ class OnTheService(unittest.TestCase):
 
     def open(self, state=""):
         self.browser.open(self.base + "#" + state)
-        self.browser.wait("globalThis.postchain?.viewer && document.querySelector('.entry')",
-                          seconds=60)
+        self.browser.wait("globalThis.postchain?.viewer && document.querySelector('.entry')")
 
     def open_shot(self, more=""):
         self.open(SHOT + more)
         self.browser.run("localStorage.clear();")
         self.open(SHOT + more)
-        self.browser.wait(f"{SHOWN} && postchain.model.subject", seconds=60)
+        self.browser.wait(f"{SHOWN} && postchain.model.subject")
 
     def click(self, selector):
         self.browser.wait("document.querySelector(args[0])?.checkVisibility()", selector)
@@ -129,14 +126,12 @@ class OnTheService(unittest.TestCase):
             return [box.left + x, box.top + y];""", x, y)
 
     def submit(self, **body):
-        status, _, answer = self.server.ask("POST", "/v1/jobs", {
+        return self.server.submit({
             "input": "shots/sharp.####.exr", "camera": "shots/camera.json", "chain": "fast",
             "on_existing": "overwrite", **body})
-        self.assertEqual(status, 202, answer)
-        return json.loads(answer)["id"]
 
     def done(self, job, state="done"):
-        self.browser.wait("document.querySelector(`#job .state.${args[0]}`)", state, seconds=120)
+        self.browser.wait("document.querySelector(`#job .state.${args[0]}`)", state)
 
 
 def run():

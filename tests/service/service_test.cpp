@@ -292,14 +292,24 @@ TEST_F(Jobs, AFolderThatBecomesALinkIsNotFollowed) {
     EXPECT_TRUE(fs::is_empty(outside()));
 }
 
+// At the beginning of a job, and after it.
 TEST_F(Jobs, AFrameThatIsALinkToTheOutsideIsNotRead) {
-    fs::rename(root("in.0004.exr"), outside("in.0004.exr"));
-    fs::create_symlink(outside("in.0004.exr"), root("in.0004.exr"));
-    open();
-    const Job job = ended(submit(body()));
+    const auto replace = [&](const std::string& name) {
+        fs::rename(root(name), outside(name));
+        fs::create_symlink(outside(name), root(name));
+    };
+    hold();
+    const std::string id = submit(held_body());
+    ASSERT_TRUE(wait_for([] { return HeldPass::waits.load(); }));
+    replace("in.0006.exr");
+    HeldPass::held = false;
+    EXPECT_EQ(ended(id).state, JobState::failed);
+    EXPECT_THAT(frames(id)[5].message, HasSubstr("links outside"));
+    EXPECT_FALSE(fs::exists(out(6)));
+    const Job job = ended(submit(in_folder(body(), "next")));
     EXPECT_EQ(job.state, JobState::failed);
     EXPECT_THAT(job.message, HasSubstr("links outside"));
-    EXPECT_FALSE(fs::exists(out(4)));
+    EXPECT_FALSE(fs::exists(root("next/o.0001.exr")));
 }
 
 TEST_F(Jobs, TheLargerPriorityGoesFirst) {

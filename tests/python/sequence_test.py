@@ -208,9 +208,10 @@ def work():
         ends.append(postchain.diff([a] * 200, [a] * 200))
     except BaseException as error:
         ends.append(type(error).__name__)
-thread = threading.Thread(target=work, daemon=True)
+thread, begin = threading.Thread(target=work, daemon=True), time.process_time()
 thread.start()
-time.sleep(0.5)
+while time.process_time() < begin + 0.3:
+    time.sleep(0.01)
 sys.exit(7)
 """)
     out, error = process.communicate(timeout=300)

@@ -83,10 +83,8 @@ class Shapes(Attacked):
             self.refused(line + "\r\nHost: localhost\r\n\r\n", 400, 505)
 
     def test_targets(self):
-        for target in ["*", "http://localhost/", "localhost:80", "//x/../..", "/v1/../v1/jobs",
-                       "/v1/jobs/%2e%2e/x", "/v1/jobs/%2E%2E%2Fx", "/v1/jobs/a%2fb", "/v1/jobs/%00",
-                       "/v1/jobs/%zz", "/v1/jobs/%", "/v1/jobs/a%5cb", "/%0d%0aX:%20y", "/v1/jobs#x",
-                       "/v1/jobs?limit=1&limit=2", "/v1/jobs?%00=1", "/v1/jobs?limit=%zz"]:
+        for target in ["*", "http://localhost/", "/v1/../v1/jobs", "/v1/jobs/%2e%2e/x",
+                       "/%0d%0aX:%20y", "/v1/jobs#x", "/v1/jobs?limit=1&limit=2"]:
             with self.subTest(target):
                 self.refused(f"GET {target} HTTP/1.1\r\nHost: localhost\r\n\r\n"
                              .replace("\r\n\r\n", "\r\nConnection: close\r\n\r\n"), 400)
@@ -259,7 +257,8 @@ class Files(Attacked):
     settings = ["header=600000"]  # no deadline ends what hangs
 
     def test_downloads_and_their_archive(self):
-        self.server.ask("POST", "/v1/jobs", {})
+        status, headers, _ = self.server.ask("POST", "/v1/jobs", {})
+        self.assertEqual((status, headers["location"][:6]), (202, "jobs/j"))
         status, headers, data = self.server.ask("GET", "/v1/jobs/j1/frames/3/output")
         self.assertEqual((status, data), (200, b"3" * 900_000))
         self.assertIn('filename="o.3.exr"', headers["content-disposition"])
@@ -269,6 +268,10 @@ class Files(Attacked):
             self.assertIsNone(archive.testzip())
             self.assertEqual([entry.file_size for entry in archive.infolist()],
                              [300_000, 600_000, 900_000, 1_200_000])
+        for query, code in [("frames=2-3", 200), ("frames=7-9", 404), ("frames=x", 400),
+                            ("frames=3-1", 400), ("frame=1", 400)]:
+            target = f"/v1/jobs/j1/outputs.zip?{query}"
+            self.assertEqual(self.server.ask("GET", target)[0], code, query)
         status, headers, data = self.server.ask("HEAD", "/v1/jobs/j1/outputs.zip")
         self.assertGreater(int(headers["content-length"]), 3_000_000)
         self.assertEqual(data, b"")

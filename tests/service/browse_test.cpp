@@ -6,10 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "tests/io/exr_files.h"
+#include "tests/service/store_fixture.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/http/report_parts.h"
-#include "tools/service/store/job_store.h"
 #include "tools/service/work/browse.h"
 
 namespace postchain::service {
@@ -138,13 +137,9 @@ TEST_F(BrowseTest, AReportInParts) {
     EXPECT_FALSE(page_without_pictures(base_ + "/none").ok());
 }
 
-class ListTest : public testing::Test {
+class ListTest : public StoreTest {
   protected:
-    void SetUp() override {
-        auto opened = JobStore::open(folder_.path("store.db"), 3);
-        ASSERT_TRUE(opened.ok());
-        store_ = std::move(*opened);
-    }
+    void SetUp() override { open(); }
     std::string add(const std::string& body, const std::string& owner = "", int priority = 0) {
         User user;
         user.name = owner;
@@ -152,13 +147,9 @@ class ListTest : public testing::Test {
     }
     std::vector<std::string> found(const std::string& search, const std::string& state = "") const {
         std::vector<std::string> ids;
-        const auto jobs = store_->jobs(state, "", 100, "", search);
-        if (!jobs.ok()) return {jobs.status().message()};
-        for (const Job& job : *jobs) ids.push_back(job.id);
+        for (const Job& job : *store_->jobs(state, "", 100, "", search)) ids.push_back(job.id);
         return ids;
     }
-    test::TempFolder folder_;
-    std::unique_ptr<JobStore> store_;
 };
 
 TEST_F(ListTest, SearchFindsWordsInNamesAndPathsOnly) {

@@ -28,7 +28,7 @@ class Examples(unittest.TestCase):
             script = "set -eu -o pipefail; set -m\ntrap 'kill %1 2>/dev/null || true' EXIT\n"
             environment = dict(os.environ, PATH=f"{folder}:{os.environ['PATH']}")
             done = subprocess.run(["bash", "-c", script + marked + "wait %1 || echo stopped $?"],
-                                  cwd=folder, env=environment, timeout=240, text=True,
+                                  cwd=folder, env=environment, timeout=800, text=True,
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             out = dict(enumerate(re.split(r"^== \d+\n", done.stdout, flags=re.M)[1:]))

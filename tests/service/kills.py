@@ -45,6 +45,25 @@ def faults_of_store(path, frames):
     return said
 
 
+def prepare(postchain, work, frames):
+    """Makes the frames. The request for a job over them, the service's command, and the outputs and seconds
+    of an undisturbed run of the command."""
+    work = jobs.empty(work.resolve())
+    jobs.empty(work / "out")
+    jobs.make_scene(postchain, work / "in", frames)
+    job = jobs.Job("run", "run fast -i {IN}/sharp.####.exr --camera {IN}/camera.json "
+                   "-o {OUT}/o.####.exr", "skip")
+    expected, seconds = jobs.undisturbed(job, postchain, work / "in", work / "undisturbed")
+    body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
+            "output": "out/o.####.exr"}
+    return work, body, serve_command(postchain, work), expected, seconds
+
+
+def faults_of_outputs(work, expected):
+    return jobs.differences(work / "out", expected, whole=True) + [
+        f"{path}: never removed" for path in jobs.temporaries(work / "out")]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("postchain", type=pathlib.Path)
@@ -54,15 +73,11 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--on-existing", default="fail", choices=["fail", "overwrite", "skip"])
     arguments = parser.parse_args()
-    work = jobs.empty(arguments.work.resolve())
-    scene, out = work / "in", jobs.empty(work / "out")
-    jobs.make_scene(arguments.postchain, scene, arguments.frames)
-    job = jobs.Job("run", "run fast -i {IN}/sharp.####.exr --camera {IN}/camera.json "
-                   "-o {OUT}/o.####.exr", "skip")
-    expected, seconds = jobs.undisturbed(job, arguments.postchain, scene, work / "undisturbed")
-    body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
-            "output": "out/o.####.exr", "on_existing": arguments.on_existing}
-    command = serve_command(arguments.postchain, work, "--attempts", "50")
+    work, body, command, expected, seconds = prepare(arguments.postchain, arguments.work,
+                                                     arguments.frames)
+    out = work / "out"
+    body["on_existing"] = arguments.on_existing
+    command += ["--attempts", "50"]
     chance = random.Random(arguments.seed)
     # Each process should finish about one part of the job, whatever the speed of the machine.
     span = 0.15 + 2.5 * seconds / arguments.kills
@@ -83,8 +98,7 @@ def main():
             return 1
     job = work_on(command, body, KEY)
     said = [] if job["state"] == "done" else [f"the job is {job['state']}: {job['message']}"]
-    said += jobs.differences(out, expected, whole=True)
-    said += [f"{path}: never removed" for path in jobs.temporaries(out)]
+    said += faults_of_outputs(work, expected)
     said += faults_of_store(work / "jobs.sqlite", arguments.frames)
     for sentence in said:
         print(sentence)

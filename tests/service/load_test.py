@@ -158,7 +158,7 @@ class Crowds(Attacked):
 
     def test_a_preview_ends_when_its_client_leaves(self):
         [client] = self.previews(1)
-        wait_until(lambda: self.metric("http_waiting_requests") > 0)
+        wait_until(lambda: self.metric("http_waiting_requests") > 1)  # and this one
         client.close()
         wait_until(lambda: self.metric("fake_left") > 0)
 
@@ -232,7 +232,7 @@ class Draining(unittest.TestCase):
         listener, idle = Events(server), server.connect()
         busy = server.connect()
         busy.sendall(PREVIEW)
-        wait_until(lambda: b"waiting_requests 1" in server.ask("GET", "/metrics")[2])
+        wait_until(lambda: b"waiting_requests 2" in server.ask("GET", "/metrics")[2])
         start = time.monotonic()
         self.assertEqual(server.stop(), 0)
         self.assertLess(time.monotonic() - start, 60)

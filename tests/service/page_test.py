@@ -5,8 +5,8 @@ usage: page_test.py POSTCHAIN"""
 import json
 import math
 
-from service_page import (ALT, DOWN, ENTER, LEFT, OnTheService, PROGRAM, SHOT, SHOWN, TAB, TOKEN, half,
-                          run, values_of)
+from service_page import (ALT, DOWN, ENTER, LEFT, OnTheService, PROGRAM, SHOT, SHOWN, TAB, TOKEN, exr,
+                          run)
 from browser import RIGHT
 from server import Server, serve_command
 
@@ -88,16 +88,13 @@ class Picture(OnTheService):
 
     def test_click_to_focus(self):
         self.open_shot("&frame=1")
-        data = self.server.ask("POST", "/v1/preview", {
-            "chain": {"postchain": 1, "passes": []}, "plane": "depth", "frame": 1,
-            "input": "shots/sharp.####.exr"}, {"Accept": "image/vnd.postchain"}, timeout=60)[2]
-        width, _, channels, image = values_of(data)
-        self.assertEqual(channels, 1)
+        frame = exr.read(self.path / "shots/sharp.0001.exr")
+        depth, width = frame.values("ViewLayer.Depth.Z"), frame.width
         # In the middle of a surface, beside the line of the wipe.
         x, y = next((x, y) for y in range(10, 80, 5) for x in [*range(10, 65, 5), *range(95, 150, 5)]
-                    if max(near := [half(image[(y + b) * width + x + a]) for a in range(-2, 3)
+                    if max(near := [depth[(y + b) * width + x + a] for a in range(-2, 3)
                                     for b in range(-2, 3)]) < 1.01 * min(near))
-        distance = half(image[y * width + x])
+        distance = depth[y * width + x]
         self.press("Focus by click")
         self.browser.mouse(self.place(x, y), "down", "up")
         self.browser.wait("JSON.parse(localStorage.getItem('postchain-chains'))?.a.text"
@@ -233,8 +230,8 @@ class Picture(OnTheService):
 
 class Login(OnTheService):
     def test_login(self):
-        server = Server(serve_command(PROGRAM, self.path, "--store", str(self.path / "other.sqlite"),
-                                      "--token-file", str(self.path / "token")))
+        server = Server(serve_command(PROGRAM, self.path, "--token-file", str(self.path / "token"),
+                                      store="other.sqlite"))
 
         def write(value):
             self.browser.run("document.getElementById('token').value = args[0];", value)

@@ -11,9 +11,8 @@ import pathlib
 import sqlite3
 import sys
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "robustness"))
-import jobs  # noqa: E402  (of tests/robustness)
-from server import serve_command, work_on  # noqa: E402
+from kills import faults_of_outputs, prepare
+from server import work_on
 
 FRAMES = 20
 POISON = [3, 13]  # sharp.0003.exr and sharp.0013.exr end alike
@@ -26,18 +25,10 @@ def main():
     parser.add_argument("library", type=pathlib.Path)
     parser.add_argument("--work", type=pathlib.Path, required=True)
     arguments = parser.parse_args()
-    work = jobs.empty(arguments.work.resolve())
-    scene, out = work / "in", jobs.empty(work / "out")
-    jobs.make_scene(arguments.postchain, scene, FRAMES)
-    job = jobs.Job("run", "run fast -i {IN}/sharp.####.exr --camera {IN}/camera.json "
-                   "-o {OUT}/o.####.exr", "skip")
-    expected, _ = jobs.undisturbed(job, arguments.postchain, scene, work / "undisturbed")
+    work, body, command, expected, _ = prepare(arguments.postchain, arguments.work, FRAMES)
     for frame in POISON:
         for name in (f"o.{frame:04}.exr", f"o.{frame:04}.exr.json"):
             del expected[name]
-    body = {"chain": "fast", "input": "in/sharp.####.exr", "camera": "in/camera.json",
-            "output": "out/o.####.exr"}
-    command = serve_command(arguments.postchain, work)
     poisoned = {**os.environ, "LD_PRELOAD": str(arguments.library.resolve()),
                 "POSTCHAIN_POISON": "3.exr"}
     said, deaths = [], 0
@@ -50,8 +41,7 @@ def main():
     # First together with others, then each alone.
     if not len(POISON) * ATTEMPTS <= deaths <= len(POISON) * (ATTEMPTS + 1):
         said.append(f"the process died {deaths} times")
-    said += jobs.differences(out, expected, whole=True)
-    said += [f"{path}: never removed" for path in jobs.temporaries(out)]
+    said += faults_of_outputs(work, expected)
     store = sqlite3.connect(work / "jobs.sqlite")
     quarantined = [row[0] for row in store.execute(
         "SELECT frame FROM frames WHERE state = 'quarantined' ORDER BY frame")]

@@ -76,18 +76,6 @@ TEST_F(RequestTest, NoPathLeavesTheRoots) {
     }
 }
 
-// A job of the service waits in its queue, not for a renderer.
-TEST_F(RequestTest, WatchingIsOfTheCommandAlone) {
-    for (const auto& [key, value] : {std::pair<const char*, json>{"watch", true}, {"idle", 60}}) {
-        json body = whole_;
-        body[key] = value;
-        const Problem problem = refused(body.dump());
-        ASSERT_EQ(problem.diagnostics.size(), 1u);
-        EXPECT_EQ(problem.diagnostics[0].path, key);
-        EXPECT_THAT(problem.detail, HasSubstr("unknown key"));
-    }
-}
-
 TEST_F(RequestTest, OcioIsReadWithWhatUsesIt) {
     write("root/look.ocio", "ocio_profile_version: 1\n");
     json body = whole_;

@@ -116,29 +116,33 @@ TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
 }
 
 TEST_F(RequestTest, ValuesAreStrict) {
-    const std::vector<std::pair<std::string, json>> bad = {{"strict", "true"},
-                                                           {"strict", 0},
-                                                           {"sidecar", nullptr},
-                                                           {"frames", 5},
-                                                           {"frames", ""},
-                                                           {"camera", ""},
-                                                           {"priority", 1.0},
-                                                           {"priority", "1"},
-                                                           {"priority", 1e300},
-                                                           {"set", "a=b"},
-                                                           {"set", {1}},
-                                                           {"chain", 5},
-                                                           {"chain", json::array()},
-                                                           {"kind", "walk"},
-                                                           {"kind", 1},
-                                                           {"max_memory", "-1"},
-                                                           {"precision", "fp64"},
-                                                           {"input", {"a", "b"}},
-                                                           {"frames", std::string("1-2\0", 4)},
-                                                           {"sweep", {"a=1"}},
-                                                           {"chain_b", "fast"},
-                                                           {"frame", 1},
-                                                           {"output", "out/o.png/"}};
+    const std::vector<std::pair<std::string, json>> bad = {
+        {"strict", "true"},
+        {"strict", 0},
+        {"sidecar", nullptr},
+        {"frames", 5},
+        {"frames", ""},
+        {"camera", ""},
+        {"priority", 1.0},
+        {"priority", "1"},
+        {"priority", 1e300},
+        {"set", "a=b"},
+        {"set", {1}},
+        {"chain", 5},
+        {"chain", json::array()},
+        {"kind", "walk"},
+        {"kind", 1},
+        {"max_memory", "-1"},
+        {"precision", "fp64"},
+        {"input", {"a", "b"}},
+        {"frames", std::string("1-2\0", 4)},
+        {"sweep", {"a=1"}},
+        {"chain_b", "fast"},
+        {"frame", 1},
+        {"output", "out/o.png/"},
+        // A job waits in its queue, not for a renderer.
+        {"watch", true},
+        {"idle", 60}};
     for (const auto& [key, value] : bad) {
         const Problem problem = refused(with(key, value).dump());
         ASSERT_FALSE(problem.diagnostics.empty()) << key << " " << value;

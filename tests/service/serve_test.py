@@ -2,7 +2,6 @@
 
 usage: serve_test.py POSTCHAIN [LIBRARY]: poison_calls.cpp as a library"""
 import contextlib
-import io
 import json
 import os
 import pathlib
@@ -13,7 +12,6 @@ import subprocess
 import sys
 import time
 import unittest
-import zipfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
 from server import Events, PATIENCE_S, Served, make_scene, wait_until, work_on  # noqa: E402
@@ -28,7 +26,7 @@ JOB = {"chain": "fast", "input": "shots/sharp.####.exr", "camera": "shots/camera
 class Serve(Served):
     def fails(self, code, text, *more, command=None):
         done = subprocess.run(command or self.command(*more), capture_output=True, text=True,
-                              timeout=60)
+                              timeout=PATIENCE_S)
         self.assertEqual(done.returncode, code, done.stderr)
         self.assertIn(text, done.stderr)
 
@@ -204,12 +202,14 @@ class Serve(Served):
         for token in tokens.values():
             self.assertNotIn(token, "".join(server.stderr))
 
-    def test_backup_while_it_runs(self):
+    def test_backup_and_dashboard(self):
+        """A backup while it runs; every metric that the dashboard of Grafana asks for exists."""
         self.shots("1-1")
         store, copy = self.path / "jobs.sqlite", self.path / "copy.sqlite"
         backup = [PROGRAM, "serve", "--store", str(store), "--backup", str(copy)]
         with self.serving() as server:
             before = server.ended(server.submit(JOB))
+            text = server.ask("GET", "/metrics")[2].decode()
             self.assertEqual(subprocess.run(backup, check=False).returncode, 0)
             self.fails(2, "is not a backup", command=backup[:-1] + [self.write("mine", "mine")])
             self.assertEqual(server.ask("DELETE", "/v1/jobs/1/record")[0], 200)
@@ -219,43 +219,13 @@ class Serve(Served):
         store.write_bytes(copy.read_bytes())
         with self.serving() as server:
             self.assertEqual(server.get("/v1/jobs/1"), before)
-
-    def test_outputs_are_downloaded(self):
-        self.shots("1-3")
-        with self.serving() as server:
-            status, headers, _ = server.ask("POST", "/v1/jobs", JOB)
-            self.assertEqual((status, headers["location"]), (202, "jobs/1"))
-            server.ended(1)
-            status, headers, data = server.ask("GET", "/v1/jobs/1/frames/2/output")
-            self.assertEqual((status, headers["content-type"]), (200, "image/x-exr"))
-            self.assertEqual(data, (self.path / "out/a.0002.exr").read_bytes())
-            status, headers, data = server.ask("GET", "/v1/jobs/1/outputs.zip?frames=2-3")
-            self.assertIn("job-1.zip", headers["content-disposition"])
-            for query, code in [("frames=7-9", 404), ("frames=x", 400), ("frames=3-1", 400),
-                                ("frame=1", 400)]:
-                self.assertEqual(server.ask("GET", f"/v1/jobs/1/outputs.zip?{query}")[0], code, query)
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            self.assertIsNone(archive.testzip())
-            self.assertEqual(archive.namelist(), ["a.0002.exr", "a.0003.exr"])
-            for name in archive.namelist():
-                self.assertEqual(archive.read(name), (self.path / "out" / name).read_bytes())
-
-    def test_dashboard(self):
-        """Every metric that the dashboard of Grafana asks for exists."""
-        self.shots("1-1")
-        with self.serving() as server:
-            server.ended(server.submit(JOB))
-            text = server.ask("GET", "/metrics")[2].decode()
         names = {re.match(r"\w+", line)[0] for line in text.splitlines() if line[:1] != "#"}
         dashboard = json.loads((SOURCE / "tools/packaging/service/grafana.json").read_text())
-        asked = set()
-        for panel in dashboard["panels"]:
-            for target in panel["targets"]:
-                found = set(re.findall(r"\b(?:postchain|process)_\w+", target["expr"]))
-                self.assertTrue(found, target)
-                self.assertEqual(found - names, set(), panel["title"])
-                asked |= found
-        self.assertGreater(len(asked), 15)
+        wanted = {target["expr"]: set(re.findall(r"\b(?:postchain|process)_\w+", target["expr"]))
+                  for panel in dashboard["panels"] for target in panel["targets"]}
+        for expression, found in wanted.items():
+            self.assertTrue(found and found <= names, (expression, found - names))
+        self.assertGreater(len(set().union(*wanted.values())), 15)
 
     def metrics(self, server, frames):
         """Prometheus's own tool accepts the metrics; `frames` were written since the start."""
@@ -269,7 +239,7 @@ class Serve(Served):
         self.assertEqual(float(values['postchain_jobs{state="done"}']), 1)
 
     def test_jobs_go_on_after_sigterm(self):
-        self.shots("1-24", "320x180")
+        self.shots("1-12", "160x90")
         with self.serving() as server:
             server.submit(JOB | {"chain": "balanced"})
             listener = Events(server, "/v1/jobs/1/events")
@@ -277,16 +247,16 @@ class Serve(Served):
                 pass
         listener.close()
         written = len(list((self.path / "out").glob("a.*.exr")))
-        self.assertTrue(1 <= written < 24, written)
+        self.assertTrue(1 <= written < 12, written)
         with self.serving() as server:
             listener = Events(server, "/v1/jobs/1/events")
             frames = [event["data"]["frame"] for _, event in listener.rest() if event["type"] == "frame"]
             listener.close()
             # The events of both processes, with each frame once.
-            self.assertEqual(sorted(frames), list(range(1, 25)))
+            self.assertEqual(sorted(frames), list(range(1, 13)))
             job = server.get("/v1/jobs/1")
-            self.assertEqual((job["state"], job["done"]), ("done", 24))
-            self.metrics(server, 24 - written)
+            self.assertEqual((job["state"], job["done"]), ("done", 12))
+            self.metrics(server, 12 - written)
 
 
 if __name__ == "__main__":

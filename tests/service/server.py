@@ -26,9 +26,9 @@ def wait_until(holds):
     return value
 
 
-def serve_command(program, root, *more):
-    return [str(program), "serve", "--root", str(root), "--store", str(root / "jobs.sqlite"), "--port",
-            "0", "--device", "software", *more]
+def serve_command(program, root, *more, store="jobs.sqlite"):
+    return [str(program), "serve", "--root", str(root), "--store", str(root / store), "--port", "0",
+            "--device", "software", *more]
 
 
 def make_scene(program, folder, frames, size, *more, scene="wheels"):

@@ -1,15 +1,14 @@
 """Shared by the tests of the page: a service with frames, a browser, and the actions of a user."""
-import array
 import json
 import os
 import pathlib
-import struct
 import sys
 import tempfile
 import unittest
-import zlib
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "page"))
+for folder in ("page", "command"):
+    sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / folder))
+import exr  # noqa: E402, F401  (for the tests)
 from browser import Browser, SOFTWARE_GL  # noqa: E402
 from server import Server, make_scene, serve_command  # noqa: E402
 
@@ -20,30 +19,6 @@ TAB, ENTER, LEFT, DOWN, ALT = "\ue004", "\ue007", "\ue012", "\ue015", "\ue00a"
 SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
 SHOWN = ("postchain.viewer?.shown?.image && "
          "document.getElementById('canvas').getAttribute('aria-busy') !== 'true'")
-
-
-def half(bits):
-    return struct.unpack("<e", struct.pack("<H", bits))[0]
-
-
-def values_of(data):
-    """Width, height, channels and rows of a picture as the service sends it to a page."""
-    assert data[:4] == b"PPIC"
-    width, height, channels = struct.unpack("<III", data[4:16])
-    planes = zlib.decompress(data[16:])
-    count = width * height * channels
-    steps = [planes[i] << 8 | planes[count + i] for i in range(count)]
-    image = array.array("H", bytes(2 * count))
-    for c in range(channels):
-        above = 0
-        for y in range(height):
-            left = above
-            for x in range(width):
-                left = (left + steps[(c * height + y) * width + x]) & 0xffff
-                image[(y * width + x) * channels + c] = left
-                if x == 0:
-                    above = left
-    return width, height, channels, image
 
 
 class OnTheService(unittest.TestCase):

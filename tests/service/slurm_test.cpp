@@ -39,7 +39,7 @@ TEST(Programs, AreRunKilledAndQuoted) {
     EXPECT_EQ(ran->err, "wrong\n");
     const auto hangs = run_program({"sleep", "1000"}, "", 200ms);
     EXPECT_THAT(hangs.status().message(), HasSubstr("did not answer"));
-    EXPECT_THAT(run_program({"no-such-program"}, "", 1s).status().message(), HasSubstr("PATH"));
+    EXPECT_THAT(run_program({"no-such-program"}, "", 60s).status().message(), HasSubstr("PATH"));
     const std::string odd = "a 'b' $c \"d\" \\";
     EXPECT_EQ(run_program({"sh", "-c", "printf %s " + shell_quoted(odd)}, "", 60s)->out, odd);
 }

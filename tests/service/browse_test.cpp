@@ -147,7 +147,8 @@ class ListTest : public StoreTest {
     }
     std::vector<std::string> found(const std::string& search, const std::string& state = "") const {
         std::vector<std::string> ids;
-        for (const Job& job : *store_->jobs(state, "", 100, "", search)) ids.push_back(job.id);
+        const auto jobs = store_->jobs(state, "", 100, "", search);
+        for (const Job& job : *jobs) ids.push_back(job.id);
         return ids;
     }
 };

@@ -5,8 +5,8 @@ usage: page_test.py POSTCHAIN"""
 import json
 import math
 
-from service_page import (ALT, DOWN, ENTER, LEFT, OnTheService, PROGRAM, SHOT, SHOWN, TAB, TOKEN, exr,
-                          run)
+from service_page import (ALT, DOWN, ENTER, LEFT, OnTheService, PROGRAM, SHOT, SHOWN, TAB, TOKEN, run)
+import exr
 from browser import RIGHT
 from server import Server, serve_command
 

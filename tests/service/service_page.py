@@ -8,7 +8,6 @@ import unittest
 
 for folder in ("page", "command"):
     sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / folder))
-import exr  # noqa: E402, F401  (for the tests)
 from browser import Browser, SOFTWARE_GL  # noqa: E402
 from server import Server, make_scene, serve_command  # noqa: E402
 

@@ -1,0 +1,399 @@
+// run_bench on small sequences.
+#include "tools/measure/experiment/bench.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <functional>
+
+#include "tests/measure/experiment/support.h"
+#include "tests/support/images.h"
+#include "tests/support/status.h"
+#include "tests/support/text_file.h"
+#include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/bench_store.h"
+#include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/report/images.h"
+
+namespace postchain::experiment {
+
+using namespace report;
+namespace {
+
+using test::sweep;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+class Bench : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        test::write_sequence(folder_.path(), 1, 2);
+        test::write_truth(folder_.path(), "truth", 1, 2, 0.125f);
+    }
+    BenchSettings settings() {
+        BenchSettings settings;
+        static_cast<ExperimentSettings&>(settings) =
+            test::settings_for(folder_.path(), folder_.path("report"));
+        settings.on_existing = io::OnExisting::skip;
+        settings.page_frames = 1;
+        settings.chain_name = "small";
+        return settings;
+    }
+    Result<Report> run(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
+                       const std::atomic<bool>* stop = nullptr,
+                       const ProgressCallback& progress = {}) {
+        const auto files = prepare_folder(settings);
+        if (!files.ok()) return files.status();
+        return run_bench(variants, settings, *files, test::executor(), progress, stop);
+    }
+    Report done(const std::vector<BenchVariant>& variants, const BenchSettings& settings) {
+        return test::must(run(variants, settings));
+    }
+    test::TempFolder folder_;
+};
+
+std::vector<BenchVariant> swept(const char* samples) {
+    return test::must(sweep({std::string("motion_blur.samples=") + samples}));
+}
+
+BenchVariant variant(const char* name, Chain chain) {
+    return {name, {}, std::move(chain)};
+}
+
+// Fails on every frame: there is no camera.
+BenchVariant lens() {
+    return variant("lens", test::parse("postchain: 1\npasses: [depth_of_field]\n"));
+}
+
+// Also files of a frame that is not measured: a result depends on them.
+TEST_F(Bench, AChainGetsThePlanesOfTheFrameAfter) {
+    std::vector<BenchVariant> variants;
+    variants.push_back(variant("echo", test::chain_of("echo")));
+    BenchSettings first = settings();
+    first.run.frames = io::FrameRange{{1}};
+    const Report report = done(variants, first);
+    const auto color = [](uint32_t frame) {
+        return test::layered_frame(64, 40, {6, 2}, {-3, 1}, frame).planes.at(Role::color);
+    };
+    const ImageF now = color(1), next = color(2);
+    double mse = 0;
+    for (size_t i = 0; i < now.pixels(); ++i) {
+        for (size_t c = 0; c < 3; ++c) {
+            const double off =
+                0.5 * double(now.data[4 * i + c]) - 0.25 * double(next.data[4 * i + c]) - 0.125;
+            mse += off * off / (3.0 * double(now.pixels()));
+        }
+    }
+    EXPECT_NEAR(*report.variants[0].metrics.at("mse").frames[0], mse, 1e-5);
+    EXPECT_LT(*report.variants[0].split->mse.precision, 1e-9);  // the reference used them too
+    EXPECT_THAT(report.notes,
+                ::testing::Contains(
+                    "frame 1 is filtered without the frame before: frame 1 is the first on disk"));
+    EXPECT_TRUE(done(variants, first).variants[0].resumed);
+    const std::string after = folder_.path("in.0002.exr");
+    std::filesystem::last_write_time(
+        after, std::filesystem::last_write_time(after) + std::chrono::hours(1));
+    EXPECT_FALSE(done(variants, first).variants[0].resumed);
+}
+
+TEST_F(Bench, EveryVariantHasMetricsTimesAndThreeParts) {
+    const Report report = done(swept("5,31"), settings());
+    ASSERT_EQ(report.variants.size(), 2u);
+    for (const Variant& variant : report.variants) {
+        EXPECT_EQ(variant.failure, "");
+        EXPECT_TRUE(variant.metrics.at("hdr_flip").mean);
+        EXPECT_EQ(variant.timing->passes.size(), 2u);
+        const ErrorSplit& split = *variant.split;
+        EXPECT_EQ(split.frames, std::vector<int>{1});
+        // The split's total is the frame's metric.
+        EXPECT_NEAR(*split.mse.total, *variant.metrics.at("mse").frames[0], 1e-9);
+        EXPECT_LT(*split.mse.precision, 1e-6);
+    }
+    // Both share a converged image and so the model error. Fewer taps have more sampling error.
+    const ErrorParts &few = report.variants[0].split->mse, &many = report.variants[1].split->mse;
+    EXPECT_DOUBLE_EQ(*few.model, *many.model);
+    EXPECT_GT(*few.sampling, 2 * *many.sampling);
+    EXPECT_THAT(report.variants[0].split->convergence,
+                ::testing::Contains("passes[0].motion_blur.samples 5 -> 401"));
+    EXPECT_EQ(report.images.size(), 4u + 6u);  // input and its maps, truth; three of each
+    EXPECT_EQ(report.title, "small: error against run time");
+    EXPECT_EQ(report.pareto_metric, "hdr_flip");
+}
+
+TEST_F(Bench, AVariantWithAnotherShutterThanAGeneratedTruthIsWarnedOf) {
+    BenchSettings with = settings();
+    with.truth_cameras[2].shutter_frames = 0.25;
+    const auto variants = test::must(sweep({"motion_blur.shutter_frames=0.25,0.75"}));
+    const Report report = done(variants, with);
+    EXPECT_THAT(report.warnings,
+                ::testing::Contains(AllOf(HasSubstr(" filters frame 2 with shutter_frames 0.75 in "
+                                                    "place of 0.25 of the generated"),
+                                          StartsWith(variants.back().name))));
+    EXPECT_THAT(report.warnings,
+                Not(::testing::Contains(StartsWith(variants.front().name + " filters"))));
+}
+
+TEST_F(Bench, WithoutATruthModelErrorIsLeftOutAndSaidSo) {
+    BenchSettings blind = settings();
+    blind.truth.clear();
+    blind.no_truth = "there is none";
+    Report report = done(swept("5,31"), blind);
+    EXPECT_EQ(report.reference, "converged");
+    EXPECT_FALSE(report.variants[0].split->mse.model);
+    EXPECT_TRUE(report.variants[0].split->mse.sampling);
+    EXPECT_TRUE(report.input_metrics.empty());
+    EXPECT_FALSE(report.winner);
+    EXPECT_THAT(report.variants[0].split->notes[0], HasSubstr("there is none"));
+    EXPECT_THAT(report.notes[0], HasSubstr("no model error: there is none"));
+    // The image they were measured against is stored once for both.
+    const StoredImage* converged = report.find(ImageKind::converged, 0, 1);
+    ASSERT_TRUE(converged && report.find(ImageKind::converged, 1, 1));
+    EXPECT_EQ(converged->path, report.find(ImageKind::converged, 1, 1)->path);
+    const ImageF many = test::must(load_image(report, *converged));
+    const ImageF few = test::must(load_image(report, *report.find(ImageKind::color, 0, 1)));
+    EXPECT_NEAR(mean_squared(few, many), *report.variants[0].metrics.at("mse").frames[0], 1e-9);
+    // A missing image is made again.
+    std::filesystem::remove(report.folder + "/" + converged->path);
+    report = done(swept("5,31"), blind);
+    EXPECT_TRUE(load_image(report, *report.find(ImageKind::converged, 1, 1)).ok());
+    // Measured against the converged filter, more taps are closer.
+    EXPECT_GT(*report.variants[0].metrics.at("mse").mean,
+              *report.variants[1].metrics.at("mse").mean);
+}
+
+// The ground truth is the input + 1/4, then + 1; a chain without passes returns the input. Its
+// error grows by 3/4 from the first frame to the second.
+TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
+    test::write_sequence(folder_.path(), 1, 4);
+    for (const auto& [frame, offset] : {std::pair{1, 0.25f}, {2, 1.0f}, {4, 0.0f}})
+        test::write_truth(folder_.path(), "truth", frame, 1, offset);
+    BenchSettings some = settings();
+    some.run.frames = io::FrameRange{{1, 2, 4}};
+    std::vector<BenchVariant> variants;
+    variants.push_back(variant("nothing", test::parse("postchain: 1\npasses: []\n")));
+    Report report = done(variants, some);
+    const Series tde = report.variants[0].metrics.at("tde");
+    ASSERT_EQ(tde.frames.size(), 3u);
+    EXPECT_FALSE(tde.frames[0]);
+    EXPECT_NEAR(*tde.frames[1], 0.75, 1e-6);
+    EXPECT_FALSE(tde.frames[2]);  // frame 3 is not in the bench
+    // Another ground truth of the previous frame causes a new result, although frames 2 and 4, the
+    // brightest and the darkest, keep the exposures unchanged.
+    const double start = report.exposure_start, stop = report.exposure_stop;
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.375f);
+    for (int run = 0; run < 2; ++run) {
+        report = done(variants, some);
+        EXPECT_EQ(report.exposure_start, start);
+        EXPECT_EQ(report.exposure_stop, stop);
+        EXPECT_NEAR(*report.variants[0].metrics.at("tde").frames[1], 0.625, 1e-6);
+    }
+}
+
+TEST_F(Bench, ATruthForAPartOfTheFrames) {
+    std::filesystem::remove(folder_.path("truth.0001.exr"));
+    Report report = done(swept("5"), settings());
+    EXPECT_EQ(report.scored_frames, std::vector<int>{2});
+    EXPECT_EQ(report.page_frames, std::vector<int>{2});
+    const Variant& variant = report.variants[0];
+    EXPECT_EQ(variant.failure, "");
+    EXPECT_FALSE(variant.metrics.at("mse").frames[0]);
+    EXPECT_TRUE(variant.metrics.at("mse").frames[1]);
+    EXPECT_TRUE(variant.metrics.at("grid").frames[0]);
+    EXPECT_EQ(variant.metrics.count("tde"), 0u);
+    EXPECT_EQ(variant.split->frames, std::vector<int>{2});
+    EXPECT_TRUE(variant.split->mse.model);
+    EXPECT_EQ(variant.timing->frame, 1);
+    // A ground truth added later is measured.
+    test::write_truth(folder_.path(), "truth", 1, 1, 0.125f);
+    report = done(swept("5"), settings());
+    EXPECT_TRUE(report.variants[0].metrics.at("mse").frames[0]);
+    EXPECT_TRUE(report.variants[0].metrics.at("tde").frames[1]);
+}
+
+TEST_F(Bench, MeasuresWhatAbMeasures) {
+    const auto variants = swept("9");
+    const Report report = done(variants, settings());
+    auto both = settings();
+    both.folder = folder_.path("ab");
+    const Report other = test::must(run_ab({"one", variants[0].chain.clone()},
+                                           {"two", test::parse(test::kChainText)}, both,
+                                           test::executor(), {}, nullptr));
+    const auto value = [](const Report& of, const std::string& metric,
+                          size_t i) -> std::optional<double> {
+        const auto series = of.variants[0].metrics.find(metric);
+        if (series == of.variants[0].metrics.end()) return std::nullopt;
+        return series->second.frames[i];
+    };
+    size_t compared = 0;
+    for (const auto& column : metric_columns(Kind::bench, true)) {
+        for (size_t i = 0; i < 2; ++i) {
+            const auto here = value(report, column.name, i), there = value(other, column.name, i);
+            ASSERT_EQ(here.has_value(), there.has_value()) << column.name << i;
+            if (!here) continue;
+            EXPECT_NEAR(*here, *there, 1e-6) << column.name << i;
+            ++compared;
+        }
+    }
+    EXPECT_GE(compared, 30u);
+    for (const auto& [of, other_of] : {std::pair{&report.input_metrics, &other.input_metrics},
+                                       std::pair{&report.truth_noise, &other.truth_noise}}) {
+        ASSERT_EQ(of->size(), other_of->size());
+        for (const auto& [name, series] : *of)
+            EXPECT_EQ(series.frames, other_of->at(name).frames) << name;
+    }
+}
+
+// Results of an earlier program lack a score of the input: only that is made, and everything else
+// is reused.
+TEST_F(Bench, ResultsWithoutAScoreOfTheInputGoOn) {
+    const auto variants = swept("5");
+    const Report report = done(variants, settings());
+    for (const char* name : {"input.1", "input.2", "truth.2"})
+        ASSERT_TRUE(std::filesystem::remove(folder_.path(concat("report/results/", name, ".json"))))
+            << name;
+    std::filesystem::remove(folder_.path("report/images/input.hdr_flip.0001.exr"));
+    const Report again = done(variants, settings());
+    EXPECT_TRUE(again.variants[0].resumed);
+    EXPECT_EQ(again.input_metrics.at("hdr_flip").frames,
+              report.input_metrics.at("hdr_flip").frames);
+    EXPECT_EQ(again.truth_noise.at(kNoiseSigma).frames, report.truth_noise.at(kNoiseSigma).frames);
+    EXPECT_TRUE(load_image(again, *again.find(ImageKind::error, -1, 1, "hdr_flip")).ok());
+    // Another ground truth gives another score.
+    test::write_truth(folder_.path(), "truth", 1, 2, 0.25f);
+    EXPECT_NEAR(*done(variants, settings()).input_metrics.at("mse").mean, 1.0 / 16, 1e-6);
+}
+
+TEST_F(Bench, AVariantThatFailsLeavesTheOthers) {
+    auto variants = swept("5");
+    variants.insert(variants.begin(), lens());
+    const Report report = done(variants, settings());
+    EXPECT_THAT(report.variants[0].failure, HasSubstr("frame 1: "));
+    EXPECT_FALSE(report.variants[0].timing);
+    EXPECT_FALSE(report.variants[0].pareto);
+    EXPECT_EQ(report.variants[1].failure, "");
+    EXPECT_TRUE(report.variants[1].pareto);
+}
+
+// Stopped after each unit of work: progress reaches the total and never exceeds it, finished work
+// is not repeated, and the report equals that of a run without a stop, bit for bit except for
+// times.
+TEST_F(Bench, GoesOnWhereverItWasStopped) {
+    auto variants = swept("5,9");
+    variants.push_back(lens());
+    constexpr size_t kUnits = 3 * 2 + 3;  // three variants, two frames, and a timing each
+    BenchSettings whole = settings();
+    whole.folder = folder_.path("whole");
+    const Report straight = done(variants, whole);
+    for (size_t at = 0; at <= kUnits; ++at) {
+        BenchSettings here = settings();
+        here.folder = folder_.path(concat("report", at));
+        std::atomic<bool> stop = false;
+        std::optional<size_t> first;
+        size_t last = 0;
+        const auto watch = [&](const ExperimentProgress& progress) {
+            EXPECT_EQ(progress.total, kUnits);
+            EXPECT_GE(progress.done, last) << "stopped at " << at;
+            EXPECT_LE(progress.done, kUnits) << "stopped at " << at;
+            last = progress.done;
+            if (!first) first = last;
+        };
+        const auto stopped = run(variants, here, &stop, [&](const ExperimentProgress& progress) {
+            watch(progress);
+            if (progress.done == at) stop = true;
+        });
+        // After the last unit nothing can be stopped; only failed work is tried again.
+        EXPECT_EQ(stopped.ok(), at == kUnits) << at;
+        if (at < kUnits) {
+            EXPECT_EQ(stopped.status().code(), StatusCode::canceled);
+        }
+        last = 0;
+        first.reset();
+        const Report resumed = test::must(run(variants, here, nullptr, watch));
+        EXPECT_EQ(last, kUnits) << "stopped at " << at;
+        if (at <= 6) {
+            EXPECT_EQ(first, at - at / 3);  // every third is the lens, which is tried again
+        }
+        for (size_t v = 0; v < 2; ++v) {
+            for (const auto& [name, series] : straight.variants[v].metrics)
+                EXPECT_EQ(series.frames, resumed.variants[v].metrics.at(name).frames) << name;
+            EXPECT_EQ(straight.variants[v].split->mse.model, resumed.variants[v].split->mse.model);
+        }
+        EXPECT_EQ(straight.images.size(), resumed.images.size());
+        EXPECT_EQ(straight.crops.size(), resumed.crops.size());
+    }
+}
+
+// A result measured before a file changed does not count for the changed file.
+TEST_F(Bench, FilesThatChangeMeanwhileAreAnErrorAndLeaveNoResult) {
+    namespace fs = std::filesystem;
+    const auto variants = swept("5");
+    for (const char* name : {"in.0001.exr", "truth.0001.exr"}) {
+        const std::string path = folder_.path(name);
+        bool is_changed = false;
+        const auto report =
+            run(variants, settings(), nullptr, [&](const ExperimentProgress& progress) {
+                if (progress.done != 1 || is_changed) return;
+                is_changed = true;
+                fs::last_write_time(path, fs::last_write_time(path) + std::chrono::seconds(1));
+            });
+        EXPECT_EQ(report.status().code(), StatusCode::input) << name;
+        EXPECT_THAT(test::error_of(report), HasSubstr(std::string(name) + ": was changed"));
+        EXPECT_FALSE(done(variants, settings()).variants[0].resumed) << name;
+        fs::remove_all(folder_.path("report"));
+    }
+}
+
+TEST_F(Bench, ResultsOfAnotherTruthDeviceOrSettingAreNotUsed) {
+    const auto variants = swept("5");
+    const std::pair<const char*, std::function<void(BenchSettings&)>> changes[] = {
+        {"nothing", [](BenchSettings&) {}},
+        {"device", [](BenchSettings& s) { s.renderer = "another device"; }},
+        {"version", [](BenchSettings& s) { s.run.version = "2"; }},
+        {"repeats", [](BenchSettings& s) { s.repeats = 3; }},
+        {"viewing distance", [](BenchSettings& s) { s.flip.pixels_per_degree = 40; }},
+        {"elision", [](BenchSettings& s) { s.run.plan.rules_off = {kRuleUnusedStep}; }},
+        {"truth",
+         [&](BenchSettings&) { test::write_truth(folder_.path(), "truth", 1, 2, 0.25f); }}};
+    for (const auto& [what, change] : changes) {
+        BenchSettings changed = settings();
+        change(changed);
+        EXPECT_FALSE(done(variants, changed).variants[0].resumed) << what;
+        const Report again = done(variants, changed);
+        EXPECT_TRUE(again.variants[0].resumed) << what;
+    }
+}
+
+TEST(BenchResults, BrokenFilesAreNoResults) {
+    const test::TempFolder folder;
+    const BenchStore store(folder.path(), "here", io::OutputFiles());
+    ASSERT_TRUE(store.prepare().ok());
+    FrameResult result;
+    result.metrics["flip"] = 0.25;
+    result.elisions.push_back({.pass = 2,
+                               .kind = ElisionKind::step,
+                               .item = "luma",
+                               .rule = "rule",
+                               .fact = {"largest luma", 0.125, 0.5, "px", Fact::Relation::below},
+                               .saving = {1, 2, 3}});
+    result.elisions.push_back({.kind = ElisionKind::plane, .item = "motion", .fact = {"unread"}});
+    ASSERT_TRUE(store.keep("abc", 7, "work", result).ok());
+    auto back = store.frame("abc", 7, "work");
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->metrics, result.metrics);
+    EXPECT_EQ(back->elisions, result.elisions);
+    EXPECT_FALSE(back->split);
+    EXPECT_FALSE(store.frame("abc", 7, "other work"));
+    EXPECT_FALSE(store.frame("abc", 8, "work"));
+    EXPECT_FALSE(BenchStore(folder.path(), "there", io::OutputFiles()).frame("abc", 7, "work"));
+    for (const char* text : {"", "{", "[]", "{\"key\": 3}"}) {
+        test::write_text(folder.path("results/abc.7.json"), text);
+        EXPECT_FALSE(store.frame("abc", 7, "work")) << text;
+    }
+    EXPECT_FALSE(store.timing("abc", "work"));
+}
+
+}  // namespace
+}  // namespace postchain::experiment

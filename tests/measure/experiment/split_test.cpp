@@ -1,0 +1,236 @@
+// The error in three parts, and convergence of a chain.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/measure/experiment/support.h"
+#include "tests/support/images.h"
+#include "tools/measure/experiment/converge.h"
+
+namespace postchain::experiment {
+
+using namespace report;
+namespace {
+
+ImageF plain(float v) {
+    return ImageF(16, 16, 3, v);
+}
+
+// G = 1.5, R = 1.25, C = 1, T = 0.5 everywhere. Parts 0.25, 0.25, 0.5, squares 1/16, 1/16, 1/4;
+// total 1; cross term 2 (1/16 + 1/8 + 1/8) = 5/8. All exact in float.
+TEST(ErrorSplit, ConstantPicturesByHand) {
+    Converged converged;
+    converged.rgb = plain(1);
+    converged.seeds = 4;
+    auto truth = metrics::rgb_image_of(plain(0.5f));
+    const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
+    auto split = split_error(12, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
+                             range, {});
+    ASSERT_TRUE(split.ok()) << split.status().message();
+    EXPECT_EQ(split->frames, std::vector<int>{12});
+    EXPECT_DOUBLE_EQ(*split->mse.precision, 0.0625);
+    EXPECT_DOUBLE_EQ(*split->mse.sampling, 0.0625);
+    EXPECT_DOUBLE_EQ(*split->mse.model, 0.25);
+    EXPECT_DOUBLE_EQ(*split->mse.total, 1);
+    EXPECT_DOUBLE_EQ(*split->cross, 0.625);
+    // relMSE of the model: 0.5^2 / (0.5 + 0.01)^2; SMAPE 2 * 0.5 / (1.5 + 0.02).
+    EXPECT_NEAR(*split->others.at("relmse").model, 0.25 / (0.51 * 0.51), 1e-6);
+    EXPECT_NEAR(*split->others.at("smape").model, 1 / 1.52, 1e-6);
+    EXPECT_NEAR(*split->others.at("smape").precision, 0.5 / 2.77, 1e-6);
+    EXPECT_TRUE(split->others.at("hdr_flip").total);
+}
+
+TEST(ErrorSplit, PrecisionIsMeasuredInDouble) {
+    // 1e-9 beside 1 is lost in float.
+    Converged converged;
+    converged.rgb = plain(1);
+    ImageD reference = image_cast<double>(plain(1));
+    for (double& v : reference.data) v += 1e-9;
+    auto split = split_error(1, plain(1), reference, converged, nullptr, {}, {});
+    ASSERT_TRUE(split.ok());
+    EXPECT_NEAR(*split->mse.precision, 1e-18, 1e-22);
+}
+
+TEST(ErrorSplit, WithoutTruthThereIsNoModelAndNoTotal) {
+    Converged converged;
+    converged.rgb = plain(1);
+    auto split =
+        split_error(1, plain(1.5f), image_cast<double>(plain(1.5f)), converged, nullptr, {}, {});
+    ASSERT_TRUE(split.ok());
+    EXPECT_FALSE(split->mse.model || split->mse.total || split->cross);
+    EXPECT_DOUBLE_EQ(*split->mse.sampling, 0.25);
+}
+
+// G = 1.5, R = 1.25, T = 0.5 and no converging rows: precision 1/16, sampling 0, model (1.25 -
+// 0.5)^2 = 9/16, total 1, cross term 6/16. The converged image is not used.
+TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
+    Converged converged;
+    converged.rgb = plain(7);
+    converged.seeds = 1;
+    converged.sampled = false;
+    auto truth = metrics::rgb_image_of(plain(0.5f));
+    const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
+    auto split = split_error(1, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
+                             range, {});
+    ASSERT_TRUE(split.ok()) << split.status().message();
+    EXPECT_DOUBLE_EQ(*split->mse.precision, 1 / 16.0);
+    EXPECT_EQ(*split->mse.sampling, 0);
+    EXPECT_DOUBLE_EQ(*split->mse.model, 9 / 16.0);
+    EXPECT_DOUBLE_EQ(*split->mse.total, 1);
+    EXPECT_DOUBLE_EQ(*split->cross, 6 / 16.0);
+    for (const auto& [name, parts] : split->others) EXPECT_EQ(*parts.sampling, 0) << name;
+    EXPECT_THAT(split->notes, ::testing::Contains(::testing::HasSubstr("no pass of this chain")));
+}
+
+TEST(ErrorSplit, SizesThatDifferAreRefused) {
+    Converged converged;
+    converged.rgb = ImageF(8, 8, 3, 1);
+    EXPECT_EQ(
+        split_error(1, plain(1), ImageD(16, 16, 3), converged, nullptr, {}, {}).status().code(),
+        StatusCode::input);
+}
+
+TEST(ErrorSplit, MeanOverFramesKeepsTheSum) {
+    ErrorSplit a, b;
+    a.frames = {1};
+    a.mse = {0.1, 0.2, 0.3, 1.0};
+    a.cross = 0.4;
+    a.others["relmse"].total = 2;
+    b.frames = {2};
+    b.mse = {0.3, 0.4, 0.5, 1.6};
+    b.cross = 0.4;
+    b.others["relmse"].total = 4;
+    const ErrorSplit mean = mean_split({a, b});
+    EXPECT_EQ(mean.frames, (std::vector<int>{1, 2}));
+    EXPECT_DOUBLE_EQ(*mean.mse.precision, 0.2);
+    EXPECT_DOUBLE_EQ(*mean.mse.total, 1.3);
+    EXPECT_NEAR(*mean.mse.total,
+                *mean.mse.precision + *mean.mse.sampling + *mean.mse.model + *mean.cross, 1e-15);
+    EXPECT_DOUBLE_EQ(*mean.others.at("relmse").total, 3);
+    // A part that is missing in one frame has no mean.
+    b.mse.model.reset();
+    EXPECT_FALSE(mean_split({a, b}).mse.model);
+}
+
+TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
+    const Chain chain = test::parse(
+        "postchain: 1\n"
+        "passes: [motion_blur: {mode: guertin, samples: 9, seed: 3}, "
+        "depth_of_field: {method: gilham, downsample: 4}, fxaa]\n");
+    std::vector<std::string> changes;
+    const Chain many = converged_chain(chain, &changes);
+    EXPECT_THAT(many.text(), ::testing::HasSubstr("samples=401"));
+    EXPECT_THAT(many.text(), ::testing::HasSubstr("downsample=1"));
+    EXPECT_THAT(many.text(), ::testing::HasSubstr("seed=3"));
+    EXPECT_THAT(chain.text(), ::testing::HasSubstr("samples=9"));  // unchanged
+    EXPECT_THAT(changes,
+                ::testing::UnorderedElementsAre("passes[0].motion_blur.samples 9 -> 401",
+                                                "passes[0].motion_blur.seed averaged",
+                                                "passes[1].depth_of_field.downsample 4 -> 1",
+                                                "passes[2].fxaa does not sample"));
+    EXPECT_TRUE(samples(chain));
+    EXPECT_FALSE(samples(test::parse("postchain: 1\npasses: [fxaa]\n")));
+    EXPECT_THAT(with_seed_offset(chain, 2).text(), ::testing::HasSubstr("seed=5"));
+    EXPECT_EQ(with_seed_offset(chain, 0).text(), chain.text());
+    EXPECT_FALSE(has_seeds(test::parse("postchain: 1\npasses: [fxaa]\n")));
+}
+
+// A seed that nothing reads is none: flicker has no value, rather than 0.
+TEST(ConvergedChain, ASeedWithoutRandomNumbersIsNone) {
+    for (const char* quiet : {"depth_of_field: {method: gilham}", "motion_blur: {noise: none}",
+                              "motion_blur: {mode: guertin, jitter: 0, tile_jitter: false}",
+                              "motion_blur: {mode: inverse_warp, time_jitter: 0}"}) {
+        const Chain chain = test::parse(concat("postchain: 1\npasses: [", quiet, "]\n"));
+        EXPECT_FALSE(has_seeds(chain)) << quiet;
+        EXPECT_THAT(seeds_of(chain), ::testing::IsEmpty()) << quiet;
+    }
+    const Chain both = test::parse(
+        "postchain: 1\npasses: [motion_blur: {mode: guertin}, depth_of_field: {method: gilham}]\n");
+    EXPECT_TRUE(has_seeds(both));
+    EXPECT_EQ(seeds_of(both), std::vector<std::string>{"passes[0].motion_blur.seed 0"});
+}
+
+TEST(ConvergedChain, SeedsGoRoundAtTheEndOfTheirRange) {
+    const Chain chain = test::parse("postchain: 1\npasses: [motion_blur: {seed: 2147483647}]\n");
+    EXPECT_THAT(with_seed_offset(chain, 1).text(), ::testing::HasSubstr(" seed=0 "));
+}
+
+TEST(ConvergedChain, TableRowsAreInTheirDomain) {
+    int set = 0, averaged = 0;
+    for (const auto& type : builtin_passes().types()) {
+        for (const Parameter& row : type.parameters->rows()) {
+            if (row.convergence == Convergence::set) {
+                ++set;
+                EXPECT_TRUE(row.check(row.type == ParameterType::integer
+                                          ? ParameterValue(int64_t(row.converged))
+                                          : ParameterValue(row.converged))
+                                .ok())
+                    << row.key;
+            }
+            averaged += row.convergence == Convergence::averaged;
+        }
+    }
+    EXPECT_GE(set, 1);
+    EXPECT_GE(averaged, 1);
+}
+
+TEST(Converge, MoreTapsAreNearerToIt) {
+    const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
+    const auto error = [&](const char* samples) {
+        const Chain chain =
+            test::parse(test::kChainText, {std::string("motion_blur.samples=") + samples});
+        auto converged = converge(chain, frame.description, frame.planes, {}, test::executor(), 4);
+        EXPECT_TRUE(converged.ok()) << converged.status().message();
+        EXPECT_EQ(converged->seeds, 4);
+        EXPECT_GT(converged->noise, 0);
+        const auto out = test::filter(chain, frame.description, frame.planes);
+        return mean_squared(out.at(Role::color), converged->rgb);
+    };
+    const double few = error("5"), many = error("151");
+    EXPECT_LT(many, 0.3 * few);
+}
+
+TEST(Converge, AChainThatDoesNotSampleSaysSo) {
+    const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
+    auto converged = converge(test::parse("postchain: 1\npasses: [fxaa]\n"), frame.description,
+                              frame.planes, {}, test::executor(), 4);
+    ASSERT_TRUE(converged.ok());
+    EXPECT_FALSE(converged->sampled);
+    EXPECT_EQ(converged->seeds, 1);
+    EXPECT_EQ(converged->changes, std::vector<std::string>{"passes[0].fxaa does not sample"});
+}
+
+TEST(Converge, WithoutRandomNumbersOneSeedIsEnough) {
+    const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
+    const Chain chain = test::parse(test::kChainText, {"motion_blur.noise=none"});
+    auto converged = converge(chain, frame.description, frame.planes, {}, test::executor(), 4);
+    ASSERT_TRUE(converged.ok());
+    EXPECT_EQ(converged->seeds, 1);
+    EXPECT_EQ(converged->noise, 0);
+}
+
+// Two seeds by hand: mean and standard deviation of the two images.
+TEST(Converge, MeanAndNoiseOfTwoSeeds) {
+    const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
+    const Chain chain = test::parse(test::kChainText);
+    const Chain many = converged_chain(chain, nullptr);
+    const auto one = test::filter(many, frame.description, frame.planes).at(Role::color);
+    const auto two =
+        test::filter(with_seed_offset(many, 1), frame.description, frame.planes).at(Role::color);
+    auto converged = converge(chain, frame.description, frame.planes, {}, test::executor(), 2);
+    ASSERT_TRUE(converged.ok());
+    double noise = 0;
+    for (int y = 0; y < 32; ++y) {
+        for (int x = 0; x < 48; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                const double a = double(one.at(x, y, c)), b = double(two.at(x, y, c));
+                ASSERT_NEAR(converged->rgb.at(x, y, c), (a + b) / 2, 1e-6);
+                // The sample variance of two values is (a - b)^2 / 2; half of that for their mean.
+                noise += (a - b) * (a - b) / 4;
+            }
+        }
+    }
+    EXPECT_NEAR(converged->noise, noise / (48 * 32 * 3), 1e-6 * converged->noise);
+}
+
+}  // namespace
+}  // namespace postchain::experiment

@@ -1,0 +1,151 @@
+// Sweeps of a chain's values, and choices among the variants.
+#include "tools/measure/experiment/sweep.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/measure/experiment/support.h"
+#include "tests/support/text_file.h"
+#include "tools/measure/experiment/choose.h"
+
+namespace postchain::experiment {
+
+using namespace report;
+namespace {
+
+using test::sweep;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::vector<std::string> names(const std::vector<BenchVariant>& variants) {
+    std::vector<std::string> list;
+    for (const auto& variant : variants) list.push_back(variant.name);
+    return list;
+}
+
+TEST(Sweeps, ProductInOrderTheLastFastest) {
+    auto variants = sweep({"motion_blur.samples=5,9", "fxaa.preset=10,12,39"});
+    ASSERT_TRUE(variants.ok()) << variants.status().message();
+    EXPECT_THAT(
+        names(*variants),
+        ElementsAre("motion_blur.samples=5 fxaa.preset=10", "motion_blur.samples=5 fxaa.preset=12",
+                    "motion_blur.samples=5 fxaa.preset=39", "motion_blur.samples=9 fxaa.preset=10",
+                    "motion_blur.samples=9 fxaa.preset=12",
+                    "motion_blur.samples=9 fxaa.preset=39"));
+    EXPECT_THAT((*variants)[4].chain.text(), HasSubstr("samples=9"));
+    EXPECT_THAT((*variants)[4].chain.text(), HasSubstr("preset=12"));
+}
+
+TEST(Sweeps, EqualChainsStandOnceAndNoSweepIsTheChain) {
+    EXPECT_EQ(sweep({"motion_blur.samples=5,5,7"})->size(), 2u);
+    EXPECT_EQ(sweep({})->size(), 1u);
+    EXPECT_THAT((*sweep({}, 64, {"motion_blur.samples=7"}))[0].chain.text(),
+                HasSubstr("samples=7"));
+}
+
+// The last one would win, and the variants' names would be wrong.
+TEST(Sweeps, TwoOfOneValueAreRefused) {
+    for (const char* again : {"motion_blur.samples=5", "motion_blur.samples=9",
+                              "passes[0].samples=9", "passes[0].samples=5,9"}) {
+        const auto twice = sweep({"motion_blur.samples=5,7", again});
+        EXPECT_EQ(twice.status().code(), StatusCode::usage) << again;
+        EXPECT_THAT(twice.status().message(), HasSubstr("one sweep")) << again;
+        EXPECT_THAT(twice.status().message(), HasSubstr("motion_blur.samples")) << again;
+    }
+    EXPECT_EQ(sweep({"motion_blur.samples=5,7", "passes[1].preset=10,12"})->size(), 4u);
+    // A sweep overrides --set, and its name shows the swept value.
+    EXPECT_EQ(sweep({"motion_blur.samples=5,7"}, 64, {"motion_blur.samples=9"})->size(), 2u);
+}
+
+TEST(Sweeps, ExplosionsAreRefused) {
+    const auto many = sweep({"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"}, 8);
+    EXPECT_EQ(many.status().code(), StatusCode::usage);
+    EXPECT_THAT(many.status().message(), HasSubstr("more than 8 combinations"));
+    EXPECT_TRUE(sweep({"motion_blur.samples=5,7,9", "fxaa.preset=10,12,39"}, 9).ok());
+}
+
+TEST(Sweeps, UnknownKeysNameTheNearest) {
+    const auto wrong = sweep({"motion_blur.sampels=5,9"});
+    EXPECT_EQ(wrong.status().code(), StatusCode::usage);
+    EXPECT_THAT(wrong.status().message(), HasSubstr("did you mean 'samples'"));
+    EXPECT_THAT(wrong.status().message(), HasSubstr("--sweep motion_blur."));
+    EXPECT_THAT(wrong.status().message(), Not(HasSubstr("--set")));
+}
+
+TEST(Sweeps, BadTextsAndValuesAreUsageErrors) {
+    for (const char* text :
+         {"motion_blur.samples", "=5", "motion_blur.samples=5,,9",
+          "motion_blur.samples=", "motion_blur.samples=4", "motion_blur.samples=many"})
+        EXPECT_EQ(sweep({text}).status().code(), StatusCode::usage) << text;
+}
+
+Report choices() {
+    // time, error:        0: 1 ms, 0.9   1: 2 ms, 0.5   2: 3 ms, 0.6   3: 4 ms, 0.1   4: failed
+    Report report;
+    const double times[] = {1, 2, 3, 4, 0.5}, errors[] = {0.9, 0.5, 0.6, 0.1, 0.05};
+    for (int i = 0; i < 5; ++i) {
+        Variant variant;
+        variant.name = concat("v", i);
+        variant.chain_text = concat("chain ", i);
+        variant.timing.emplace();
+        variant.timing->total.median_ms = times[i];
+        variant.metrics["flip"].mean = errors[i];
+        if (i == 4) variant.failure = "frame 1: no";
+        report.variants.push_back(variant);
+    }
+    return report;
+}
+
+TEST(Choices, ParetoSetLeavesOutWhatIsBeatenInBoth) {
+    Report report = choices();
+    mark_pareto(report, "flip");
+    std::vector<bool> pareto;
+    for (const auto& variant : report.variants) pareto.push_back(variant.pareto);
+    EXPECT_EQ(pareto, (std::vector<bool>{true, true, false, true, false}));
+    // Equal in both: both stay.
+    report.variants[2].timing->total.median_ms = 2;
+    report.variants[2].metrics["flip"].mean = 0.5;
+    mark_pareto(report, "flip");
+    EXPECT_TRUE(report.variants[1].pareto && report.variants[2].pareto);
+    // Equally fast but worse: beaten.
+    report.variants[2].metrics["flip"].mean = 0.51;
+    mark_pareto(report, "flip");
+    EXPECT_FALSE(report.variants[2].pareto);
+}
+
+TEST(Choices, CheapestUnderALimitIsWritten) {
+    const test::TempFolder folder;
+    Report report = choices();
+    report.folder = folder.path();
+    auto met = choose_under(report, {{"flip", 0.6}});
+    ASSERT_TRUE(met.ok());
+    EXPECT_TRUE(*met);
+    EXPECT_EQ(test::read_text(folder.path("under_flip.yaml")), "chain 1");
+    EXPECT_THAT(report.under[0], HasSubstr("v1 with 0.5 in 2 ms"));
+    met = choose_under(report, {{"flip", 0.01}});
+    EXPECT_FALSE(*met);
+    EXPECT_THAT(report.under[1], HasSubstr("no variant; the closest is v3 with 0.1"));
+}
+
+TEST(Limits, FormMetricAndDirectionAreChecked) {
+    const auto columns = metric_columns(Kind::ab, true);
+    auto limit = parse_limit("--under", "flip=0.1", columns);
+    ASSERT_TRUE(limit.ok());
+    EXPECT_EQ(limit->metric, "flip");
+    EXPECT_DOUBLE_EQ(limit->value, 0.1);
+    const auto message = [&](const char* text) {
+        return parse_limit("--under", text, columns).status().message();
+    };
+    EXPECT_THAT(message("flip"), HasSubstr("METRIC=NUMBER"));
+    EXPECT_THAT(message("flip=x"), HasSubstr("METRIC=NUMBER"));
+    EXPECT_THAT(message("flip=inf"), HasSubstr("METRIC=NUMBER"));
+    EXPECT_THAT(message("filp=0.1"), HasSubstr("did you mean 'flip'"));
+    EXPECT_THAT(message("psnr=30"), HasSubstr("is not an error"));
+    EXPECT_THAT(message("edges_in_blurred=1"), HasSubstr("is not an error"));
+    Report report = choices();
+    EXPECT_EQ(exceeding(report, {{"flip", 0.5}}).size(), 2u);
+    EXPECT_TRUE(exceeding(report, {{"flip", 0.9}}).empty());
+}
+
+}  // namespace
+}  // namespace postchain::experiment

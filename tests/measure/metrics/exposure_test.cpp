@@ -1,0 +1,99 @@
+#include "tools/measure/metrics/exposure.h"
+
+#include <cmath>
+#include <limits>
+
+#include "tests/measure/metrics/support.h"
+
+namespace postchain::metrics {
+namespace {
+
+// The original formula, unlike the single fraction of curve_of().
+double hable(double v) {
+    const auto part = [](double x) {
+        const double a = 0.15, b = 0.5, c = 0.1, d = 0.2, e = 0.02, f = 0.3;
+        return (x * (a * x + c * b) + d * e) / (x * (a * x + b) + d * f) - e / f;
+    };
+    return part(2 * v) / part(11.2);
+}
+
+TEST(ToneMapper, InverseUndoesTheCurve) {
+    for (double value : {0.1, 0.5, 0.85}) {
+        double x = inverse_of(ToneMapper::aces, value);
+        EXPECT_NEAR((2.51 * 0.36 * x * x + 0.018 * x) / (2.43 * 0.36 * x * x + 0.354 * x + 0.14),
+                    value, 1e-6);
+        x = inverse_of(ToneMapper::reinhard, value);
+        EXPECT_NEAR(x / (1 + x), value, 1e-9);
+        x = inverse_of(ToneMapper::hable, value);
+        EXPECT_NEAR(hable(x), value, 1e-6);
+        EXPECT_GT(x, 0);
+    }
+}
+
+TEST(ToneMapper, EveryNameIsFound) {
+    EXPECT_EQ(tone_mapper_names(), (std::vector<std::string>{"aces", "reinhard", "hable"}));
+    EXPECT_EQ(find_tone_mapper("aces"), ToneMapper::aces);
+    EXPECT_EQ(find_tone_mapper("reinhard"), ToneMapper::reinhard);
+    EXPECT_EQ(find_tone_mapper("hable"), ToneMapper::hable);
+    EXPECT_FALSE(find_tone_mapper("ACES"));
+}
+
+// 1, 2, 3, 4 in shuffled order: element floor(4/2) = 2 of the sorted values is 3, not 2.5 and not
+// 2.
+TEST(ExposureRange, MedianIsTheUpperOfTwo) {
+    const double values[] = {3, 1, 4, 2};
+    const auto image = make_image(4, 1, [&](int x, int) {
+        return Rgb{values[x], values[x], values[x]};
+    });
+    const auto range = exposure_range(one(image), ToneMapper::reinhard);
+    const double x = 0.85 / 0.15;
+    EXPECT_NEAR(range.start, std::log2(x / 4), 1e-6);
+    EXPECT_NEAR(range.stop, std::log2(x / 3), 1e-6);
+    EXPECT_EQ(range.count(), 2);
+    EXPECT_EQ(range.exposures().front(), range.start);
+    EXPECT_EQ(range.exposures().back(), range.stop);
+}
+
+TEST(ExposureRange, ZeroAndNegativeLuminancesAreLeftOut) {
+    const double values[] = {0, 0, 0, 0, 0, -5, 8, 2, 1};
+    const auto image = make_image(9, 1, [&](int x, int) {
+        return Rgb{values[x], values[x], values[x]};
+    });
+    const auto range = exposure_range(one(image), ToneMapper::reinhard);
+    EXPECT_NEAR(range.stop, std::log2(0.85 / 0.15 / 2), 1e-6);
+    EXPECT_NEAR(range.stop - range.start, 2, 1e-6);  // 2 to 8
+}
+
+TEST(ExposureRange, AtMostTwentyStopsOnTheMediansSide) {
+    auto image = gray(5, 5, 0.5);
+    for (int c = 0; c < 3; ++c) image.at(2, 2, c) = 1e10f;
+    const auto range = exposure_range(one(image), ToneMapper::aces);
+    EXPECT_DOUBLE_EQ(range.stop - range.start, 20);
+    EXPECT_NEAR(range.stop, std::log2(inverse_of(ToneMapper::aces, 0.85) / 0.5), 1e-6);
+    EXPECT_EQ(range.count(), 20);
+}
+
+TEST(ExposureRange, InfDoesNotReachTheRange) {
+    auto image = gray(3, 3, 0.5);
+    for (int c = 0; c < 3; ++c) image.at(1, 1, c) = std::numeric_limits<float>::infinity();
+    const auto range = exposure_range(one(image), ToneMapper::aces);
+    EXPECT_NEAR(range.start, range.stop, 1e-9);
+    EXPECT_EQ(range.count(), 2);
+}
+
+TEST(ExposureRange, SequencesTakeTheSmallestStartAndTheLargestStop) {
+    const ExposureRange a = {-3, 1, true}, b = {-2, 2, true}, black = {};
+    const auto both = joined(a, b);
+    EXPECT_EQ(both.start, -3);
+    EXPECT_EQ(both.stop, 2);
+    EXPECT_EQ(both.count(), 5);
+    // A black frame's 0 EV does not count as an exposure.
+    const ExposureRange bright = {-9, -4, true}, dark = {3, 5, true};
+    EXPECT_EQ(joined(black, bright).stop, -4);
+    EXPECT_EQ(joined(dark, black).start, 3);
+    EXPECT_FALSE(joined(black, black).lit);
+    EXPECT_EQ(joined({-30, 0, true}, {-2, 1, true}).start, -19);
+}
+
+}  // namespace
+}  // namespace postchain::metrics

@@ -1,0 +1,125 @@
+// Estimates noise of known standard deviation.
+#include "tools/measure/metrics/noise.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/measure/metrics/support.h"
+#include "tools/measure/metrics/display.h"
+#include "tools/measure/metrics/sharpness.h"
+
+namespace postchain::metrics::noise_test {
+namespace {
+
+double deviation(const ImageF& variance) {
+    double sum = 0;
+    for (const float v : variance.data) sum += double(v);
+    return std::sqrt(sum / double(variance.data.size()));
+}
+
+// One channel of `f` with normal noise of standard deviation s(x, y).
+template <class F, class S>
+ImageF noisy(int width, int height, const F& f, const S& s) {
+    std::mt19937 random(7);
+    std::normal_distribution<double> normal;
+    ImageF image(width, height, 1);
+    for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) image.at(x, y) = float(f(x, y) + s(x, y) * normal(random));
+    return image;
+}
+
+// A median of 64 correlated values: its square exceeds the variance by a few percent on average.
+TEST(Noise, WhiteNoiseOnFlatRampAndEdgesAlongTheAxes) {
+    const auto flat = [](int, int) { return 0.5; };
+    const auto ramp = [](int x, int y) { return 0.01 * x - 0.02 * y + 0.001 * x * y; };
+    const auto edges = [](int x, int y) { return (x >= 30 ? 0.4 : 0) + (y >= 21 ? 0.3 : 0); };
+    for (const double s : {0.003, 0.02, 0.1}) {
+        const auto sigma = [=](int, int) { return s; };
+        EXPECT_NEAR(deviation(noise_variance(noisy(128, 96, flat, sigma))), s, 0.06 * s);
+        EXPECT_NEAR(deviation(noise_variance(noisy(128, 96, ramp, sigma))), s, 0.06 * s);
+        EXPECT_NEAR(deviation(noise_variance(noisy(128, 96, edges, sigma))), s, 0.06 * s);
+    }
+}
+
+// A disc: edges in all directions and no noise; the mean of |r| by Immerkaer's formula, computed
+// here, exceeds 0.005.
+TEST(Noise, EdgesAreNoNoise) {
+    const auto disc = [](int x, int y) { return std::hypot(x - 64, y - 48) < 30 ? 0.8 : 0.2; };
+    const ImageF clean = noisy(128, 96, disc, [](int, int) { return 0.0; });
+    double his = 0;
+    for (int y = 1; y < 95; ++y)
+        for (int x = 1; x < 127; ++x) {
+            const auto at = [&](int dx, int dy) { return double(clean.at(x + dx, y + dy)); };
+            his += std::abs(at(-1, -1) - 2 * at(0, -1) + at(1, -1) - 2 * at(-1, 0) + 4 * at(0, 0) -
+                            2 * at(1, 0) + at(-1, 1) - 2 * at(0, 1) + at(1, 1));
+        }
+    his *= std::sqrt(std::acos(-1) / 2) / (6.0 * 126 * 94);
+    EXPECT_GT(his, 0.005);
+    EXPECT_LT(deviation(noise_variance(clean)), 1e-6);
+}
+
+// Noise only in the left half: s^2 is found there, and the mean is that of the halves.
+TEST(Noise, IsFoundWhereItIs) {
+    const ImageF variance = noise_variance(noisy(
+        128, 96, [](int, int) { return 0.5; }, [](int x, int) { return x < 64 ? 0.05 : 0.0; }));
+    EXPECT_GT(variance.at(20, 20), 0.03 * 0.03);
+    EXPECT_LT(variance.at(100, 20), 1e-9);
+    EXPECT_NEAR(deviation(variance), 0.05 / std::sqrt(2), 0.004);
+}
+
+TEST(Noise, SmallPicturesHaveNone) {
+    EXPECT_EQ(deviation(noise_variance(ImageF(2, 9, 1, 0.5f))), 0);
+    EXPECT_EQ(deviation(noise_variance(ImageF(3, 3, 1, 0.5f))), 0);
+    EXPECT_EQ(noise_variance(ImageF(1, 1, 1, 0.5f)).pixels(), 1u);
+}
+
+// Displayed gray with noise of s, and vertical edges of height h every 8 pixels (over one halfway
+// column: h^2/16 + h^2/4 + h^2/16 of gradient energy), the same in input and ground truth. The
+// noise adds s^2 to every pixel's energy.
+TEST(Noise, WhatAPictureWithoutErrorWouldHave) {
+    const double h = 0.3, s = 0.02;
+    const auto gray = [=](int x, int) {
+        const int at = x % 16;
+        return 0.3 + (at == 0 ? h / 2 : at < 8 ? h : at == 8 ? h / 2 : 0);
+    };
+    const auto rgb = [](const ImageF& shown) {
+        ImageF image(shown.width, shown.height, 3);
+        for (size_t i = 0; i < shown.pixels(); ++i)
+            for (size_t c = 0; c < 3; ++c)
+                image.data[3 * i + c] = float(shown_as(double(shown.data[i])));
+        return image;
+    };
+    const ImageF clean = rgb(noisy(160, 96, gray, [](int, int) { return 0.0; }));
+    const ImageF truth = rgb(noisy(160, 96, gray, [=](int, int) { return s; }));
+    const auto noise = truth_noise(one(truth), one(clean));
+    ASSERT_TRUE(noise.ok());
+    EXPECT_NEAR(noise->sigma, s, 0.06 * s);
+    const double energy = h * h * (1.0 / 16 + 1.0 / 4 + 1.0 / 16) / 8;  // mean of a period
+    EXPECT_NEAR(noise->of_no_error.at("sharpness_in_focus"), energy / (energy + s * s), 0.02);
+    EXPECT_NEAR(noise->of_no_error.at("psnr"), -20 * std::log10(s), 0.5);
+    EXPECT_FALSE(noise->of_no_error.contains("edges_in_blurred"));
+    // Check: the clean image against the noisy ground truth.
+    const auto found = sharpness(pair(clean, truth), one(clean));
+    ASSERT_TRUE(found.ok());
+    EXPECT_NEAR(*found->sharpness_in_focus, noise->of_no_error.at("sharpness_in_focus"), 0.02);
+    EXPECT_NEAR(truth_noise(one(clean), one(clean))->of_no_error.at("sharpness_in_focus"), 1, 1e-6);
+    EXPECT_FALSE(truth_noise(one(truth), one(ImageF(8, 8, 3, 0.5f))).ok());
+}
+
+// Linear values: mse is s^2, independent of the display transform.
+TEST(Noise, MseOfNoErrorIsTheVariance) {
+    const double s = 0.05;
+    const ImageF gray = noisy(
+        128, 96, [](int, int) { return 2.0; }, [=](int, int) { return s; });
+    ImageF image(128, 96, 3);
+    for (size_t i = 0; i < gray.pixels(); ++i)
+        for (size_t c = 0; c < 3; ++c) image.data[3 * i + c] = gray.data[i];
+    const auto noise = truth_noise(one(image), one(image));
+    ASSERT_TRUE(noise.ok());
+    EXPECT_NEAR(noise->of_no_error.at("mse"), s * s, 0.12 * s * s);
+}
+
+}  // namespace
+}  // namespace postchain::metrics::noise_test

@@ -1,0 +1,158 @@
+// The page of the matrix: its failures and limits, and its images, decoded again.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/status.h"
+#include "tools/measure/stress/page.h"
+#include "tools/sequence/image/png.h"
+
+namespace postchain::stress {
+namespace {
+
+Exhibit exhibit_of(int width, int height) {
+    Exhibit exhibit;
+    exhibit.check = "mirror";
+    exhibit.input = ImageF(width, height, 4, 2);
+    exhibit.result = exhibit.compared = ImageF(width, height, 4, 1);
+    exhibit.error = ImageF(width, height, 1);
+    exhibit.compared_is = "another";
+    exhibit.error_is = "relative error";
+    return exhibit;
+}
+
+// RFC 4648, section 10.
+TEST(Png, Base64OfTheTestVectors) {
+    const std::pair<const char*, const char*> rows[] = {{"", ""},
+                                                        {"f", "Zg=="},
+                                                        {"fo", "Zm8="},
+                                                        {"foo", "Zm9v"},
+                                                        {"foob", "Zm9vYg=="},
+                                                        {"fooba", "Zm9vYmE="},
+                                                        {"foobar", "Zm9vYmFy"}};
+    for (const auto& [bytes, text] : rows) EXPECT_EQ(io::base64_of(bytes), text);
+    EXPECT_EQ(io::base64_of(std::string_view("\xfb\xff\0", 3)), "+/8A");
+}
+
+// The ends and the middle of the published map: (0.001462, 0.000466, 0.013866), (0.716387,
+// 0.214982, 0.475290), (0.987053, 0.991438, 0.749504).
+TEST(Png, MagmaIsThePublishedMap) {
+    ImageF values(5, 1, 1);
+    values.data = {0, 0.5f, 1, 7, NAN};
+    const auto colors = io::magma_of(values);
+    ASSERT_TRUE(colors.ok());
+    const int expected[5][3] = {
+        {0, 0, 4}, {183, 55, 121}, {252, 253, 191}, {252, 253, 191}, {0, 0, 4}};
+    for (int i = 0; i < 5; ++i)
+        for (int c = 0; c < 3; ++c)
+            EXPECT_NEAR(colors->at(i, 0, c), expected[i][c], 1) << i << " " << c;
+}
+
+// Signature, and width and height of the header chunk.
+TEST(Pictures, FourOfThemWithTheirScales) {
+    Exhibit exhibit = exhibit_of(80, 40);
+    exhibit.error.at(3, 4) = 0.25f;
+    const auto all = test::must(imaged(exhibit));
+    ASSERT_EQ(all.pictures.size(), 4u);
+    EXPECT_EQ(all.place, "");
+    const std::pair<const char*, const char*> expected[] = {{"input", "black is 0, white 2"},
+                                                            {"result", "black is 0, white 1"},
+                                                            {"another", "black is 0, white 1"},
+                                                            {"relative error", "magma, 0 to 0.25"}};
+    for (size_t i = 0; i < 4; ++i) {
+        const Picture& picture = all.pictures[i];
+        EXPECT_EQ(picture.title, expected[i].first);
+        EXPECT_EQ(picture.scale, expected[i].second);
+        ASSERT_GT(picture.png.size(), 33u);
+        EXPECT_EQ(picture.png.substr(0, 8), "\x89PNG\r\n\x1a\n");
+        EXPECT_EQ(picture.png.substr(16, 8), std::string("\0\0\0\x50\0\0\0\x28", 8));
+    }
+}
+
+TEST(Pictures, LargeFramesAreCutAroundTheWorst) {
+    Exhibit exhibit = exhibit_of(400, 300);
+    for (const float worst : {3.0f, INFINITY}) {  // infinity is larger than any other
+        exhibit.error.at(399, 150) = worst;
+        exhibit.error.at(0, 0) = 2;
+        const auto all = test::must(imaged(exhibit));
+        EXPECT_EQ(all.place, "160 x 120 pixels from 240,90 of 400 x 300");
+        EXPECT_EQ(all.pictures[3].scale, worst > 3 ? "magma, 0 to 2" : "magma, 0 to 3");
+    }
+}
+
+const KnownLimit& known_limit() {
+    static const KnownLimit limit{"mirror", "", "", 10, "of a known reason"};
+    return limit;
+}
+
+struct Sample {
+    Matrix matrix;
+    std::vector<ImagedCheck> pictures;
+};
+
+Sample sample() {
+    Sample made;
+    made.matrix.cells.resize(2);
+    for (size_t i = 0; i < 2; ++i) {
+        CellResult& cell = made.matrix.cells[i];
+        cell.subject = "a<b";
+        cell.row = "speed";
+        cell.cell = std::string(1, char('x' + i));
+        Measured one;
+        one.check = i == 0 ? "mirror" : "range";
+        one.verdict = i == 0 ? Verdict::limit : Verdict::failed;
+        one.value = 2.5;
+        one.bound = 1;
+        one.note = "at 3,4";
+        if (i == 0) one.limit = &known_limit();
+        cell.measured = {one};
+    }
+    for (const CellResult& cell : made.matrix.cells) {
+        ImagedCheck pictures = test::must(imaged(exhibit_of(8, 4)));
+        pictures.cell = &cell;
+        pictures.measured = &cell.measured[0];
+        made.pictures.push_back(std::move(pictures));
+    }
+    return made;
+}
+
+// The data inside the page.
+nlohmann::json data_of(const std::string& page) {
+    const std::string start = "<script type=\"application/json\" id=\"data\">";
+    const size_t from = page.find(start) + start.size();
+    return nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
+}
+
+TEST(Page, HoldsFailuresAndLimitsWithTheirPictures) {
+    const Sample made = sample();
+    const std::string page = matrix_as_page(
+        made.matrix, made.pictures, {"1.2", "some device", "postchain stress --only '<x>'"});
+    // No name becomes a part of the HTML.
+    EXPECT_EQ(page.find("a<b"), std::string::npos);
+    EXPECT_EQ(page.find("<x>"), std::string::npos);
+    const auto data = data_of(page);
+    EXPECT_EQ(data["version"], "1.2");
+    EXPECT_EQ(data["command"], "postchain stress --only '<x>'");
+    ASSERT_EQ(data["failures"].size(), 1u);
+    ASSERT_EQ(data["limits"].size(), 1u);
+    EXPECT_EQ(data["failures"][0]["cell"], "a<b/speed/y/fp32");
+    EXPECT_EQ(data["failures"][0]["value"], "2.5");
+    EXPECT_EQ(data["limits"][0]["limit"]["reason"], "of a known reason");
+    EXPECT_EQ(data["limits"][0]["limit"]["times"], 1);
+    ASSERT_EQ(data["rows"].size(), 1u);
+    const auto& checks = data["rows"][0]["checks"];
+    EXPECT_EQ(checks["range"]["verdict"], "FAIL");
+    EXPECT_EQ(checks["range"]["entry"], 0);
+    EXPECT_EQ(checks["mirror"]["verdict"], "limit");
+    EXPECT_EQ(checks["mirror"]["entry"], 0);
+    for (const char* list : {"failures", "limits"}) {
+        const auto& pictures = data[list][0]["pictures"];
+        ASSERT_EQ(pictures.size(), 4u);
+        EXPECT_EQ(pictures[0]["width"], 8);
+        EXPECT_EQ(std::string(pictures[0]["png"]).substr(0, 11), "iVBORw0KGgo");  // \x89PNG...
+    }
+}
+
+}  // namespace
+}  // namespace postchain::stress

@@ -1,0 +1,158 @@
+// The folder of a study: which results it continues with, and which files it touches.
+#include "tools/measure/study/study_folder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <functional>
+
+#include "passes/registry.h"
+#include "tests/support/status.h"
+#include "tests/support/temp_folder.h"
+#include "tests/support/text_file.h"
+#include "tools/measure/study/study_reader.h"
+
+namespace postchain::study {
+namespace {
+
+namespace fs = std::filesystem;
+using test::write_text;
+using ::testing::HasSubstr;
+
+struct Given {
+    std::string version = "1.2.3", preset = "12", settings = "repeats: 2", scene = "s";
+};
+
+class StudyFolderTest : public ::testing::Test {
+  protected:
+    void SetUp() override {
+        fs::create_directory(at("in"));
+        for (const char* name : {"in/a.0001.exr", "in/a.0002.exr", "in/a.0003.exr", "in/a.0005.exr",
+                                 "in/truth.0002.exr"})
+            write_text(at(name), "frame");
+    }
+    std::string at(const std::string& name) const { return folder_.path(name); }
+
+    // Frame 2 alone; its neighbors are 1 and 3.
+    Study study(const Given& given = {}) const {
+        StudyFile file = read_study(
+            "postchain_study: 1\nchains: {one: [fxaa: {preset: " + given.preset +
+                "}], two: paper}\nsettings: {" + given.settings + "}\nscenes:\n  - {name: " +
+                given.scene + ", input: 'in/a.####.exr', truth: 'in/truth.####.exr', frames: 2}\n",
+            at("study.yaml"), builtin_passes(), paths_beside(at("study.yaml")), given.version);
+        EXPECT_EQ(text_of(file.diagnostics), "");
+        return std::move(file.study);
+    }
+    Result<StudyFolder> open(const Study& study, const std::string& name = "out",
+                             io::OnExisting on_existing = io::OnExisting::skip) const {
+        return StudyFolder::open(study, at(name), on_existing);
+    }
+    // A folder with the result of the study's only task.
+    void keep(const Study& study, const std::string& name, const std::string& failure = {}) const {
+        const StudyFolder folder = test::must(open(study, name));
+        TaskResult result;
+        result.made_from = made_from(study, tasks_of(study)[0]);
+        result.failure = failure;
+        ASSERT_EQ(test::error_of(folder.keep(tasks_of(study)[0], result)), "");
+    }
+
+    test::TempFolder folder_;
+};
+
+TEST_F(StudyFolderTest, AResultIsOfOneVersionOneChainTheseSettingsAndTheseFiles) {
+    struct Row {
+        const char* what;
+        const char* said;  // "": the result is kept
+        std::function<Given()> change;
+    };
+    const auto file = [this](const std::string& name) {
+        return [this, name] {
+            write_text(at(name), "a changed frame");
+            return Given();
+        };
+    };
+    const Row rows[] = {{"nothing", "", [] { return Given(); }},
+                        {"a frame far away", "", file("in/a.0005.exr")},
+                        {"version", "postchain 2", [] { return Given{.version = "2"}; }},
+                        {"chain", "preset=39", [] { return Given{.preset = "39"}; }},
+                        {"settings", "repeats=3", [] { return Given{.settings = "repeats: 3"}; }},
+                        {"the frame", "frame a.0002.exr", file("in/a.0002.exr")},
+                        {"the frame before", "frame a.0001.exr", file("in/a.0001.exr")},
+                        {"the frame after", "frame a.0003.exr", file("in/a.0003.exr")},
+                        {"the truth", "truth truth.0002.exr", file("in/truth.0002.exr")}};
+    for (const Row& row : rows) {
+        keep(study(), row.what);
+        keep(study(), concat(row.what, " failed"), "no memory");
+        const Study changed = study(row.change());
+        const auto again = open(changed, row.what);
+        EXPECT_EQ(again.ok(), *row.said == 0) << row.what << test::error_of(again);
+        if (!again.ok()) {
+            EXPECT_EQ(again.status().code(), StatusCode::usage) << row.what;
+            EXPECT_THAT(test::error_of(again), HasSubstr(row.said)) << row.what;
+        }
+        // A scene that failed is tried again, whatever has changed since.
+        EXPECT_EQ(test::error_of(open(changed, concat(row.what, " failed"))), "") << row.what;
+    }
+}
+
+TEST_F(StudyFolderTest, ResultsAreReadBackAndThoseOfOtherScenesAreRefused) {
+    const Study first = study();
+    const Task task = tasks_of(first)[0];
+    {
+        const StudyFolder folder = test::must(open(first));
+        EXPECT_FALSE(*folder.result(first, task));
+        TaskResult result;
+        result.made_from = made_from(first, task);
+        result.frames = {2};
+        result.variants = {{"one", {{"mse", {0.5, std::nullopt}}}, 1.5}, {"two", {}, {}}};
+        ASSERT_EQ(test::error_of(folder.keep(task, result)), "");
+        const TaskResult back = *test::must(folder.result(first, task));
+        EXPECT_EQ(back.made_from, result.made_from);
+        EXPECT_EQ(back.frames, result.frames);
+        EXPECT_EQ(back.variants[0].metrics, result.variants[0].metrics);
+        EXPECT_EQ(back.variants[0].time_ms, 1.5);
+        EXPECT_FALSE(back.variants[1].time_ms);
+    }
+    const auto other = open(study({.scene = "t"}));
+    EXPECT_EQ(other.status().code(), StatusCode::usage);
+    EXPECT_THAT(test::error_of(other), HasSubstr("s.one_vs_two.json: belongs to another study"));
+    write_text(at("out/tasks/s.one_vs_two.json"), "{");
+    EXPECT_EQ(open(first).status().code(), StatusCode::input);
+}
+
+TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
+    fs::create_directory(at("mine"));
+    write_text(at("mine/notes.txt"), "mine");
+    EXPECT_EQ(open(study(), "mine").status().code(), StatusCode::output);
+    EXPECT_FALSE(fs::exists(at("mine/tasks")));
+    EXPECT_EQ(open(study(), "in").status().code(), StatusCode::usage);  // it holds an input
+    // Removing a study removes its results and reports alone.
+    keep(study(), "out");
+    fs::create_directories(at("out/scenes"));
+    for (const char* file : {"out/tasks/mine.json", "out/tasks/notes.txt", "out/scenes/notes.txt"})
+        write_text(at(file), "mine");
+    write_text(at("out/report.json"), "{}");
+    EXPECT_EQ(test::error_of(open(study(), "out", io::OnExisting::overwrite)), "");
+    for (const char* file : {"out/tasks/mine.json", "out/tasks/notes.txt", "out/scenes/notes.txt"})
+        EXPECT_TRUE(fs::exists(at(file))) << file;
+    for (const char* file : {"out/tasks/s.one_vs_two.json", "out/report.json"})
+        EXPECT_FALSE(fs::exists(at(file))) << file;
+}
+
+// Version 0.1 kept its results in units/.
+TEST_F(StudyFolderTest, AStudyBegunByAnEarlierVersionIsRefused) {
+    fs::create_directories(at("out/units"));
+    write_text(at("out/.postchain-study"), "This folder is a study of postchain.\n");
+    write_text(at("out/units/s.one_vs_two.json"), "{\"postchain_unit\": 1}");
+    for (const auto on_existing : {io::OnExisting::skip, io::OnExisting::overwrite}) {
+        const auto refused = open(study(), "out", on_existing);
+        EXPECT_EQ(refused.status().code(), StatusCode::usage);
+        EXPECT_THAT(test::error_of(refused), HasSubstr("was begun by postchain 0.1"));
+    }
+    EXPECT_FALSE(fs::exists(at("out/tasks")));
+    EXPECT_TRUE(fs::exists(at("out/units/s.one_vs_two.json")));
+}
+
+}  // namespace
+}  // namespace postchain::study

@@ -1,0 +1,187 @@
+// Study files: what is read, and what is refused at which place.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "passes/registry.h"
+#include "tools/measure/study/study_reader.h"
+
+namespace postchain::study {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kHead =
+    "postchain_study: 1\n"
+    "chains: {one: paper, two: dof_first, three: balanced}\n";
+const std::string kScene = "  - {name: s, input: 'a.####.exr', truth: 'b.####.exr'}\n";
+
+StudyFile read(const std::string& text) {
+    return read_study(text, "shots/study.yaml", builtin_passes(), paths_beside("shots/study.yaml"),
+                      "1.2.3");
+}
+
+Study study_of(const std::string& text) {
+    StudyFile file = read(text);
+    EXPECT_EQ(text_of(file.diagnostics), "");
+    return std::move(file.study);
+}
+
+struct Refused {
+    std::string text;
+    const char* said;  // place, key or word
+};
+void expect_refused(std::initializer_list<Refused> rows) {
+    for (const auto& [text, said] : rows) {
+        const StudyFile file = read(text);
+        EXPECT_FALSE(file.status().ok()) << text;
+        EXPECT_THAT(text_of(file.diagnostics), HasSubstr(said)) << text;
+    }
+}
+
+TEST(StudyFile, EveryPairIsAskedAndPathsAreBesideTheFile) {
+    const Study study =
+        study_of(kHead + "settings: {repeats: 2}\nscenes:\n" + kScene +
+                 "  - {name: t, family: f, input: '/x/a.####.exr', truth: 'b.####.exr', "
+                 "behind: 'c.####.exr', frames: 10, repeats: 3}\n");
+    EXPECT_EQ(study.title, "study");
+    ASSERT_EQ(study.pairs.size(), 3u);
+    EXPECT_EQ(study.pairs[2], (std::pair<size_t, size_t>(1, 2)));
+    const auto tasks = tasks_of(study);
+    ASSERT_EQ(tasks.size(), 6u);
+    EXPECT_EQ(tasks[4].name, "t.one_vs_three");
+    const Scene &s = study.scenes[0], &t = study.scenes[1];
+    EXPECT_EQ(s.family, "s");
+    EXPECT_EQ(t.family, "f");
+    EXPECT_EQ(s.measured.run.input.color().text(), "shots/a.####.exr");
+    EXPECT_EQ(t.measured.run.input.color().text(), "/x/a.####.exr");
+    EXPECT_EQ(s.measured.truth, "shots/b.####.exr");
+    EXPECT_FALSE(s.measured.run.input.patterns.contains(Role::behind));
+    EXPECT_EQ(t.measured.run.input.patterns.at(Role::behind).text(), "shots/c.####.exr");
+    EXPECT_EQ(s.measured.repeats, 2);
+    EXPECT_EQ(t.measured.repeats, 3);
+    EXPECT_EQ(t.measured.run.frames->frames, std::vector<int>{10});
+    EXPECT_EQ(s.measured.run.version, "1.2.3");
+}
+
+TEST(StudyFile, QuestionsNameThePairs) {
+    const Study study = study_of(kHead + "questions: [[three, one]]\nscenes:\n" + kScene);
+    ASSERT_EQ(study.pairs.size(), 1u);
+    EXPECT_EQ(tasks_of(study)[0].name, "s.three_vs_one");
+    expect_refused(
+        {{kHead + "questions: [[one, four]]\nscenes:\n" + kScene,
+          "study.yaml:3:19: error: questions[0]: unknown chain 'four'"},
+         {kHead + "questions: [[one, two], [two, one]]\nscenes:\n" + kScene, "is asked twice"}});
+}
+
+const std::string kSampled =
+    "postchain_study: 1\nkind: bench\nchains:\n"
+    "  joint: [joint_blur: {samples: 32}, fxaa]\n"
+    "  lens: [depth_of_field: {samples: 17}, motion_blur: {samples: 15}]\n"
+    "  more: [depth_of_field: {samples: 18}, motion_blur: {samples: 15}]\n";
+
+TEST(StudyFile, QuestionsSayWhatIsEqual) {
+    const Study study = study_of(kSampled +
+                                 "questions:\n  - {pair: [lens, joint], equal: samples}\n"
+                                 "  - {pair: [more, joint], equal: time}\n  - [lens, more]\n"
+                                 "margins: {hdr_flip: 0.003, psnr: 1}\nscenes:\n" +
+                                 kScene);
+    EXPECT_EQ(study.equal, (std::vector<Equal>{Equal::samples, Equal::time, Equal::unsaid}));
+    EXPECT_EQ(study.margins, (std::map<std::string, double>{{"hdr_flip", 0.003}, {"psnr", 1}}));
+    // Each chain is measured once.
+    EXPECT_EQ(tasks_of(study).size(), 1u);
+    EXPECT_EQ(study.variants.size(), 3u);
+    const std::string end = "\nscenes:\n" + kScene;
+    const std::string bench = "postchain_study: 1\nkind: bench\nchains:\n";
+    expect_refused(
+        {{kSampled + "questions: [{pair: [more, joint], equal: samples}]" + end,
+          "study.yaml:7:13: error: questions[0]: says equal samples, but the passes of more take "
+          "33 "
+          "and those of joint 32"},
+         // The lens of the report takes no samples, whatever the row's default is.
+         {bench +
+              "  report: [motion_blur: {mode: guertin}, depth_of_field: {method: gilham}]\n"
+              "  joint: [joint_blur: {samples: 57}]\n"
+              "questions: [{pair: [report, joint], equal: samples}]" +
+              end,
+          "the passes of report take 25 and those of joint 57"},
+         {bench +
+              "  few: [joint_blur: {samples: 32}]\n"
+              "  adaptive: [joint_blur: {samples: 32, max_samples: 64}]\n"
+              "questions: [{pair: [few, adaptive], equal: samples}]" +
+              end,
+          "adaptive samples adaptively"},
+         {kSampled + "questions: [{pair: [more, joint], equal: price}]" + end,
+          "questions[0].equal: is samples or time"},
+         {kSampled + "questions: [{pair: [more, joint], equa: time}]" + end, "unknown key 'equa'"},
+         {kSampled + "margins: {hdr_flp: 1}" + end, "unknown metric 'hdr_flp'"},
+         {kSampled + "margins: {psnr: 0}" + end, "margins.psnr"},
+         {kSampled + "sweep: ['fxaa.preset=12,39']" + end, "unknown key 'sweep'"}});
+}
+
+TEST(StudyFile, AChainMayBeAListOfPasses) {
+    const Study study = study_of(
+        "postchain_study: 1\nchains:\n"
+        "  alone: [depth_of_field: {samples: 24, neighbors: none}, fxaa]\n"
+        "  block:\n    - motion_blur:\n        neighbors: \"none\"\n"
+        "scenes:\n" +
+        kScene);
+    ASSERT_EQ(study.chains.size(), 2u);
+    EXPECT_THAT(write_chain(study.chains[0].chain), HasSubstr("samples: 24"));
+    EXPECT_THAT(write_chain(study.chains[0].chain), HasSubstr("- fxaa"));
+    EXPECT_THAT(write_chain(study.chains[1].chain), HasSubstr("neighbors: none"));
+}
+
+TEST(StudyFile, ABenchComparesWithItsFirstVariant) {
+    const Study study = study_of(
+        "postchain_study: 1\nkind: bench\nchain: paper\nsweep: ['motion_blur.samples=5,9,13']\n"
+        "scenes:\n  - {name: s, input: 'a.####.exr', split_frames: 0}\n");
+    ASSERT_EQ(study.pairs.size(), 2u);
+    EXPECT_EQ(study.pairs[1], (std::pair<size_t, size_t>(0, 2)));
+    EXPECT_EQ(tasks_of(study).size(), 1u);
+    EXPECT_EQ(study.names()[1], "motion_blur.samples=9");
+}
+
+TEST(StudyFile, FaultsAreNamedAtTheirPlaces) {
+    const std::string one = "scenes:\n  - {name: s, input: a.exr, truth: b.exr, ";
+    const auto chains = [](const std::string& given) {
+        return "postchain_study: 1\nchains: " + given + "\nscenes:\n" + kScene;
+    };
+    expect_refused(
+        {{kHead + "scenes:\n" + kScene + kScene, "shots/study.yaml:5:12: error: scenes[1].name"},
+         {kHead + "scenes:\n  - {name: s, input: 'a.####.exr'}\n", "scenes[0].truth: is missing"},
+         {kHead + "scenes:\n  - {name: ../s, input: a.exr, truth: b.exr}\n", "scenes[0].name"},
+         {kHead + one + "camera: none.json}\n", "shots/none.json"},
+         {kHead + one + "behind: 'c.##.##.exr'}\n", "scenes[0].behind"},
+         {kHead + one + "repeat: 1}\n", "unknown key 'repeat' (did you mean 'repeats'?)"},
+         {kHead + "settings: {repeats: 0}\nscenes:\n" + kScene, "settings.repeats: 0"},
+         {kHead + "settings: {output: x}\nscenes:\n" + kScene, "unknown key 'output'"},
+         {chains("{one: papr, two: fast}"), "unknown chain 'papr' (did you mean 'paper'?)"},
+         {chains("{one: paper, two: [fxa]}"), "study.yaml:2:28: error: passes[0]: unknown pass"},
+         {chains("{one: paper, two: {fxaa: {}}}"), "is not a chain's name, file or list"},
+         {"postchain_study: 2\nchains: {one: paper, two: fast}\nscenes:\n" + kScene,
+          "postchain_study: is 1"},
+         {"[]", "a study is a map"},
+         {kHead, "scenes: is a list"}});
+}
+
+// A path that a service does not allow is refused, with its line and column.
+TEST(StudyFile, EveryPathIsAskedFor) {
+    std::vector<std::string> asked;
+    const StudyPaths paths = {[&](const std::string& path) -> Result<std::string> {
+                                  asked.push_back(path);
+                                  return Status(StatusCode::usage, path + " is outside");
+                              },
+                              [&](const io::PathPattern& pattern) -> Result<io::PathPattern> {
+                                  asked.push_back(pattern.text());
+                                  return Status(StatusCode::usage, pattern.text() + " is outside");
+                              }};
+    const StudyFile file = read_study(
+        "postchain_study: 1\nchains: {one: paper, two: ./own.yaml}\nscenes:\n"
+        "  - {name: s, input: 'color=a.exr,depth=z.exr', truth: b.exr, camera: c.json}\n",
+        "study.yaml", builtin_passes(), paths, "1");
+    EXPECT_THAT(asked, ::testing::IsSupersetOf({"./own.yaml", "a.exr", "b.exr", "c.json"}));
+    EXPECT_FALSE(file.status().ok());
+}
+
+}  // namespace
+}  // namespace postchain::study

@@ -1,0 +1,49 @@
+#include "tools/measure/tune/settings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace postchain::tune {
+namespace {
+
+using ::testing::HasSubstr;
+
+Result<Goal> goal(const std::string& budget, std::optional<double> error = {}) {
+    TuneSettings settings;
+    settings.budget = budget;
+    settings.error = error;
+    return goal_of(settings);
+}
+
+TEST(TuneGoal, ABudgetHasAUnit) {
+    for (const auto& [text, seconds] :
+         {std::pair{"0.2", 0.2}, {"0.2s", 0.2}, {"200ms", 0.2}, {"3s", 3.0}, {"1e-3s", 1e-3}}) {
+        const auto made = goal(text);
+        ASSERT_TRUE(made.ok()) << text;
+        EXPECT_DOUBLE_EQ(*made->budget_s, seconds) << text;
+        EXPECT_FALSE(made->error);
+    }
+}
+
+TEST(TuneGoal, OtherBudgetsAreRefused) {
+    for (const char* text :
+         {"0", "-1s", "0ms", "nan", "inf", "fast", "2m", "1us", "0.2 s", "s", "1e999"}) {
+        const auto made = goal(text);
+        EXPECT_EQ(made.status().code(), StatusCode::usage) << text;
+        EXPECT_THAT(made.status().message(),
+                    HasSubstr(std::string("--budget: '") + text + "' is not a time above 0"));
+    }
+}
+
+TEST(TuneGoal, ExactlyOneIsGiven) {
+    EXPECT_DOUBLE_EQ(*goal("", 0.07)->error, 0.07);
+    for (const auto& [made, said] : {std::pair{goal("", 0.0), "--error"},
+                                     {goal("1s", 0.07), "give one of the two"},
+                                     {goal(""), "give a time per frame"}}) {
+        EXPECT_EQ(made.status().code(), StatusCode::usage);
+        EXPECT_THAT(made.status().message(), HasSubstr(said));
+    }
+}
+
+}  // namespace
+}  // namespace postchain::tune

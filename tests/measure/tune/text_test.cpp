@@ -1,0 +1,101 @@
+#include "tools/measure/tune/tune_text.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "config/chain_file.h"
+#include "passes/registry.h"
+#include "tests/measure/experiment/support.h"
+
+namespace postchain::tune {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Tried tried(int samples, double seconds, std::optional<double> error,
+            const std::string& doubt = "") {
+    return {test::parse(concat("{postchain: 1, passes: [{motion_blur: {mode: guertin, samples: ",
+                               samples, "}}]}")),
+            "",
+            {{seconds, 0.01, 3, doubt}, error}};
+}
+
+Tuning tuning(const Goal& goal) {
+    Tuning made;
+    made.goal = goal;
+    made.version = "1.2.3";
+    made.input = "a\nb.exr";
+    made.frames = "1-3 (64x40)";
+    made.reference = "ground truth t.####.exr";
+    made.with_truth = true;
+    made.device = "llvmpipe, fp32, 2 threads";
+    made.timing = "wall clock around glFinish";
+    made.walk.complete = true;
+    made.walk.tried.push_back(tried(9, 0.1, 0.08));
+    made.walk.tried.push_back(tried(5, 0.05, 0.1, "others were busy"));
+    made.walk.tried.push_back(tried(17, 0.2, 0.09));  // beaten
+    made.walk.tried.push_back(tried(33, 0.9, std::nullopt));
+    return made;
+}
+
+TEST(TuneText, TheFileHasConditionsFrontAndChain) {
+    Tuning made = tuning({.budget_s = 0.102, .error = {}});
+    made.walk.chosen = 0;
+    made.walk.tried[0].name = "fast";
+    const std::string file = tuned_chain_file(made);
+    EXPECT_EQ(file.substr(0, file.find("\npostchain: 1")),
+              R"(# postchain tune 1.2.3, --budget 0.102s: the least error within this time per frame
+# input: a\nb.exr, frames 1-3 (64x40)
+# reference: ground truth t.####.exr
+# device: llvmpipe, fp32, 2 threads
+# time: wall clock around glFinish, of the passes without reading and writing; per frame the median of 3 repetitions (chosen chain: 3, timed again); spread: quartiles
+# Chains that no other of the 4 measured beats in both time and error (*: this file):
+#    s/frame   spread hdr_flip  chain
+#  ~    0.05     0.01      0.1  motion_blur samples 5
+# *      0.1     0.01     0.08  motion_blur samples 9 (start: fast)
+# ~: untrustworthy time (1 chain): others were busy
+# the spread of the chosen chain's time reaches beyond the budget)");
+    const auto parsed = parse_chain(file, "tuned", builtin_passes());
+    EXPECT_EQ(parsed.chain.hash(), made.chosen()->chain.hash());
+}
+
+TEST(TuneText, AnUnmetGoalHasARemedy) {
+    EXPECT_THAT(outcome_text(tuning({.budget_s = 0.01, .error = {}})),
+                AllOf(HasSubstr("--budget 0.01s: the fastest of 4 chains measured takes 0.05 s"),
+                      HasSubstr("motion_blur samples 5; raise the budget")));
+    EXPECT_THAT(outcome_text(tuning({.budget_s = {}, .error = 0.01})),
+                AllOf(HasSubstr("--error 0.01: the closest of 4 chains measured has HDR-FLIP 0.08"),
+                      HasSubstr("motion_blur samples 9; allow a larger error")));
+}
+
+TEST(TuneText, AWalkThatWasCutSaysSo) {
+    Tuning made = tuning({.budget_s = 1, .error = {}});
+    made.walk.complete = false;
+    made.notes = {"a note"};
+    EXPECT_THAT(doubts_of(made),
+                ElementsAre("a note",
+                            "the walk ended after 4 chains (--max-chains); more may lie on the "
+                            "front",
+                            HasSubstr("untrustworthy")));
+}
+
+TEST(TuneText, JsonHasEveryPoint) {
+    Tuning made = tuning({.budget_s = 0.1, .error = {}});
+    made.walk.chosen = 0;
+    const auto json = tuning_json(made);
+    EXPECT_EQ(json["postchain_tune"], 1);
+    EXPECT_EQ(json["budget_s"], 0.1);
+    EXPECT_TRUE(json["error"].is_null());
+    ASSERT_EQ(json["points"].size(), 4u);
+    EXPECT_EQ(json["points"][0]["chosen"], true);
+    EXPECT_EQ(json["points"][1]["doubt"], "others were busy");
+    EXPECT_EQ(json["points"][2]["front"], false);
+    EXPECT_TRUE(json["points"][3]["hdr_flip"].is_null());
+}
+
+}  // namespace
+}  // namespace postchain::tune

@@ -1,6 +1,7 @@
 // Depth and motion vectors against values derived by hand. F = 50/36 * width pixels per unit slope.
 #include <gmock/gmock.h>
 
+#include <array>
 #include <cmath>
 
 #include "tests/measure/scenes/support.h"
@@ -27,15 +28,21 @@ double film_y(int y) {
     return kHeight / 2.0 - y - 0.5;
 }
 
-Object wall(PoseAt pose) {
-    return unlit(rectangle(9, 9, std::move(pose), {}), {1, 1, 1});
-}
-
-TEST(Depth, OfAPlaneAcrossTheAxisIsThePlanarDistanceEverywhere) {
-    SceneModel model = empty_model();
-    model.objects = {wall(still(at({0, 0, 2.5})))};
-    const ScenePlanes planes = render(model, center_sample());
-    for (float z : planes.depth.data) EXPECT_NEAR(z, 2.5, 2e-6);
+// A pixel's motion vectors: from the previous frame, and to the next.
+using Motion = std::array<double, 4>;
+// expected(x, y), from image coordinates.
+template <class F>
+void expect_vectors(const SceneModel& model, const F& expected, double time = 0) {
+    RenderSettings settings = center_sample();
+    settings.time = time;
+    const ScenePlanes planes = render(model, settings);
+    for (int y = 1; y < kHeight; y += 9)
+        for (int x = 0; x < kWidth; x += 5) {
+            const Motion wanted = expected(film_x(x), film_y(y));
+            for (int c = 0; c < 4; ++c)
+                EXPECT_NEAR(planes.vectors.at(x, y, c), wanted[size_t(c)], 3e-4)
+                    << x << "," << y << " " << c;
+        }
 }
 
 TEST(Depth, OfATiltedPlaneFollowsItsEquation) {
@@ -51,14 +58,6 @@ TEST(Depth, OfATiltedPlaneFollowsItsEquation) {
     }
 }
 
-TEST(Depth, OfASphereAtItsMiddleIsDistanceLessRadius) {
-    SceneModel model = empty_model();
-    model.objects = {unlit(sphere(0.25, still(at({0, 0, 2})), {}), {1, 1, 1})};
-    RenderSettings settings = center_sample();
-    settings.width = settings.height = 1;  // on the axis
-    EXPECT_NEAR(render(model, settings).depth.at(0, 0), 1.75, 1e-6);
-}
-
 TEST(Depth, OfEachSolidOnTheAxis) {
     struct Case {
         Object object;
@@ -67,6 +66,8 @@ TEST(Depth, OfEachSolidOnTheAxis) {
     const auto back = still(at({0, 0, 2}));
     // A torus about y has its tube at 2 - (0.3 + 0.05); a rod about z has its round end there.
     const Case cases[] = {
+        {rectangle(9, 9, back, {}), 2},
+        {sphere(0.25, back, {}), 1.75},
         {box({0.1, 0.2, 0.3}, back, {}), 1.7},
         {rod(0.4, 0.1, back, {}), 1.9},
         {rod(0.4, 0.1, still(at({0, 0, 2}, turn({1, 0, 0}, std::acos(0.0)))), {}), 1.5},
@@ -99,18 +100,11 @@ TEST(Depth, OfAWheelsGapsIsThatOfTheGround) {
 }
 
 TEST(Vectors, OfATranslation) {
-    // F v / z = 100 * (0.04, 0.016) / 2 = (2, 0.8) pixels per frame, up.
+    // F v / z = 100 * (0.04, 0.016) / 2 = (2, 0.8) pixels per frame, up. It came from the lower
+    // left.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0.04 * t, 0.016 * t, 2}); })};
-    const ScenePlanes planes = render(model, center_sample());
-    for (int y = 0; y < kHeight; y += 7)
-        for (int x = 0; x < kWidth; x += 5) {
-            const float* v = planes.vectors.pixel(x, y);
-            EXPECT_NEAR(v[0], -2, 1e-4);  // previous - this: it came from the lower left
-            EXPECT_NEAR(v[1], -0.8, 1e-4);
-            EXPECT_NEAR(v[2], -2, 1e-4);  // this - next
-            EXPECT_NEAR(v[3], -0.8, 1e-4);
-        }
+    expect_vectors(model, [](double, double) { return Motion{-2, -0.8, -2, -0.8}; });
 }
 
 TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
@@ -118,14 +112,9 @@ TEST(Vectors, OfAnApproachDifferBetweenThePreviousAndTheNextFrame) {
     // frame.
     SceneModel model = empty_model();
     model.objects = {wall([](double t) { return at({0, 0, 2 - 0.1 * t}); })};
-    const ScenePlanes planes = render(model, center_sample());
-    for (int x = 0; x < kWidth; x += 5) {
-        const float* v = planes.vectors.pixel(x, 3);
-        EXPECT_NEAR(v[0], film_x(x) * (2 / 2.1 - 1), 2e-4);
-        EXPECT_NEAR(v[1], film_y(3) * (2 / 2.1 - 1), 2e-4);
-        EXPECT_NEAR(v[2], film_x(x) * (1 - 2 / 1.9), 2e-4);
-        EXPECT_NEAR(v[3], film_y(3) * (1 - 2 / 1.9), 2e-4);
-    }
+    expect_vectors(model, [](double x, double y) {
+        return Motion{x * (2 / 2.1 - 1), y * (2 / 2.1 - 1), x * (1 - 2 / 1.9), y * (1 - 2 / 1.9)};
+    });
 }
 
 TEST(Vectors, OfARotationAreChordsToBothSides) {
@@ -133,37 +122,34 @@ TEST(Vectors, OfARotationAreChordsToBothSides) {
     const double a = 0.3, c = std::cos(a), s = std::sin(a);
     SceneModel model = empty_model();
     model.objects = {wall([a](double t) { return at({0, 0, 2}, turn({0, 0, 1}, a * t)); })};
-    RenderSettings settings = center_sample();
-    settings.time = 5;
-    const ScenePlanes planes = render(model, settings);
-    for (int y = 1; y < kHeight; y += 9)
-        for (int x = 0; x < kWidth; x += 6) {
-            const double px = film_x(x), py = film_y(y);
-            const float* v = planes.vectors.pixel(x, y);
-            EXPECT_NEAR(v[0], px * c + py * s - px, 3e-4);
-            EXPECT_NEAR(v[1], -px * s + py * c - py, 3e-4);
-            EXPECT_NEAR(v[2], px - (px * c - py * s), 3e-4);
-            EXPECT_NEAR(v[3], py - (px * s + py * c), 3e-4);
-        }
+    expect_vectors(
+        model,
+        [=](double x, double y) {
+            return Motion{x * c + y * s - x, -x * s + y * c - y, x - (x * c - y * s),
+                          y - (x * s + y * c)};
+        },
+        5);
 }
 
 TEST(Vectors, OfAPanAreThoseOfAProjection) {
-    // Direction theta appears at F tan(theta - yaw): if the camera turns right, everything moves
-    // left.
+    // Direction (theta, y) appears at F tan(theta - yaw), y cos theta / cos(theta - yaw): if the
+    // camera turns right, everything moves left.
     const double a = 0.05;
     SceneModel model = empty_model();
     model.camera = [a](double t) {
         return CameraPose{at({0, 0, 0}, turn({0, 1, 0}, a * t)), 50, 2};
     };
     model.objects = {wall(still(at({0, 0, 4})))};
-    const ScenePlanes planes = render(model, center_sample());
-    for (int x = 0; x < kWidth; x += 5) {
-        const double theta = std::atan(film_x(x) / kF);
-        const float* v = planes.vectors.pixel(x, 10);
-        EXPECT_NEAR(v[2], film_x(x) - kF * std::tan(theta - a), 3e-4);
-        EXPECT_NEAR(v[0], kF * std::tan(theta + a) - film_x(x), 3e-4);
-        EXPECT_GT(v[2], 0);
-    }
+    expect_vectors(model, [=](double x, double y) {
+        const double theta = std::atan(x / kF);
+        const auto seen = [&](double yaw) {
+            return std::array{kF * std::tan(theta - yaw),
+                              y * std::cos(theta) / std::cos(theta - yaw)};
+        };
+        const auto before = seen(-a), after = seen(a);
+        EXPECT_GT(x - after[0], 0);
+        return Motion{before[0] - x, before[1] - y, x - after[0], y - after[1]};
+    });
 }
 
 TEST(Vectors, OfAZoomFollowTheFocalLength) {
@@ -171,11 +157,9 @@ TEST(Vectors, OfAZoomFollowTheFocalLength) {
     SceneModel model = empty_model();
     model.camera = [](double t) { return CameraPose{Pose{}, 50 + 5 * t, 2}; };
     model.objects = {wall(still(at({0, 0, 4})))};
-    const ScenePlanes planes = render(model, center_sample());
-    for (int x = 0; x < kWidth; x += 5) {
-        EXPECT_NEAR(planes.vectors.at(x, 10, 0), -0.1 * film_x(x), 2e-4);
-        EXPECT_NEAR(planes.vectors.at(x, 10, 2), -0.1 * film_x(x), 2e-4);
-    }
+    expect_vectors(model, [](double x, double y) {
+        return Motion{-0.1 * x, -0.1 * y, -0.1 * x, -0.1 * y};
+    });
 }
 
 TEST(Vectors, AreZeroForWhatTheCameraCannotSeeInTheOtherFrame) {

@@ -1,29 +1,18 @@
 #include "tests/measure/scenes/support.h"
 
 #include <cmath>
-#include <cstdlib>
+
+#include "tests/support/status.h"
 
 namespace postchain::scenes::test {
 
 SceneRenderer& renderer() {
-    static const std::unique_ptr<SceneRenderer> one = [] {
-        auto made = SceneRenderer::create();
-        if (!made.ok()) {
-            ADD_FAILURE() << made.status().message();
-            std::exit(1);
-        }
-        return std::move(*made);
-    }();
+    static const auto one = postchain::test::must(SceneRenderer::create());
     return *one;
 }
 
 ScenePlanes render(const SceneModel& model, const RenderSettings& settings) {
-    auto planes = renderer().render(model, settings);
-    if (!planes.ok()) {
-        ADD_FAILURE() << planes.status().message();
-        std::exit(1);
-    }
-    return std::move(*planes);
+    return postchain::test::must(renderer().render(model, settings));
 }
 
 ScenePlanes render(const std::string& scene, int width, int height, int frame, Picture picture,
@@ -34,12 +23,7 @@ ScenePlanes render(const std::string& scene, int width, int height, int frame, P
     request.height = height;
     request.truth_samples = request.sharp_samples = samples;
     request.camera = camera;
-    auto planes = render_frame(renderer(), request, frame, picture);
-    if (!planes.ok()) {
-        ADD_FAILURE() << planes.status().message();
-        std::exit(1);
-    }
-    return std::move(*planes);
+    return postchain::test::must(render_frame(renderer(), request, frame, picture));
 }
 
 SceneModel empty_model(double focus_distance, double f_stop) {
@@ -48,6 +32,10 @@ SceneModel empty_model(double focus_distance, double f_stop) {
     model.f_stop = f_stop;
     model.background_opaque = false;
     return model;
+}
+
+Object wall(PoseAt pose) {
+    return unlit(rectangle(9, 9, std::move(pose), {}), {1, 1, 1});
 }
 
 Object unlit(Object object, glm::dvec3 radiance) {

@@ -8,7 +8,7 @@
 
 namespace postchain::scenes::test {
 
-SceneRenderer& renderer();  // made on first use; fails the test process without GL
+SceneRenderer& renderer();  // made on first use; fails the test without GL
 
 // Fails the test if rendering fails.
 ScenePlanes render(const SceneModel& model, const RenderSettings& settings);
@@ -17,6 +17,8 @@ ScenePlanes render(const std::string& scene, int width, int height, int frame, P
 
 // An empty scene with a camera at rest at the origin: 50 mm on 36 mm, so F = 50/36 * width pixels.
 SceneModel empty_model(double focus_distance = 2, double f_stop = 2);
+// A wall of radiance 1 across the view.
+Object wall(PoseAt pose);
 // An unlit surface of exactly this radiance.
 Object unlit(Object object, glm::dvec3 radiance);
 

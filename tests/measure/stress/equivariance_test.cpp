@@ -135,7 +135,7 @@ TEST_F(Equivariance, EachCheckSeesItsFaultsAndNoOthers) {
         {Fault::shades_frame,
          {"mirror", "flip", "turn", "shift", "grid", "dot", "constant", "range", "reference"}},
         {Fault::brightens, {"dot", "constant", "range", "reference"}},
-        {Fault::dims, {"dot", "constant", "reference"}},
+        {Fault::dims, {"dot", "constant", "range", "reference"}},
     };
     for (const auto& [fault, failing] : rows) {
         auto checks = checks_of(fault);

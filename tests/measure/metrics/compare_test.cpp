@@ -66,9 +66,7 @@ TEST(Compare, RefusesUnknownNames) {
     const Pair both = pair(gray(3, 3, 0.7), gray(3, 3, 0.5));
     CompareSettings settings;
     settings.metrics = {"vmaf"};
-    const auto metric = compare(both, settings);
-    EXPECT_EQ(metric.status().code(), StatusCode::usage);
-    EXPECT_NE(metric.status().message().find("hdr_flip"), std::string::npos);
+    EXPECT_EQ(compare(both, settings).status().code(), StatusCode::usage);
     settings = {};
     settings.map = "psnr";
     EXPECT_EQ(compare(both, settings).status().code(), StatusCode::usage);

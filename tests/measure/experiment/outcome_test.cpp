@@ -13,6 +13,7 @@ namespace postchain::experiment {
 using namespace report;
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -45,107 +46,86 @@ Report fabricate(Kind kind, const std::vector<Values>& variants, const Values& i
     return report;
 }
 
+Report stated(Report report) {
+    state_outcome(report);
+    return report;
+}
+
 const Values kLow = {.10, .11, .12, .10, .11, .12, .10, .11};
 const Values kHigh = {.20, .22, .21, .20, .22, .21, .20, .22};
 // Alternately above and below kLow: equal in the mean.
 const Values kAround = {.11, .10, .13, .09, .12, .11, .11, .10};
 
 TEST(Outcome, AbIsWonByTheOneThatItsIntervalSays) {
-    Report report = fabricate(Kind::ab, {kHigh, kLow}, {});
-    state_outcome(report);
+    const Report report = stated(fabricate(Kind::ab, {kHigh, kLow}, {}));
     ASSERT_TRUE(report.winner);
     EXPECT_EQ(report.winner->variant, 1u);
     EXPECT_EQ(report.winner->metric, "hdr_flip");
     EXPECT_THAT(report.winner->words, HasSubstr("v1 is closer to the ground truth by HDR-FLIP"));
-    report = fabricate(Kind::ab, {kLow, kHigh}, {});
-    state_outcome(report);
-    EXPECT_EQ(report.winner->variant, 0u);
+    EXPECT_EQ(stated(fabricate(Kind::ab, {kLow, kHigh}, {})).winner->variant, 0u);
 }
 
 TEST(Outcome, AbWithoutADecisionHasNoWinner) {
-    Report open = fabricate(Kind::ab, {kLow, kAround}, {});
-    state_outcome(open);
-    EXPECT_FALSE(open.winner);
-    Report few = fabricate(Kind::ab, {{.2, .2}, {.1, .1}}, {});
-    state_outcome(few);
-    EXPECT_FALSE(few.winner);
+    EXPECT_FALSE(stated(fabricate(Kind::ab, {kLow, kAround}, {})).winner);
+    EXPECT_FALSE(stated(fabricate(Kind::ab, {{.2, .2}, {.1, .1}}, {})).winner);
     Report blind = fabricate(Kind::ab, {kHigh, kLow}, {});
     blind.reference = "a";
-    state_outcome(blind);
-    EXPECT_FALSE(blind.winner);
+    EXPECT_FALSE(stated(blind).winner);
 }
 
 TEST(Outcome, BenchIsWonByTheLowestMeanOfThoseThatDidNotFail) {
     Report report = fabricate(Kind::bench, {{.3}, {.1}, {.2}, {.05}}, {});
     report.variants[3].failure = "frame 2: out of memory";
-    state_outcome(report);
+    report = stated(report);
     ASSERT_TRUE(report.winner);
     EXPECT_EQ(report.winner->variant, 1u);
     EXPECT_EQ(report.winner->words,
               "v1 has the lowest mean HDR-FLIP of 3 variants: 0.1; the next is v2 with 0.2");
-    Report alone = fabricate(Kind::bench, {{.1}}, {});
-    state_outcome(alone);
-    EXPECT_FALSE(alone.winner);
+    EXPECT_FALSE(stated(fabricate(Kind::bench, {{.1}}, {})).winner);
 }
 
 TEST(Outcome, AVariantWorseThanTheInputIsNamed) {
-    Report report = fabricate(Kind::bench, {{.3, .3}, {.1, .1}}, {.2, .2});
-    state_outcome(report);
-    EXPECT_THAT(report.warnings,
+    const auto warnings = [](const std::vector<Values>& variants, const Values& input) {
+        return stated(fabricate(Kind::bench, variants, input)).warnings;
+    };
+    EXPECT_THAT(warnings({{.3, .3}, {.1, .1}}, {.2, .2}),
                 ElementsAre("1 of 2 variants is no better than doing nothing, by mean HDR-FLIP "
                             "(lower is better): v0 0.3, the input 0.2"));
-    Report good = fabricate(Kind::bench, {{.1, .1}, {.15, .1}}, {.2, .2});
-    state_outcome(good);
-    EXPECT_THAT(good.warnings, IsEmpty());
-    Report equal = fabricate(Kind::bench, {{.2, .2}, {.1, .1}}, {.2, .2});
-    state_outcome(equal);
-    EXPECT_THAT(equal.warnings, ElementsAre(HasSubstr("1 of 2 variants is no better")));
-}
-
-// Over frames that both have: the variant failed on the frame where the input is bad.
-TEST(Outcome, TheInputIsComparedOverTheSameFrames) {
-    Report report = fabricate(Kind::bench, {{.3, std::nullopt}, {.1, .1}}, {.2, .9});
-    state_outcome(report);
-    EXPECT_THAT(report.warnings, ElementsAre(HasSubstr("v0 0.3, the input 0.2")));
+    EXPECT_THAT(warnings({{.1, .1}, {.15, .1}}, {.2, .2}), IsEmpty());
+    EXPECT_THAT(warnings({{.2, .2}, {.1, .1}}, {.2, .2}),
+                ElementsAre(HasSubstr("1 of 2 variants is no better")));
+    // Over frames that both have: the variant failed on the frame where the input is bad.
+    EXPECT_THAT(warnings({{.3, std::nullopt}, {.1, .1}}, {.2, .9}),
+                ElementsAre(HasSubstr("v0 0.3, the input 0.2")));
+    // Many are counted, not listed.
+    EXPECT_THAT(warnings(std::vector<Values>(9, Values{.3}), {.2}),
+                ElementsAre(AllOf(HasSubstr("9 of 9 variants are no better"), HasSubstr("v4 0.3"),
+                                  Not(HasSubstr("v5")), HasSubstr("; and 4 more"))));
 }
 
 TEST(Outcome, FromEightFramesOnTheIntervalDecides) {
-    Report report = fabricate(Kind::bench, {kAround, kHigh}, kLow);
-    state_outcome(report);
-    ASSERT_EQ(report.warnings.size(), 2u);
-    EXPECT_THAT(report.warnings[0], HasSubstr("1 of 2 variants is no better than doing nothing"));
-    EXPECT_THAT(report.warnings[0], HasSubstr("v1 0.21, the input 0.108"));
-    EXPECT_THAT(report.warnings[1], HasSubstr("is not measurably better than doing nothing"));
-    EXPECT_THAT(report.warnings[1], HasSubstr(" (t-interval of the difference -0.008"));
-}
-
-TEST(Outcome, ManyVariantsAreCountedNotListed) {
-    Report report = fabricate(Kind::bench, std::vector<Values>(9, Values{.3}), {.2});
-    state_outcome(report);
-    ASSERT_EQ(report.warnings.size(), 1u);
-    EXPECT_THAT(report.warnings[0], HasSubstr("9 of 9 variants are no better"));
-    EXPECT_THAT(report.warnings[0], HasSubstr("v4 0.3"));
-    EXPECT_THAT(report.warnings[0], Not(HasSubstr("v5")));
-    EXPECT_THAT(report.warnings[0], HasSubstr("; and 4 more"));
+    EXPECT_THAT(stated(fabricate(Kind::bench, {kAround, kHigh}, kLow)).warnings,
+                ElementsAre(AllOf(HasSubstr("1 of 2 variants is no better than doing nothing"),
+                                  HasSubstr("v1 0.21, the input 0.108")),
+                            AllOf(HasSubstr("is not measurably better than doing nothing"),
+                                  HasSubstr(" (t-interval of the difference -0.008"))));
 }
 
 // From a share of 0.2 to 0.06: 0.2/0.8 over 0.06/0.94 is a factor of 3.92.
 TEST(Outcome, ANoisyTruthIsDoubtedWithNumberAndRemedy) {
-    Report report = fabricate(Kind::bench, {{.1}, {.15}}, {.2});
-    fill(report.truth_noise, kNoiseSigma, {.0123});
-    fill(report.truth_noise, "sharpness_in_focus", {.8});
-    state_outcome(report);
+    const auto warnings = [](double sharpness) {
+        Report report = fabricate(Kind::bench, {{.1}, {.15}}, {.2});
+        fill(report.truth_noise, kNoiseSigma, {.0123});
+        fill(report.truth_noise, "sharpness_in_focus", {sharpness});
+        return stated(report).warnings;
+    };
     EXPECT_THAT(
-        report.warnings,
+        warnings(.8),
         ElementsAre("sharpness_in_focus is unreliable: the ground truth is noisy (standard "
                     "deviation 0.012 of the displayed luma), and an image without any "
                     "error would have 0.8 instead of 1; give the ground truth about 4 times the "
                     "samples per pixel"));
-    Report fine = fabricate(Kind::bench, {{.1}, {.15}}, {.2});
-    fill(fine.truth_noise, kNoiseSigma, {.0123});
-    fill(fine.truth_noise, "sharpness_in_focus", {.945});
-    state_outcome(fine);
-    EXPECT_THAT(fine.warnings, IsEmpty());
+    EXPECT_THAT(warnings(.945), IsEmpty());
 }
 
 TEST(Outcome, MseThatIsMostlyNoiseIsDoubted) {

@@ -4,6 +4,7 @@
 
 #include "tests/measure/experiment/support.h"
 #include "tests/support/images.h"
+#include "tests/support/status.h"
 #include "tools/measure/experiment/converge.h"
 
 namespace postchain::experiment {
@@ -15,78 +16,72 @@ ImageF plain(float v) {
     return ImageF(16, 16, 3, v);
 }
 
+// The split of constant images: the GPU's result, the double reference, the converged image and the
+// ground truth.
+ErrorSplit split_of(float gpu, double reference, const Converged& converged,
+                    std::optional<float> truth) {
+    const auto made = truth ? metrics::rgb_image_of(plain(*truth))
+                            : Result<metrics::RgbImage>(metrics::RgbImage());
+    const auto range = truth ? metrics::exposure_range(*made, metrics::ToneMapper::aces)
+                             : metrics::ExposureRange();
+    return test::must(split_error(12, plain(gpu), ImageD(16, 16, 3, reference), converged,
+                                  truth ? &*made : nullptr, range, {}));
+}
+
+Converged converged_to(float v, bool sampled = true) {
+    Converged converged;
+    converged.rgb = plain(v);
+    converged.seeds = 4;
+    converged.sampled = sampled;
+    return converged;
+}
+
 // G = 1.5, R = 1.25, C = 1, T = 0.5 everywhere. Parts 0.25, 0.25, 0.5, squares 1/16, 1/16, 1/4;
 // total 1; cross term 2 (1/16 + 1/8 + 1/8) = 5/8. All exact in float.
 TEST(ErrorSplit, ConstantPicturesByHand) {
-    Converged converged;
-    converged.rgb = plain(1);
-    converged.seeds = 4;
-    auto truth = metrics::rgb_image_of(plain(0.5f));
-    const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
-    auto split = split_error(12, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
-                             range, {});
-    ASSERT_TRUE(split.ok()) << split.status().message();
-    EXPECT_EQ(split->frames, std::vector<int>{12});
-    EXPECT_DOUBLE_EQ(*split->mse.precision, 0.0625);
-    EXPECT_DOUBLE_EQ(*split->mse.sampling, 0.0625);
-    EXPECT_DOUBLE_EQ(*split->mse.model, 0.25);
-    EXPECT_DOUBLE_EQ(*split->mse.total, 1);
-    EXPECT_DOUBLE_EQ(*split->cross, 0.625);
+    const ErrorSplit split = split_of(1.5f, 1.25, converged_to(1), 0.5f);
+    EXPECT_EQ(split.frames, std::vector<int>{12});
+    EXPECT_DOUBLE_EQ(*split.mse.precision, 0.0625);
+    EXPECT_DOUBLE_EQ(*split.mse.sampling, 0.0625);
+    EXPECT_DOUBLE_EQ(*split.mse.model, 0.25);
+    EXPECT_DOUBLE_EQ(*split.mse.total, 1);
+    EXPECT_DOUBLE_EQ(*split.cross, 0.625);
     // relMSE of the model: 0.5^2 / (0.5 + 0.01)^2; SMAPE 2 * 0.5 / (1.5 + 0.02).
-    EXPECT_NEAR(*split->others.at("relmse").model, 0.25 / (0.51 * 0.51), 1e-6);
-    EXPECT_NEAR(*split->others.at("smape").model, 1 / 1.52, 1e-6);
-    EXPECT_NEAR(*split->others.at("smape").precision, 0.5 / 2.77, 1e-6);
-    EXPECT_TRUE(split->others.at("hdr_flip").total);
+    EXPECT_NEAR(*split.others.at("relmse").model, 0.25 / (0.51 * 0.51), 1e-6);
+    EXPECT_NEAR(*split.others.at("smape").model, 1 / 1.52, 1e-6);
+    EXPECT_NEAR(*split.others.at("smape").precision, 0.5 / 2.77, 1e-6);
+    EXPECT_TRUE(split.others.at("hdr_flip").total);
 }
 
+// 1e-9 beside 1 is lost in float.
 TEST(ErrorSplit, PrecisionIsMeasuredInDouble) {
-    // 1e-9 beside 1 is lost in float.
-    Converged converged;
-    converged.rgb = plain(1);
-    ImageD reference = image_cast<double>(plain(1));
-    for (double& v : reference.data) v += 1e-9;
-    auto split = split_error(1, plain(1), reference, converged, nullptr, {}, {});
-    ASSERT_TRUE(split.ok());
-    EXPECT_NEAR(*split->mse.precision, 1e-18, 1e-22);
+    EXPECT_NEAR(*split_of(1, 1 + 1e-9, converged_to(1), {}).mse.precision, 1e-18, 1e-22);
 }
 
 TEST(ErrorSplit, WithoutTruthThereIsNoModelAndNoTotal) {
-    Converged converged;
-    converged.rgb = plain(1);
-    auto split =
-        split_error(1, plain(1.5f), image_cast<double>(plain(1.5f)), converged, nullptr, {}, {});
-    ASSERT_TRUE(split.ok());
-    EXPECT_FALSE(split->mse.model || split->mse.total || split->cross);
-    EXPECT_DOUBLE_EQ(*split->mse.sampling, 0.25);
+    const ErrorSplit split = split_of(1.5f, 1.5, converged_to(1), {});
+    EXPECT_FALSE(split.mse.model || split.mse.total || split.cross);
+    EXPECT_DOUBLE_EQ(*split.mse.sampling, 0.25);
 }
 
 // G = 1.5, R = 1.25, T = 0.5 and no converging rows: precision 1/16, sampling 0, model (1.25 -
 // 0.5)^2 = 9/16, total 1, cross term 6/16. The converged image is not used.
 TEST(ErrorSplit, WhatDoesNotSampleHasNoSamplingError) {
-    Converged converged;
-    converged.rgb = plain(7);
-    converged.seeds = 1;
-    converged.sampled = false;
-    auto truth = metrics::rgb_image_of(plain(0.5f));
-    const auto range = metrics::exposure_range(*truth, metrics::ToneMapper::aces);
-    auto split = split_error(1, plain(1.5f), image_cast<double>(plain(1.25f)), converged, &*truth,
-                             range, {});
-    ASSERT_TRUE(split.ok()) << split.status().message();
-    EXPECT_DOUBLE_EQ(*split->mse.precision, 1 / 16.0);
-    EXPECT_EQ(*split->mse.sampling, 0);
-    EXPECT_DOUBLE_EQ(*split->mse.model, 9 / 16.0);
-    EXPECT_DOUBLE_EQ(*split->mse.total, 1);
-    EXPECT_DOUBLE_EQ(*split->cross, 6 / 16.0);
-    for (const auto& [name, parts] : split->others) EXPECT_EQ(*parts.sampling, 0) << name;
-    EXPECT_THAT(split->notes, ::testing::Contains(::testing::HasSubstr("no pass of this chain")));
+    const ErrorSplit split = split_of(1.5f, 1.25, converged_to(7, false), 0.5f);
+    EXPECT_DOUBLE_EQ(*split.mse.precision, 1 / 16.0);
+    EXPECT_EQ(*split.mse.sampling, 0);
+    EXPECT_DOUBLE_EQ(*split.mse.model, 9 / 16.0);
+    EXPECT_DOUBLE_EQ(*split.mse.total, 1);
+    EXPECT_DOUBLE_EQ(*split.cross, 6 / 16.0);
+    for (const auto& [name, parts] : split.others) EXPECT_EQ(*parts.sampling, 0) << name;
+    EXPECT_THAT(split.notes, ::testing::Contains(::testing::HasSubstr("no pass of this chain")));
 }
 
 TEST(ErrorSplit, SizesThatDifferAreRefused) {
-    Converged converged;
-    converged.rgb = ImageF(8, 8, 3, 1);
-    EXPECT_EQ(
-        split_error(1, plain(1), ImageD(16, 16, 3), converged, nullptr, {}, {}).status().code(),
-        StatusCode::input);
+    EXPECT_EQ(split_error(1, ImageF(8, 8, 3), ImageD(16, 16, 3), converged_to(1), nullptr, {}, {})
+                  .status()
+                  .code(),
+              StatusCode::input);
 }
 
 TEST(ErrorSplit, MeanOverFramesKeepsTheSum) {
@@ -131,6 +126,9 @@ TEST(ConvergedChain, SetsAndAveragesWhatTheTablesSay) {
     EXPECT_FALSE(samples(test::parse("postchain: 1\npasses: [fxaa]\n")));
     EXPECT_THAT(with_seed_offset(chain, 2).text(), ::testing::HasSubstr("seed=5"));
     EXPECT_EQ(with_seed_offset(chain, 0).text(), chain.text());
+    // Seeds go round at the end of their range.
+    const Chain last = test::parse("postchain: 1\npasses: [motion_blur: {seed: 2147483647}]\n");
+    EXPECT_THAT(with_seed_offset(last, 1).text(), ::testing::HasSubstr(" seed=0 "));
     EXPECT_FALSE(has_seeds(test::parse("postchain: 1\npasses: [fxaa]\n")));
 }
 
@@ -147,11 +145,6 @@ TEST(ConvergedChain, ASeedWithoutRandomNumbersIsNone) {
         "postchain: 1\npasses: [motion_blur: {mode: guertin}, depth_of_field: {method: gilham}]\n");
     EXPECT_TRUE(has_seeds(both));
     EXPECT_EQ(seeds_of(both), std::vector<std::string>{"passes[0].motion_blur.seed 0"});
-}
-
-TEST(ConvergedChain, SeedsGoRoundAtTheEndOfTheirRange) {
-    const Chain chain = test::parse("postchain: 1\npasses: [motion_blur: {seed: 2147483647}]\n");
-    EXPECT_THAT(with_seed_offset(chain, 1).text(), ::testing::HasSubstr(" seed=0 "));
 }
 
 TEST(ConvergedChain, TableRowsAreInTheirDomain) {
@@ -178,34 +171,30 @@ TEST(Converge, MoreTapsAreNearerToIt) {
     const auto error = [&](const char* samples) {
         const Chain chain =
             test::parse(test::kChainText, {std::string("motion_blur.samples=") + samples});
-        auto converged = converge(chain, frame.description, frame.planes, {}, test::executor(), 4);
-        EXPECT_TRUE(converged.ok()) << converged.status().message();
-        EXPECT_EQ(converged->seeds, 4);
-        EXPECT_GT(converged->noise, 0);
+        const Converged converged =
+            test::must(converge(chain, frame.description, frame.planes, {}, test::executor(), 4));
+        EXPECT_EQ(converged.seeds, 4);
+        EXPECT_GT(converged.noise, 0);
         const auto out = test::filter(chain, frame.description, frame.planes);
-        return mean_squared(out.at(Role::color), converged->rgb);
+        return mean_squared(out.at(Role::color), converged.rgb);
     };
     const double few = error("5"), many = error("151");
     EXPECT_LT(many, 0.3 * few);
 }
 
-TEST(Converge, AChainThatDoesNotSampleSaysSo) {
-    const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
-    auto converged = converge(test::parse("postchain: 1\npasses: [fxaa]\n"), frame.description,
-                              frame.planes, {}, test::executor(), 4);
-    ASSERT_TRUE(converged.ok());
-    EXPECT_FALSE(converged->sampled);
-    EXPECT_EQ(converged->seeds, 1);
-    EXPECT_EQ(converged->changes, std::vector<std::string>{"passes[0].fxaa does not sample"});
-}
-
 TEST(Converge, WithoutRandomNumbersOneSeedIsEnough) {
     const auto frame = test::layered_frame(48, 32, {9, 2}, {-5, 0});
-    const Chain chain = test::parse(test::kChainText, {"motion_blur.noise=none"});
-    auto converged = converge(chain, frame.description, frame.planes, {}, test::executor(), 4);
-    ASSERT_TRUE(converged.ok());
-    EXPECT_EQ(converged->seeds, 1);
-    EXPECT_EQ(converged->noise, 0);
+    const auto converged = [&](const Chain& chain) {
+        return test::must(
+            converge(chain, frame.description, frame.planes, {}, test::executor(), 4));
+    };
+    const Converged quiet = converged(test::parse(test::kChainText, {"motion_blur.noise=none"}));
+    EXPECT_EQ(quiet.seeds, 1);
+    EXPECT_EQ(quiet.noise, 0);
+    const Converged none = converged(test::parse("postchain: 1\npasses: [fxaa]\n"));
+    EXPECT_FALSE(none.sampled);
+    EXPECT_EQ(none.seeds, 1);
+    EXPECT_EQ(none.changes, std::vector<std::string>{"passes[0].fxaa does not sample"});
 }
 
 // Two seeds by hand: mean and standard deviation of the two images.

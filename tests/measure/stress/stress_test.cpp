@@ -50,12 +50,11 @@ TEST(Stress, ReducedSetHoldsForEveryPassAndBothOrders) {
     options.reduced = true;
     options.limits = &every_limit();
     const auto subjects = every_pass_and_both_orders();
-    const auto matrix = run_matrix(test::executor(), subjects, options);
-    ASSERT_TRUE(matrix.ok()) << matrix.status().message();
-    EXPECT_EQ(failures(*matrix), "");
+    const Matrix matrix = test::must(run_matrix(test::executor(), subjects, options));
+    EXPECT_EQ(failures(matrix), "");
     // Every subject has every row, and every check that its passes guarantee.
     std::map<std::string, std::set<std::string>> rows, checks;
-    for (const auto& cell : matrix->cells) {
+    for (const auto& cell : matrix.cells) {
         rows[cell.subject].insert(cell.row);
         for (const auto& one : cell.measured) checks[cell.subject].insert(one.check);
     }

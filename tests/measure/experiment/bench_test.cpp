@@ -320,24 +320,25 @@ TEST_F(Bench, FilesThatChangeMeanwhileAreAnErrorAndLeaveNoResult) {
 
 TEST_F(Bench, ResultsOfAnotherTruthDeviceOrSettingAreNotUsed) {
     const auto variants = swept("5");
+    BenchSettings one = settings();
+    one.run.frames = io::FrameRange{{1}};
     const std::pair<const char*, std::function<void(BenchSettings&)>> changes[] = {
-        {"nothing", [](BenchSettings&) {}},
         {"device", [](BenchSettings& s) { s.renderer = "another device"; }},
         {"version", [](BenchSettings& s) { s.run.version = "2"; }},
         {"repeats", [](BenchSettings& s) { s.repeats = 3; }},
         {"viewing distance", [](BenchSettings& s) { s.flip.pixels_per_degree = 40; }},
         {"elision", [](BenchSettings& s) { s.run.plan.rules_off = {kRuleUnusedStep}; }},
         {"truth",
-         [&](BenchSettings&) { test::write_truth(folder_.path(), "truth", 1, 2, 0.25f); }}};
+         [&](BenchSettings&) { test::write_truth(folder_.path(), "truth", 1, 1, 0.25f); }}};
     for (const auto& [what, change] : changes) {
-        BenchSettings changed = settings();
+        done(variants, one);
+        EXPECT_TRUE(done(variants, one).variants[0].resumed) << what;
+        BenchSettings changed = one;
         change(changed);
         EXPECT_FALSE(done(variants, changed).variants[0].resumed) << what;
-        const Report again = done(variants, changed);
-        EXPECT_TRUE(again.variants[0].resumed) << what;
-        // The input is scored against the same ground truth.
-        EXPECT_NEAR(*again.input_metrics.at("mse").mean, *what == 't' ? 1.0 / 16 : 1.0 / 64, 1e-6);
     }
+    // The input is scored against the same ground truth.
+    EXPECT_NEAR(*done(variants, one).input_metrics.at("mse").mean, 1.0 / 16, 1e-6);
 }
 
 TEST(BenchResults, BrokenFilesAreNoResults) {

@@ -4,12 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <limits>
 
 #include "tests/measure/experiment/support.h"
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/scenes/renderer.h"
+#include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/exr/planes_writer.h"
 
 namespace postchain::experiment {
@@ -180,6 +183,49 @@ TEST_F(TruthFiles, ValuesThatDifferFromThoseOfTheSceneAreNamed) {
                 ElementsAre("shutter_frames 0.125 in place of " + shutter));
     source.camera.reset();
     EXPECT_THAT(differences("motion_blur", {}), ElementsAre());  // the default is the scene's
+}
+
+// On another thread: the renderer makes a GL context and leaves none current.
+std::string generated(const scenes::SceneRequest& request, const std::string& folder, int samples) {
+    return std::async(std::launch::async,
+                      [&] {
+                          return test::must(
+                              generate_truth(request, folder, samples, io::OutputFiles(), {}, {}));
+                      })
+        .get();
+}
+
+TEST(GeneratedTruth, IsTheSceneThroughLensAndShutter) {
+    const test::TempFolder folder;
+    scenes::SceneRequest request;
+    request.name = "wheels";
+    request.width = 37;
+    request.height = 33;
+    request.frames = {2, 3};
+    request.truth_samples = 2;
+    request.camera.shutter_frames = 0.25;
+    const std::string pattern = generated(request, folder.path("truth"), 2);
+    const auto path = [&](int frame) {
+        return test::must(io::PathPattern::parse(pattern)).format(frame);
+    };
+    const ImageF expected =
+        std::async(std::launch::async, [&] {
+            const auto renderer = test::must(scenes::SceneRenderer::create());
+            return test::must(scenes::render_frame(*renderer, request, 3, scenes::Picture::both))
+                .color;
+        }).get();
+    auto file = test::must(io::ExrFile::open(path(3)));
+    EXPECT_EQ(test::must(file.read_channels(0, {"R", "G", "B", "A"})), expected);
+    // What an interrupted run has left is kept, and the rest is made.
+    const auto time = std::filesystem::last_write_time(path(2));
+    std::filesystem::remove(path(3));
+    EXPECT_EQ(generated(request, folder.path("truth"), 2), pattern);
+    EXPECT_TRUE(std::filesystem::exists(path(3)));
+    EXPECT_EQ(std::filesystem::last_write_time(path(2)), time);
+    // Another lens, shutter or number of samples is another ground truth.
+    EXPECT_NE(generated(request, folder.path("truth"), 3), pattern);
+    request.camera.shutter_frames = 0.5;
+    EXPECT_NE(generated(request, folder.path("truth"), 2), pattern);
 }
 
 Status prepare(const std::string& folder, io::OnExisting on_existing) {

@@ -17,15 +17,7 @@ void require(const Status& status) {
     if (!status.ok()) fail(status.message());
 }
 
-const std::vector<std::string>& scenes() {
-    static const std::vector<std::string> names = {"mixed", "still", "pan", "highlights", "glare"};
-    return names;
-}
-
-BenchFrame make_frame(const std::string& scene, int width, int height) {
-    if (std::find(scenes().begin(), scenes().end(), scene) == scenes().end())
-        fail("no scene " + scene);
-    const bool bright = scene == "highlights" || scene == "glare";
+BenchFrame make_frame(int width, int height) {
     ImageF color(width, height, 4, 1), inverse_depth(width, height, 1), motion(width, height, 2);
     const double radius = 0.3 * height, turn = 60 / radius;
     size_t still = 0;
@@ -46,25 +38,10 @@ BenchFrame make_frame(const std::string& scene, int width, int height) {
                 w = 0.1 * y / height;
                 vx = x > width / 2 ? 24 : 0;
                 tint = {0.8, 0.6, 0.3};
-                if (bright) tint = {8e-4, 6e-4, 3e-4};
-            }
-            // Points of 3 x 3 pixels, more than a hundred apart, from 20 upwards in factors of
-            // 1.56.
-            if (bright && x % 131 < 3 && y % 113 < 3) {
-                const int step = (x / 131 + 5 * (y / 113)) % 17;
-                const double most = scene == "glare" ? 3e5 : 3e4;
-                tint.fill(most * std::pow(20 / most, step / 16.0));
-            }
-            if (scene == "still") vx = vy = 0;
-            if (scene == "pan") {
-                vx = 24.3;
-                vy = -7.1;
             }
             for (int c = 0; c < 3; ++c) {
                 const double value = tint[size_t(c)] * wave * (bar && w > 0 ? 0.2 : 1);
-                color.at(x, y, c) = value > 65504
-                                        ? float(value)
-                                        : glm::unpackHalf1x16(glm::packHalf1x16(float(value)));
+                color.at(x, y, c) = glm::unpackHalf1x16(glm::packHalf1x16(float(value)));
             }
             inverse_depth.at(x, y) = float(w);
             motion.at(x, y, 0) = float(vx);
@@ -165,15 +142,7 @@ std::string device_text(const gl::Device& device) {
 
 Settings take_settings(Arguments& arguments, int iterations) {
     const auto [width, height] = arguments.size(1280, 720);
-    return {width, height, arguments.count("--iterations", iterations),
-            arguments.text("--only").value_or("")};
-}
-
-Settings parse_settings(int argc, char** argv, int iterations) {
-    Arguments arguments(argc, argv, kSettingsUsage);
-    Settings settings = take_settings(arguments, iterations);
-    arguments.none();
-    return settings;
+    return {width, height, arguments.count("--iterations", iterations)};
 }
 
 }  // namespace postchain::bench

@@ -1,4 +1,4 @@
-// Shared by the pass benchmarks: synthetic frames, planes on the device, order statistics.
+// Shared by the pass benchmarks: a synthetic frame, planes on the device, order statistics.
 #pragma once
 
 #include <map>
@@ -29,29 +29,18 @@ struct BenchFrame {
     double still = 0;    // fraction of the pixels
 };
 
-// Sky above, ground, and a disc in front, in focus. All surfaces have waves and bars, so that FXAA
-// finds edges. Color values fit in half, like those of most files.
-//
-//   mixed       the sky is still, the right half of the ground moves, the disc turns, 60 px a frame
-//               at its rim
-//   still       nothing moves
-//   pan         everything moves by (24.3, -7.1) px
-//   highlights  as mixed, with points of radiance 20 to 30000, and the ground at 1/1000
-//   glare       as highlights, with points up to 300000: more than half can hold
-const std::vector<std::string>& scenes();
-BenchFrame make_frame(const std::string& scene, int width, int height);
+// Still sky, ground of which the right half moves, and a disc in front, in focus, that turns by 60 px
+// a frame at its rim. All surfaces have waves and bars, so that FXAA finds edges. Color values fit in
+// half, like those of most files.
+BenchFrame make_frame(int width, int height);
 
 struct Settings {
     int width;
     int height;
-    int iterations;    // runs or pairs
-    std::string only;  // substring of a row's name; empty = all
+    int iterations;
 };
-inline constexpr const char* kSettingsUsage =
-    "[--size=WIDTHxHEIGHT] [--iterations=N] [--only=PART_OF_NAME]";
+inline constexpr const char* kSettingsUsage = "[--size=WIDTHxHEIGHT] [--iterations=N]";
 Settings take_settings(Arguments& arguments, int iterations);
-// For a program without other arguments.
-Settings parse_settings(int argc, char** argv, int iterations);
 
 // A frame's planes as textures, each in the requested format; uploaded once per format.
 class DevicePlanes {

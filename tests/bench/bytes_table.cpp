@@ -10,11 +10,7 @@
 #include <vector>
 
 #include "chain/plan_bytes.h"
-#include "chain/planner.h"
-#include "config/chain_find.h"
-#include "passes/registry.h"
-#include "tests/bench/arguments.h"
-#include "tests/bench/engine_frame.h"
+#include "tests/bench/engine_plan.h"
 
 namespace {
 
@@ -29,17 +25,14 @@ FrameDescription described(int width, int height, bool halves) {
 }
 
 Plan plan_of(const std::string& name, const FrameDescription& frame, bool halves) {
-    const Result<ChainFile> file = load_chain(name, builtin_passes());
-    if (!file.ok()) fail(file.status().message());
     PlanOptions options;
     options.precision = halves ? Precision::fp16 : Precision::fp32;
-    Result<Plan> plan = make_plan(file->chain, frame, options);
-    if (!plan.ok()) fail(plan.status().message());
+    Plan plan = bench::plan_of(name, frame, options);
     if (halves)
-        for (PlanTexture& texture : plan->textures)
+        for (PlanTexture& texture : plan.textures)
             if (texture.imported && texture.role != Role::inverse_depth)
                 texture.format = plane_format(channels_of(texture.format), Precision::fp16);
-    return std::move(*plan);
+    return plan;
 }
 
 void print(const std::string& name, const Plan& plan, bool halves) {

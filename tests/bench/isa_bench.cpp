@@ -16,13 +16,9 @@
 #include <string>
 #include <vector>
 
-#include "chain/planner.h"
 #include "chain/program_source.h"
-#include "config/chain_find.h"
-#include "passes/registry.h"
 #include "tests/bench/amd_compiler.h"
-#include "tests/bench/arguments.h"
-#include "tests/bench/engine_frame.h"
+#include "tests/bench/engine_plan.h"
 
 namespace {
 
@@ -58,15 +54,12 @@ struct Program {
 
 // The programs of `chain`, in the order of its plan, each once.
 std::vector<Program> programs_of(const std::string& chain) {
-    const Result<ChainFile> file = load_chain(chain, builtin_passes());
-    if (!file.ok()) fail(file.status().message(), 2);
-    const Result<Plan> plan = make_plan(file->chain, engine_frame(1920, 1080));
-    if (!plan.ok()) fail(plan.status().message(), 2);
+    const Plan plan = plan_of(chain, engine_frame(1920, 1080));
     std::vector<Program> programs;
-    for (const Step& step : plan->steps)
+    for (const Step& step : plan.steps)
         if (std::none_of(programs.begin(), programs.end(),
                          [&](const Program& other) { return other.key == step.program; }))
-            programs.push_back({plan->name_of(step), step.program});
+            programs.push_back({plan.name_of(step), step.program});
     return programs;
 }
 

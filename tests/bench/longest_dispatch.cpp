@@ -11,17 +11,12 @@
 #include <vector>
 
 #include "chain/bands.h"
-#include "chain/planner.h"
-#include "config/chain_find.h"
-#include "passes/registry.h"
-#include "tests/bench/arguments.h"
-#include "tests/bench/engine_frame.h"
+#include "tests/bench/engine_plan.h"
 
 namespace {
 
 using namespace postchain;
 using bench::engine_frame;
-using bench::fail;
 
 constexpr double kMaxMs = 100;
 constexpr double kTapsPerMs = kBandTaps / 50;
@@ -50,12 +45,9 @@ Row row_of(const Plan& plan, const Step& step) {
 }
 
 std::vector<Row> rows_of(const std::string& chain, const FrameDescription& frame) {
-    const Result<ChainFile> file = load_chain(chain, builtin_passes());
-    if (!file.ok()) fail(file.status().message());
-    const Result<Plan> plan = make_plan(file->chain, frame);
-    if (!plan.ok()) fail(plan.status().message());
+    const Plan plan = bench::plan_of(chain, frame);
     std::vector<Row> rows;
-    for (const Step& step : plan->steps) rows.push_back(row_of(*plan, step));
+    for (const Step& step : plan.steps) rows.push_back(row_of(plan, step));
     std::stable_sort(rows.begin(), rows.end(),
                      [](const Row& a, const Row& b) { return a.whole_ms > b.whole_ms; });
     return rows;

@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# All figures in one run: each pass per megapixel and tap, bytes per pixel, gains of elision, each
-# plane in half, what a GPU's compiler makes of the steps, CPU time of each step, the cost of a read, a
-# guest's frame on the CPU, the whole chain against oiiotool's copy, memory of a
-# long run against a short one, start-up. Needs a build with tests (tools/test.sh).
+# All figures in one run: each pass per megapixel and tap, bytes per pixel, the longest dispatches, what
+# a GPU's compiler makes of the steps, CPU time of each step, a guest's frame on the CPU, the whole chain
+# against oiiotool's copy, memory of a long run against a short one, start-up. Needs a build with tests.
 # Usage: tests/bench/run.sh [arguments of sequence_bench]
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
@@ -15,9 +14,6 @@ if [[ -x $programs/isa_bench ]]; then
     "$programs/isa_bench" || (($? == 77)) # without its compilers
 fi
 "$programs/steps_bench" --steps
-"$programs/access_bench"
-"$programs/elision_bench"
-"$programs/precision_bench"
 "$programs/guest_bench"
-"$programs/sequence_bench" "$@"
+"$here/sequence_bench.py" "$@"
 "$here/startup.py"

@@ -10,35 +10,20 @@ and the ratio is the median of pairs. The first round fills Mesa's shader cache 
 not counted.
 """
 import argparse
-import os
 import pathlib
 import statistics
-import subprocess
 import tempfile
 
-
-def cpu_ms(command, environment):
-    """CPU time of a successful run."""
-    with subprocess.Popen(command, stdout=subprocess.DEVNULL, env=environment) as process:
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode:
-        raise SystemExit(f"exit code {process.returncode}: {' '.join(command)}")
-    return 1e3 * (usage.ru_utime + usage.ru_stime)
+from processes import run, spread
 
 
 def calls(folder):
     """Name -> arguments, over a frame of 64x36 in the folder."""
     frame = ["-i", str(folder / "sharp.####.exr"), "--camera", str(folder / "camera.json")]
-    run = ["run", "paper", *frame, "-o", str(folder / "out.####.exr"), "-q", "--on-existing",
-           "overwrite"]
+    filtered = ["run", "paper", *frame, "-o", str(folder / "out.####.exr"), "-q", "--on-existing",
+                "overwrite"]
     return {"--version": ["--version"], "plan paper": ["plan", "paper", *frame],
-            "run paper": run, "run paper --png": [*run, "--png"]}
-
-
-def spread(values):
-    """Median, minimum and maximum."""
-    return f"{statistics.median(values):.0f} ({min(values):.0f}-{max(values):.0f})"
+            "run paper": filtered, "run paper --png": [*filtered, "--png"]}
 
 
 def main():
@@ -51,14 +36,12 @@ def main():
     programs = [str(options.postchain)] + ([options.against] if options.against else [])
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        environment = dict(os.environ)
-        cpu_ms([programs[0], "scene", "wheels", "-o", name, "--size", "64x36", "--frames", "1",
-                "-q"], environment)
+        run(programs[0], "scene", "wheels", "-o", name, "--size", "64x36", "--frames", "1", "-q")
         times = {(call, program): [] for call in calls(folder) for program in programs}
         for turn in range(options.runs + 1):
             for call, arguments in calls(folder).items():
                 for program in programs:
-                    ms = cpu_ms([program, *arguments], environment)
+                    ms = 1e3 * run(program, *arguments).cpu_s
                     if turn:
                         times[call, program].append(ms)
     start = statistics.median(times["--version", programs[0]])
@@ -66,11 +49,11 @@ def main():
           (f"{'--against, CPU ms':>24}{'ratio':>8}" if options.against else ""))
     for call in calls(folder):
         own = times[call, programs[0]]
-        row = f"{call:22}{spread(own):>24}{statistics.median(own) / start:>13.1f}"
+        row = f"{call:22}{spread(own, 0):>24}{statistics.median(own) / start:>13.1f}"
         if options.against:
             other = times[call, options.against]
             ratio = statistics.median(a / b for a, b in zip(own, other))
-            row += f"{spread(other):>24}{ratio:>8.2f}"
+            row += f"{spread(other, 0):>24}{ratio:>8.2f}"
         print(row)
 
 

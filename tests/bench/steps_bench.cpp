@@ -8,7 +8,7 @@
 //
 // CHAIN: a chain file, a shipped chain, or a pass with its defaults; default: motion_blur,
 // depth_of_field and the shipped chains. `guertin` (the report's motion blur, 25 samples) and
-// `paper` are always measured. Without --input: the synthetic frame `mixed` of gpu_bench, without
+// `paper` are always measured. Without --input: the synthetic frame of gpu_bench, without
 // neighbors. Chains alternate in each iteration. A step's time is the least of its iterations on
 // each frame, then the mean over the frames; all bands of a step count. --steps: a table of the
 // steps too. --first: and one of each step's first dispatch, in which a software renderer compiles
@@ -112,7 +112,7 @@ std::vector<Frame> frames_of(const Input& input, RoleSet wanted) {
 }
 
 std::vector<Frame> synthetic_frame(int width, int height) {
-    BenchFrame made = make_frame("mixed", width, height);
+    BenchFrame made = make_frame(width, height);
     std::vector<Frame> frames;
     frames.push_back({made.description, {}});
     for (auto& [role, plane] : made.planes)

@@ -1,8 +1,10 @@
-// An engine's frame: all planes, both neighbors, a lens and a shutter, and no known facts.
+// Plans for an engine's frame: all planes, both neighbors, a lens and a shutter, and no known facts.
 #pragma once
 
-#include "chain/frame.h"
-#include "chain/role.h"
+#include "chain/planner.h"
+#include "config/chain_find.h"
+#include "passes/registry.h"
+#include "tests/bench/arguments.h"
 
 namespace postchain::bench {
 
@@ -20,6 +22,16 @@ inline FrameDescription engine_frame(int width, int height) {
     frame.camera.shutter_frames = 0.5;
     frame.camera.meters_per_unit = 1;
     return frame;
+}
+
+// Of a chain file or a shipped chain; ends the program if there is none.
+inline Plan plan_of(const std::string& chain, const FrameDescription& frame,
+                    const PlanOptions& options = {}) {
+    const Result<ChainFile> file = load_chain(chain, builtin_passes());
+    if (!file.ok()) fail(file.status().message(), 2);
+    Result<Plan> plan = make_plan(file->chain, frame, options);
+    if (!plan.ok()) fail(plan.status().message(), 2);
+    return std::move(*plan);
 }
 
 }  // namespace postchain::bench

@@ -41,8 +41,8 @@ for scene in ${test:+meadow glass canopy night acrobat whip facade rain}; do
     [ -e "$test/$scene/both.0011.exr" ] || { echo "$scene: no ground truth yet" >&2; continue; }
     [ -e "$folder/$scene" ] || ln -s "$(realpath "$test/$scene")" "$folder/$scene"
     [ -e "$folder/${scene}_gbuf/gbuf.0011.exr" ] || {
-        blender -b --factory-startup --python-exit-code 1 -P "$here/../../tests/cycles/$scene.py" -- \
-            "$folder/${scene}_gbuf" --size 640x360 --kinds gbuf --frames 11 >/dev/null
+        blender -b --factory-startup --python-exit-code 1 -P "$here/../../tests/cycles/render.py" -- \
+            "$scene" "$folder/${scene}_gbuf" --size 640x360 --kinds gbuf --frames 11 >/dev/null
         echo "${scene}_gbuf"
     }
 done

@@ -5,10 +5,9 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "cycles"))
+sys.path[:0] = [str(HERE.parent / "cycles"), str(HERE.parent / "support")]
 import request
-
-SKIPPED = 77  # the exit code that CTest takes for a skipped test
+from skip import skip
 
 
 class Launcher:
@@ -16,8 +15,7 @@ class Launcher:
 
     def __init__(self, arguments):
         if len(arguments) < 3:
-            print("skipped: Blender is not installed (apt-get install blender)")
-            sys.exit(SKIPPED)
+            skip("no Blender", "blender")
         self.postchain, self.zip, self.blender = (os.path.abspath(one) for one in arguments[:3])
 
     def environment(self, folder):

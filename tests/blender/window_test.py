@@ -34,7 +34,6 @@ if __name__ == "__main__":
         KEEP = os.path.abspath(words.pop(words.index("--keep") + 1))
         words.remove("--keep")
     if not shutil.which("Xvfb"):
-        print("skipped: Xvfb is not installed (apt-get install xvfb)")
-        sys.exit(launch.SKIPPED)
+        launch.skip("no Xvfb", "xvfb")
     BLENDER = launch.Launcher(words)
     unittest.main(argv=sys.argv[:1])

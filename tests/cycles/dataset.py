@@ -36,14 +36,13 @@ MANIFEST = pathlib.Path(__file__).with_name("manifest.json")
 
 
 def jobs():
-    """(files, script or None for that of the scene, options) in the order of rendering, for each
-    scene in turn."""
-    yield ([f"sharp.{frame:04d}.exr" for frame in FRAMES], None,
+    """(files, script, options) in the order of rendering, for each scene in turn."""
+    yield ([f"sharp.{frame:04d}.exr" for frame in FRAMES], "render.py",
            ["--kinds", "sharp", "--frames", f"{FRAMES[0]}-{FRAMES[-1]}"])
-    yield [f"behind.{BEHIND_FRAME:04d}.exr"], None, ["--kinds", "behind", "--frames", str(BEHIND_FRAME)]
+    yield [f"behind.{BEHIND_FRAME:04d}.exr"], "render.py", ["--kinds", "behind", "--frames", str(BEHIND_FRAME)]
     for kind, frame in TRUTH:
         for half in HALVES:
-            yield ([f"{kind}_{half}.{frame:04d}.exr"], None,
+            yield ([f"{kind}_{half}.{frame:04d}.exr"], "render.py",
                    ["--kinds", kind, "--frames", str(frame), "--half", half])
     for frame in sorted({frame for _, frame in TRUTH}):
         yield ([f"{name}.{frame:04d}.exr" for name, kind in PEERS.items() if (kind, frame) in TRUTH],
@@ -59,13 +58,13 @@ def dataset_files():
 
 def render(options, scene, script, arguments):
     """True if Blender made the images."""
-    job = " ".join([scene, script or "", *arguments])
+    job = " ".join([scene, script, *arguments])
     arguments = [options.out / scene, *arguments]
-    if script is None:
-        arguments += ["--size", SIZE, "--samples", SAMPLES, "--min-samples", MIN_SAMPLES,
+    if script == "render.py":
+        arguments = [scene, *arguments, "--size", SIZE, "--samples", SAMPLES, "--min-samples", MIN_SAMPLES,
                       "--sharp-samples", SHARP_SAMPLES, "--threads", options.threads]
     command = [options.blender, "-b", "--factory-startup", "--python-exit-code", "1", "-P",
-               pathlib.Path(__file__).with_name(script or f"{scene}.py"), "--", *arguments]
+               pathlib.Path(__file__).with_name(script), "--", *arguments]
     start, before = time.monotonic(), os.times()
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True,
                           env=request.blender_environment())

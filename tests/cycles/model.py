@@ -1,9 +1,11 @@
-"""Meshes, materials and motion for the scenes, by Blender's Python interface.
+"""What the scenes are made of: camera, meshes, materials, lamps and keyed motion, by Blender's Python interface.
 
 Light is chosen so that a picture without lens and shutter has no noise but that of its edges: one
 sun without size, no bounces, no light from what glows. What other scenes get from bounces is a
 share of the color that glows by itself, more on faces that look up.
 """
+import dataclasses
+from collections.abc import Callable
 from math import pi
 
 import bmesh
@@ -15,9 +17,50 @@ KEYS_PER_FRAME = 16  # linear between them
 SHAPES_PER_FRAME = 8  # the same for deformed meshes
 
 
+@dataclasses.dataclass
+class Camera:
+    pose: Callable  # time in frames -> 4x4, camera to world, looking along -z
+    focus: float | Callable  # meters along the camera's axis, or frame -> meters
+    focal_length_mm: float | Callable  # or time in frames -> mm
+    f_stop: float
+    blades: int = 0  # of the aperture; 0: a disc
+    rotation_deg: float = 0.0
+    far: float = 60.0  # clip plane, meters
+
+
+@dataclasses.dataclass
+class Scene:
+    """A module of scenes/ has one as SCENE."""
+    camera: Camera
+    parts: list  # functions that build it, in this order
+    sky: list | None = None  # color by height, for add_sky()
+    sun: tuple | None = None  # the direction of its light and its strength
+    stage: Callable | None = None  # the one of `parts` that --transparent leaves out
+    bounces: int = 0  # of glass and mirrors
+
+    def build(self, frames, transparent):
+        """In an empty file; the keys of motion reach two frames beyond `frames`."""
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        scene = bpy.context.scene
+        scene.frame_start, scene.frame_end = frames[0], frames[-1]
+        if self.sky:
+            add_sky(self.sky)
+        if self.sun:
+            add_sun(*self.sun)
+        for part in self.parts:
+            if not (transparent and part is self.stage):
+                part()
+
+
 def moved(x, y, z, turn=(0, 0, 0)):
     """Turned about the origin (radians about x, y, z), then moved."""
     return Matrix.Translation((x, y, z)) @ Euler(turn).to_matrix().to_4x4()
+
+
+def _add_object(name, data):
+    made = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(made)
+    return made
 
 
 class Mesh:
@@ -28,9 +71,6 @@ class Mesh:
         self.bm = bmesh.new()
         self.parts = []  # finished: each call of bmesh.ops takes as long as self.bm is large
         self.materials = []
-
-    def _take(self, made, material, smooth):
-        self.add_faces(made["verts"], material, smooth)
 
     def add_faces(self, vertices, material, smooth):
         """Takes in the faces of new vertices of self.bm."""
@@ -51,13 +91,13 @@ class Mesh:
     def box(self, center, size, material, rotation=Matrix()):
         """size: whole lengths along x, y, z."""
         matrix = Matrix.Translation(center) @ rotation.to_4x4() @ Matrix.Diagonal((*size, 1))
-        self._take(bmesh.ops.create_cube(self.bm, size=1, matrix=matrix), material, False)
+        self.add_faces(bmesh.ops.create_cube(self.bm, size=1, matrix=matrix)["verts"], material, False)
 
     def ball(self, center, radius, material, stretch=(1, 1, 1), segments=32):
         matrix = Matrix.Translation(center) @ Matrix.Diagonal((*stretch, 1))
-        self._take(bmesh.ops.create_uvsphere(self.bm, u_segments=segments,
-                                             v_segments=segments // 2, radius=radius,
-                                             matrix=matrix), material, True)
+        made = bmesh.ops.create_uvsphere(self.bm, u_segments=segments, v_segments=segments // 2, radius=radius,
+                                         matrix=matrix)
+        self.add_faces(made["verts"], material, True)
 
     def rod(self, start, end, radius, material, end_radius=None, segments=16):
         """A cylinder or, with end_radius, a cone, closed at both ends."""
@@ -65,11 +105,10 @@ class Mesh:
         along = end - start
         turn = Vector((0, 0, 1)).rotation_difference(along).to_matrix().to_4x4()
         matrix = Matrix.Translation((start + end) / 2) @ turn
-        self._take(bmesh.ops.create_cone(self.bm, cap_ends=True, segments=segments,
-                                         radius1=radius,
-                                         radius2=radius if end_radius is None else end_radius,
-                                         depth=along.length, matrix=matrix), material,
-                   segments > 8)
+        made = bmesh.ops.create_cone(self.bm, cap_ends=True, segments=segments, radius1=radius,
+                                     radius2=radius if end_radius is None else end_radius, depth=along.length,
+                                     matrix=matrix)
+        self.add_faces(made["verts"], material, segments > 8)
 
     def limb(self, start, end, radius, material):
         """A rod with round ends."""
@@ -85,7 +124,7 @@ class Mesh:
             layer = self.bm.loops.layers.uv.verify()
             for loop, place in zip(face.loops, places):
                 loop[layer].uv = place
-        self._take({"verts": made}, material, False)
+        self.add_faces(made, material, False)
 
     def grid(self, rows, columns, material, closed=False):
         """A smooth sheet of rows x columns vertices at the origin, for deform(); closed: each row
@@ -99,10 +138,10 @@ class Mesh:
                 face = self.bm.faces.new((made[i][j], made[i][k], made[i + 1][k], made[i + 1][j]))
                 for loop, place in zip(face.loops, ((j, i), (j + 1, i), (j + 1, i + 1), (j, i + 1))):
                     loop[layer].uv = place[0] / wide, place[1] / (rows - 1)
-        self._take({"verts": [one for row in made for one in row]}, material, True)
+        self.add_faces([one for row in made for one in row], material, True)
 
-    def finish(self, auto_smooth=True, reflected=False):
-        """reflected: glass and mirrors show it."""
+    def finish(self, pose=None, shape=None, reflected=False):
+        """pose, shape: motion, for animate() and deform(). reflected: glass and mirrors show it."""
         self._put_aside()
         for part in self.parts:
             self.bm.from_mesh(part)
@@ -111,18 +150,21 @@ class Mesh:
         self.bm.free()
         for part in self.parts:
             bpy.data.meshes.remove(part)
-        data.use_auto_smooth = auto_smooth  # caps of rods stay flat
+        data.use_auto_smooth = True  # caps of rods stay flat
         for material in self.materials:
             data.materials.append(material)
-        made = bpy.data.objects.new(self.name, data)
+        made = _add_object(self.name, data)
         made.visible_diffuse = False  # no bounces, not even one to a lamp
         made.visible_glossy = reflected
-        bpy.context.scene.collection.objects.link(made)
+        if pose:
+            animate(made, pose)
+        if shape:
+            deform(made, shape)
         return made
 
 
-def sheets(name, faces, materials, slots):
-    """An object of polygons for deform(). faces: rows of vertex numbers; slots: the material of
+def sheets(name, faces, materials, slots, shape):
+    """An object of polygons with the motion `shape`. faces: rows of vertex numbers; slots: the material of
     each face."""
     faces = np.asarray(faces)
     data = bpy.data.meshes.new(name)
@@ -130,10 +172,9 @@ def sheets(name, faces, materials, slots):
     for material in materials:
         data.materials.append(material)
     data.polygons.foreach_set("material_index", slots)
-    made = bpy.data.objects.new(name, data)
+    made = _add_object(name, data)
     made.visible_diffuse = made.visible_glossy = False
-    bpy.context.scene.collection.objects.link(made)
-    return made
+    deform(made, shape)
 
 
 class Nodes:
@@ -161,11 +202,34 @@ class Nodes:
         coordinates, so that it moves with a deformed mesh."""
         return self.add("ShaderNodeTexCoord").outputs["UV" if self.wrapped else "Object"]
 
-    def place(self):
-        """Texture coordinates: x, y."""
-        axes = self.add("ShaderNodeSeparateXYZ", {
-            "Vector": self.add("ShaderNodeTexCoord").outputs["UV"]}).outputs
-        return axes["X"], axes["Y"]
+    def axes(self, vector):
+        """Outputs X, Y and Z."""
+        return self.add("ShaderNodeSeparateXYZ", {"Vector": vector}).outputs
+
+    def emission(self, color, strength=1.0):
+        if isinstance(color, tuple):
+            color = (*color, 1)
+        return self.add("ShaderNodeEmission", {"Color": color, "Strength": strength}).outputs["Emission"]
+
+    def transparent(self, color=(1, 1, 1)):
+        return self.add("ShaderNodeBsdfTransparent", {"Color": (*color, 1)}).outputs["BSDF"]
+
+    def mirror(self, roughness):
+        return self.add("ShaderNodeBsdfGlossy", {"Roughness": roughness}).outputs["BSDF"]
+
+    def mix(self, share, first, second):
+        """Two shaders; share: of the second."""
+        return self.add("ShaderNodeMixShader", {0: share, 1: first, 2: second}).outputs["Shader"]
+
+    def end(self, surface):
+        self.add("ShaderNodeOutputMaterial", {"Surface": surface})
+
+    def surface(self):
+        """What a finished material shows."""
+        return self.tree.nodes["Material Output"].inputs["Surface"].links[0].from_socket
+
+    def replace_surface(self, surface):
+        self.tree.links.new(surface, self.tree.nodes["Material Output"].inputs["Surface"])
 
     def math(self, operation, first, second=0.0):
         return self.add("ShaderNodeMath", {0: first, 1: second}, operation=operation).outputs[0]
@@ -189,16 +253,14 @@ class Nodes:
 
 def noise(nodes, scale, low=0.55, high=1.25):
     """Gray of low to high, from noise of the scale (features per meter)."""
-    value = nodes.add("ShaderNodeTexNoise", {"Vector": nodes.position(), "Scale": scale,
-                                             "Detail": 2.0}).outputs["Fac"]
+    value = nodes.add("ShaderNodeTexNoise", {"Vector": nodes.position(), "Scale": scale, "Detail": 2.0}).outputs["Fac"]
     return nodes.ramp(value, [(0.3, (low,) * 3), (0.7, (high,) * 3)])
 
 
 def checker(scale, first, second):
     def pattern(nodes):
-        color = nodes.add("ShaderNodeTexChecker",
-                          {"Vector": nodes.position(), "Scale": scale, "Color1": (*first, 1),
-                           "Color2": (*second, 1)}).outputs["Color"]
+        color = nodes.add("ShaderNodeTexChecker", {"Vector": nodes.position(), "Scale": scale, "Color1": (*first, 1),
+                                                   "Color2": (*second, 1)}).outputs["Color"]
         return nodes.times(color, noise(nodes, scale * 2.5))
     return pattern
 
@@ -206,13 +268,11 @@ def checker(scale, first, second):
 def bricks(scale, first, second, mortar, plane="xz"):
     """Courses of bricks in the plane given; the third axis is not seen."""
     def pattern(nodes):
-        axes = nodes.add("ShaderNodeSeparateXYZ", {"Vector": nodes.position()}).outputs
-        flat = nodes.add("ShaderNodeCombineXYZ",
-                         {"X": axes[plane[0].upper()], "Y": axes[plane[1].upper()]})
+        axes = nodes.axes(nodes.position())
+        flat = nodes.add("ShaderNodeCombineXYZ", {"X": axes[plane[0].upper()], "Y": axes[plane[1].upper()]})
         color = nodes.add("ShaderNodeTexBrick",
-                          {"Vector": flat.outputs["Vector"], "Scale": scale,
-                           "Color1": (*first, 1), "Color2": (*second, 1),
-                           "Mortar": (*mortar, 1), "Mortar Size": 0.025}).outputs["Color"]
+                          {"Vector": flat.outputs["Vector"], "Scale": scale, "Color1": (*first, 1),
+                           "Color2": (*second, 1), "Mortar": (*mortar, 1), "Mortar Size": 0.025}).outputs["Color"]
         return nodes.times(color, noise(nodes, scale * 6))
     return pattern
 
@@ -220,10 +280,8 @@ def bricks(scale, first, second, mortar, plane="xz"):
 def stripes(scale, first, second, axis="X", rings=False):
     """Two colors in turn; rings: about the axis instead of along it."""
     def pattern(nodes):
-        kind = {"wave_type": "RINGS", "rings_direction": axis} if rings else {
-            "wave_type": "BANDS", "bands_direction": axis}
-        value = nodes.add("ShaderNodeTexWave", {"Vector": nodes.position(), "Scale": scale},
-                          **kind).outputs["Fac"]
+        kind = {"wave_type": "RINGS", "rings_direction": axis} if rings else {"wave_type": "BANDS", "bands_direction": axis}
+        value = nodes.add("ShaderNodeTexWave", {"Vector": nodes.position(), "Scale": scale}, **kind).outputs["Fac"]
         color = nodes.ramp(value, [(0.46, first), (0.54, second)])
         return nodes.times(color, noise(nodes, scale * 4, 0.75, 1.15))
     return pattern
@@ -234,10 +292,8 @@ def mosaic(scale, colors):
     def pattern(nodes):
         where = nodes.position()
         cell = nodes.add("ShaderNodeTexVoronoi", {"Vector": where, "Scale": scale})
-        joint = nodes.add("ShaderNodeTexVoronoi", {"Vector": where, "Scale": scale},
-                          feature="DISTANCE_TO_EDGE")
-        value = nodes.add("ShaderNodeSeparateXYZ",
-                          {"Vector": cell.outputs["Color"]}).outputs["X"]
+        joint = nodes.add("ShaderNodeTexVoronoi", {"Vector": where, "Scale": scale}, feature="DISTANCE_TO_EDGE")
+        value = nodes.axes(cell.outputs["Color"])["X"]
         steps = [(i / len(colors), color) for i, color in enumerate(colors)]
         color = nodes.ramp(value, steps)
         color.node.color_ramp.interpolation = "CONSTANT"
@@ -268,19 +324,14 @@ def paint(name, pattern, gloss=0.0, ambient=0.25, wrapped=False):
     wrapped: the pattern is one of texture coordinates."""
     made, nodes = _new_material(name, wrapped)
     color = pattern(nodes)
-    normal = nodes.add("ShaderNodeNewGeometry").outputs["Normal"]
-    up = nodes.add("ShaderNodeSeparateXYZ", {"Vector": normal}).outputs["Z"]
-    sky = nodes.add("ShaderNodeMapRange",
-                    {"Value": up, "From Min": -1.0, "From Max": 1.0, "To Min": 0.4 * ambient,
-                     "To Max": 1.6 * ambient}).outputs["Result"]
+    up = nodes.axes(nodes.add("ShaderNodeNewGeometry").outputs["Normal"])["Z"]
+    sky = nodes.add("ShaderNodeMapRange", {"Value": up, "From Min": -1.0, "From Max": 1.0, "To Min": 0.4 * ambient,
+                                           "To Max": 1.6 * ambient}).outputs["Result"]
     surface = nodes.add("ShaderNodeBsdfDiffuse", {"Color": color}).outputs["BSDF"]
     if gloss > 0:
-        mirror = nodes.add("ShaderNodeBsdfGlossy", {"Roughness": 0.25}).outputs["BSDF"]
-        surface = nodes.add("ShaderNodeMixShader", {0: gloss, 1: surface,
-                                                    2: mirror}).outputs["Shader"]
-    glow = nodes.add("ShaderNodeEmission", {"Color": color, "Strength": sky}).outputs["Emission"]
-    both = nodes.add("ShaderNodeAddShader", {0: surface, 1: glow}).outputs["Shader"]
-    nodes.add("ShaderNodeOutputMaterial", {"Surface": both})
+        surface = nodes.mix(gloss, surface, nodes.mirror(0.25))
+    both = nodes.add("ShaderNodeAddShader", {0: surface, 1: nodes.emission(color, sky)}).outputs["Shader"]
+    nodes.end(both)
     return made
 
 
@@ -289,53 +340,42 @@ def leaf(name, color, gloss=0.0):
     The stalk runs from place (0.5, 0) to (0.5, 1)."""
     made = paint(name, plain(color, 60), gloss)
     nodes = Nodes(made.node_tree, clear=False)
-    x, y = nodes.place()
+    places = nodes.axes(nodes.add("ShaderNodeTexCoord").outputs["UV"])
+    x, y = places["X"], places["Y"]
     aside = nodes.math("ABSOLUTE", nodes.math("SUBTRACT", nodes.math("MULTIPLY", x, 2.0), 1.0))
     whole = nodes.math("SINE", nodes.math("MULTIPLY", y, pi))
     slant = nodes.math("SUBTRACT", y, nodes.math("MULTIPLY", aside, 0.25))
     lobes = nodes.math("ABSOLUTE", nodes.math("SINE", nodes.math("MULTIPLY", slant, 6 * pi)))
     reach = nodes.math("MULTIPLY", whole, nodes.math("ADD", nodes.math("MULTIPLY", lobes, 0.75), 0.12))
     inside = nodes.math("LESS_THAN", aside, nodes.math("MAXIMUM", reach, 0.05))
-    ending = nodes.tree.nodes["Material Output"]
-    shown = ending.inputs["Surface"].links[0].from_socket
-    through = nodes.add("ShaderNodeBsdfTransparent").outputs["BSDF"]
-    cut = nodes.add("ShaderNodeMixShader", {0: inside, 1: through, 2: shown}).outputs["Shader"]
-    nodes.tree.links.new(cut, ending.inputs["Surface"])
+    nodes.replace_surface(nodes.mix(inside, nodes.transparent(), nodes.surface()))
     return made
 
 
 def glass(name, color, index=1.45):
     """Clear, refracting and reflecting. Lets the light of lamps through straight on, tinted."""
     made, nodes = _new_material(name)
-    body = nodes.add("ShaderNodeBsdfGlass", {"Color": (*color, 1), "Roughness": 0.0,
-                                             "IOR": index}).outputs["BSDF"]
-    clear = nodes.add("ShaderNodeBsdfTransparent", {"Color": (*color, 1)}).outputs["BSDF"]
+    body = nodes.add("ShaderNodeBsdfGlass", {"Color": (*color, 1), "Roughness": 0.0, "IOR": index}).outputs["BSDF"]
+    clear = nodes.transparent(color)
     shadow = nodes.add("ShaderNodeLightPath").outputs["Is Shadow Ray"]
-    both = nodes.add("ShaderNodeMixShader", {0: shadow, 1: body, 2: clear}).outputs["Shader"]
-    nodes.add("ShaderNodeOutputMaterial", {"Surface": both})
+    nodes.end(nodes.mix(shadow, body, clear))
     return made
 
 
 def veil(name, color, opacity):
     """A thin sheet or a drop: its color glows, the rest is seen through."""
     made, nodes = _new_material(name)
-    clear = nodes.add("ShaderNodeBsdfTransparent").outputs["BSDF"]
-    glow = nodes.add("ShaderNodeEmission", {"Color": (*color, 1)}).outputs["Emission"]
-    both = nodes.add("ShaderNodeMixShader", {0: opacity, 1: clear, 2: glow}).outputs["Shader"]
-    nodes.add("ShaderNodeOutputMaterial", {"Surface": both})
+    nodes.end(nodes.mix(opacity, nodes.transparent(), nodes.emission(color)))
     return made
 
 
 def mirrored(made, share, least=0.03, roughness=0.0):
     """Adds a mirror over a material, by `share` of Fresnel's amount and `least` more."""
     nodes = Nodes(made.node_tree, clear=False)
-    ending = nodes.tree.nodes["Material Output"]
-    shown = ending.inputs["Surface"].links[0].from_socket
-    mirror = nodes.add("ShaderNodeBsdfGlossy", {"Roughness": roughness}).outputs["BSDF"]
+    shown, mirror = nodes.surface(), nodes.mirror(roughness)
     fresnel = nodes.add("ShaderNodeFresnel", {"IOR": 1.5}).outputs["Fac"]
     amount = nodes.math("MINIMUM", nodes.math("ADD", nodes.math("MULTIPLY", fresnel, share), least), 1.0)
-    both = nodes.add("ShaderNodeMixShader", {0: amount, 1: shown, 2: mirror}).outputs["Shader"]
-    nodes.tree.links.new(both, ending.inputs["Surface"])
+    nodes.replace_surface(nodes.mix(amount, shown, mirror))
     return made
 
 
@@ -343,33 +383,35 @@ def haze(name, color, per_meter):
     """A volume that takes light away and glows by itself: no noise, as nothing is scattered. A
     mesh of it fogs what is behind; far inside it everything has the color."""
     made, nodes = _new_material(name)
-    dim = nodes.add("ShaderNodeVolumeAbsorption", {"Color": (0, 0, 0, 1), "Density": per_meter})
-    glow = nodes.add("ShaderNodeEmission", {"Color": (*color, 1), "Strength": per_meter})
-    both = nodes.add("ShaderNodeAddShader", {0: dim.outputs["Volume"], 1: glow.outputs["Emission"]})
-    nodes.add("ShaderNodeOutputMaterial", {"Volume": both.outputs["Shader"]})
+    dim = nodes.add("ShaderNodeVolumeAbsorption", {"Color": (0, 0, 0, 1), "Density": per_meter}).outputs["Volume"]
+    glow = nodes.emission(color, per_meter)
+    both = nodes.add("ShaderNodeAddShader", {0: dim, 1: glow}).outputs["Shader"]
+    nodes.add("ShaderNodeOutputMaterial", {"Volume": both})
     return made
 
 
 def lamp(name, color, strength):
     """A surface of one color and radiance from all sides."""
     made, nodes = _new_material(name)
-    glow = nodes.add("ShaderNodeEmission", {"Color": (*color, 1), "Strength": strength})
-    nodes.add("ShaderNodeOutputMaterial", {"Surface": glow.outputs["Emission"]})
+    nodes.end(nodes.emission(color, strength))
     return made
 
 
-def sun(direction, strength):
-    """direction: that of the light's way."""
-    data = bpy.data.lights.new("sun", "SUN")
-    data.angle = 0
-    data.energy = strength
-    made = bpy.data.objects.new("sun", data)
+def _add_lamp(name, kind, direction):
+    """direction: of its light."""
+    made = _add_object(name, bpy.data.lights.new(name, kind))
     made.rotation_mode = "QUATERNION"
     made.rotation_quaternion = Vector(direction).to_track_quat("-Z", "Y")
-    bpy.context.scene.collection.objects.link(made)
+    return made
 
 
-def sky(stops):
+def add_sun(direction, strength):
+    data = _add_lamp("sun", "SUN", direction).data
+    data.angle = 0
+    data.energy = strength
+
+
+def add_sky(stops):
     """Color by height, stops from straight down (0) to straight up (1). Lights nothing."""
     world = bpy.data.worlds.new("sky")
     bpy.context.scene.world = world
@@ -377,32 +419,35 @@ def sky(stops):
     world.cycles.sampling_method = "NONE"
     world.cycles_visibility.diffuse = world.cycles_visibility.glossy = False
     nodes = Nodes(world.node_tree)
-    up = nodes.add("ShaderNodeSeparateXYZ",
-                   {"Vector": nodes.add("ShaderNodeTexCoord").outputs["Generated"]}).outputs["Z"]
+    up = nodes.axes(nodes.add("ShaderNodeTexCoord").outputs["Generated"])["Z"]
     share = nodes.add("ShaderNodeMapRange", {"Value": up, "From Min": -1.0}).outputs["Result"]
     color = nodes.ramp(share, stops)
     shown = nodes.add("ShaderNodeBackground", {"Color": color}).outputs["Background"]
     nodes.add("ShaderNodeOutputWorld", {"Surface": shown})
 
 
-def spot(place, target, color, watts, spread, radius=0.0):
-    """A lamp that lights a cone of the angle `spread` (radians)."""
-    data = bpy.data.lights.new("spot", "SPOT")
-    data.color, data.energy, data.spot_size, data.spot_blend = color, watts, spread, 0.3
-    data.shadow_soft_size = radius
-    made = bpy.data.objects.new("spot", data)
+def add_spot(place, target, color, watts, spread):
+    """A lamp without size that lights a cone of the angle `spread` (radians)."""
+    made = _add_lamp("spot", "SPOT", Vector(target) - Vector(place))
     made.location = place
-    made.rotation_mode = "QUATERNION"
-    made.rotation_quaternion = (Vector(target) - Vector(place)).to_track_quat("-Z", "Y")
-    bpy.context.scene.collection.objects.link(made)
+    data = made.data
+    data.color, data.energy, data.spot_size, data.spot_blend = color, watts, spread, 0.3
+    data.shadow_soft_size = 0
+
+
+def _key_times(frames, per_frame):
+    """From two frames before to two frames after `frames`, by default those of the scene: motion vectors need
+    a frame on each side."""
+    scene = bpy.context.scene
+    first, last = (frames[0], frames[-1]) if frames else (scene.frame_start, scene.frame_end)
+    return [first - 2 + i / per_frame for i in range((last - first + 4) * per_frame + 1)]
 
 
 def _curve(made, path, index, times, values):
     curves = made.animation_data.action.fcurves
     curve = curves.new(path, index=index) if index >= 0 else curves.new(path)
     curve.keyframe_points.add(len(times))
-    curve.keyframe_points.foreach_set("co", [number for pair in zip(times, values)
-                                             for number in pair])
+    curve.keyframe_points.foreach_set("co", [number for pair in zip(times, values) for number in pair])
     for point in curve.keyframe_points:
         point.interpolation = "LINEAR"
     curve.update()
@@ -410,18 +455,15 @@ def _curve(made, path, index, times, values):
 
 def animate_value(data, path, value, frames):
     """Changes a number of a data block: value(time in frames)."""
-    first, last = frames[0] - 2, frames[-1] + 2
-    times = [first + i / KEYS_PER_FRAME for i in range((last - first) * KEYS_PER_FRAME + 1)]
+    times = _key_times(frames, KEYS_PER_FRAME)
     if not data.animation_data:
         data.animation_data_create().action = bpy.data.actions.new(data.name)
     _curve(data, path, -1, times, [value(time) for time in times])
 
 
-def animate(made, pose, frames):
-    """Moves an object along pose(time in frames) -> 4x4 matrix, from two frames before to two
-    frames after the frames given: vectors need one on each side."""
-    first, last = frames[0] - 2, frames[-1] + 2
-    times = [first + i / KEYS_PER_FRAME for i in range((last - first) * KEYS_PER_FRAME + 1)]
+def animate(made, pose, frames=None):
+    """Moves an object along pose(time in frames) -> 4x4 matrix."""
+    times = _key_times(frames, KEYS_PER_FRAME)
     parts, previous = [], Quaternion()
     for time in times:
         place, turn, scale = pose(time).decompose()
@@ -431,28 +473,26 @@ def animate(made, pose, frames):
         parts.append((place, turn, scale))
     made.rotation_mode = "QUATERNION"
     made.animation_data_create().action = bpy.data.actions.new(made.name)
-    for part, (path, count) in enumerate((("location", 3), ("rotation_quaternion", 4),
-                                          ("scale", 3))):
+    for part, (path, count) in enumerate((("location", 3), ("rotation_quaternion", 4), ("scale", 3))):
         for index in range(count):
             _curve(made, path, index, times, [values[part][index] for values in parts])
     made.cycles.use_motion_blur = True
     made.cycles.motion_steps = 3  # 9 times over the shutter
 
 
-def deform(made, shape, frames):
+def deform(made, shape):
     """Moves the vertices of a mesh: shape(time in frames) -> array of their places (n x 3)."""
-    first, last = frames[0] - 2, frames[-1] + 2
+    times = _key_times(None, SHAPES_PER_FRAME)
     blocks = []
-    for i in range((last - first) * SHAPES_PER_FRAME + 1):
+    for i, time in enumerate(times):
         block = made.shape_key_add(name=str(i), from_mix=False)
         block.interpolation = "KEY_LINEAR"
-        block.data.foreach_set("co", np.asarray(shape(first + i / SHAPES_PER_FRAME),
-                                                np.float32).ravel())
+        block.data.foreach_set("co", np.asarray(shape(time), np.float32).ravel())
         blocks.append(block)
     key = made.data.shape_keys
     key.use_relative = False
     key.animation_data_create().action = bpy.data.actions.new(made.name)
-    _curve(key, "eval_time", -1, [first, last], [blocks[0].frame, blocks[-1].frame])
+    _curve(key, "eval_time", -1, [times[0], times[-1]], [blocks[0].frame, blocks[-1].frame])
     made.cycles.use_motion_blur = made.cycles.use_deform_motion = True
     made.cycles.motion_steps = 3
 
@@ -470,6 +510,6 @@ def tube(line, radii, sides):
     if radii.ndim == 1:
         radii = np.stack([radii, radii], 1)
     angle = np.arange(sides) * 2 * pi / sides
-    ring = (side[:, None] * (np.cos(angle)[None, :, None] * radii[:, None, :1])
-            + other[:, None] * (np.sin(angle)[None, :, None] * radii[:, None, 1:]))
+    ring = (side[:, None] * (np.cos(angle)[None, :, None] * radii[:, None, :1]) + other[:, None]
+            * (np.sin(angle)[None, :, None] * radii[:, None, 1:]))
     return (line[:, None] + ring).reshape(-1, 3)

@@ -16,9 +16,10 @@ import sys
 import dataset
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-CODE = ["tests/cycles/*.py", "tests/blender/node_blur.py", "tools/blender/postchain_blender/camera.py",
-        "tests/bench/quality.py", "tests/bench/quality_tables.py", "tests/bench/rims.py", "tests/bench/frame.py",
-        "tests/bench/scatter_gather.py", "docs/dataset.md", "docs/metrics.md", "LICENSE"]
+CODE = ["tests/cycles/*.py", "tests/cycles/scenes/*.py", "tools/blender/postchain_blender/camera.py",
+        "tools/blender/postchain_blender/peel.py", "tests/bench/quality.py", "tests/bench/quality_tables.py",
+        "tests/bench/rims.py", "tests/bench/frame.py", "tests/bench/scatter_gather.py", "docs/dataset.md",
+        "docs/metrics.md", "LICENSE"]
 README = """# Motion blur and depth of field of path-traced scenes
 
 Ground truth of shutter and lens, together and each alone, with depth, motion vectors, neighboring frames and

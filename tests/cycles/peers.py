@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "blender"))
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import node_blur  # noqa: E402
 
 FOLDER, FRAME = sys.argv[sys.argv.index("--") + 1:]

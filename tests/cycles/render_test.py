@@ -1,6 +1,6 @@
 """Renders small frames of each Cycles scene and reads them with the command.
 
-usage: render_test.py POSTCHAIN BLENDER"""
+usage: render_test.py POSTCHAIN [BLENDER]"""
 import json
 import pathlib
 import re
@@ -9,25 +9,30 @@ import sys
 import tempfile
 import unittest
 
-import OpenImageIO
-
 SCRIPTS = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(SCRIPTS))
+sys.path[:0] = [str(SCRIPTS), str(SCRIPTS.parent / "support")]
 import dataset  # noqa: E402
 import request  # noqa: E402
+from skip import skip  # noqa: E402
+
+try:
+    import OpenImageIO
+except ImportError:
+    skip("no OpenImageIO in Python", "python3-openimageio")
+if len(sys.argv) < 3:
+    skip("no Blender", "blender")
 
 
 def run_script(name, *arguments):
     done = subprocess.run(
-        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P", SCRIPTS / f"{name}.py",
-         "--", *arguments], capture_output=True, text=True, check=False,
+        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P", SCRIPTS / name, "--", *arguments], capture_output=True, text=True, check=False,
         env=request.blender_environment())
     if done.returncode != 0:
         raise AssertionError(done.stdout + done.stderr)
 
 
 def render(scene, folder, *options):
-    run_script(scene, folder, "--size", "96x54", "--samples", "4", "--sharp-samples", "4", *options)
+    run_script("render.py", scene, folder, "--size", "96x54", "--samples", "4", "--sharp-samples", "4", *options)
 
 
 def psnr(reference, image):
@@ -127,7 +132,7 @@ class Render(unittest.TestCase):
 
     def test_peers_are_the_best_of_the_nodes_settings(self):
         render("canopy", self.folder, "--frames", "11", "--kinds", "sharp,both,mb,dof")
-        run_script("peers", self.folder, "11")
+        run_script("peers.py", self.folder, "11")
         settings = pathlib.Path(self.folder) / "peers.0011.json"
         found = json.loads(settings.read_text("utf8"))
         self.assertEqual(list(found), list(dataset.PEERS))
@@ -138,7 +143,7 @@ class Render(unittest.TestCase):
             self.assertGreater(filtered, sharp, name)
         for other in ("mb", "both"):
             (pathlib.Path(self.folder) / f"{other}.0011.exr").unlink()
-        run_script("peers", self.folder, "11")
+        run_script("peers.py", self.folder, "11")
         self.assertEqual(json.loads(settings.read_text("utf8")),
                          {"peer_defocus": found["peer_defocus"]}, "the only ground truth that is left")
 
@@ -154,7 +159,7 @@ class Render(unittest.TestCase):
         self.assertGreater(((hidden > hides) | (hidden >= sky)).mean(), 0.99)
 
     def test_nothing_is_behind_a_wall(self):
-        run_script("zoom", self.folder, "--size", "96x54", "--frames", "10", "--kinds", "sharp,behind",
+        run_script("render.py", "zoom", self.folder, "--size", "96x54", "--frames", "10", "--kinds", "sharp,behind",
                    "--sharp-samples", "4")
         self.assertLess(self.depths("sharp", 10).max(), 1e9)
         self.assertGreaterEqual(self.depths("behind", 10).min(), 1e9)
@@ -165,7 +170,7 @@ class Render(unittest.TestCase):
                           for frame in (11, 12)], [38, 42.5])
 
     def test_zoom_is_not_in_the_motion_vectors_and_is_added(self):
-        run_script("zoom", self.folder, "--size", "192x108", "--frames", "10-12", "--kinds", "sharp,mb",
+        run_script("render.py", "zoom", self.folder, "--size", "192x108", "--frames", "10-12", "--kinds", "sharp,mb",
                    "--samples", "64", "--min-samples", "64", "--sharp-samples", "32")
         own = json.loads(inspect(self.folder, "sharp.0011.exr", "--json", "--camera-motion", "none"))
         self.assertEqual(own["bounds"]["max_speed_px"], 0)

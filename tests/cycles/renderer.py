@@ -1,5 +1,5 @@
-"""Renders the pictures of a scene: passes, lens, shutter, files. Work that was interrupted goes on
-where it stopped: a picture gets its name when it is complete."""
+"""Renders the images of a scene: passes, lens, shutter, files. Work that was interrupted goes on
+where it stopped: an image gets its name when it is complete."""
 import os
 import re
 import sys
@@ -20,32 +20,8 @@ import peel  # noqa: E402
 FILTER_PX = {"gbuf": 0.01, request.BEHIND: 1.0}  # of box filters
 
 
-class View:
-    """The camera. pose: time in frames -> 4x4, camera to world, looking along -z; focus: frame ->
-    meters along the camera's axis; focal_length_mm: a number, or time in frames -> number; blades:
-    of the aperture, 0: a disc; far: clip plane in meters."""
-
-    def __init__(self, pose, focus, focal_length_mm, f_stop, blades=0, rotation_deg=0.0, far=60.0):
-        self.pose = pose
-        self.focus = focus
-        self.focal_length_mm = focal_length_mm
-        self.f_stop = f_stop
-        self.blades = blades
-        self.rotation_deg = rotation_deg
-        self.far = far
-
-
-def script_options(description):
-    """The options after "--"."""
-    arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
-    return request.parse_options(arguments, description)
-
-
-def empty_scene():
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-
-
 def _add_camera(view, frames):
+    focus = view.focus if callable(view.focus) else lambda frame: view.focus
     data = bpy.data.cameras.new("camera")
     if callable(view.focal_length_mm):
         model.animate_value(data, "lens", view.focal_length_mm, frames)
@@ -58,7 +34,7 @@ def _add_camera(view, frames):
     data.dof.aperture_blades = view.blades
     data.dof.aperture_rotation = radians(view.rotation_deg)
     for frame in frames:
-        data.dof.focus_distance = view.focus(frame)
+        data.dof.focus_distance = focus(frame)
         data.dof.keyframe_insert("focus_distance", frame=frame)
     made = bpy.data.objects.new("camera", data)
     bpy.context.scene.collection.objects.link(made)
@@ -118,29 +94,26 @@ def _set_kind(kind, frame, options, lens):
 
 def _frames_in(folder, frames):
     """Those given and those of pictures in the folder."""
-    found = {int(match[1]) for name in os.listdir(folder)
-             if (match := re.fullmatch(r"\w+\.(\d{4,})\.exr", name))}
+    found = {int(match[1]) for name in os.listdir(folder) if (match := re.fullmatch(r"\w+\.(\d{4,})\.exr", name))}
     return sorted(found | set(frames))
 
 
-def render_scene(name, view, options, bounces=0):
-    """Renders what is not there yet of options.kinds and options.frames into options.out; bounces:
-    of glass and mirrors. With options.blend saves the scene as an artist would have it, with shutter
-    and lens open."""
+def render_scene(scene, options):
+    """Renders the images of options.kinds and options.frames that options.out lacks. With options.blend saves
+    the scene as an artist would have it, with shutter and lens open."""
     os.makedirs(options.out, exist_ok=True)
+    scene.build(options.frames, options.transparent)
     frames = _frames_in(options.out, options.frames)
-    lens = _add_camera(view, frames)
-    _set_up(options, bounces)
-    scene = bpy.context.scene
-    scene.name = name
+    lens = _add_camera(scene.camera, frames)
+    _set_up(options, scene.bounces)
+    blender_scene = bpy.context.scene
+    blender_scene.name = options.scene
     if options.blend:
-        scene.frame_start, scene.frame_end = options.frames[0], options.frames[-1]
         _set_kind("both", frames[0], options, lens)
-        scene.cycles.samples = options.sharp_samples
-        bpy.ops.wm.save_as_mainfile(filepath=os.path.join(os.path.abspath(options.out),
-                                                          options.blend))
+        blender_scene.cycles.samples = options.sharp_samples
+        bpy.ops.wm.save_as_mainfile(filepath=os.path.join(os.path.abspath(options.out), options.blend))
         return
-    camera.write(os.path.join(options.out, "camera.json"), scene, frames)
+    camera.write(os.path.join(options.out, "camera.json"), blender_scene, frames)
     peeled = None
     for kind, frame in request.images_to_render(options):
         start = time.monotonic()
@@ -149,7 +122,7 @@ def render_scene(name, view, options, bounces=0):
             peeled.show(peel.depths_of(os.path.join(options.out, request.file_name("sharp", frame))))
         _set_kind(kind, frame, options, lens)
         path = os.path.join(os.path.abspath(options.out), request.file_name(kind, frame, options.half))
-        bpy.context.scene.render.filepath = path + ".tmp"
+        blender_scene.render.filepath = path + ".tmp"
         bpy.ops.render.render(write_still=True)
         os.replace(path + ".tmp", path)
         print(f"{path}: {time.monotonic() - start:.0f} s", flush=True)

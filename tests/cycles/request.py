@@ -4,6 +4,7 @@ Imports nothing of Blender, so that tests run it in a plain interpreter.
 """
 import argparse
 import os
+import pathlib
 
 # name: (shutter open, lens open, depth and vectors). In the order in which they are rendered.
 KINDS = {
@@ -15,6 +16,7 @@ KINDS = {
 }
 BEHIND = "behind"  # what the surfaces of sharp hide; last, because it reads sharp; only if asked for
 HALVES = {"a": 1, "b": 2}
+SCENES = sorted(path.stem for path in pathlib.Path(__file__).with_name("scenes").glob("*.py"))
 FPS = 24
 SHUTTER_FRAMES = 0.5
 
@@ -51,9 +53,9 @@ def parse_size(text):
     return size
 
 
-def parse_options(arguments, description):
-    """The options of a scene's script: those that Blender leaves to it, after "--"."""
-    parser = argparse.ArgumentParser(prog="blender -b -P SCENE.py --", description=description)
+def parse_options(arguments):
+    """The options of render.py: those that Blender leaves to it, after "--"."""
+    parser = argparse.ArgumentParser(prog="blender -b -P render.py --")
 
     def checked(parse):
         def convert(text):
@@ -63,6 +65,7 @@ def parse_options(arguments, description):
                 raise argparse.ArgumentTypeError(str(error)) from error
         return convert
 
+    parser.add_argument("scene", choices=SCENES)
     parser.add_argument("out", metavar="OUT", help="folder, made when it is not there")
     parser.add_argument("--frames", type=checked(parse_frames), default=parse_frames("1-12"),
                         help="1-12 by default")

@@ -1,33 +1,23 @@
 """A figure of one bending skin does a cartwheel, with a cape and ribbons that bend too, before an audience
-and lamps; the camera follows at half the speed.
-
-blender -b -P tests/cycles/acrobat.py -- OUT   (docs/dataset.md)
-"""
-import os
-import sys
+and lamps; the camera follows at half the speed."""
 from math import pi, radians, sin
 
 import numpy as np
-from mathutils import Euler, Matrix
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import model  # noqa: E402
-import renderer  # noqa: E402
+from model import bricks, Camera, checker, lamp, Mesh, moved, paint, plain, Scene, stripes, tube
 
 FOCUS = 2.0
 
 
 def camera_pose(t):
-    return (Matrix.Translation((-0.26 + 0.022 * t, 0, 0.52 + 0.01 * sin(t / 2)))
-            @ Euler((radians(90), 0, radians(0.6 * sin(t / 3)))).to_matrix().to_4x4())
+    return moved(-0.26 + 0.022 * t, 0, 0.52 + 0.01 * sin(t / 2), (radians(90), 0, radians(0.6 * sin(t / 3))))
 
 
 def body(t):
     """The figure's space, origin in the hips, z up: it turns in the picture's plane and travels."""
     turn = 0.21 * (t - 8)
-    return model.moved(-0.55 + 0.05 * t, FOCUS + 0.05 * sin(t / 3), 0.5 + 0.06 * sin(2 * turn),
-                       (0.15 * sin(t / 3), turn, 0.5 * sin(t / 4)))
+    return moved(-0.55 + 0.05 * t, FOCUS + 0.05 * sin(t / 3), 0.5 + 0.06 * sin(2 * turn),
+                 (0.15 * sin(t / 3), turn, 0.5 * sin(t / 4)))
 
 
 def in_world(points, t, pose=body):
@@ -50,18 +40,16 @@ def limb_joints(name, t):
     if name.startswith("arm"):
         swing = 0.5 * sin(t / 1.7 + side)
         elbow = np.array((side * 0.16, -0.05 - 0.06 * swing, 0.33 + 0.07 * swing))
-        return [(side * 0.055, 0, 0.2), elbow, elbow,
-                elbow + (side * 0.06 * (1 + swing), -0.09 * swing, 0.15)]
+        return [(side * 0.055, 0, 0.2), elbow, elbow, elbow + (side * 0.06 * (1 + swing), -0.09 * swing, 0.15)]
     kick = 0.6 * sin(t / 1.9 + 1.5 * side)
     knee = np.array((side * (0.11 + 0.06 * kick), -0.1 - 0.1 * kick, -0.16))
     return [(side * 0.04, 0, -0.02), knee, knee, knee + (side * 0.08, 0.12 + 0.12 * kick, -0.17)]
 
 
-def build_figure(frames):
-    suit = model.paint("suit", model.stripes(4.5, (0.85, 0.15, 0.12), (0.95, 0.8, 0.25), "Y"), 0.05,
-                       wrapped=True)
-    skin = model.paint("skin", model.plain((0.75, 0.5, 0.36)), 0.06)
-    hair = model.paint("hair", model.plain((0.08, 0.05, 0.04)))
+def build_figure():
+    suit = paint("suit", stripes(4.5, (0.85, 0.15, 0.12), (0.95, 0.8, 0.25), "Y"), 0.05, wrapped=True)
+    skin = paint("skin", plain((0.75, 0.5, 0.36)), 0.06)
+    hair = paint("hair", plain((0.08, 0.05, 0.04)))
     rows, sides = 22, 20
     for name in ("arm_l", "arm_r", "leg_l", "leg_r"):
         thick = 0.024 if name.startswith("arm") else 0.032
@@ -69,14 +57,14 @@ def build_figure(frames):
         u = np.linspace(0, 1, rows)
         radii = thick * (1.05 - 0.45 * u + 0.25 * np.exp(-((u - 0.93) / 0.06)**2))
         radii[0] = radii[-1] = 0.002
-        made = model.Mesh(name)
+        made = Mesh(name)
         made.grid(rows, sides, suit if name.startswith("leg") else skin, closed=True)
 
         def shape(t, name=name, radii=radii):
             swell = 1 + 0.18 * np.sin(pi * u) * sin(t / 1.8)
-            return model.tube(in_world(bend(limb_joints(name, t), rows), t), radii * swell, sides)
-        model.deform(made.finish(), shape, frames)
-    made = model.Mesh("trunk")
+            return tube(in_world(bend(limb_joints(name, t), rows), t), radii * swell, sides)
+        made.finish(shape=shape)
+    made = Mesh("trunk")
     made.grid(rows, 28, suit, closed=True)
     u = np.linspace(0, 1, rows)
     outline = 0.062 + 0.014 * np.cos(2 * pi * u) + 0.01 * u
@@ -84,23 +72,22 @@ def build_figure(frames):
 
     def trunk(t):
         line = bend([(0, 0, -0.06), (0.05 * sin(t / 2), 0.03, 0.08), (0, 0, 0.23)], rows)
-        return model.tube(in_world(line, t), np.stack([outline, 0.75 * outline], 1), 28)
-    model.deform(made.finish(), trunk, frames)
-    head = model.Mesh("head")
+        return tube(in_world(line, t), np.stack([outline, 0.75 * outline], 1), 28)
+    made.finish(shape=trunk)
+    head = Mesh("head")
     head.rod((0, 0, 0.2), (0, 0, 0.28), 0.02, skin)
     head.ball((0, 0, 0.32), 0.06, skin, (0.9, 0.95, 1.1))
     head.ball((0, 0.012, 0.335), 0.06, hair, (0.93, 0.93, 1.0))
     for x in (-0.022, 0.022):
         head.ball((x, -0.052, 0.325), 0.008, hair, segments=12)
-    model.animate(head.finish(), body, frames)
+    head.finish(body)
 
 
-def build_cloth(frames):
+def build_cloth():
     """A cape from the shoulders and a ribbon from each hand: what they are tied to moves first."""
-    lining = model.paint("cape", model.checker(12, (0.1, 0.25, 0.65), (0.85, 0.8, 0.3)), 0.05,
-                         wrapped=True)
+    lining = paint("cape", checker(12, (0.1, 0.25, 0.65), (0.85, 0.8, 0.3)), 0.05, wrapped=True)
     rows, columns = 30, 24
-    made = model.Mesh("cape")
+    made = Mesh("cape")
     made.grid(rows, columns, lining)
     across = np.linspace(-1, 1, columns)
 
@@ -114,10 +101,10 @@ def build_cloth(frames):
                             0.21 - 0.33 * u + 0 * across], -1)
             places.append(in_world(row, t - 2.2 * u))
         return np.concatenate(places)
-    model.deform(made.finish(), cape, frames)
-    silk = model.paint("silk", model.plain((0.95, 0.35, 0.55)), 0.1)
+    made.finish(shape=cape)
+    silk = paint("silk", plain((0.95, 0.35, 0.55)), 0.1)
     for name in ("arm_l", "arm_r"):
-        made = model.Mesh(f"ribbon_{name}")
+        made = Mesh(f"ribbon_{name}")
         made.grid(40, 2, silk)
 
         def ribbon(t, name=name):
@@ -127,18 +114,19 @@ def build_cloth(frames):
             line[:, 0] -= 0.035 * lag
             wide = np.stack([0 * lag, 0.006 + 0 * lag, 0.012 * np.cos(lag)], -1)
             return np.stack([line - wide, line + wide], 1).reshape(-1, 3)
-        model.deform(made.finish(), ribbon, frames)
+        made.finish(shape=ribbon)
 
 
 def build_ring():
-    sand = model.paint("sand", model.checker(5, (0.6, 0.48, 0.3), (0.5, 0.36, 0.2)))
-    tent = model.paint("tent", model.stripes(1.6, (0.65, 0.1, 0.1), (0.8, 0.75, 0.6), "X"))
-    rail = model.paint("rail", model.bricks(4, (0.15, 0.3, 0.6), (0.2, 0.35, 0.65), (0.9, 0.75, 0.2)))
-    coats = [model.paint(f"coat{i}", model.plain(color, 30)) for i, color in enumerate(
-        [(0.6, 0.2, 0.15), (0.2, 0.4, 0.25), (0.2, 0.25, 0.5), (0.6, 0.55, 0.4), (0.4, 0.2, 0.4)])]
-    skin = model.paint("faces", model.plain((0.7, 0.48, 0.36)))
-    bulbs = [model.lamp("yellow", (1.0, 0.7, 0.3), 22), model.lamp("blue", (0.4, 0.6, 1.0), 18)]
-    made = model.Mesh("ring")
+    sand = paint("sand", checker(5, (0.6, 0.48, 0.3), (0.5, 0.36, 0.2)))
+    tent = paint("tent", stripes(1.6, (0.65, 0.1, 0.1), (0.8, 0.75, 0.6), "X"))
+    rail = paint("rail", bricks(4, (0.15, 0.3, 0.6), (0.2, 0.35, 0.65), (0.9, 0.75, 0.2)))
+    coats = [paint(f"coat{i}", plain(color, 30))
+             for i, color in enumerate([(0.6, 0.2, 0.15), (0.2, 0.4, 0.25), (0.2, 0.25, 0.5), (0.6, 0.55, 0.4),
+                                        (0.4, 0.2, 0.4)])]
+    skin = paint("faces", plain((0.7, 0.48, 0.36)))
+    bulbs = [lamp("yellow", (1.0, 0.7, 0.3), 22), lamp("blue", (0.4, 0.6, 1.0), 18)]
+    made = Mesh("ring")
     made.box((0, 3, -0.05), (12, 7, 0.1), sand)
     made.box((0, 5.2, 1.3), (12, 0.1, 3), tent)
     made.box((0, 3.2, 0.15), (12, 0.15, 0.3), rail)
@@ -154,16 +142,7 @@ def build_ring():
     made.finish()
 
 
-def main():
-    options = renderer.script_options(__doc__.split("\n\n", maxsplit=1)[0])
-    renderer.empty_scene()
-    model.sky([(0.0, (0.1, 0.1, 0.1)), (1.0, (0.2, 0.2, 0.25))])
-    model.sun((0.45, 0.6, -0.8), 4.0)
-    build_figure(options.frames)
-    build_cloth(options.frames)
-    build_ring()
-    view = renderer.View(camera_pose, lambda frame: FOCUS, focal_length_mm=48.0, f_stop=1.4)
-    renderer.render_scene("acrobat", view, options)
-
-
-main()
+SCENE = Scene(camera=Camera(camera_pose, focus=FOCUS, focal_length_mm=48.0, f_stop=1.4),
+              sky=[(0.0, (0.1, 0.1, 0.1)), (1.0, (0.2, 0.2, 0.25))],
+              sun=((0.45, 0.6, -0.8), 4.0),
+              parts=[build_figure, build_cloth, build_ring])

@@ -1,20 +1,12 @@
 """Three marionettes dance on curved paths in front of a mosaic: limbs that turn, strings as thin as
-hair, lamps in two hands; the focus follows the middle one.
-
-blender -b -P tests/cycles/dancers.py -- OUT   (docs/scenes.md)
-"""
-import os
-import sys
+hair, lamps in two hands; the focus follows the middle one."""
 from math import cos, pi, radians, sin
 
-from mathutils import Euler, Matrix, Vector
+from mathutils import Matrix, Vector
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import model  # noqa: E402
-import renderer  # noqa: E402
+from model import bricks, Camera, checker, lamp, Mesh, mosaic, moved, paint, plain, Scene, stripes
 
-CAMERA = Matrix.Translation((0, 0, 0.46)) @ Euler((radians(89), 0, 0)).to_matrix().to_4x4()
+CAMERA = moved(0, 0, 0.46, (radians(89), 0, 0))
 
 
 class Dancer:
@@ -24,22 +16,16 @@ class Dancer:
     """
 
     # name: parent, joint in the parent's space. A part turns about its joint.
-    PARTS = {
-        "hips": (None, (0, 0, 0.33)),
-        "chest": ("hips", (0, 0, 0.05)),
-        "head": ("chest", (0, 0, 0.17)),
-        "braid": ("head", (0, 0.045, 0.06)),
-        **{f"upper_arm_{s}": ("chest", (k * 0.075, 0, 0.125)) for s, k in (("l", 1), ("r", -1))},
-        **{f"lower_arm_{s}": (f"upper_arm_{s}", (0, 0, -0.12)) for s in "lr"},
-        **{f"upper_leg_{s}": ("hips", (k * 0.04, 0, -0.02)) for s, k in (("l", 1), ("r", -1))},
-        **{f"lower_leg_{s}": (f"upper_leg_{s}", (0, 0, -0.15)) for s in "lr"},
-    }
+    PARTS = {"hips": (None, (0, 0, 0.33)), "chest": ("hips", (0, 0, 0.05)), "head": ("chest", (0, 0, 0.17)),
+             "braid": ("head", (0, 0.045, 0.06)),
+             **{f"upper_arm_{s}": ("chest", (k * 0.075, 0, 0.125)) for s, k in (("l", 1), ("r", -1))},
+             **{f"lower_arm_{s}": (f"upper_arm_{s}", (0, 0, -0.12)) for s in "lr"},
+             **{f"upper_leg_{s}": ("hips", (k * 0.04, 0, -0.02)) for s, k in (("l", 1), ("r", -1))},
+             **{f"lower_leg_{s}": (f"upper_leg_{s}", (0, 0, -0.15)) for s in "lr"}}
     # Ends of the strings: part and point, and the place on the bar above.
     STRINGS = [("head", (0.03, 0, 0.12), (0.03, 0.0)), ("head", (-0.03, 0, 0.12), (-0.03, 0.0)),
-               ("lower_arm_l", (0, 0, -0.11), (0.17, -0.02)),
-               ("lower_arm_r", (0, 0, -0.11), (-0.17, -0.02)),
-               ("lower_leg_l", (0, 0, -0.01), (0.06, -0.12)),
-               ("lower_leg_r", (0, 0, -0.01), (-0.06, -0.12))]
+               ("lower_arm_l", (0, 0, -0.11), (0.17, -0.02)), ("lower_arm_r", (0, 0, -0.11), (-0.17, -0.02)),
+               ("lower_leg_l", (0, 0, -0.01), (0.06, -0.12)), ("lower_leg_r", (0, 0, -0.01), (-0.06, -0.12))]
     BAR = 0.83  # height of the bar over the path
 
     def __init__(self, name, path, joints, colors, lamp):
@@ -48,26 +34,25 @@ class Dancer:
         self.joints = joints
         self.lamp = lamp
         trousers, shirt, accent = colors
-        self.skin = model.paint(f"{name}_skin", model.plain((0.75, 0.5, 0.36)), 0.06)
-        self.shirt = model.paint(f"{name}_shirt", model.stripes(14, shirt, accent, "Z"))
-        self.cloth = model.paint(f"{name}_cloth", model.checker(38, trousers, accent))
-        self.hair = model.paint(f"{name}_hair", model.stripes(30, accent, (0.08, 0.05, 0.04),
-                                                              "Z"))
-        self.thread = model.paint(f"{name}_thread", model.plain((0.85, 0.82, 0.75)))
+        self.skin = paint(f"{name}_skin", plain((0.75, 0.5, 0.36)), 0.06)
+        self.shirt = paint(f"{name}_shirt", stripes(14, shirt, accent, "Z"))
+        self.cloth = paint(f"{name}_cloth", checker(38, trousers, accent))
+        self.hair = paint(f"{name}_hair", stripes(30, accent, (0.08, 0.05, 0.04), "Z"))
+        self.thread = paint(f"{name}_thread", plain((0.85, 0.82, 0.75)))
 
     def root(self, t):
         x, y, z, heading = self.path(t)
-        return model.moved(x, y, z, (0, 0, heading))
+        return moved(x, y, z, (0, 0, heading))
 
     def pose(self, part, t):
         parent, joint = self.PARTS[part]
         base = self.root(t) if parent is None else self.pose(parent, t)
-        return base @ model.moved(*joint, self.joints(t).get(part, (0, 0, 0)))
+        return base @ moved(*joint, self.joints(t).get(part, (0, 0, 0)))
 
     def bar(self, t):
         """The bar follows the path, without its hops, and rocks."""
         x, y, _, heading = self.path(t)
-        return model.moved(x, y, self.BAR, (0.1 * sin(t / 2.5), 0.2 * sin(t / 2), heading))
+        return moved(x, y, self.BAR, (0.1 * sin(t / 2.5), 0.2 * sin(t / 2), heading))
 
     def string(self, part, point, place, t):
         """Takes the rod from 0 to 1 on z to the way from the bar to the part."""
@@ -77,7 +62,7 @@ class Dancer:
         return Matrix.Translation(top) @ turn @ Matrix.Diagonal((1, 1, way.length, 1))
 
     def shape(self, part):
-        made = model.Mesh(f"{self.name}_{part}")
+        made = Mesh(f"{self.name}_{part}")
         kind = part.rstrip("lr").rstrip("_")
         if kind == "hips":
             made.ball((0, 0, 0), 0.062, self.cloth, (1, 0.8, 0.8))
@@ -105,19 +90,19 @@ class Dancer:
         else:
             made.limb((0, 0, 0), (0, 0, -0.13), 0.019, self.skin)
             made.box((0, -0.022, -0.15), (0.036, 0.085, 0.026), self.hair)
-        return made.finish()
+        return made
 
-    def build(self, frames):
+    def build(self):
         for part in self.PARTS:
-            model.animate(self.shape(part), lambda t, part=part: self.pose(part, t), frames)
-        bar = model.Mesh(f"{self.name}_bar")
+            self.shape(part).finish(lambda t, part=part: self.pose(part, t))
+        bar = Mesh(f"{self.name}_bar")
         bar.box((0, 0, 0), (0.38, 0.022, 0.014), self.hair)
         bar.box((0, -0.05, 0), (0.022, 0.2, 0.014), self.hair)
-        model.animate(bar.finish(), self.bar, frames)
+        bar.finish(self.bar)
         for i, tied in enumerate(self.STRINGS):
-            thread = model.Mesh(f"{self.name}_string{i}")
+            thread = Mesh(f"{self.name}_string{i}")
             thread.rod((0, 0, 0), (0, 0, 1), 0.0006, self.thread, segments=6)
-            model.animate(thread.finish(), lambda t, tied=tied: self.string(*tied, t), frames)
+            thread.finish(lambda t, tied=tied: self.string(*tied, t))
 
 
 def near_path(t):
@@ -129,15 +114,13 @@ def near_path(t):
 def near_joints(t):
     """Swings both arms and one leg fast."""
     a = 2 * pi * t / 20
-    return {"chest": (0.15 * sin(a), 0.1 * sin(a + 1), 0.3 * sin(a)),
-            "head": (0.2 * sin(a + 2), 0, 0.5 * sin(a / 2)),
+    return {"chest": (0.15 * sin(a), 0.1 * sin(a + 1), 0.3 * sin(a)), "head": (0.2 * sin(a + 2), 0, 0.5 * sin(a / 2)),
             "braid": (0.7 + 0.4 * sin(a + 1), 0.3 * cos(a), 0),
             "upper_arm_l": (-1.2 + 0.75 * sin(a), -0.9 + 0.4 * cos(a), 0),
             "lower_arm_l": (-0.7 + 0.4 * sin(a + 1), 0, 0),
             "upper_arm_r": (-1.0 - 0.8 * sin(a), 0.8 + 0.3 * sin(a), 0),
-            "lower_arm_r": (-0.8 - 0.5 * sin(a + 0.6), 0, 0),
-            "upper_leg_l": (-0.5 + 0.5 * sin(a), 0, 0), "lower_leg_l": (0.5, 0, 0),
-            "upper_leg_r": (-0.1 - 0.4 * sin(a), 0, 0), "lower_leg_r": (0.4, 0, 0)}
+            "lower_arm_r": (-0.8 - 0.5 * sin(a + 0.6), 0, 0), "upper_leg_l": (-0.5 + 0.5 * sin(a), 0, 0),
+            "lower_leg_l": (0.5, 0, 0), "upper_leg_r": (-0.1 - 0.4 * sin(a), 0, 0), "lower_leg_r": (0.4, 0, 0)}
 
 
 def middle_path(t):
@@ -149,19 +132,16 @@ def middle_path(t):
 def middle_joints(t):
     """A pirouette, arms out, one leg lifted."""
     a = 2 * pi * t / 22
-    return {"chest": (0.05, 0.12 * sin(a), 0), "head": (0, 0, 0.4 * sin(a)),
-            "braid": (1.1, 0, -0.5),
+    return {"chest": (0.05, 0.12 * sin(a), 0), "head": (0, 0, 0.4 * sin(a)), "braid": (1.1, 0, -0.5),
             "upper_arm_l": (-0.2, -1.5 + 0.15 * sin(a), 0), "lower_arm_l": (-0.35, 0, 0),
-            "upper_arm_r": (-0.2, 1.35 + 0.15 * cos(a), 0), "lower_arm_r": (-0.35, 0, 0),
-            "upper_leg_l": (-0.05, 0, 0), "lower_leg_l": (0.1, 0, 0),
-            "upper_leg_r": (-1.1 + 0.2 * sin(a), 0.5, 0), "lower_leg_r": (1.4, 0, 0)}
+            "upper_arm_r": (-0.2, 1.35 + 0.15 * cos(a), 0), "lower_arm_r": (-0.35, 0, 0), "upper_leg_l": (-0.05, 0, 0),
+            "lower_leg_l": (0.1, 0, 0), "upper_leg_r": (-1.1 + 0.2 * sin(a), 0.5, 0), "lower_leg_r": (1.4, 0, 0)}
 
 
 def far_path(t):
     """Hops along the wall; a hop takes 9 frames, so feet bounce within a shutter."""
     u = (t - 4.1) % 9
-    return (0.82 - 0.034 * t, 3.1 + 0.12 * sin(t / 4), 0.02 + 0.5 * 0.0085 * u * (9 - u),
-            0.25 * sin(t / 2))
+    return (0.82 - 0.034 * t, 3.1 + 0.12 * sin(t / 4), 0.02 + 0.5 * 0.0085 * u * (9 - u), 0.25 * sin(t / 2))
 
 
 def far_joints(t):
@@ -171,38 +151,33 @@ def far_joints(t):
     return {"head": (0.1 * sin(a), 0.2 * sin(a / 2), 0), "braid": (0.8 - 0.6 * cos(a), 0, 0),
             "upper_arm_l": (-0.3, -spread, 0), "lower_arm_l": (-0.5 + 0.4 * sin(a), 0, 0),
             "upper_arm_r": (-0.3, spread, 0), "lower_arm_r": (-0.5 - 0.4 * sin(a), 0, 0),
-            "upper_leg_l": (0.2 * sin(a), -0.25 + 0.2 * cos(a), 0),
-            "lower_leg_l": (0.3 - 0.3 * cos(a), 0, 0),
-            "upper_leg_r": (-0.2 * sin(a), 0.25 - 0.2 * cos(a), 0),
-            "lower_leg_r": (0.3 - 0.3 * cos(a), 0, 0)}
+            "upper_leg_l": (0.2 * sin(a), -0.25 + 0.2 * cos(a), 0), "lower_leg_l": (0.3 - 0.3 * cos(a), 0, 0),
+            "upper_leg_r": (-0.2 * sin(a), 0.25 - 0.2 * cos(a), 0), "lower_leg_r": (0.3 - 0.3 * cos(a), 0, 0)}
 
 
 def build_set():
-    wall = model.paint("wall", model.mosaic(7.5, [(0.55, 0.42, 0.28), (0.2, 0.3, 0.42),
-                                                  (0.65, 0.6, 0.5), (0.4, 0.14, 0.12),
-                                                  (0.14, 0.28, 0.2), (0.8, 0.68, 0.35)]))
-    boards = model.paint("boards", model.bricks(2.2, (0.4, 0.24, 0.13), (0.3, 0.17, 0.09),
-                                                (0.06, 0.04, 0.03), "yx"), 0.04)
-    rings = model.paint("rings", model.stripes(7, (0.85, 0.8, 0.7), (0.6, 0.1, 0.1), "Y",
-                                               rings=True))
-    chess = model.paint("chess", model.checker(22, (0.85, 0.85, 0.8), (0.05, 0.06, 0.1)))
-    bands = model.paint("bands", model.stripes(11, (0.1, 0.35, 0.55), (0.9, 0.85, 0.7), "X"))
-    made = model.Mesh("stage")
+    wall = paint("wall", mosaic(7.5, [(0.55, 0.42, 0.28), (0.2, 0.3, 0.42), (0.65, 0.6, 0.5), (0.4, 0.14, 0.12),
+                                      (0.14, 0.28, 0.2), (0.8, 0.68, 0.35)]))
+    boards = paint("boards", bricks(2.2, (0.4, 0.24, 0.13), (0.3, 0.17, 0.09), (0.06, 0.04, 0.03), "yx"), 0.04)
+    rings = paint("rings", stripes(7, (0.85, 0.8, 0.7), (0.6, 0.1, 0.1), "Y", rings=True))
+    chess = paint("chess", checker(22, (0.85, 0.85, 0.8), (0.05, 0.06, 0.1)))
+    bands = paint("bands", stripes(11, (0.1, 0.35, 0.55), (0.9, 0.85, 0.7), "X"))
+    made = Mesh("stage")
     made.box((0, 4.05, 1.0), (6, 0.1, 3), wall)
     made.box((0, 2.4, -0.05), (6, 4.8, 0.1), boards)
     made.box((0.98, 3.97, 0.62), (0.5, 0.06, 0.5), chess)
     made.box((-1.0, 3.97, 0.42), (0.42, 0.06, 0.62), bands)
     made.finish()
-    target = model.Mesh("target")  # rings about the middle of the object
+    target = Mesh("target")  # rings about the middle of the object
     target.rod((0, 0.03, 0), (0, -0.03, 0), 0.3, rings, segments=48)
     target.finish().location = (0.15, 3.97, 0.95)
 
 
 def build_lamps():
-    warm = model.lamp("warm", (1.0, 0.7, 0.35), 18)
-    cold = model.lamp("cold", (0.6, 0.8, 1.0), 20)
-    metal = model.paint("metal", model.plain((0.12, 0.12, 0.13)), 0.2)
-    made = model.Mesh("lamps")
+    warm = lamp("warm", (1.0, 0.7, 0.35), 18)
+    cold = lamp("cold", (0.6, 0.8, 1.0), 20)
+    metal = paint("metal", plain((0.12, 0.12, 0.13)), 0.2)
+    made = Mesh("lamps")
     for i in range(9):  # along the wall's foot
         made.ball((-1.3 + 0.325 * i, 3.9, 0.045), 0.02, cold if i % 2 else warm, segments=16)
     # Two still wires across the picture and one close to the lens, with small lamps.
@@ -214,17 +189,15 @@ def build_lamps():
     made.finish()
 
 
-def build_dancers(frames):
-    hand = model.lamp("hand", (1.0, 0.8, 0.5), 20)
-    dancers = [
-        Dancer("near", near_path, near_joints,
-               ((0.12, 0.14, 0.35), (0.75, 0.16, 0.12), (0.9, 0.8, 0.55)), ("lower_arm_l", hand)),
-        Dancer("middle", middle_path, middle_joints,
-               ((0.75, 0.65, 0.2), (0.15, 0.45, 0.25), (0.9, 0.9, 0.85)), ("lower_arm_r", hand)),
-        Dancer("far", far_path, far_joints,
-               ((0.3, 0.1, 0.35), (0.2, 0.5, 0.7), (0.85, 0.8, 0.75)), ("", hand))]
+def build_dancers():
+    hand = lamp("hand", (1.0, 0.8, 0.5), 20)
+    dancers = [Dancer("near", near_path, near_joints, ((0.12, 0.14, 0.35), (0.75, 0.16, 0.12), (0.9, 0.8, 0.55)),
+                      ("lower_arm_l", hand)),
+               Dancer("middle", middle_path, middle_joints, ((0.75, 0.65, 0.2), (0.15, 0.45, 0.25), (0.9, 0.9, 0.85)),
+                      ("lower_arm_r", hand)),
+               Dancer("far", far_path, far_joints, ((0.3, 0.1, 0.35), (0.2, 0.5, 0.7), (0.85, 0.8, 0.75)), ("", hand))]
     for dancer in dancers:
-        dancer.build(frames)
+        dancer.build()
 
 
 def focus(frame):
@@ -233,17 +206,7 @@ def focus(frame):
     return -(CAMERA.inverted() @ Vector((x, y, z + 0.45))).z
 
 
-def main():
-    options = renderer.script_options(__doc__.split("\n\n", maxsplit=1)[0])
-    renderer.empty_scene()
-    model.sky([(0.0, (0.1, 0.1, 0.1)), (1.0, (0.3, 0.4, 0.6))])
-    model.sun((0.5, 0.9, -0.75), 4.0)
-    if not options.transparent:
-        build_set()
-    build_lamps()
-    build_dancers(options.frames)
-    view = renderer.View(lambda t: CAMERA, focus, focal_length_mm=50.0, f_stop=1.0)
-    renderer.render_scene("dancers", view, options)
-
-
-main()
+SCENE = Scene(camera=Camera(lambda t: CAMERA, focus=focus, focal_length_mm=50.0, f_stop=1.0),
+              sky=[(0.0, (0.1, 0.1, 0.1)), (1.0, (0.3, 0.4, 0.6))],
+              sun=((0.5, 0.9, -0.75), 4.0),
+              parts=[build_set, build_lamps, build_dancers], stage=build_set)

@@ -1,19 +1,11 @@
 """A whip pan with zoom: the camera turns faster and faster after a cyclist and a kite while its lens goes
-from 34 to 48 mm; fences, posts and signs fly by.
-
-blender -b -P tests/cycles/whip.py -- OUT   (docs/dataset.md)
-"""
-import os
+from 34 to 48 mm; fences, posts and signs fly by."""
 import random
-import sys
 from math import cos, pi, radians, sin
 
 from mathutils import Euler, Matrix
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import model  # noqa: E402
-import renderer  # noqa: E402
+from model import bricks, Camera, checker, lamp, Mesh, moved, paint, plain, Scene, stripes
 
 
 def heading(t):
@@ -23,8 +15,7 @@ def heading(t):
 
 
 def camera_pose(t):
-    return (Matrix.Translation((0.02 * t, 0, 1.1))
-            @ Euler((radians(91 - 0.35 * (t - 11)), radians(0.5 * sin(t)), -heading(t))).to_matrix().to_4x4())
+    return moved(0.02 * t, 0, 1.1, (radians(91 - 0.35 * (t - 11)), radians(0.5 * sin(t)), -heading(t)))
 
 
 def focal_length(t):
@@ -32,21 +23,22 @@ def focal_length(t):
 
 
 def around(distance, angle, z=0.0, turn=(0, 0, 0)):
-    return model.moved(distance * sin(angle), distance * cos(angle), z, turn)
+    return moved(distance * sin(angle), distance * cos(angle), z, turn)
 
 
 def build_yard():
     pick = random.Random(6)
-    grass = model.paint("grass", model.checker(1.1, (0.2, 0.33, 0.1), (0.26, 0.38, 0.13)))
-    brick = model.paint("brick", model.bricks(2.2, (0.55, 0.22, 0.13), (0.4, 0.2, 0.13), (0.6, 0.57, 0.5), "xz"))
-    white = model.paint("white", model.plain((0.8, 0.8, 0.76), 12))
-    iron = model.paint("iron", model.plain((0.06, 0.07, 0.08)), 0.15)
-    colors = [model.paint(f"board{i}", model.stripes(s, one, two, axis), 0, 0.4)
-              for i, (s, one, two, axis) in enumerate([
-                  (4, (0.85, 0.2, 0.1), (0.95, 0.9, 0.8), "X"), (6, (0.1, 0.3, 0.7), (0.9, 0.8, 0.2), "Z"),
-                  (5, (0.1, 0.5, 0.3), (0.9, 0.9, 0.9), "X"), (8, (0.1, 0.1, 0.1), (0.9, 0.7, 0.1), "Z")])]
-    bulb = model.lamp("bulb", (1.0, 0.9, 0.7), 30)
-    made = model.Mesh("yard")
+    grass = paint("grass", checker(1.1, (0.2, 0.33, 0.1), (0.26, 0.38, 0.13)))
+    brick = paint("brick", bricks(2.2, (0.55, 0.22, 0.13), (0.4, 0.2, 0.13), (0.6, 0.57, 0.5), "xz"))
+    white = paint("white", plain((0.8, 0.8, 0.76), 12))
+    iron = paint("iron", plain((0.06, 0.07, 0.08)), 0.15)
+    colors = [paint(f"board{i}", stripes(s, one, two, axis), 0, 0.4)
+              for i, (s, one, two, axis) in enumerate([(4, (0.85, 0.2, 0.1), (0.95, 0.9, 0.8), "X"),
+                                                       (6, (0.1, 0.3, 0.7), (0.9, 0.8, 0.2), "Z"),
+                                                       (5, (0.1, 0.5, 0.3), (0.9, 0.9, 0.9), "X"),
+                                                       (8, (0.1, 0.1, 0.1), (0.9, 0.7, 0.1), "Z")])]
+    bulb = lamp("bulb", (1.0, 0.9, 0.7), 30)
+    made = Mesh("yard")
     made.box((0, 0, -0.05), (60, 60, 0.1), grass)
     for i in range(48):
         angle = radians(-70 + 3.4 * i)
@@ -69,17 +61,17 @@ def build_yard():
     made.finish()
 
 
-def build_runners(frames):
+def build_runners():
     """Go with the camera's turn: nearly still in the picture, except wheels and kite."""
-    red = model.paint("red", model.stripes(5, (0.8, 0.12, 0.1), (0.9, 0.85, 0.75), "Z"), 0.08)
-    blue = model.paint("blue", model.checker(6, (0.1, 0.25, 0.6), (0.85, 0.85, 0.8)))
-    black = model.paint("black", model.plain((0.04, 0.04, 0.05)))
-    spoke = model.paint("spoke", model.plain((0.8, 0.75, 0.6)))
-    skin = model.paint("skin", model.plain((0.75, 0.5, 0.36)))
+    red = paint("red", stripes(5, (0.8, 0.12, 0.1), (0.9, 0.85, 0.75), "Z"), 0.08)
+    blue = paint("blue", checker(6, (0.1, 0.25, 0.6), (0.85, 0.85, 0.8)))
+    black = paint("black", plain((0.04, 0.04, 0.05)))
+    spoke = paint("spoke", plain((0.8, 0.75, 0.6)))
+    skin = paint("skin", plain((0.75, 0.5, 0.36)))
 
     def rider(t):
         return around(3.6, heading(t) * 0.97 - 0.05, 0.0, (0, 0, -heading(t)))
-    made = model.Mesh("rider")
+    made = Mesh("rider")
     made.limb((0.05, 0, 0.75), (0.16, 0, 1.2), 0.09, red)
     made.ball((0.2, 0, 1.42), 0.1, skin)
     made.ball((0.18, 0, 1.47), 0.1, blue)
@@ -88,33 +80,23 @@ def build_runners(frames):
     for start, end in (((-0.35, 0, 0.32), (0.05, 0, 0.65)), ((0.05, 0, 0.65), (0.45, 0, 0.75)),
                        ((0.45, 0, 0.32), (0.42, 0, 0.95))):
         made.rod(start, end, 0.02, black)
-    model.animate(made.finish(), rider, frames)
+    made.finish(rider)
     for name, x in (("back", -0.35), ("front", 0.45)):
-        wheel = model.Mesh(f"wheel_{name}")
+        wheel = Mesh(f"wheel_{name}")
         for i in range(24):
             a, b = 2 * pi * i / 24, 2 * pi * (i + 1) / 24
             wheel.rod((0.31 * cos(a), 0, 0.31 * sin(a)), (0.31 * cos(b), 0, 0.31 * sin(b)), 0.018, black)
             if i % 2 == 0:
                 wheel.rod((0, 0, 0), (0.31 * cos(a), 0, 0.31 * sin(a)), 0.004, spoke, segments=6)
-        model.animate(wheel.finish(), lambda t, x=x: rider(t) @ model.moved(x, 0, 0.32, (0, 0.55 * t, 0)),
-                      frames)
-    kite = model.Mesh("kite")
+        wheel.finish(lambda t, x=x: rider(t) @ moved(x, 0, 0.32, (0, 0.55 * t, 0)))
+    kite = Mesh("kite")
     kite.box((0, 0, 0), (0.5, 0.02, 0.5), red, Matrix.Rotation(pi / 4, 3, "Y"))
     for i in range(6):
         kite.ball((0, 0, -0.45 - 0.12 * i), 0.03, blue, segments=12)
-    model.animate(kite.finish(), lambda t: around(4.5, heading(t) * 0.9 + 0.2, 1.95 + 0.03 * t,
-                                                  (0, 0.25 * sin(t), -heading(t))), frames)
+    kite.finish(lambda t: around(4.5, heading(t) * 0.9 + 0.2, 1.95 + 0.03 * t, (0, 0.25 * sin(t), -heading(t))))
 
 
-def main():
-    options = renderer.script_options(__doc__.split("\n\n", maxsplit=1)[0])
-    renderer.empty_scene()
-    model.sky([(0.0, (0.3, 0.3, 0.3)), (0.5, (1.5, 1.5, 1.5)), (0.6, (0.6, 0.85, 1.4)), (1.0, (0.2, 0.4, 0.9))])
-    model.sun((0.5, 0.7, -0.8), 4.5)
-    build_yard()
-    build_runners(options.frames)
-    view = renderer.View(camera_pose, lambda frame: 3.6, focal_length_mm=focal_length, f_stop=0.8, blades=6)
-    renderer.render_scene("whip", view, options)
-
-
-main()
+SCENE = Scene(camera=Camera(camera_pose, focus=3.6, focal_length_mm=focal_length, f_stop=0.8, blades=6),
+              sky=[(0.0, (0.3, 0.3, 0.3)), (0.5, (1.5, 1.5, 1.5)), (0.6, (0.6, 0.85, 1.4)), (1.0, (0.2, 0.4, 0.9))],
+              sun=((0.5, 0.7, -0.8), 4.5),
+              parts=[build_yard, build_runners])

@@ -1,19 +1,11 @@
 """A slow walk through a colonnade: camera motion, depth from 0.6 m to the sky, a fence and hanging
-leaves close to the lens, lamps out of focus behind six blades, bouncing balls.
-
-blender -b -P tests/cycles/corridor.py -- OUT   (docs/scenes.md)
-"""
-import os
-import sys
+leaves close to the lens, lamps out of focus behind six blades, bouncing balls."""
 from math import cos, pi, radians, sin
 from random import Random
 
 from mathutils import Euler, Matrix, Vector
 
-sys.dont_write_bytecode = True
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-import model  # noqa: E402
-import renderer  # noqa: E402
+from model import bricks, Camera, checker, lamp, Mesh, mosaic, paint, plain, Scene, stripes
 
 GRAVITY = 9.81 / 24**2  # meters per frame^2
 LENGTH = 16.0
@@ -34,15 +26,13 @@ def bounce(t, impact, period, height):
 
 
 def build_hall():
-    stone = model.paint("stone", model.plain((0.62, 0.55, 0.44), 30))
-    fluted = model.paint("fluted", model.stripes(9, (0.75, 0.68, 0.55), (0.42, 0.36, 0.28), "Z"))
-    floor = model.paint("floor", model.checker(3.3, (0.72, 0.68, 0.6), (0.16, 0.2, 0.25)), 0.05)
-    walls = model.paint("walls", model.bricks(3.2, (0.5, 0.16, 0.09), (0.36, 0.2, 0.12),
-                                              (0.55, 0.5, 0.45), "yz"))
-    tiles = model.paint("tiles", model.mosaic(9, [(0.1, 0.3, 0.6), (0.8, 0.7, 0.3),
-                                                  (0.7, 0.2, 0.15), (0.85, 0.85, 0.8)]))
-    wood = model.paint("wood", model.stripes(12, (0.4, 0.24, 0.12), (0.28, 0.16, 0.08), "Y"))
-    hall = model.Mesh("hall")
+    stone = paint("stone", plain((0.62, 0.55, 0.44), 30))
+    fluted = paint("fluted", stripes(9, (0.75, 0.68, 0.55), (0.42, 0.36, 0.28), "Z"))
+    floor = paint("floor", checker(3.3, (0.72, 0.68, 0.6), (0.16, 0.2, 0.25)), 0.05)
+    walls = paint("walls", bricks(3.2, (0.5, 0.16, 0.09), (0.36, 0.2, 0.12), (0.55, 0.5, 0.45), "yz"))
+    tiles = paint("tiles", mosaic(9, [(0.1, 0.3, 0.6), (0.8, 0.7, 0.3), (0.7, 0.2, 0.15), (0.85, 0.85, 0.8)]))
+    wood = paint("wood", stripes(12, (0.4, 0.24, 0.12), (0.28, 0.16, 0.08), "Y"))
+    hall = Mesh("hall")
     hall.box((0, LENGTH / 2 - 1, -0.05), (6, LENGTH + 4, 0.1), floor)
     for side in (-1, 1):
         # A parapet, an open strip through which the sky is seen, and a frieze.
@@ -63,9 +53,9 @@ def build_hall():
 
 
 def build_fence():
-    iron = model.paint("iron", model.plain((0.06, 0.07, 0.08)), 0.25)
-    brass = model.paint("brass", model.plain((0.7, 0.5, 0.15)), 0.2)
-    fence = model.Mesh("fence")
+    iron = paint("iron", plain((0.06, 0.07, 0.08)), 0.25)
+    brass = paint("brass", plain((0.7, 0.5, 0.15)), 0.2)
+    fence = Mesh("fence")
     x = -0.38
     for i in range(44):
         y = 0.5 + 0.17 * i
@@ -76,43 +66,40 @@ def build_fence():
     fence.finish()
 
 
-def build_leaves(frames):
+def build_leaves():
     """Twigs that hang from the beams on the right and above, and sway."""
     random = Random(7)
-    twig = model.paint("twig", model.plain((0.2, 0.13, 0.06)))
-    greens = [model.paint(f"green{i}", model.plain(color, 60), 0.08)
-              for i, color in enumerate([(0.1, 0.3, 0.05), (0.2, 0.42, 0.07),
-                                         (0.38, 0.45, 0.08), (0.5, 0.22, 0.06)])]
-    places = [(0.34, 1.02, 1.3), (0.34, 1.36, 1.15), (0.25, 1.68, 1.25),
-              (0.17, 2.35, 0.85), (0.42, 2.2, 1.2), (-0.3, 1.9, 0.95), (-0.62, 3.0, 1.1),
-              (0.6, 3.3, 1.2), (0.72, 4.6, 1.1), (-0.75, 5.2, 1.1), (0.3, 6.0, 0.9)]
+    twig = paint("twig", plain((0.2, 0.13, 0.06)))
+    greens = [paint(f"green{i}", plain(color, 60), 0.08)
+              for i, color in enumerate([(0.1, 0.3, 0.05), (0.2, 0.42, 0.07), (0.38, 0.45, 0.08), (0.5, 0.22, 0.06)])]
+    places = [(0.34, 1.02, 1.3), (0.34, 1.36, 1.15), (0.25, 1.68, 1.25), (0.17, 2.35, 0.85), (0.42, 2.2, 1.2),
+              (-0.3, 1.9, 0.95), (-0.62, 3.0, 1.1), (0.6, 3.3, 1.2), (0.72, 4.6, 1.1), (-0.75, 5.2, 1.1),
+              (0.3, 6.0, 0.9)]
     for i, (x, y, length) in enumerate(places):
-        made = model.Mesh(f"leaves{i}")
+        made = Mesh(f"leaves{i}")
         made.rod((0, 0, 0), (0, 0, -length), 0.0025, twig, segments=6)
         for _ in range(int(60 * length)):
             at = Vector((0, 0, -random.uniform(0.1, 1) * length))
-            turn = Euler((random.uniform(-0.9, 0.5), random.uniform(-0.4, 0.4),
-                          random.uniform(0, 2 * pi))).to_matrix()
+            turn = Euler((random.uniform(-0.9, 0.5), random.uniform(-0.4, 0.4), random.uniform(0, 2 * pi))).to_matrix()
             size = random.uniform(0.03, 0.06)
-            outline = [(0, 0, 0), (0.24, 0.3, 0.04), (0.28, 0.6, 0.02), (0, 1.15, -0.1),
-                       (-0.28, 0.6, 0.02), (-0.24, 0.3, 0.04)]
-            made.face([at + turn @ (Vector(corner) * size) for corner in outline],
-                      random.choice(greens))
+            outline = [(0, 0, 0), (0.24, 0.3, 0.04), (0.28, 0.6, 0.02), (0, 1.15, -0.1), (-0.28, 0.6, 0.02),
+                       (-0.24, 0.3, 0.04)]
+            made.face([at + turn @ (Vector(corner) * size) for corner in outline], random.choice(greens))
         period, start = random.uniform(13, 19), random.uniform(0, 2 * pi)
 
         def pose(t, x=x, y=y, period=period, start=start):
             sway = 0.07 * sin(2 * pi * t / period + start)
             turn = Euler((sway, 0.6 * sway, 2.5 * sway)).to_matrix().to_4x4()
             return Matrix.Translation((x, y, 2.0)) @ turn
-        model.animate(made.finish(), pose, frames)
+        made.finish(pose)
 
 
-def build_lamps(frames):
-    warm = model.lamp("warm", (1.0, 0.62, 0.28), 18)
-    white = model.lamp("white", (0.9, 0.95, 1.0), 22)
-    red = model.lamp("red", (1.0, 0.15, 0.08), 14)
-    cord = model.paint("cord", model.plain((0.03, 0.03, 0.03)))
-    strings = model.Mesh("strings")
+def build_lamps():
+    warm = lamp("warm", (1.0, 0.62, 0.28), 18)
+    white = lamp("white", (0.9, 0.95, 1.0), 22)
+    red = lamp("red", (1.0, 0.15, 0.08), 14)
+    cord = paint("cord", plain((0.03, 0.03, 0.03)))
+    strings = Mesh("strings")
     for side in (-1, 1):
         for i in range(18):  # from column to column
             y0, last = 0.4 + 0.85 * i, None
@@ -127,19 +114,19 @@ def build_lamps(frames):
                     strings.ball(at - Vector((0, 0, 0.024)), 0.022, bulb, segments=16)
     strings.finish()
     # Small ones close to the lens, on threads that swing.
-    for i, (x, y, z, bulb) in enumerate([(0.13, 1.9, 0.92, warm), (-0.2, 1.95, 0.97, white),
-                                         (0.31, 2.5, 0.72, red), (-0.12, 1.75, 0.9, warm)]):
-        made = model.Mesh(f"lantern{i}")
+    for i, (x, y, z, bulb) in enumerate([(0.13, 1.9, 0.92, warm), (-0.2, 1.95, 0.97, white), (0.31, 2.5, 0.72, red),
+                                         (-0.12, 1.75, 0.9, warm)]):
+        made = Mesh(f"lantern{i}")
         made.rod((0, 0, 0), (0, 0, z - 2), 0.0008, cord, segments=6)
         made.ball((0, 0, z - 2), 0.007, bulb, segments=12)
 
         def pose(t, x=x, y=y, i=i):
             turn = Euler((0.04 * sin(t / 3 + i), 0.05 * cos(t / 4 + 2 * i), 0))
             return Matrix.Translation((x, y, 2.0)) @ turn.to_matrix().to_4x4()
-        model.animate(made.finish(), pose, frames)
+        made.finish(pose)
 
 
-def build_balls(frames):
+def build_balls():
     colors = [((0.85, 0.12, 0.1), (0.9, 0.88, 0.8)), ((0.1, 0.3, 0.75), (0.95, 0.75, 0.1)),
               ((0.1, 0.5, 0.25), (0.9, 0.9, 0.9)), ((0.85, 0.45, 0.05), (0.1, 0.1, 0.15))]
     # radius; x, y at frame 0 and their speeds (m/frame); frame of an impact, period; spin a frame.
@@ -148,31 +135,16 @@ def build_balls(frames):
              (0.11, -0.5, 4.6, 0.02, -0.06, 3.3, 19, (0.35, 0.0, 0.1)),
              (0.06, 0.1, 1.75, 0.012, 0.060, 9.9, 16, (-0.5, 0.1, 0.0))]
     for i, (radius, x, y, vx, vy, impact, period, spin) in enumerate(moves):
-        made = model.Mesh(f"ball{i}")
-        made.ball((0, 0, 0), radius, model.paint(
-            f"ball{i}", model.stripes(0.9 / radius, *colors[i], "X"), 0.12), segments=48)
+        made = Mesh(f"ball{i}")
+        made.ball((0, 0, 0), radius, paint(f"ball{i}", stripes(0.9 / radius, *colors[i], "X"), 0.12), segments=48)
 
-        def pose(t, radius=radius, x=x, y=y, vx=vx, vy=vy, impact=impact, period=period,
-                 spin=spin):
+        def pose(t, radius=radius, x=x, y=y, vx=vx, vy=vy, impact=impact, period=period, spin=spin):
             place = Vector((x + vx * t, y + vy * t, bounce(t, impact, period, radius)))
             return Matrix.Translation(place) @ Euler([t * s for s in spin]).to_matrix().to_4x4()
-        model.animate(made.finish(), pose, frames)
+        made.finish(pose)
 
 
-def main():
-    options = renderer.script_options(__doc__.split("\n\n", maxsplit=1)[0])
-    renderer.empty_scene()
-    model.sky([(0.0, (0.3, 0.32, 0.3)), (0.5, (2.2, 1.9, 1.4)), (0.58, (0.7, 1.0, 1.7)),
-               (1.0, (0.15, 0.35, 0.9))])
-    model.sun((0.75, 0.5, -0.8), 5.0)
-    build_hall()
-    build_fence()
-    build_leaves(options.frames)
-    build_lamps(options.frames)
-    build_balls(options.frames)
-    view = renderer.View(camera_pose, lambda frame: 2.2, focal_length_mm=40.0, f_stop=0.95,
-                         blades=6, rotation_deg=12.0)
-    renderer.render_scene("corridor", view, options)
-
-
-main()
+SCENE = Scene(camera=Camera(camera_pose, focus=2.2, focal_length_mm=40.0, f_stop=0.95, blades=6, rotation_deg=12.0),
+              sky=[(0.0, (0.3, 0.32, 0.3)), (0.5, (2.2, 1.9, 1.4)), (0.58, (0.7, 1.0, 1.7)), (1.0, (0.15, 0.35, 0.9))],
+              sun=((0.75, 0.5, -0.8), 5.0),
+              parts=[build_hall, build_fence, build_leaves, build_lamps, build_balls])

@@ -12,7 +12,7 @@ OUT has the channels of SHARP, the color filtered.
     median of 3x3 (off: without it the error is lower)
     composite at full resolution: sharp -> background by own CoC -> foreground by its alpha
 
-The talk gives its constants in an engine's units. Those here are the best of tune_baseline.py on the tuning
+The talk gives its constants in an engine's units. Those here are the best on the tuning
 scenes.
 """
 import argparse

@@ -109,6 +109,9 @@ class Dataset(unittest.TestCase):
         self.assertEqual((code, len(made)), (1, 6))
         self.assertIn("--kinds mb --frames 11 --half a: FAILED", printed)
         self.assertIn("no mb", printed)
+        # A run that failed does not count.
+        made = self.render_set(self.out / "other", "glass", "--limit", "1", fails="sharp")[1]
+        self.assertEqual(made, ["glass/behind.0011.exr"])
 
     def test_check_names_files_that_are_not_those_of_the_manifest(self):
         self.finished_set()

@@ -52,7 +52,7 @@ def soversion(options):
 
 
 def compilers():
-    """(C, C++) of every compiler family that is installed."""
+    """(C, C++) of every compiler family that is installed, the user's first."""
     pairs = [(os.environ.get("CC", "cc"), os.environ.get("CXX", "c++")), ("clang", "clang++")]
     return [pair for pair in pairs if shutil.which(pair[0]) and shutil.which(pair[1])]
 
@@ -145,11 +145,10 @@ def examples(options):
          "-DCMAKE_C_FLAGS=-Wall -Wextra -Wpedantic -Werror",
          "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Werror")
     call("cmake", "--build", folder, "-j", "2")
-    names = ["c", "cpp"] + ([] if options.core else ["text"])
-    programs = [folder / (name + kind) for name in names for kind in ("", "_static")]
-    unknown = call("cmake", "-S", HERE / "program", "-B", folder / "unknown",
-                   f"-DCMAKE_PREFIX_PATH={options.prefix}", "-DCOMPONENTS=core;windows",
-                   f"-DVERSION={options.version}", code=1)
+    # The interface in C++ is a header, so its programs are linked as those in C.
+    names = ["c", "c_static", "cpp"] + ([] if options.core else ["text", "text_static"])
+    programs = [folder / name for name in names]
+    unknown = call("cmake", "-S", HERE / "program", "-B", folder, "-DCOMPONENTS=core;windows", code=1)
     assert "windows" in unknown, unknown
 
     library_folder = one("lib/**/libpostchain.so", options.prefix).parent
@@ -157,20 +156,14 @@ def examples(options):
 
     def flags(*names):
         return call("pkg-config", "--cflags", "--libs", *names, env=environment).split()
-    for c, cpp in compilers():
-        # The archives are the same for every compiler.
-        for kind in ("", "-static") if (c, cpp) == compilers()[0] else ("",):
-            for name, compiler, source, module in (("c", c, "host.c", "postchain"),
-                                                   ("cpp", cpp, "host.cpp", "postchain"),
-                                                   ("text", c, "text.c", "postchain-config")):
-                if name not in names:
-                    continue
-                program = folder / f"{name}{kind}_{c}"
-                standard = "-std=c++20" if compiler == cpp else "-std=c11"
-                call(compiler, standard, "-Wall", "-Wextra", "-Werror", HERE / "program" / source,
-                     "-o", program, *flags(module + kind),
-                     f"-Wl,-rpath,{library_folder}")
-                programs.append(program)
+    c, cpp = compilers()[0]
+    sources = {"c": ([c, "-std=c11"], "host.c", "postchain"), "cpp": ([cpp, "-std=c++20"], "host.cpp", "postchain"),
+               "text": ([c, "-std=c11"], "text.c", "postchain-config")}
+    for name in names:
+        compiler, source, module = sources[name.removesuffix("_static")]
+        programs.append(folder / f"{name}_by_flags")
+        call(*compiler, "-Wall", "-Wextra", "-Werror", HERE / "program" / source, "-o", programs[-1],
+             *flags(module + ("-static" if "static" in name else "")), f"-Wl,-rpath,{library_folder}")
     for program in programs:
         text = call(program)
         assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
@@ -179,13 +172,15 @@ def examples(options):
 
 
 def samples(options):
-    """The samples build on their own, against the installed tree."""
+    """The samples build on their own, against the installed tree. OGRE's finds it: tests/ogre compiles its
+    sources, which takes long."""
     for name in ("glfw", "ogre") + (("vulkan",) if options.vulkan else ()):
         folder = options.prefix / "samples" / name
         call("cmake", "-S", ROOT / "tools" / "samples" / name, "-B", folder,
              f"-DCMAKE_PREFIX_PATH={options.prefix}")
-        call("cmake", "--build", folder, "-j", "2")
-        assert "libpostchain.so" in call("ldd", folder / f"{name}_host"), name
+        if name != "ogre":
+            call("cmake", "--build", folder, "-j", "2")
+            assert "libpostchain.so" in call("ldd", folder / f"{name}_host"), name
 
 
 USE_MODULE = """
@@ -254,7 +249,8 @@ def packages(options):
     has a license. The examples in C build against the unpacked packages and run."""
     folder = options.prefix.parent / "packages"
     shutil.rmtree(folder, ignore_errors=True)
-    call("cpack", "-G", "DEB", "--config", options.build / "CPackConfig.cmake", "-B", folder)
+    call("cpack", "-G", "DEB", "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=none", "--config",
+         options.build / "CPackConfig.cmake", "-B", folder)
     held = {}
     for deb in folder.glob("*.deb"):
         package = call("dpkg-deb", "-f", deb, "Package").strip()
@@ -319,12 +315,13 @@ def source_package(options, folder):
     """The source package is the commit with debian/. tools/packaging/check_packages.sh builds it."""
     if not (ROOT / ".git").exists():
         return
-    dsc = call(ROOT / "tools/packaging/source_package.sh", folder, "A B <a@b.c>").strip()
+    dsc = call(ROOT / "tools/packaging/source_package.sh", folder, "A B <a@b.c>", "-Zgzip", "-z1").strip()
     text = pathlib.Path(dsc).read_text()
     assert "\nMaintainer: A B <a@b.c>\n" in text and ", libepoxy-dev," in text, text
-    call("dpkg-source", "--no-check", "-x", dsc, folder / "tree")
-    for file in ("debian/rules", "debian/changelog", "debian/source/format", "CMakeLists.txt"):
-        assert (folder / "tree" / file).exists(), file
+    (folder / "tree").mkdir()
+    files = ("debian/rules", "debian/changelog", "debian/source/format", "debian/control", "CMakeLists.txt")
+    call("tar", "-xzf", one("*.tar.gz", folder), "-C", folder / "tree", "--strip-components=1",
+         *(f"postchain-{options.version}/{file}" for file in files))
     control = (folder / "tree/debian/control").read_text()
     assert re.findall(r"\nPackage: (\S+)", control) == [
         f"libpostchain{soversion(options)}", f"libpostchain-config{soversion(options)}",

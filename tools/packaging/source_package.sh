@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Makes the Debian source package of the commit: postchain_VERSION.dsc and .tar.xz in FOLDER, from which
 # dpkg-buildpackage builds the packages of cpack. debian/ is made of tools/packaging/debian.
-# Usage: tools/packaging/source_package.sh FOLDER ["NAME <ADDRESS>"]      the maintainer
+# Usage: tools/packaging/source_package.sh FOLDER ["NAME <ADDRESS>"] [OPTION of dpkg-source]...
+# "NAME <ADDRESS>": the maintainer.
 # Needs git, cmake, dpkg-dev.
 set -euo pipefail
-[[ $# == 1 || $# == 2 ]] || { echo "usage: $0 FOLDER [\"NAME <ADDRESS>\"]" >&2; exit 2; }
+[[ $# -ge 1 ]] || { echo "usage: $0 FOLDER [\"NAME <ADDRESS>\"] [OPTION of dpkg-source]..." >&2; exit 2; }
 mkdir -p "$1"
 out=$(cd "$1" && pwd)
 cd "$(dirname "$0")/../.."
@@ -23,6 +24,6 @@ echo "3.0 (native)" >"$tree/debian/source/format"
 cmake -D OUT="$tree/debian" \
     -D MAINTAINER="${2:-The authors of postchain <postchain@postchain.invalid>}" \
     -P "$tree/tools/packaging/debian.cmake"
-(cd "$work" && dpkg-source -b "postchain-$version" >/dev/null)
+(cd "$work" && dpkg-source "${@:3}" -b "postchain-$version" >/dev/null)
 mv "$work"/postchain_* "$out/"
 echo "$out/postchain_$version.dsc"

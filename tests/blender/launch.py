@@ -26,7 +26,7 @@ class Launcher:
         return {**request.blender_environment(), **paths, "POSTCHAIN": self.postchain,
                 "POSTCHAIN_ZIP": self.zip, "PYTHONDONTWRITEBYTECODE": "1", "PWD": str(folder)}
 
-    def run(self, folder, *arguments, before=(), timeout=500):
+    def run(self, folder, *arguments, before=(), timeout=1700):
         """Standard output and error of `blender ARGUMENTS` in a folder; fails if Blender does."""
         done = subprocess.run([*before, self.blender, "--factory-startup", "--python-exit-code", "1",
                                *map(str, arguments)], cwd=folder, env=self.environment(folder), text=True,

@@ -2,6 +2,7 @@
 import json
 import os
 import sys
+import time
 import traceback
 
 import bpy
@@ -10,6 +11,19 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import scene as scenes  # noqa: E402
 
 FOLDER = sys.argv[sys.argv.index("--") + 1]
+WAIT_S = 120
+
+
+def until(condition, text):
+    """Yields until a condition holds."""
+    end = time.monotonic() + WAIT_S
+    while not condition():
+        check(time.monotonic() < end, text)
+        yield
+
+
+def ended():
+    return not sys.modules[scenes.MODULE].command.Job.running
 
 
 def check(condition, text):
@@ -71,9 +85,15 @@ def steps():
     scene = scenes.make(FOLDER, (160, 90))
     yield
     space = split()
-    for _ in range(3):  # its tabs are known when it has been drawn
-        yield
-    space.context = "OUTPUT"
+
+    def output_tab():
+        """A tab can be chosen when the editor has been drawn."""
+        try:
+            space.context = "OUTPUT"
+        except TypeError:
+            return False
+        return True
+    yield from until(output_tab, "the panel is drawn")
     for _ in range(3):
         yield
     screenshot("before.png")
@@ -102,11 +122,8 @@ def steps():
     check(job._process.poll() is None, "runs")
     window().event_simulate(type="ESC", value="PRESS")
     window().event_simulate(type="ESC", value="RELEASE")
-    for _ in range(50):
-        yield
-        if not addon.command.Job.running:
-            break
-    check(not addon.command.Job.running and job._process.poll() is not None, "Esc ends the process")
+    yield from until(ended, "Esc ends the job")
+    check(job._process.poll() is not None, "Esc ends the process")
     check("cancelled" in bpy.context.window_manager.postchain_outcome, "the panel says so")
 
     check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts again")
@@ -124,23 +141,17 @@ def steps():
     scene = bpy.context.scene
     scene.postchain.preset, scene.postchain.existing, scene.postchain.samples = "fast", "overwrite", 0
     check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts after loading")
-    while addon.command.Job.running:
-        yield
-    yield
-    check("3 frames are in" in bpy.context.window_manager.postchain_outcome, "filters")
-    for _ in range(3):
-        yield
-    check(shown() == ["shot_0001.exr", "postchain shot_0001.exr"], f"input and result: {shown()}")
+    yield from until(lambda: "3 frames are in" in bpy.context.window_manager.postchain_outcome, "filters")
+    yield from until(lambda: shown() == ["shot_0001.exr", "postchain shot_0001.exr"], "shows input and result")
     screenshot("filtered.png")
     for one in window().screen.areas:
         if one.type == "IMAGE_EDITOR":
             one.type = "VIEW_3D"
     yield
     check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts without an image editor")
-    while addon.command.Job.running:
-        yield
-    yield
-    check(len(bpy.context.window_manager.windows) == 2 and len(shown()) == 2, "a window shows both")
+    yield from until(lambda: len(bpy.context.window_manager.windows) == 2 and len(shown()) == 2,
+                     "a window shows both")
+    yield from until(ended, "the job has ended")
     with bpy.context.temp_override(window=window()):
         bpy.ops.postchain.put_back()
         bpy.ops.ed.undo_push(message="Put Back")

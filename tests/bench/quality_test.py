@@ -20,11 +20,16 @@ POSTCHAIN = sys.argv.pop(1)
 
 
 class Quality(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.wheels = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
+        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", cls.wheels, "--size", "64x36", "--frames",
+                        "11", "--truth-samples", "16", "--on-existing", "overwrite"], check=True, capture_output=True)
+
     def setUp(self):
         self.data = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.scene = self.data / "wheels"
-        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", self.scene, "--size", "64x36", "--frames",
-                        "11", "--truth-samples", "16"], check=True, capture_output=True)
+        shutil.copytree(self.wheels, self.scene)
 
     def shift(self, name, value):
         """mb.0011.exr plus a value, as another file."""

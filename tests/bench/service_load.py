@@ -6,11 +6,11 @@ usage: service_load.py POSTCHAIN [--pollers N] [--listeners N] [--jobs N] [--fra
 Both halves run the same jobs on one process, alternating (quiet, loaded, quiet, loaded), so that the
 ratio does not depend on other load."""
 import argparse
+import asyncio
+import datetime
 import json
 import pathlib
 import resource
-import selectors
-import socket
 import statistics
 import subprocess
 import sys
@@ -21,103 +21,83 @@ import time
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "service"))
 from server import Server  # noqa: E402
 
+LAST_EVENT_S = 60  # that the last event may take to all listeners
 
-class Listeners(threading.Thread):
-    """All listeners in one thread; keeps the ids that each has received."""
 
-    def __init__(self, server, count):
-        super().__init__(daemon=True)
-        self.selector = selectors.DefaultSelector()
-        self.seen = [[] for _ in range(count)]
-        self.rest = [b""] * count
-        self.closed = 0
-        self.running = True
-        self.sockets = []
-        for i in range(count):
-            client = server.connect(30)
-            client.sendall(b"GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n")
-            self.sockets.append(client)
-        for i, client in enumerate(self.sockets):
-            head = b""
-            while b"\r\n\r\n" not in head:
-                head += client.recv(4096)
+class Clients:
+    """Listeners and pollers, in one thread, while the context is open."""
+
+    def __init__(self, server, options):
+        self.port, self.options = server.port, options
+        self.seen = [[] for _ in range(options.listeners)]  # ids of events
+        self.times, self.failed, self.closed = [], 0, 0  # of requests, seconds; requests; listeners
+        self.connected, self.polling = threading.Barrier(2), True
+        self.thread = threading.Thread(target=lambda: asyncio.run(self.run()))
+
+    def __enter__(self):
+        self.thread.start()
+        self.connected.wait()
+        return self
+
+    def __exit__(self, *_):
+        self.polling = False
+        self.thread.join()
+
+    async def request(self, line):
+        """(reader, writer) of a connection that has sent it."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", self.port)
+        writer.write(f"GET {line} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+        return reader, writer
+
+    async def listen(self, reader, ids):
+        try:
+            while True:
+                event = await reader.readuntil(b"\n\n")
+                if event.startswith(b"id: "):
+                    ids.append(int(event[4:event.index(b"\n")]))
+        except asyncio.IncompleteReadError:
+            self.closed += 1
+
+    async def poll(self, number):
+        line = "/v1/jobs?limit=5"
+        await asyncio.sleep(self.options.pause * number / self.options.pollers)
+        start = time.monotonic()
+        reader, writer = await self.request(line)
+        try:
+            while self.polling:
+                head = (await reader.readuntil(b"\r\n\r\n")).lower()
+                await reader.readexactly(int(head.split(b"content-length: ")[1].split(b"\r\n")[0]))
+                self.failed += not head.startswith(b"http/1.1 200")
+                self.times.append(time.monotonic() - start)
+                await asyncio.sleep(self.options.pause)
+                start = time.monotonic()
+                writer.write(f"GET {line} HTTP/1.1\r\nHost: localhost\r\n\r\n".encode())
+        except asyncio.IncompleteReadError:
+            self.failed += 1
+        writer.close()
+
+    async def run(self):
+        connections = [await self.request("/v1/events") for _ in self.seen]
+        for reader, _ in connections:
+            head = await reader.readuntil(b"\r\n\r\n")
             assert head.startswith(b"HTTP/1.1 200"), head
-            client.setblocking(False)
-            self.selector.register(client, selectors.EVENT_READ, i)
+        listeners = [asyncio.create_task(self.listen(reader, ids))
+                     for (reader, _), ids in zip(connections, self.seen)]
+        self.connected.wait()
+        await asyncio.gather(*(self.poll(i) for i in range(self.options.pollers)))
+        end = time.monotonic() + LAST_EVENT_S
+        while len({ids[-1] if ids else 0 for ids in self.seen}) > 1 and time.monotonic() < end:
+            await asyncio.sleep(0.1)
+        for listener in listeners:
+            listener.cancel()
+        for _, writer in connections:
+            writer.close()
 
-    def run(self):
-        while self.running:
-            for key, _ in self.selector.select(0.2):
-                i = key.data
-                data = key.fileobj.recv(65536)
-                if not data:
-                    self.closed += 1
-                    self.selector.unregister(key.fileobj)
-                    continue
-                *texts, self.rest[i] = (self.rest[i] + data).split(b"\n\n")
-                self.seen[i] += [int(text[4:text.index(b"\n")]) for text in texts
-                                 if text.startswith(b"id: ")]
-
-    def end(self):
-        self.running = False
-        self.join()
-        for client in self.sockets:
-            client.close()
-
-
-class Pollers(threading.Thread):
-    """Each polls a job, with pauses; all in one thread."""
-
-    REQUEST = b"GET /v1/jobs?limit=5 HTTP/1.1\r\nHost: localhost\r\n\r\n"
-
-    def __init__(self, server, count, pause):
-        super().__init__(daemon=True)
-        self.pause = pause
-        self.clients = [server.connect(30) for _ in range(count)]
-        for client in self.clients:
-            client.setblocking(False)
-        self.running = True
-        self.times, self.failed = [], 0
-
-    def run(self):
-        count = len(self.clients)
-        selector = selectors.DefaultSelector()
-        for i, client in enumerate(self.clients):
-            selector.register(client, selectors.EVENT_READ, i)
-        now = time.monotonic()
-        due = [now + self.pause * i / count for i in range(count)]
-        sent, buffers = [None] * count, [b""] * count
-        while self.running or any(sent):
-            now = time.monotonic()
-            for i in range(count):
-                if self.running and sent[i] is None and now >= due[i]:
-                    self.clients[i].send(self.REQUEST)
-                    sent[i] = now
-            for key, _ in selector.select(0.005):
-                i = key.data
-                data = key.fileobj.recv(65536)
-                if not data:
-                    self.failed += 1
-                    sent[i] = None
-                    due[i] = float("inf")
-                    selector.unregister(key.fileobj)
-                    continue
-                buffers[i] += data
-                head, found, body = buffers[i].partition(b"\r\n\r\n")
-                if not found:
-                    continue
-                length = int(head.lower().split(b"content-length: ")[1].split(b"\r\n")[0])
-                if len(body) < length:
-                    continue
-                self.failed += not head.startswith(b"HTTP/1.1 200")
-                self.times.append(time.monotonic() - sent[i])
-                buffers[i], sent[i], due[i] = b"", None, time.monotonic() + self.pause
-
-    def end(self):
-        self.running = False
-        self.join()
-        for client in self.clients:
-            client.close()
+    def lost(self):
+        """Events that one listener has received and another has not; ids have no gaps."""
+        received = {number for ids in self.seen for number in ids}
+        expected = range(min(received, default=0), max(received, default=-1) + 1)
+        return sum(len(expected) - len(set(ids)) for ids in self.seen)
 
 
 def run_jobs(server, jobs, name):
@@ -135,10 +115,31 @@ def run_jobs(server, jobs, name):
         if all(job["state"] == "done" for job in done):
             break
         time.sleep(0.5)
-    stamp = lambda text: time.mktime(time.strptime(text[:19], "%Y-%m-%dT%H:%M:%S")) \
-        + int(text[20:23]) / 1000
-    took = max(stamp(job["ended"]) for job in done) - min(stamp(job["started"]) for job in done)
-    return sum(job["done"] for job in done) / took
+    ended, started = ([datetime.datetime.fromisoformat(job[key]) for job in done] for key in ("ended", "started"))
+    return sum(job["done"] for job in done) / (max(ended) - min(started)).total_seconds()
+
+
+def measure(server, options):
+    """Values by their names."""
+    run_jobs(server, 1, "warm")
+    quiet, loaded, result, rounds = [], [], {}, []
+    for k in range(options.rounds):
+        quiet.append(run_jobs(server, options.jobs, f"quiet{k}"))
+        with Clients(server, options) as clients:
+            loaded.append(run_jobs(server, options.jobs, f"loaded{k}"))
+            result["threads"], result["memory_mib"] = server.threads(), server.memory_kib() >> 10
+        rounds.append(clients)
+    times = sorted(seconds for one in rounds for seconds in one.times)
+    lists = [ids for one in rounds for ids in one.seen]
+    return result | {
+        "listeners": options.listeners, "pollers": options.pollers,
+        "events_received": sum(map(len, lists)), "events_lost": sum(one.lost() for one in rounds),
+        "events_twice": sum(len(ids) - len(set(ids)) for ids in lists),
+        "listeners_closed": sum(one.closed for one in rounds),
+        "requests": len(times), "requests_failed": sum(one.failed for one in rounds),
+        "request_median_ms": 1e3 * statistics.median(times), "request_p99_ms": 1e3 * times[int(0.99 * len(times))],
+        "frames_per_s_quiet": quiet, "frames_per_s_loaded": loaded,
+        "ratio": statistics.median(loaded) / statistics.median(quiet)}
 
 
 def main():
@@ -162,73 +163,15 @@ def main():
         (root / "out").mkdir()
         server = Server([options.program, "serve", "--root", folder, "--store",
                          str(root / "jobs.sqlite"), "--port", "0"])
-        run_jobs(server, 1, "warm")
-        quiet, loaded, result = [], [], {}
-        times, failed, lost, twice, closed, seen = [], 0, 0, 0, 0, 0
-        for k in range(options.rounds):
-            quiet.append(run_jobs(server, options.jobs, f"quiet{k}"))
-            listeners = Listeners(server, options.listeners)
-            pollers = Pollers(server, options.pollers, options.pause)
-            listeners.start()
-            pollers.start()
-            first = max_id(server)
-            loaded.append(run_jobs(server, options.jobs, f"loaded{k}"))
-            last = max_id(server)
-            result["threads"], result["memory_mib"] = server.threads(), server.memory_kib() >> 10
-            pollers.end()
-            time.sleep(2)
-            listeners.end()
-            expected = set(range(first + 1, last + 1))
-            for ids in listeners.seen:
-                lost += len(expected - set(ids))
-                twice += len(ids) - len(set(ids))
-                seen += len(ids)
-            closed += listeners.closed
-            failed += pollers.failed
-            times += pollers.times
-        code = server.stop()
-        times.sort()
-        result |= {
-            "listeners": options.listeners, "pollers": options.pollers,
-            "events_received": seen, "events_lost": lost, "events_twice": twice,
-            "listeners_closed": closed, "requests": len(times), "requests_failed": failed,
-            "request_median_ms": 1e3 * statistics.median(times),
-            "request_p99_ms": 1e3 * times[int(0.99 * len(times))],
-            "frames_per_s_quiet": quiet, "frames_per_s_loaded": loaded,
-            "ratio": statistics.median(loaded) / statistics.median(quiet), "exit_code": code}
+        result = measure(server, options)
+        result["exit_code"] = server.stop()
     if options.json:
         print(json.dumps(result))
     else:
         for key, value in result.items():
             print(f"{key:20} {value}")
-    return 0 if not (lost or twice or closed or failed) else 1
-
-
-def max_id(server):
-    """Id of the last event; ids have no gaps."""
-    low, high = 0, 1 << 20
-    while low < high:
-        middle = (low + high) // 2
-        with server.connect() as client:
-            client.sendall(f"GET /v1/events?after={middle} HTTP/1.1\r\nHost: localhost\r\n\r\n"
-                           .encode())
-            client.settimeout(0.3)
-            got = b""
-            try:
-                while b"\nid: " not in got and not got.startswith(b"id: "):
-                    data = client.recv(65536)
-                    if not data:
-                        break
-                    got += data
-                    if b"id: " in got:
-                        break
-            except TimeoutError:
-                pass
-        if b"id: " in got:
-            low = middle + 1
-        else:
-            high = middle
-    return low
+    faults = ("events_lost", "events_twice", "listeners_closed", "requests_failed")
+    return 1 if any(result[key] for key in faults) else 0
 
 
 if __name__ == "__main__":

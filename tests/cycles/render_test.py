@@ -25,8 +25,8 @@ if len(sys.argv) < 3:
 
 def run_script(name, *arguments):
     done = subprocess.run(
-        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P", SCRIPTS / name, "--", *arguments], capture_output=True, text=True, check=False,
-        env=request.blender_environment())
+        [BLENDER, "-b", "--factory-startup", "--python-exit-code", "1", "-P", SCRIPTS / name, "--", *arguments],
+        capture_output=True, text=True, check=False, env=request.blender_environment())
     if done.returncode != 0:
         raise AssertionError(done.stdout + done.stderr)
 

@@ -4,7 +4,8 @@ from math import pi, radians, sin
 
 import numpy as np
 
-from model import bricks, Camera, checker, lamp, Mesh, moved, paint, plain, Scene, stripes, tube
+from materials import bricks, checker, lamp, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene, tube
 
 FOCUS = 2.0
 

@@ -5,7 +5,8 @@ from math import pi, radians, sin
 
 from mathutils import Euler, Vector
 
-from model import bricks, Camera, leaf, Mesh, mosaic, moved, paint, plain, Scene, stripes
+from materials import bricks, leaf, mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 
 def camera_pose(t):

@@ -3,9 +3,10 @@ leaves close to the lens, lamps out of focus behind six blades, bouncing balls."
 from math import cos, pi, radians, sin
 from random import Random
 
-from mathutils import Euler, Matrix, Vector
+from mathutils import Euler, Vector
 
-from model import bricks, Camera, checker, lamp, Mesh, mosaic, paint, plain, Scene, stripes
+from materials import bricks, checker, lamp, mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 GRAVITY = 9.81 / 24**2  # meters per frame^2
 LENGTH = 16.0
@@ -13,10 +14,10 @@ LENGTH = 16.0
 
 def camera_pose(t):
     """0.085 m a frame along +y, a step every 11 frames, turning to and fro."""
-    place = Vector((0.03 * sin(2 * pi * t / 22), 0.085 * t, 0.82 + 0.018 * cos(2 * pi * t / 11)))
     yaw = radians(4.5) * sin(2 * pi * (t - 3) / 22)
     pitch = radians(-2.0) + radians(0.9) * sin(2 * pi * (t + 1) / 11)
-    return Matrix.Translation(place) @ Euler((pi / 2 + pitch, 0, yaw)).to_matrix().to_4x4()
+    return moved(0.03 * sin(2 * pi * t / 22), 0.085 * t, 0.82 + 0.018 * cos(2 * pi * t / 11),
+                 (pi / 2 + pitch, 0, yaw))
 
 
 def bounce(t, impact, period, height):
@@ -89,8 +90,7 @@ def build_leaves():
 
         def pose(t, x=x, y=y, period=period, start=start):
             sway = 0.07 * sin(2 * pi * t / period + start)
-            turn = Euler((sway, 0.6 * sway, 2.5 * sway)).to_matrix().to_4x4()
-            return Matrix.Translation((x, y, 2.0)) @ turn
+            return moved(x, y, 2.0, (sway, 0.6 * sway, 2.5 * sway))
         made.finish(pose)
 
 
@@ -119,11 +119,8 @@ def build_lamps():
         made = Mesh(f"lantern{i}")
         made.rod((0, 0, 0), (0, 0, z - 2), 0.0008, cord, segments=6)
         made.ball((0, 0, z - 2), 0.007, bulb, segments=12)
-
-        def pose(t, x=x, y=y, i=i):
-            turn = Euler((0.04 * sin(t / 3 + i), 0.05 * cos(t / 4 + 2 * i), 0))
-            return Matrix.Translation((x, y, 2.0)) @ turn.to_matrix().to_4x4()
-        made.finish(pose)
+        made.finish(lambda t, x=x, y=y, i=i:
+                    moved(x, y, 2.0, (0.04 * sin(t / 3 + i), 0.05 * cos(t / 4 + 2 * i), 0)))
 
 
 def build_balls():
@@ -139,8 +136,7 @@ def build_balls():
         made.ball((0, 0, 0), radius, paint(f"ball{i}", stripes(0.9 / radius, *colors[i], "X"), 0.12), segments=48)
 
         def pose(t, radius=radius, x=x, y=y, vx=vx, vy=vy, impact=impact, period=period, spin=spin):
-            place = Vector((x + vx * t, y + vy * t, bounce(t, impact, period, radius)))
-            return Matrix.Translation(place) @ Euler([t * s for s in spin]).to_matrix().to_4x4()
+            return moved(x + vx * t, y + vy * t, bounce(t, impact, period, radius), [t * s for s in spin])
         made.finish(pose)
 
 

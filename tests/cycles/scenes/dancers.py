@@ -4,7 +4,8 @@ from math import cos, pi, radians, sin
 
 from mathutils import Matrix, Vector
 
-from model import bricks, Camera, checker, lamp, Mesh, mosaic, moved, paint, plain, Scene, stripes
+from materials import bricks, checker, lamp, mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 CAMERA = moved(0, 0, 0.46, (radians(89), 0, 0))
 
@@ -119,8 +120,9 @@ def near_joints(t):
             "upper_arm_l": (-1.2 + 0.75 * sin(a), -0.9 + 0.4 * cos(a), 0),
             "lower_arm_l": (-0.7 + 0.4 * sin(a + 1), 0, 0),
             "upper_arm_r": (-1.0 - 0.8 * sin(a), 0.8 + 0.3 * sin(a), 0),
-            "lower_arm_r": (-0.8 - 0.5 * sin(a + 0.6), 0, 0), "upper_leg_l": (-0.5 + 0.5 * sin(a), 0, 0),
-            "lower_leg_l": (0.5, 0, 0), "upper_leg_r": (-0.1 - 0.4 * sin(a), 0, 0), "lower_leg_r": (0.4, 0, 0)}
+            "lower_arm_r": (-0.8 - 0.5 * sin(a + 0.6), 0, 0),
+            "upper_leg_l": (-0.5 + 0.5 * sin(a), 0, 0), "lower_leg_l": (0.5, 0, 0),
+            "upper_leg_r": (-0.1 - 0.4 * sin(a), 0, 0), "lower_leg_r": (0.4, 0, 0)}
 
 
 def middle_path(t):
@@ -134,8 +136,9 @@ def middle_joints(t):
     a = 2 * pi * t / 22
     return {"chest": (0.05, 0.12 * sin(a), 0), "head": (0, 0, 0.4 * sin(a)), "braid": (1.1, 0, -0.5),
             "upper_arm_l": (-0.2, -1.5 + 0.15 * sin(a), 0), "lower_arm_l": (-0.35, 0, 0),
-            "upper_arm_r": (-0.2, 1.35 + 0.15 * cos(a), 0), "lower_arm_r": (-0.35, 0, 0), "upper_leg_l": (-0.05, 0, 0),
-            "lower_leg_l": (0.1, 0, 0), "upper_leg_r": (-1.1 + 0.2 * sin(a), 0.5, 0), "lower_leg_r": (1.4, 0, 0)}
+            "upper_arm_r": (-0.2, 1.35 + 0.15 * cos(a), 0), "lower_arm_r": (-0.35, 0, 0),
+            "upper_leg_l": (-0.05, 0, 0), "lower_leg_l": (0.1, 0, 0),
+            "upper_leg_r": (-1.1 + 0.2 * sin(a), 0.5, 0), "lower_leg_r": (1.4, 0, 0)}
 
 
 def far_path(t):

@@ -6,7 +6,8 @@ from math import radians, sin
 import numpy as np
 from mathutils import Matrix
 
-from model import bricks, Camera, checker, lamp, Mesh, mosaic, moved, paint, plain, Scene, stripes
+from materials import bricks, checker, lamp, mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 
 def camera_pose(t):

@@ -5,7 +5,8 @@ from math import cos, pi, radians, sin
 
 from mathutils import Matrix, Vector
 
-from model import bricks, Camera, checker, lamp, Mesh, mosaic, moved, paint, plain, Scene, stripes
+from materials import bricks, checker, lamp, mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 CAMERA = moved(0, 0, 0.4, (radians(90), 0, 0))
 FOCUS = 1.9
@@ -123,4 +124,5 @@ def build_ground():
 SCENE = Scene(camera=Camera(lambda t: CAMERA, focus=FOCUS, focal_length_mm=45.0, f_stop=1.2),
               sky=[(0.0, (0.2, 0.2, 0.2)), (0.5, (0.75, 0.8, 0.9)), (1.0, (0.2, 0.4, 0.8))],
               sun=((0.4, 0.9, -0.7), 3.5),
-              parts=[build_twigs, build_arm, build_windmill, build_fur, build_crate, build_bulbs, build_ground], stage=build_ground)
+              parts=[build_twigs, build_arm, build_windmill, build_fur, build_crate, build_bulbs, build_ground],
+              stage=build_ground)

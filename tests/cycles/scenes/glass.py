@@ -4,7 +4,8 @@ from math import cos, pi, radians, sin
 
 from mathutils import Matrix
 
-from model import bricks, Camera, checker, glass, lamp, Mesh, mirrored, moved, paint, plain, Scene, stripes
+from materials import bricks, checker, glass, lamp, mirrored, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 
 def camera_pose(t):

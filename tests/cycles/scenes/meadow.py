@@ -4,7 +4,8 @@ from math import pi, radians, sin
 
 import numpy as np
 
-from model import Camera, Mesh, mosaic, moved, paint, plain, Scene, sheets, stripes
+from materials import mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene, sheets
 
 BLADES = 7000
 HAIRS = 5000
@@ -84,8 +85,8 @@ def build_head():
     long = pick.uniform(0.12, 0.22, HAIRS)
     curl = pick.normal(0, 0.008, (HAIRS, 2))
     along = np.linspace(0, 1, points)
-    rest = (root[:, None] * (1 + 0.06 * along[None, :, None]) + out[:, None]
-            * (0.045 * np.sin(along * pi / 2))[None, :, None])
+    rest = (root[:, None] * (1 + 0.06 * along[None, :, None])
+            + out[:, None] * (0.045 * np.sin(along * pi / 2))[None, :, None])
     rest[..., 2] -= long[:, None] * along**1.3
     rest[..., 0] += curl[:, :1] * np.sin(9 * along)
     rest[..., 1] += curl[:, 1:] * np.sin(7 * along)

@@ -3,7 +3,8 @@ tail lamps that come and go, signs; the camera drives along."""
 import random
 from math import radians, sin
 
-from model import add_spot, bricks, Camera, checker, haze, lamp, Mesh, mirrored, moved, paint, plain, Scene
+from materials import bricks, checker, haze, lamp, mirrored, paint, plain
+from model import add_spot, Camera, Mesh, moved, Scene
 
 FOG = (0.018, 0.022, 0.032)
 

@@ -4,8 +4,8 @@ from math import radians, sin
 
 import numpy as np
 
-from model import (bricks, Camera, checker, lamp, Mesh, mirrored, mosaic, moved, paint, plain, Scene, sheets, stripes,
-                   veil)
+from materials import bricks, checker, lamp, mirrored, mosaic, paint, plain, stripes, veil
+from model import Camera, Mesh, moved, Scene, sheets
 
 GRAVITY = 9.81 / 24**2  # meters per frame^2
 
@@ -67,8 +67,8 @@ def build_sparks():
 
     def places(t):
         u = np.maximum(t - born, 0)
-        return np.stack([0.62 + speed * np.cos(angle) * u, 2.25 + deep * u, 0.72 + speed * np.sin(angle) * u - 0.5
-                         * GRAVITY * u * u], 1)
+        return np.stack([0.62 + speed * np.cos(angle) * u, 2.25 + deep * u,
+                         0.72 + speed * np.sin(angle) * u - 0.5 * GRAVITY * u * u], 1)
     for i, (color, strength) in enumerate([((1.0, 0.55, 0.15), 45), ((1.0, 0.8, 0.45), 80)]):
         build_drops(f"sparks{i}", lamp(f"spark{i}", color, strength), (0.0028, 0.0028), lambda t, i=i: places(t)[i::2])
 

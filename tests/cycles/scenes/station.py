@@ -3,7 +3,8 @@ goes from 40 to 30 mm; a train comes in behind, pillars and hanging lamps fly by
 import random
 from math import cos, radians, sin
 
-from model import bricks, Camera, checker, lamp, Mesh, mosaic, moved, paint, plain, Scene, stripes
+from materials import bricks, checker, lamp, mosaic, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 
 def heading(t):
@@ -129,8 +130,8 @@ def build_runner(cover):
         limb = Mesh(f"limb{i}")
         limb.limb((0, 0, 0), (0, 0, -length), 0.05, cloth)
         limb.limb((0, 0, -length), (0.16 if i < 2 else -0.2, 0, -1.7 * length), 0.045, skin)
-        limb.finish(lambda t, z=z, side=side, swing=swing: runner(t)
-                    @ moved(0.03, side, z, (0, swing * sin(0.9 * t), 0)))
+        limb.finish(lambda t, z=z, side=side, swing=swing:
+                    runner(t) @ moved(0.03, side, z, (0, swing * sin(0.9 * t), 0)))
     balloon = Mesh("balloon")
     balloon.ball((0, 0, 0), 0.2, shine, (1, 1, 1.2))
     balloon.rod((0, 0, -0.24), (0.1, 0, -0.8), 0.004, cover["dark"], segments=6)

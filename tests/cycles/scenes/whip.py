@@ -5,7 +5,8 @@ from math import cos, pi, radians, sin
 
 from mathutils import Euler, Matrix
 
-from model import bricks, Camera, checker, lamp, Mesh, moved, paint, plain, Scene, stripes
+from materials import bricks, checker, lamp, paint, plain, stripes
+from model import Camera, Mesh, moved, Scene
 
 
 def heading(t):

@@ -1,7 +1,8 @@
 """A still brick wall and a lens that zooms: what Cycles' motion vectors leave out. For tests only."""
 from math import radians
 
-from model import bricks, Camera, Mesh, moved, paint, Scene
+from materials import bricks, paint
+from model import Camera, Mesh, moved, Scene
 
 CAMERA = moved(0, 0, 0, (radians(90), 0, 0))
 

@@ -23,11 +23,8 @@ class Arguments {
     int count(const std::string& key, int value);  // above 0; `value`: the default
     std::array<int, 2> size(int width, int height);
 
-    // All that is left.
-    std::vector<std::string> rest() const { return left_; }
-    // As rest(); another option ends the program.
-    std::vector<std::string> words() const;
-    void none() const;  // anything left ends the program
+    std::vector<std::string> words() const;  // the rest; another option ends the program
+    void none() const;                       // anything left ends the program
 
   private:
     [[noreturn]] void refuse(const std::string& word) const;

@@ -29,9 +29,9 @@ struct BenchFrame {
     double still = 0;    // fraction of the pixels
 };
 
-// Still sky, ground of which the right half moves, and a disc in front, in focus, that turns by 60 px
-// a frame at its rim. All surfaces have waves and bars, so that FXAA finds edges. Color values fit in
-// half, like those of most files.
+// Still sky, ground of which the right half moves, and a disc in front, in focus, that turns by 60
+// px a frame at its rim. All surfaces have waves and bars, so that FXAA finds edges. Color values
+// fit in half, like those of most files.
 BenchFrame make_frame(int width, int height);
 
 struct Settings {

@@ -1,4 +1,5 @@
-// Plans for an engine's frame: all planes, both neighbors, a lens and a shutter, and no known facts.
+// Plans for an engine's frame: all planes, both neighbors, a lens and a shutter, and no known
+// facts.
 #pragma once
 
 #include "chain/planner.h"

@@ -10,8 +10,6 @@
 // median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if a
 // shader exits early, as motion blur does on still tiles; for FXAA those of an edge without the
 // walk along it. MiB are the textures of one run, apart from the frame's own planes.
-#include <benchmark/benchmark.h>
-
 #include <cstdio>
 #include <map>
 
@@ -160,7 +158,8 @@ class Bench {
         bandwidth_ = 1e-6 * bytes / quantile(times, 0.5);
     }
 
-    void run(benchmark::State& state, const Case& one) {
+    // Prints a row, and one for each step.
+    void run(const Case& one) {
         Plan plan = plan_of(one, frame_);
         double taps = 0;
         for (const Step& step : plan.steps) taps += double(step.taps);
@@ -179,41 +178,30 @@ class Bench {
 
         Sums times, copies;
         std::map<std::string, Sums> by_name;
-        for (auto _ : state) {
+        for (int i = 0; i < settings_.iterations; ++i) {
             require(executor_.run(plan, inputs));
-            double seconds = 0;
             for (const PassTime& time : finished_times(executor_)) {
                 const bool copy = time.name.starts_with("copy");
                 (copy ? copies : times).add(time, passes);
                 if (steps_ && !copy)
                     by_name[concat(size_t(time.pass) % passes, ".", time.name)].add(time, passes);
-                seconds += 1e-3 * time.milliseconds;
             }
             times.end_run();
             copies.end_run();
             for (auto& [name, sums] : by_name) sums.end_run();
-            state.SetIterationTime(seconds);
         }
         const std::vector<double>& all = one.passes.empty() ? copies.all() : times.all();
         const double megapixels = 1e-6 * settings_.width * settings_.height;
         const double median = quantile(all, 0.5);
-        state.counters["ms"] = median;
-        state.counters["low"] = quantile(all, 0.25);
-        state.counters["high"] = quantile(all, 0.75);
-        state.counters["ms/Mpx"] = median / megapixels;
-        state.counters["B/px"] = bytes_px;
-        state.counters["GB/s"] = bytes_px * megapixels / median;
-        state.counters["share"] = 100 * bytes_px * megapixels / median / bandwidth_;
-        state.counters["taps/px"] = taps / (1e6 * megapixels);
-        state.counters["ns/tap"] = 1e6 * median / taps;
-        state.counters["MiB"] = mebibytes;
-        state.counters["copies"] = median / quantile(copies.all(), 0.5);
-        rows_.clear();
-        if (steps_ && !one.passes.empty()) add_rows(once, by_name, megapixels);
+        const double rate = bytes_px * megapixels / median;
+        std::printf("%-36s %9.4f %8.4f-%8.4f %9.4f %7.1f %7.2f %6.1f %8.1f %9.4f %6.0f %8.2f\n",
+                    one.name.c_str(), median, quantile(all, 0.25), quantile(all, 0.75),
+                    median / megapixels, bytes_px, rate, 100 * rate / bandwidth_,
+                    taps / (1e6 * megapixels), 1e6 * median / taps, mebibytes,
+                    median / quantile(copies.all(), 0.5));
+        if (steps_ && !one.passes.empty()) print_steps(once, by_name, megapixels);
+        std::fflush(stdout);
     }
-
-    // One line for each step of the last run().
-    const std::vector<std::string>& step_rows() const { return rows_; }
 
   private:
     // Bytes of the textures of one run.
@@ -223,7 +211,8 @@ class Bench {
         return double(executor.counters().texture_bytes_peak);
     }
 
-    void add_rows(const Plan& plan, const std::map<std::string, Sums>& by_name, double megapixels) {
+    void print_steps(const Plan& plan, const std::map<std::string, Sums>& by_name,
+                     double megapixels) {
         const std::vector<StepBytes> bytes = bytes_of_steps(plan);
         for (size_t i = 0; i < plan.steps.size(); ++i) {
             const Step& step = plan.steps[i];
@@ -233,11 +222,8 @@ class Bench {
             const double median = quantile(sums->second.all(), 0.5);
             const double bytes_px = double(bytes[i].moved()) / (1e6 * megapixels);
             const double rate = bytes_px * megapixels / median;
-            char row[160];
-            std::snprintf(row, sizeof(row), "  %-34s %9.4f %17s %9.4f %7.1f %7.2f %6.1f",
-                          name.c_str(), median, "", median / megapixels, bytes_px, rate,
-                          100 * rate / bandwidth_);
-            rows_.push_back(row);
+            std::printf("  %-34s %9.4f %17s %9.4f %7.1f %7.2f %6.1f\n", name.c_str(), median, "",
+                        median / megapixels, bytes_px, rate, 100 * rate / bandwidth_);
         }
     }
 
@@ -248,48 +234,17 @@ class Bench {
     Executor executor_;
     BenchFrame frame_;
     DevicePlanes planes_;
-    std::vector<std::string> rows_;
-};
-
-class Table : public benchmark::BenchmarkReporter {
-  public:
-    explicit Table(const Bench& bench) : bench_(bench) {}
-    bool ReportContext(const Context&) override {
-        std::printf("%-36s %9s %17s %9s %7s %7s %6s %8s %9s %6s %8s\n", "pass", "ms", "quartiles",
-                    "ms/Mpx", "B/px", "GB/s", "share", "taps/px", "ns/tap", "MiB", "copies");
-        return true;
-    }
-    void ReportRuns(const std::vector<Run>& runs) override {
-        for (const Run& run : runs) {
-            const auto value = [&](const char* key) { return run.counters.at(key).value; };
-            std::printf("%-36s %9.4f %8.4f-%8.4f %9.4f %7.1f %7.2f %6.1f %8.1f %9.4f %6.0f %8.2f\n",
-                        run.run_name.function_name.c_str(), value("ms"), value("low"),
-                        value("high"), value("ms/Mpx"), value("B/px"), value("GB/s"),
-                        value("share"), value("taps/px"), value("ns/tap"), value("MiB"),
-                        value("copies"));
-            for (const std::string& row : bench_.step_rows()) std::printf("%s\n", row.c_str());
-            std::fflush(stdout);
-        }
-    }
-
-  private:
-    const Bench& bench_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    Arguments arguments(argc, argv, "");
+    Arguments arguments(argc, argv,
+                        concat("gpu_bench ", kSettingsUsage, " [--only=PART_OF_NAME] [--steps]"));
     const Settings settings = take_settings(arguments, 11);
     const std::string only = arguments.text("--only").value_or("");
     const bool steps = arguments.flag("--steps");
-    std::vector<std::string> rest = arguments.rest();
-    std::vector<char*> words = {argv[0]};
-    for (std::string& word : rest) words.push_back(word.data());
-    int count = int(words.size());
-    benchmark::Initialize(&count, words.data());
-    if (benchmark::ReportUnrecognizedArguments(count, words.data()))
-        fail(concat("also: ", kSettingsUsage, " [--only=PART_OF_NAME] [--steps]"), 2);
+    arguments.none();
     const auto context = require(egl::Context::create());
     Bench bench(settings, steps, context->device());
     std::printf("%s\n", device_text(context->device()).c_str());
@@ -300,16 +255,9 @@ int main(int argc, char** argv) {
     std::printf("bandwidth of a copy: %.1f GB/s; share: GB/s in percent of it\n",
                 bench.bandwidth());
     std::printf("copies: time as a multiple of a copy of the frame, measured alternately\n");
-    const std::vector<Case> all = cases();
-    for (const Case& one : all) {
-        if (one.name.find(only) == std::string::npos) continue;
-        benchmark::RegisterBenchmark(
-            one.name.c_str(), [&bench, one](benchmark::State& state) { bench.run(state, one); })
-            ->UseManualTime()
-            ->Iterations(settings.iterations);
-    }
-    Table table(bench);
-    benchmark::RunSpecifiedBenchmarks(&table);
-    benchmark::Shutdown();
+    std::printf("%-36s %9s %17s %9s %7s %7s %6s %8s %9s %6s %8s\n", "pass", "ms", "quartiles",
+                "ms/Mpx", "B/px", "GB/s", "share", "taps/px", "ns/tap", "MiB", "copies");
+    for (const Case& one : cases())
+        if (one.name.find(only) != std::string::npos) bench.run(one);
     return 0;
 }

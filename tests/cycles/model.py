@@ -178,7 +178,7 @@ def sheets(name, faces, materials, slots, shape):
     deform(made, shape)
 
 
-def _add_lamp(name, kind, direction):
+def add_lamp(name, kind, direction):
     """direction: of its light."""
     made = _add_object(name, bpy.data.lights.new(name, kind))
     made.rotation_mode = "QUATERNION"
@@ -187,7 +187,7 @@ def _add_lamp(name, kind, direction):
 
 
 def add_sun(direction, strength):
-    data = _add_lamp("sun", "SUN", direction).data
+    data = add_lamp("sun", "SUN", direction).data
     data.angle = 0
     data.energy = strength
 
@@ -209,7 +209,7 @@ def add_sky(stops):
 
 def add_spot(place, target, color, watts, spread):
     """A lamp without size that lights a cone of the angle `spread` (radians)."""
-    made = _add_lamp("spot", "SPOT", Vector(target) - Vector(place))
+    made = add_lamp("spot", "SPOT", Vector(target) - Vector(place))
     made.location = place
     data = made.data
     data.color, data.energy, data.spot_size, data.spot_blend = color, watts, spread, 0.3

@@ -10,10 +10,11 @@ import os
 import sys
 
 import bpy
-from mathutils import Matrix, Vector
+from mathutils import Matrix
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, os.path.join(FOLDER, "../../cycles"))
+import materials  # pylint: disable=wrong-import-position
 import model  # pylint: disable=wrong-import-position
 
 FRAMES = [1, 2]
@@ -24,26 +25,17 @@ def surface(name, color, gloss):
     """Diffuse and, by the share `gloss`, a mirror of roughness 0.3."""
     made = bpy.data.materials.new(name)
     made.use_nodes = True
-    nodes = model.Nodes(made.node_tree)
-    diffuse = nodes.add("ShaderNodeBsdfDiffuse", {"Color": (*color, 1)})
-    mirror = nodes.add("ShaderNodeBsdfGlossy", {"Color": (1, 1, 1, 1), "Roughness": 0.3})
-    mixed = nodes.add("ShaderNodeMixShader", {"Fac": gloss})
-    made.node_tree.links.new(diffuse.outputs["BSDF"], mixed.inputs[1])
-    made.node_tree.links.new(mirror.outputs["BSDF"], mixed.inputs[2])
-    nodes.add("ShaderNodeOutputMaterial", {"Surface": mixed.outputs["Shader"]})
+    nodes = materials.Nodes(made.node_tree)
+    diffuse = nodes.add("ShaderNodeBsdfDiffuse", {"Color": (*color, 1)}).outputs["BSDF"]
+    mirror = nodes.add("ShaderNodeBsdfGlossy", {"Color": (1, 1, 1, 1), "Roughness": 0.3}).outputs["BSDF"]
+    nodes.end(nodes.mix(gloss, diffuse, mirror))
     return made
 
 
 def light(group, direction, strength, color):
-    made = bpy.data.lights.new(group, "SUN")
-    made.angle = 0
-    made.energy = strength
-    made.color = color
-    placed = bpy.data.objects.new(group, made)
-    placed.rotation_mode = "QUATERNION"
-    placed.rotation_quaternion = Vector(direction).to_track_quat("-Z", "Y")
+    placed = model.add_lamp(group, "SUN", direction)
     placed.lightgroup = group
-    bpy.context.scene.collection.objects.link(placed)
+    placed.data.angle, placed.data.energy, placed.data.color = 0, strength, color
 
 
 def build():
@@ -54,14 +46,11 @@ def build():
     post.box((0.35, -0.4, 0.4), (0.16, 0.16, 2.2), surface("paint", (0.15, 0.5, 0.2), 0.2))
     post.finish()
     lamp = model.Mesh("lamp")
-    lamp.ball((-1.1, 1.2, 1.25), 0.22, model.lamp("glowing", (1, 0.7, 0.3), 6.0))
+    lamp.ball((-1.1, 1.2, 1.25), 0.22, materials.lamp("glowing", (1, 0.7, 0.3), 6.0))
     lamp.finish().lightgroup = "glow"
     ball = model.Mesh("ball")
     ball.ball((0, 0, 0), 0.42, surface("rubber", (0.8, 0.15, 0.1), 0.35))
-
-    def pose(t):
-        return Matrix.Translation((-0.9 + 0.3 * t, 0, 0.35))
-    model.animate(ball.finish(), pose, FRAMES)
+    ball.finish(lambda t: model.moved(-0.9 + 0.3 * t, 0, 0.35))
     light("key", (0.6, 0.8, -0.7), 3.0, (1, 0.95, 0.85))
     light("fill", (-0.8, 0.7, -0.1), 0.8, (0.6, 0.75, 1))
 
@@ -99,6 +88,7 @@ def set_up():
 
 def main():
     bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.scene.frame_start, bpy.context.scene.frame_end = FRAMES
     set_up()
     build()
     for frame in FRAMES:

@@ -210,12 +210,8 @@ def main():
     parser.add_argument("--camera", required=True)
     parser.add_argument("--frame", type=int, required=True, help="whose values of the camera are used")
     parser.add_argument("-o", "--out", required=True)
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
-                        help="a constant: " + ", ".join(vars(Constants())))
     options = parser.parse_args()
-    constants = Constants(**{name: type(getattr(Constants, name))(float(value)) for name, value in
-                             (one.split("=") for one in options.set)})
-    frames.write(options.out, *filtered(options.sharp, options.camera, options.frame, constants))
+    frames.write(options.out, *filtered(options.sharp, options.camera, options.frame, Constants()))
 
 
 if __name__ == "__main__":

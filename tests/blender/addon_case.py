@@ -1,5 +1,6 @@
 """The base of the tests that run inside Blender: a scene in a folder of its own, and checks of the
 add-on's messages. The folder of all tests comes after "--"."""
+import importlib
 import json
 import os
 import pathlib
@@ -46,6 +47,21 @@ class Case(unittest.TestCase):
     def render(self):
         bpy.ops.postchain.prepare()
         bpy.ops.render.render(animation=True)
+
+    def second_camera(self):
+        """A copy of the scene's camera with data of its own."""
+        made = self.scene.camera.copy()
+        made.data = made.data.copy()
+        self.scene.collection.objects.link(made)
+        return made
+
+    def cut(self, cameras):
+        """Markers: the frame -> the camera from there on."""
+        for frame, camera in cameras.items():
+            self.scene.timeline_markers.new("cut", frame=frame).camera = camera
+
+    def peel(self):
+        return importlib.import_module(scenes.MODULE + ".peel")
 
     def out(self, name):
         return pathlib.Path(self.folder, "out", name)

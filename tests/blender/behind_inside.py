@@ -1,10 +1,8 @@
 """Inside Blender: Render Layer Behind, and Filter with it."""
-import importlib
 import os
 
 import bpy
 
-import scene as scenes
 from addon_case import Case, outcome
 
 
@@ -28,7 +26,7 @@ class Behind(Case):
         self.assertEqual(outcome(), f"INFO\nthe layer behind 2 frames is in {self.folder}/render/behind")
         self.assertEqual(sorted(os.listdir(os.path.dirname(self.layer(1)))),
                          ["shot_0001.exr", "shot_0002.exr"])
-        depths_of = importlib.import_module(scenes.MODULE + ".peel").depths_of
+        depths_of = self.peel().depths_of
         rendered = depths_of(self.layer(2).replace("/behind", ""))
         behind = depths_of(self.layer(2))
         self.assertAlmostEqual(rendered[18, 30], 3.5, places=3)  # the front of the cube
@@ -44,7 +42,7 @@ class Behind(Case):
         self.scene.frame_end = 1
         self.render()
         self.assertEqual(bpy.ops.postchain.behind(), {"FINISHED"})
-        depths_of = importlib.import_module(scenes.MODULE + ".peel").depths_of
+        depths_of = self.peel().depths_of
         self.assertAlmostEqual(depths_of(self.layer(1).replace("/behind", ""))[18, 26], 3.5, places=3)
         self.assertAlmostEqual(depths_of(self.layer(1))[18, 26], 8, places=3)
 

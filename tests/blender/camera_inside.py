@@ -102,12 +102,9 @@ class Camera(Case):
 
     def test_markers_switch_cameras(self):
         eye = self.scene.camera
-        second = eye.copy()
-        second.data = eye.data.copy()
+        second = self.second_camera()
         second.data.lens, second.location.x = 85, 7
-        self.scene.collection.objects.link(second)
-        for frame, camera in ((1, eye), (3, second), (5, eye)):
-            self.scene.timeline_markers.new("cut", frame=frame).camera = camera
+        self.cut({1: eye, 3: second, 5: eye})
         shots = self.describe(range(1, 6))
         self.assertEqual([frames for frames, _ in shots], [[1, 2], [3, 4], [5]])
         self.assertEqual([one["focal_length_mm"] for _, one in shots], [35, 85, 35])

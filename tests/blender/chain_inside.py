@@ -43,12 +43,15 @@ class Chain(Case):
         for one in addon().properties.tables()["passes"]:
             group = getattr(self.scene.postchain, one["name"])
             for row in one["parameters"]:
-                value = getattr(group, row["key"])
-                if row["default"] is not None:
-                    self.assertEqual(str(value) if "allowed" not in row else int(value),
-                                     str(row["default"]) if "allowed" not in row else row["default"]
-                                     ) if isinstance(row["default"], str) or "allowed" in row else \
-                        self.assertAlmostEqual(value, row["default"], places=5)
+                value, default = getattr(group, row["key"]), row["default"]
+                if default is None:
+                    continue
+                if "allowed" in row:
+                    self.assertEqual(int(value), default, row)
+                elif isinstance(default, str):
+                    self.assertEqual(value, default, row)
+                else:
+                    self.assertAlmostEqual(value, default, places=5, msg=row)
         bpy.ops.postchain.own(name="joint_blur", key="samples")
         self.assertTrue(self.scene.postchain.joint_blur.is_property_set("samples"))
         self.assertEqual(self.scene.postchain.joint_blur.samples, 16)  # of the chain `fast`

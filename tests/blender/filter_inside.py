@@ -144,11 +144,9 @@ class Filter(Case):
         self.assertEqual(len(self.sidecar(3)["plan"]["missing_neighbors"]), 2)
 
     def test_camera_cut(self):
-        second = self.scene.camera.copy()
+        second = self.second_camera()
         second.location.x = 5
-        self.scene.collection.objects.link(second)
-        for frame, camera in ((1, self.scene.camera), (3, second)):
-            self.scene.timeline_markers.new("cut", frame=frame).camera = camera
+        self.cut({1: self.scene.camera, 3: second})
         self.scene.postchain.preset, self.scene.postchain.samples = "balanced", 4
         self.render()
         bpy.ops.postchain.filter()

@@ -79,10 +79,8 @@ class Prepare(Case):
         self.assertEqual(self.scene.render.image_settings.file_format, "PNG")
 
     def test_every_camera_of_the_markers(self):
-        second = self.scene.camera.copy()
-        second.data = self.scene.camera.data.copy()
-        self.scene.collection.objects.link(second)
-        self.scene.timeline_markers.new("cut", frame=2).camera = second
+        second = self.second_camera()
+        self.cut({2: second})
         bpy.ops.postchain.prepare()
         self.assertFalse(second.data.dof.use_dof)
         bpy.ops.postchain.put_back()
@@ -91,14 +89,11 @@ class Prepare(Case):
 
 class Problems(Case):
     def test_cameras_of_markers_beyond_the_frame_range(self):
-        first = self.scene.camera
         for frame in (-9, 0, 2, 4):  # the range is 1 to 3
-            other = first.copy()
-            other.data = first.data.copy()
+            other = self.second_camera()
             other.data.type = "PANO" if frame in (-9, 4) else "PERSP"
             other.name = f"at {frame}"
-            self.scene.collection.objects.link(other)
-            self.scene.timeline_markers.new("cut", frame=frame).camera = other
+            self.cut({frame: other})
         self.assertEqual([one.name for one in addon().prepare.cameras(self.scene)], ["eye", "at 0", "at 2"])
         self.assertFalse([text for wrong, text in self.problems() if wrong])
         self.scene.frame_end = 4

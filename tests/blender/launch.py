@@ -7,7 +7,7 @@ import sys
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE.parent / "cycles"), str(HERE.parent / "support")]
 import request
-from skip import skip
+from skips import skip
 
 
 class Launcher:

@@ -16,7 +16,7 @@ sys.path[:0] = [str(SCRIPTS), str(SCRIPTS.parent / "support")]
 import dataset  # noqa: E402
 import package  # noqa: E402
 import request  # noqa: E402
-from skip import skip  # noqa: E402
+from skips import skip  # noqa: E402
 
 # In place of Blender for a dataset.py that runs as a program.
 BLENDER = """#!{python}

@@ -13,7 +13,7 @@ SCRIPTS = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(SCRIPTS), str(SCRIPTS.parent / "support")]
 import dataset  # noqa: E402
 import request  # noqa: E402
-from skip import skip  # noqa: E402
+from skips import skip  # noqa: E402
 
 try:
     import OpenImageIO

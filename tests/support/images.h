@@ -28,16 +28,6 @@ inline ImageF constant_image(int width, int height, std::initializer_list<float>
                       [&](int, int, int c) { return pixel.begin()[c]; });
 }
 
-// Channel c of the pixel at x, y is f(x, y, c).
-template <class F>
-ImageF make_image(int width, int height, int channels, const F& f) {
-    ImageF image(width, height, channels);
-    for (int y = 0; y < height; ++y)
-        for (int x = 0; x < width; ++x)
-            for (int c = 0; c < channels; ++c) image.at(x, y, c) = float(f(x, y, c));
-    return image;
-}
-
 // Smooth waves of unrelated lengths with hard-edged bars over them, in 0..1: detail without the
 // exact ties that noise has (on noise, FXAA's two edge scores are often the same sum).
 ImageF textured_image(int width, int height, int channels, uint32_t seed);

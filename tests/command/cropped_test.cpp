@@ -68,10 +68,9 @@ class CroppedTest : public CommandTest {
         return at(concat("whole/", name, ".000", frame, ".exr"));
     }
     Outcome filter_whole(const std::string& chain, const Arguments& more = {}) {
-        Arguments arguments =
-            joined({"run", at(chain + ".yaml"), "-i", at("whole/in.####.exr"), "-o",
-                    at("whole/out.####.exr"), "--on-existing", "overwrite"},
-                   more);
+        Arguments arguments = joined({"run", at(chain + ".yaml"), "-i", at("whole/in.####.exr"),
+                                      "-o", at("whole/out.####.exr"), "--on-existing", "overwrite"},
+                                     more);
         return run(arguments);
     }
     // Both results are the same image, and the output contains all light.
@@ -179,8 +178,7 @@ TEST_F(CroppedTest, SignsAreCheckedInDisplayCoordinates) {
 
 TEST_F(CroppedTest, DiffComparesInDisplayCoordinates) {
     write_both();
-    Arguments metrics = {"--metric", "difference_max", "--metric",
-                               "psnr",     "--metric",       "flip"};
+    Arguments metrics = {"--metric", "difference_max", "--metric", "psnr", "--metric", "flip"};
     Arguments arguments = joined({"diff", whole("in", 2), in(2)}, metrics);
     const auto same = run(arguments);
     EXPECT_EQ(same.code, 0) << same.text();

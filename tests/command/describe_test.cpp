@@ -66,8 +66,7 @@ TEST_F(DescribeTest, APlanFitsOnAScreen) {
 TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6});
     const auto plan = [&](const Arguments& more) {
-        Arguments arguments =
-            joined({"plan", at("motion_blur.yaml"), "-i", in(), "--json"}, more);
+        Arguments arguments = joined({"plan", at("motion_blur.yaml"), "-i", in(), "--json"}, more);
         const auto outcome = run(arguments);
         EXPECT_EQ(outcome.code, 0) << outcome.text();
         return json_lines(outcome.out)[0];

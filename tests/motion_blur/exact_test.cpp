@@ -9,20 +9,6 @@
 namespace postchain::test {
 namespace {
 
-TEST(Exact, LongVectorsKeepTheirDirection) {
-    BlurFrame frame(40, 1);
-    for (int x = 0; x < 40; ++x) {
-        const double angle = 2 * M_PI * (x + 0.3) / 40, length = std::pow(10.0, 2 + x % 15);
-        frame.set_half_velocity(x, 0, length * std::cos(angle), length * std::sin(angle));
-    }
-    const Chain chain = plain_blur({{"max_blur_px", int64_t(40)}, {"velocity_storage", "fp32"}});
-    const ImageF v = stages_of(chain, frame)["half_velocity"];
-    for (int x = 0; x < 40; ++x) {
-        const double angle = 2 * M_PI * (x + 0.3) / 40;
-        expect_pixel(v, x, 0, {40 * std::cos(angle), 40 * std::sin(angle)}, 1e-6);
-    }
-}
-
 // A bright point in uniform motion: its streak covers exactly the pixels within half of its path
 // while the shutter is open, without gaps.
 TEST(Exact, StreakLengthIsMotionTimesShutter) {
@@ -45,37 +31,6 @@ TEST(Exact, StreakLengthIsMotionTimesShutter) {
             for (const int k : {-reach, 0, reach})
                 EXPECT_GT(out.at(50 + k * mx, 50 + k * my), 0) << motion << " " << shutter;
         }
-    }
-}
-
-double centroid_x(const ImageF& image) {
-    double sum = 0, moment = 0;
-    for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) {
-            sum += image.at(x, y, 0);
-            moment += double(image.at(x, y, 0)) * x;
-        }
-    }
-    return moment / sum;
-}
-
-TEST(Exact, CentroidOfABlurredDotStays) {
-    for (const double v : {3.3, 10.7, 31.9}) {
-        // On ground that moves with it ...
-        BlurFrame frame(121, 121);
-        frame.set_all_half_velocities(v, 0.37 * v);
-        frame.set_gray(60, 60, 1);
-        EXPECT_NEAR(centroid_x(blurred(plain_blur(), frame)), 60, 1e-4) << v;
-        // ... and separately before still ground.
-        BlurFrame alone(121, 121);
-        for (int y = 59; y <= 61; ++y) {
-            for (int x = 59; x <= 61; ++x) {
-                alone.set_gray(x, y, 1);
-                alone.set_half_velocity(x, y, v, 0.37 * v);
-                alone.depth().at(x, y) = 2;
-            }
-        }
-        EXPECT_NEAR(centroid_x(blurred(plain_blur(), alone)), 60, 1e-4) << v;
     }
 }
 

@@ -82,24 +82,6 @@ TEST(InverseWarp, ThinBarLeavesNoRimWhereItIsAtTheFrame) {
     }
 }
 
-TEST(InverseWarp, FenceKeepsItsWidthAndItsLight) {
-    for (const Chain& chain : {warp(), warp({{"samples", int64_t(9)}})}) {
-        const BlurFrame frame = bar(101, 50, 2, 26, 26);
-        const ImageF out = blurred(chain, frame);
-        double light = 0, moment = 0;
-        for (int y = 0; y < 20; ++y) {
-            for (int x = 0; x < 101; ++x) {
-                light += out.at(x, y, 0);
-                moment += out.at(x, y, 0) * (x - 50.5) * (x - 50.5);
-            }
-        }
-        // A box of 2 px moving evenly over 13 px.
-        const double width = std::sqrt((2.0 * 2 + 13.0 * 13) / 12);
-        EXPECT_NEAR(light / 20, 2, 0.1);
-        EXPECT_NEAR(std::sqrt(moment / light), width, 0.1 * width);
-    }
-}
-
 // Noise in stripes of two depths that move together by parts of pixels: their edges are
 // interpolated like everything else.
 TEST(InverseWarp, AnEdgeBetweenWhatMovesTogetherDoesNotShow) {
@@ -233,20 +215,6 @@ TEST(InverseWarp, FindsWhatReachesABlockFromTheOtherEndOfALongLine) {
     const Difference difference = compare(stages_of(chain, frame).at("color"),
                                           reference_stages_of(chain, frame).at("color"), 1e-3);
     EXPECT_LE(difference.fraction, 0.001) << difference.text;
-}
-
-// The same frame with and without the savings of still blocks.
-TEST(InverseWarp, StillBlocksChangeNoBit) {
-    BlurFrame frame = random_frame(150, 110, 0, 1.5f, 9);
-    for (int y = 30; y < 50; ++y)
-        for (int x = 40; x < 60; ++x) frame.set_half_velocity(x, y, 7, -3);
-    PlanOptions complete;
-    complete.rules_off = {"still_blocks"};
-    const FrameDescription description = describe(frame.planes);
-    const auto with = filter(warp(), description, frame.planes);
-    const auto without = filter(warp(), description, frame.planes, complete);
-    EXPECT_TRUE(equal_bits(with.at(Role::color), without.at(Role::color)));
-    EXPECT_FALSE(equal_bits(with.at(Role::color), frame.color()));
 }
 
 }  // namespace

@@ -83,8 +83,7 @@ BlurFrame frame_at(const Scene& scene, double t) {
     return frame;
 }
 
-BlurFrame with_neighbors(std::initializer_list<Neighbor> neighbors,
-                         const Scene& scene = kTwoLayers) {
+BlurFrame with_neighbors(const std::vector<Neighbor>& neighbors, const Scene& scene = kTwoLayers) {
     BlurFrame frame = frame_at(scene, 0);
     for (const Neighbor neighbor : neighbors) {
         const BlurFrame other = frame_at(scene, neighbor == Neighbor::before ? -1 : 1);
@@ -116,7 +115,7 @@ Chain warp(Values values = {}) {
     return blur(values);
 }
 
-double error_with(std::initializer_list<Neighbor> neighbors, const Scene& scene) {
+double error_with(const std::vector<Neighbor>& neighbors, const Scene& scene) {
     return error_of(blurred(warp(), with_neighbors(neighbors, scene)), scene);
 }
 
@@ -132,65 +131,47 @@ TEST(Neighbors, ShowWhatIsHidden) {
     EXPECT_EQ(error_of(blurred(warp({{"neighbors", "before"}}), both)), before);
 }
 
-// The strip is occluded where this frame shows the pattern behind both: the pattern must not
-// replace the strip.
-TEST(Neighbors, ShowWhatIsHiddenBeforeWhatIsSeen) {
-    const double alone = error_with({}, kThreeLayers);
-    EXPECT_LT(error_with({Neighbor::before}, kThreeLayers), 0.5 * alone);
-    EXPECT_LT(error_with({Neighbor::after}, kThreeLayers), 0.5 * alone);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kThreeLayers), 0.5 * alone);
-}
+using Given = std::vector<Neighbor>;
+const Given kBefore = {Neighbor::before}, kAfter = {Neighbor::after},
+            kBoth = {Neighbor::before, Neighbor::after};
 
-// Each place of the pattern has its own speed, so that a search approaches it step by step.
-TEST(Neighbors, ShowWhatIsHiddenOfWhatStretches) {
+TEST(Neighbors, HelpAndDoNoHarm) {
+    struct Case {
+        const char* why;
+        Scene scene;
+        double alone_most;                          // error without a neighbor
+        double before_most, after_most, both_most;  // as a part of it; 0: not compared
+    };
+    const Case cases[] = {
+        {"the strip shows the pattern behind it: that must not replace it", kThreeLayers, 1, 0.5,
+         0.5, 0.5},
+        {"neighbors show no screen, which this frame shows on both sides of the bar", kScreen, 0.03,
+         1.001, 1.001, 1.001},
+        {"steps through the sheet end beside the pixels that come to a place", kSheet, 1, 1.001,
+         1.001, 1.001},
+        {"the shadow of the frame after lies on what the bar hides in this one", kShadow, 0.035,
+         0.9, 1.001, 0.9},
+        {"a post of the fence comes from beyond the picture", kFence, 1, 0, 0.5, 0.5},
+        {"all of the plate that the shutter sees is beyond the picture", kPlate, 0.02, 0, 0, 0}};
+    for (const Case& one : cases) {
+        SCOPED_TRACE(one.why);
+        const double alone = error_with({}, one.scene);
+        EXPECT_LT(alone, one.alone_most);
+        const auto expect_below = [&](const Given& given, double part) {
+            if (part > 0) {
+                EXPECT_LT(error_with(given, one.scene), part * alone);
+            }
+        };
+        expect_below(kBefore, one.before_most);
+        expect_below(kAfter, one.after_most);
+        expect_below(kBoth, one.both_most);
+    }
+    // The frame before shows what the plate covers.
+    for (const auto& given : {kBefore, kBoth}) EXPECT_LT(error_with(given, kPlate), 0.02);
+    // Each place of the pattern has its own speed, so that a search approaches it step by step.
     constexpr double kFewerSteps = 0.0370;  // two: 0.0385
-    EXPECT_LT(error_with({Neighbor::before}, kWave), kFewerSteps);
-    EXPECT_LT(error_with({Neighbor::after}, kWave), kFewerSteps);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kWave), kFewerSteps);
-}
-
-// This frame shows the screen on both sides of the bar; its neighbors show no screen, and must not
-// make a hole in it.
-TEST(Neighbors, DoNotReplaceWhatContinuesBehind) {
-    const double alone = error_with({}, kScreen);
-    EXPECT_LT(alone, 0.03);
-    EXPECT_LT(error_with({Neighbor::before}, kScreen), 1.001 * alone);
-    EXPECT_LT(error_with({Neighbor::after}, kScreen), 1.001 * alone);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kScreen), 1.001 * alone);
-}
-
-// The steps through the sheet end beside the pixels that come to a place; its neighbors show what
-// is behind it, and must not make holes.
-TEST(Neighbors, DoNotMakeHolesInWhatStretches) {
-    const double alone = error_with({}, kSheet);
-    EXPECT_LT(error_with({Neighbor::before}, kSheet), 1.001 * alone);
-    EXPECT_LT(error_with({Neighbor::after}, kSheet), 1.001 * alone);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kSheet), 1.001 * alone);
-}
-
-// In the frame after, the shadow lies on what the bar hides in this one, which shows its light on
-// both sides. The frame before shows that light too.
-TEST(Neighbors, DoNotBringTheirShadow) {
-    const double alone = error_with({}, kShadow);
-    EXPECT_LT(alone, 0.035);
-    EXPECT_LT(error_with({Neighbor::after}, kShadow), 1.001 * alone);
-    EXPECT_LT(error_with({Neighbor::before}, kShadow), 0.9 * alone);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kShadow), 0.9 * alone);
-}
-
-// A post of the fence is outside the image, whose edge shows the background.
-TEST(Neighbors, ShowWhatComesFromBeyondThePicture) {
-    const double alone = error_with({}, kFence);
-    EXPECT_LT(error_with({Neighbor::after}, kFence), 0.5 * alone);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kFence), 0.5 * alone);
-}
-
-// All of the plate that the shutter sees at the image's edge is outside it, and the frame before
-// shows what it covers.
-TEST(Neighbors, KnowNothingOfWhatIsOutsideThem) {
-    EXPECT_LT(error_with({}, kPlate), 0.02);
-    EXPECT_LT(error_with({Neighbor::before}, kPlate), 0.02);
-    EXPECT_LT(error_with({Neighbor::before, Neighbor::after}, kPlate), 0.02);
+    for (const auto& given : {kBefore, kAfter, kBoth})
+        EXPECT_LT(error_with(given, kWave), kFewerSteps);
 }
 
 // For a shutter that hardly opens, paths do not reach neighboring frames.

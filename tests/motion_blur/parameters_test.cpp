@@ -56,50 +56,5 @@ TEST(Parameter, Shutter) {
     EXPECT_TRUE(equal_bits(with("shutter_angle_deg", 180.0), with("shutter_frames", 0.5)));
 }
 
-// Tiles of 8 px; only the last column of tiles moves. The hint's first gate shows the tile used.
-ImageF gates(const Values& values) {
-    BlurFrame frame(64, 64);
-    for (int y = 0; y < 64; ++y)
-        for (int x = 56; x < 64; ++x) frame.set_half_velocity(x, y, 3, 0);
-    Values all = {{"max_blur_px", int64_t(8)}, {"noise", "blue"}};
-    all.insert(all.end(), values.begin(), values.end());
-    return stages_of(blur(all), frame)["hint"];
-}
-
-TEST(Parameter, TileJitterAndSlope) {
-    const ImageF off = gates({{"tile_jitter", false}});
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 64; ++x) ASSERT_EQ(off.at(x, y, 0), x >= 48) << x << "," << y;
-    // Slope 100: the probability is 0 from 0.005 tiles on, and no pixel center is closer.
-    EXPECT_TRUE(equal_bits(off, gates({{"tile_jitter_slope", 100.0}})));
-    // Slope 0: half of the pixels use the neighbor, wherever they are. In tile column 5, pixels
-    // closest to the right border (a quarter of the tile) may use column 6: half of them do.
-    const ImageF flat = gates({{"tile_jitter_slope", 0.0}});
-    const ImageF steep = gates({{"tile_jitter_slope", 1.0}});
-    int flat_taken = 0, steep_taken = 0;
-    for (int y = 0; y < 64; ++y) {
-        for (int x = 40; x < 48; ++x) {
-            flat_taken += flat.at(x, y, 0) == 1;
-            steep_taken += steep.at(x, y, 0) == 1;
-        }
-    }
-    // 64 x 8 pixels, a quarter of them (20 of 64 with ties going to x), half of those: 80.
-    EXPECT_NEAR(flat_taken, 80, 15);
-    EXPECT_GT(steep_taken, 20);
-    EXPECT_LT(steep_taken, flat_taken);
-}
-
-TEST(Parameter, AnimateNoise) {
-    const BlurFrame frame = random_frame(70, 50, 14, 1.5f, 62);
-    const auto at = [&](int number, bool animate) {
-        FrameDescription description = describe(frame.planes);
-        description.frame_number = number;
-        return filter(blur({{"animate_noise", animate}}), description, frame.planes)[Role::color];
-    };
-    EXPECT_TRUE(equal_bits(at(1, false), at(2, false)));
-    EXPECT_FALSE(equal_bits(at(1, true), at(2, true)));
-    EXPECT_TRUE(equal_bits(at(2, true), at(2, true)));
-}
-
 }  // namespace
 }  // namespace postchain::test

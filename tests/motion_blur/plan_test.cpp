@@ -107,24 +107,6 @@ TEST(Plan, ClassesOfBlocks) {
     for (const auto& step : steps_of(chain, sky, options)) EXPECT_NE(step, "classify");
 }
 
-TEST(Plan, TileCounts) {
-    for (const auto& [width, height, r, columns, rows] : {std::tuple(1, 1, 40, 1, 1),
-                                                          {40, 41, 40, 1, 2},
-                                                          {16384, 2, 40, 410, 1},
-                                                          {16384, 2, 1, 16384, 2},
-                                                          {1023, 1025, 1024, 1, 2}}) {
-        FrameDescription frame = description(9);
-        frame.width = width;
-        frame.height = height;
-        const Plan plan = plan_of(plain_blur({{"max_blur_px", int64_t(r)}}), frame);
-        for (const auto& texture : plan.textures) {
-            if (texture.name != "0.motion_blur.tile_max") continue;
-            EXPECT_EQ(texture.width, columns);
-            EXPECT_EQ(texture.height, rows);
-        }
-    }
-}
-
 TEST(Plan, FormatsFollowPrecisionAndStorage) {
     const auto format_of = [](const Chain& chain, Precision precision, const char* name,
                               bool half_input = true) {
@@ -188,31 +170,6 @@ TEST(Plan, ShutterPrecedence) {
     frame.camera.shutter_frames = 0;
     EXPECT_TRUE(plan_of(blur(), frame).passes[0].elided);
     EXPECT_FALSE(plan_of(blur({{"shutter_frames", 0.5}}), frame).passes[0].elided);
-}
-
-TEST(Plan, RefusesWhatTheTableForbids) {
-    const ParameterTable& table = motion_blur::parameter_table();
-    motion_blur::Parameters p;
-    const std::pair<const char*, ParameterValue> bad[] = {
-        {"samples", int64_t(24)},    {"samples", int64_t(1025)}, {"samples", int64_t(-1)},
-        {"max_blur_px", int64_t(0)}, {"max_blur_px", 40.5},      {"jitter", 1.01},
-        {"center_weight", 0.0},      {"shutter_frames", -0.1},   {"mode", "mcguire"},
-        {"seed", int64_t(-1)}};
-    for (const auto& [key, value] : bad) EXPECT_FALSE(table.set(&p, key, value).ok()) << key;
-    EXPECT_TRUE(table.set(&p, "shutter_frames", 0.5).ok());
-    EXPECT_TRUE(table.check(&p).ok());
-    EXPECT_TRUE(table.set(&p, "shutter_angle_deg", 180.0).ok());
-    EXPECT_FALSE(table.check(&p).ok());
-}
-
-TEST(Plan, Defaults) {
-    EXPECT_EQ(
-        motion_blur::parameter_table().text(blur().links[0].pass->parameters()),
-        "mode=guertin samples=25 max_blur_px=unset shutter_frames=unset shutter_angle_deg=unset "
-        "max_blur_fraction=unset jitter=0.95 tile_jitter=true tile_jitter_slope=1 center_weight=40 "
-        "variance_threshold_px=1.5 depth_softness=1 sample_split=even noise=halton seed=0 "
-        "animate_noise=false border=skip static_direction=perpendicular min_speed_px=0.5 "
-        "velocity_storage=auto");
 }
 
 TEST(Plan, NeedsDepthOnlyToCompareIt) {

@@ -135,46 +135,6 @@ TEST(NeighborMax, SingleCountsAllEight) {
     expect_pixel(out, 3, 1, {0, 0, 0, 0});
 }
 
-// The rule computed differently: a diagonal tile counts if stepping along +v or -v from it moves
-// towards the center in both axes.
-TEST(NeighborMax, EqualsBruteForce) {
-    constexpr int kTiles = 24, kEdge = 4;
-    BlurFrame frame(kTiles * kEdge, kTiles * kEdge);
-    const ImageF tile_motion = noise_image(kTiles, kTiles, 2, 7, -12, 12);
-    for (int y = 0; y < frame.height(); ++y)
-        for (int x = 0; x < frame.width(); ++x)
-            for (int c = 0; c < 2; ++c)
-                frame.motion().at(x, y, c) = tile_motion.at(x / kEdge, y / kEdge, c);
-    const ImageF out =
-        stages_of(plain_blur({{"max_blur_px", int64_t(kEdge)}}), frame)["neighbor_max"];
-    int diagonal_winners = 0;
-    for (int j = 0; j < kTiles; ++j) {
-        for (int i = 0; i < kTiles; ++i) {
-            double best = -1;
-            float expected[2] = {0, 0};
-            bool diagonal_won = false;
-            for (int b = std::max(0, j - 1); b <= std::min(kTiles - 1, j + 1); ++b) {
-                for (int a = std::max(0, i - 1); a <= std::min(kTiles - 1, i + 1); ++a) {
-                    const double vx = tile_motion.at(a, b, 0), vy = tile_motion.at(a, b, 1);
-                    bool counts = a == i || b == j;
-                    for (int sign : {1, -1})
-                        counts = counts || (sign * vx * (i - a) > 0 && sign * vy * (j - b) > 0);
-                    if (!counts || vx * vx + vy * vy <= best) continue;
-                    best = vx * vx + vy * vy;
-                    expected[0] = tile_motion.at(a, b, 0) / 4;
-                    expected[1] = tile_motion.at(a, b, 1) / 4;
-                    diagonal_won = a != i && b != j;
-                }
-            }
-            diagonal_winners += diagonal_won;
-            const double length = std::sqrt(best) / 4;
-            const double scale = length > kEdge ? kEdge / length : 1;
-            expect_pixel(out, i, j, {expected[0] * scale, expected[1] * scale, best / 16}, 1e-5);
-        }
-    }
-    EXPECT_GT(diagonal_winners, 50);
-}
-
 // The widest and the highest frame, tiles of a pixel, and a tile wider than the frame.
 TEST(NeighborMax, EqualsTheReferenceInTilesOfAnySize) {
     for (const auto& [width, height, tile] :

@@ -38,52 +38,6 @@ std::string refused(std::vector<float> values) {
     return image.status().message();
 }
 
-// Points of a fine regular grid over the unit square, mapped to the light.
-constexpr int kGrid = 500;
-template <class F>
-double mean(const BokehKernel& image, F f) {
-    double sum = 0;
-    for (int i = 0; i < kGrid; ++i)
-        for (int j = 0; j < kGrid; ++j) {
-            const auto [x, y] = image.point((i + 0.5) / kGrid, (j + 0.5) / kGrid);
-            EXPECT_LE(x * x + y * y, 1 + 1e-12);
-            sum += f(x, y);
-        }
-    return sum / (kGrid * kGrid);
-}
-
-TEST(BokehKernel, LightOfARing) {
-    const double a = 0.6;
-    const BokehKernel ring =
-        image_of([&](double x, double y) { return std::hypot(x, y) > a ? 1 : 0; });
-    EXPECT_NEAR(mean(ring, [](double x, double) { return x; }), 0, 1e-3);
-    EXPECT_NEAR(mean(ring, [](double, double y) { return y; }), 0, 1e-3);
-    EXPECT_NEAR(mean(ring, [](double x, double) { return x * x; }), (1 + a * a) / 4, 1e-3);
-    EXPECT_NEAR(mean(ring, [](double, double y) { return y * y; }), (1 + a * a) / 4, 1e-3);
-    EXPECT_NEAR(mean(ring, [](double x, double y) { return std::hypot(x, y); }),
-                2.0 / 3 * (1 - a * a * a) / (1 - a * a), 1e-3);
-}
-
-TEST(BokehKernel, LightOfHalfADisc) {
-    const BokehKernel right = image_of([](double x, double) { return x > 0 ? 0.3 : 0; });
-    EXPECT_NEAR(mean(right, [](double x, double) { return x; }), 4 / (3 * kPi), 1e-3);
-    EXPECT_NEAR(mean(right, [](double, double y) { return y; }), 0, 1e-3);
-    EXPECT_NEAR(mean(right, [](double x, double) { return x * x; }), 0.25, 1e-3);
-    EXPECT_EQ(mean(right, [](double x, double) { return x < -1e-9; }), 0);
-    // Rows are from the top, y is down.
-    const BokehKernel below = image_of([](double, double y) { return y > 0 ? 1 : 0; });
-    EXPECT_NEAR(mean(below, [](double, double y) { return y; }), 4 / (3 * kPi), 1e-3);
-}
-
-// (1 + x)/2 over the disc: the mean of x is that of x^2 over a disc, 1/4.
-TEST(BokehKernel, LightOfARamp) {
-    const BokehKernel ramp = image_of([](double x, double) { return (1 + x) / 2; });
-    EXPECT_NEAR(mean(ramp, [](double x, double) { return x; }), 0.25, 1e-3);
-    EXPECT_NEAR(mean(ramp, [](double x, double) { return x * x; }), 0.25, 1e-3);
-    EXPECT_NEAR(mean(ramp, [](double, double y) { return y * y; }), 0.25, 1e-3);
-    EXPECT_NEAR(mean(ramp, [](double, double y) { return y; }), 0, 1e-3);
-}
-
 // A coarse pattern without any symmetry, with dark and bright patches: counts in 16 x 16 squares
 // against their light by area, chi-square over squares. Independent random points would give 1.
 TEST(BokehKernel, PointsAreWhereTheLightIs) {

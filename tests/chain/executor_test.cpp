@@ -40,16 +40,6 @@ TEST_F(Execute, SecondFrameOfASizeAllocatesNothing) {
     EXPECT_EQ(executor.counters().dispatches, before.dispatches + 2);
 }
 
-TEST_F(Execute, UnusedSizesAreGivenBack) {
-    Executor& executor = *executor_;
-    for (int size = 50; size < 80; ++size) {
-        const FramePlanes in = {{Role::color, test::noise_image(size, 3, 4, 1)}};
-        must(executor.filter(two_steps(size, 3), in));
-    }
-    // Three textures per size, kept for 8 frames and the one under way.
-    EXPECT_LE(executor.counters().textures_alive, 3u * 10u);
-}
-
 TEST_F(Execute, StepWhoseBlockIsNotTheShadersIsAnError) {
     const FramePlanes in = {{Role::color, test::noise_image(4, 4, 4, 7)}};
     Plan plan = two_steps(4, 4);
@@ -167,13 +157,6 @@ TEST_F(Execute, PlanWithoutStepsReturnsEveryBit) {
     EXPECT_TRUE(test::equal_bits(out.at(Role::color), in.at(Role::color)));
     EXPECT_EQ(executor_->counters().dispatches, before.dispatches);
     EXPECT_EQ(executor_->counters().texture_allocations, before.texture_allocations);
-}
-
-TEST_F(Execute, HalfStorageRoundsToHalf) {
-    // 1/3 in half: 0x3555 = 0.333251953125; the second step doubles it and adds x = 0.
-    const FramePlanes in = {{Role::color, ImageF(1, 1, 4, 1.0f / 6)}};
-    const FramePlanes out = must(executor_->filter(two_steps(1, 1, Format::rgba16f), in));
-    EXPECT_EQ(out.at(Role::color).data[0], 2 * 0.333251953125f);
 }
 
 TEST_F(Execute, TimesEveryPassAndNamesTheirSource) {

@@ -17,7 +17,7 @@ namespace postchain {
 namespace {
 
 // a -> b -> c by steps that read one texture and write another, given as {read, written}.
-Plan chain_of(std::initializer_list<std::pair<int, int>> steps, int textures) {
+Plan chain_of(const std::vector<std::pair<int, int>>& steps, int textures) {
     Plan plan;
     plan.textures.resize(size_t(textures));
     for (const auto& [from, to] : steps) {
@@ -28,26 +28,40 @@ Plan chain_of(std::initializer_list<std::pair<int, int>> steps, int textures) {
     return plan;
 }
 
-TEST(Hazards, AFetchWaitsForWhatWasWrittenAndNothingElseDoes) {
-    // 0 -> 1, 0 -> 2, 1 -> 3, 2 -> 4: the third waits for the first, which lets the fourth go on.
-    const Plan plan = chain_of({{0, 1}, {0, 2}, {1, 3}, {2, 4}}, 5);
-    EXPECT_EQ(waits_of(plan, {0, 1, 2, 3, 4}), (std::vector<uint32_t>{0, 0, kWaitFetch, 0}));
-}
-
-TEST(Hazards, StorageThatIsUsedAgainIsWaitedFor) {
-    // 3 has the storage of 1, which the second step still reads.
-    const Plan plan = chain_of({{0, 1}, {1, 2}, {2, 3}}, 4);
-    EXPECT_EQ(waits_of(plan, {0, 1, 2, 1}),
-              (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch | kWaitImage}));
-    EXPECT_EQ(waits_of(plan, {0, 1, 2, 3}), (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch}));
-}
-
-TEST(Hazards, AReaderIsWaitedForBeforeItsStorageIsWrittenAgain) {
-    // The fourth step reads the first one's result: the third waits for both. The fifth writes
-    // where that lay.
-    const Plan plan = chain_of({{0, 1}, {0, 2}, {0, 3}, {1, 4}, {0, 5}}, 6);
-    EXPECT_EQ(waits_of(plan, {0, 1, 2, 2, 4, 1}),
-              (std::vector<uint32_t>{0, 0, kWaitImage | kWaitFetch, 0, kWaitImage}));
+TEST(Hazards, WhatEachStepWaitsFor) {
+    struct Case {
+        const char* what;
+        std::vector<std::pair<int, int>> steps;
+        std::vector<int> storage;  // of each texture
+        std::vector<uint32_t> waits;
+    };
+    constexpr uint32_t kBoth = kWaitFetch | kWaitImage;
+    const Case cases[] = {
+        {"the third waits for the first, which lets the fourth go on",
+         {{0, 1}, {0, 2}, {1, 3}, {2, 4}},
+         {0, 1, 2, 3, 4},
+         {0, 0, kWaitFetch, 0}},
+        {"3 has the storage of 1, which the second step still reads",
+         {{0, 1}, {1, 2}, {2, 3}},
+         {0, 1, 2, 1},
+         {0, kWaitFetch, kBoth}},
+        {"each has its own", {{0, 1}, {1, 2}, {2, 3}}, {0, 1, 2, 3}, {0, kWaitFetch, kWaitFetch}},
+        {"the third waits for both, as the fourth reads 1; the fifth writes where that lay",
+         {{0, 1}, {0, 2}, {0, 3}, {1, 4}, {0, 5}},
+         {0, 1, 2, 2, 4, 1},
+         {0, 0, kBoth, 0, kWaitImage}},
+        {"two write one texture together", {{0, 1}, {0, 1}, {1, 2}}, {0, 1, 2}, {0, 0, kWaitFetch}},
+        {"the third writes some of 1 again",
+         {{0, 1}, {1, 2}, {2, 1}, {1, 3}},
+         {0, 1, 2, 3},
+         {0, kWaitFetch, kBoth, kWaitFetch}},
+        {"the second reads 1 and writes it",
+         {{0, 1}, {1, 1}, {1, 2}},
+         {0, 1, 2},
+         {0, kWaitFetch, kWaitFetch}}};
+    for (const Case& one : cases)
+        EXPECT_EQ(waits_of(chain_of(one.steps, int(one.storage.size())), one.storage), one.waits)
+            << one.what;
 }
 
 TEST(Hazards, AnImageIsReadAfterItWasWrittenAndBeforeItIsWrittenAgain) {
@@ -56,26 +70,6 @@ TEST(Hazards, AnImageIsReadAfterItWasWrittenAndBeforeItIsWrittenAgain) {
     plan.steps[2].bindings[0].access = Access::read;
     EXPECT_EQ(waits_of(plan, {0, 1, 2, 3, 1}),
               (std::vector<uint32_t>{0, 0, kWaitImage, kWaitImage}));
-}
-
-TEST(Hazards, StepsThatWriteOneTextureTogetherDoNotWaitForEachOther) {
-    const Plan plan = chain_of({{0, 1}, {0, 1}, {1, 2}}, 3);
-    EXPECT_EQ(waits_of(plan, {0, 1, 2}), (std::vector<uint32_t>{0, 0, kWaitFetch}));
-}
-
-TEST(Hazards, WhatWasReadIsWaitedForBeforeItIsWrittenOver) {
-    // The third step writes some of 1 again.
-    const Plan plan = chain_of({{0, 1}, {1, 2}, {2, 1}, {1, 3}}, 4);
-    EXPECT_EQ(waits_of(plan, {0, 1, 2, 3}),
-              (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch | kWaitImage, kWaitFetch}));
-    EXPECT_EQ(levels_of(plan), (std::vector<int>{0, 1, 2, 3}));
-}
-
-TEST(Hazards, AStepInPlaceWaitsForItsWritersAndIsWaitedFor) {
-    // The second step reads 1 and writes it.
-    const Plan plan = chain_of({{0, 1}, {1, 1}, {1, 2}}, 3);
-    EXPECT_EQ(waits_of(plan, {0, 1, 2}), (std::vector<uint32_t>{0, kWaitFetch, kWaitFetch}));
-    EXPECT_EQ(levels_of(plan), (std::vector<int>{0, 1, 2}));
 }
 
 TEST(Hazards, AListIsWaitedForByItsReadersAndItsLaunch) {
@@ -124,6 +118,9 @@ TEST(Levels, WhatWritesOneTextureTogetherStaysInItsOrder) {
 
 TEST(Levels, AReaderStandsBeforeWhatWritesOverIt) {
     EXPECT_EQ(levels_of(chain_of({{0, 1}, {3, 0}}, 4)), (std::vector<int>{0, 1}));
+    EXPECT_EQ(levels_of(chain_of({{0, 1}, {1, 2}, {2, 1}, {1, 3}}, 4)),
+              (std::vector<int>{0, 1, 2, 3}));
+    EXPECT_EQ(levels_of(chain_of({{0, 1}, {1, 1}, {1, 2}}, 3)), (std::vector<int>{0, 1, 2}));
 }
 
 // Written independently: every texture that a step uses was made visible since it was written, and

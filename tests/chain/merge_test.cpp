@@ -149,58 +149,5 @@ TEST(MergePlans, PlansWithoutStepsHandTheInputOn) {
     EXPECT_EQ(programs_of(merge_plans(none, chain_plan("x")).plan), "x");
 }
 
-// Both orders of the shipped chains, and chains that differ in one value.
-TEST(MergePlans, ResultsAreThoseOfThePlansAloneBitForBit) {
-    const auto frame = test::layered_frame(67, 43, {9, 3}, {-4, 1});
-    const test::Settings lens = {{"f_stop", 0.05}};  // wide enough to blur so small an image
-    const test::Settings blur = {{"samples", int64_t(9)}, {"max_blur_px", int64_t(8)}};
-    Chain paper, dof_first, more_taps, nothing;
-    test::append(paper, "motion_blur", blur);
-    test::append(paper, "fxaa");
-    test::append(paper, "depth_of_field", lens);
-    test::append(dof_first, "depth_of_field", lens);
-    test::append(dof_first, "motion_blur", blur);
-    test::append(dof_first, "fxaa");
-    test::append(more_taps, "motion_blur",
-                 {{"mode", "guertin"}, {"samples", int64_t(15)}, {"max_blur_px", int64_t(8)}});
-    const Chain* const chains[] = {&paper, &dof_first, &more_taps, &nothing};
-    for (const Chain* a : chains) {
-        for (const Chain* b : chains) {
-            SCOPED_TRACE(a->text() + " and " + b->text());
-            Plan plan_a, plan_b;
-            const auto alone_a = test::filter(*a, frame.description, frame.planes, {}, &plan_a);
-            const auto alone_b = test::filter(*b, frame.description, frame.planes, {}, &plan_b);
-            const MergedPlan merged = merge_plans(plan_a, plan_b);
-            EXPECT_EQ(merged.plan.steps.size() + size_t(merged.shared_steps),
-                      plan_a.steps.size() + plan_b.steps.size());
-            if (a == b) {
-                EXPECT_EQ(size_t(merged.shared_steps), plan_a.steps.size());
-            }
-            const auto both = test::must(test::executor().filter_both(merged, frame.planes));
-            EXPECT_TRUE(test::equal_bits(both[0].at(Role::color), alone_a.at(Role::color)));
-            EXPECT_TRUE(test::equal_bits(both[1].at(Role::color), alone_b.at(Role::color)));
-        }
-    }
-}
-
-// The tiles depend on motion only and the circle of confusion on depth only: both orders need them.
-TEST(MergePlans, BothOrdersShareTilesAndCircleOfConfusion) {
-    const auto frame = test::layered_frame(67, 43, {9, 3}, {-4, 1});
-    Chain first, second;
-    test::append(first, "motion_blur", {{"mode", "guertin"}});
-    test::append(first, "depth_of_field", {{"method", "gilham"}, {"f_stop", 0.05}});
-    test::append(second, "depth_of_field", {{"method", "gilham"}, {"f_stop", 0.05}});
-    test::append(second, "motion_blur", {{"mode", "guertin"}});
-    const Plan a = test::must(make_plan(first, frame.description));
-    const MergedPlan merged = merge_plans(a, test::must(make_plan(second, frame.description)));
-    std::vector<std::string> of_b;
-    for (size_t i = a.steps.size(); i < merged.plan.steps.size(); ++i)
-        of_b.push_back(merged.plan.steps[i].name);
-    EXPECT_THAT(of_b, ::testing::Not(::testing::Contains("tile_max")));
-    EXPECT_THAT(of_b, ::testing::Not(::testing::Contains("coc")));
-    EXPECT_THAT(of_b, ::testing::Contains("gather"));
-    EXPECT_GE(merged.shared_steps, 3) << plan_as_text(merged.plan);
-}
-
 }  // namespace
 }  // namespace postchain

@@ -140,27 +140,6 @@ TEST(FocusTiles, ClampedToFullBlur) {
     EXPECT_GT(blurred, 75u);
 }
 
-// Left half in focus, right half wholly blurred, at every column of a block.
-TEST(FocusTiles, HalfInFocusAtEveryColumn) {
-    unsigned sharp = 0, blurred = 0;
-    for (int k = 0; k <= 16; ++k) {
-        const size_t i = size_t(k) % 3;
-        const int64_t factor = kFactors[i];
-        FramePlanes planes = focused(101, 43, uint32_t(k));
-        for (int y = 0; y < 43; ++y)
-            for (int x = 40 + k; x < 101; ++x) planes[Role::inverse_depth].at(x, y) = 0.01f;
-        const char* leak = kLeaks[i];
-        SCOPED_TRACE(concat("edge at ", 40 + k, " downsample ", factor, " leak ", leak));
-        const Elided elided =
-            check(focus_chain(9, 2 + k % 3, factor, leak), planes, kPrecisions[k % 2]);
-        sharp += elided.blocks("sharp_blocks");
-        blurred += elided.blocks("blurred_blocks");
-        EXPECT_LE(elided.blocks("mixed_blocks"), 3u);
-    }
-    EXPECT_GT(sharp, 100u);
-    EXPECT_GT(blurred, 100u);
-}
-
 TEST(FocusTiles, SmallAndOddSizes) {
     const std::pair<int, int> sizes[] = {{1, 1}, {97, 1}, {5, 7}, {17, 15}, {67, 31}};
     for (const auto& [width, height] : sizes)

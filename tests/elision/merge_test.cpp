@@ -86,20 +86,5 @@ TEST(MergeOfElidedPlans, EqualsTheTwoRunsAlone) {
     EXPECT_GT(shared, 50);
 }
 
-// The same chain twice: lists are filled once, and launch both.
-TEST(MergeOfElidedPlans, SameChainTwice) {
-    const FramePlanes planes = mixed_planes(150, 110, false, false);
-    FrameDescription frame = describe(planes);
-    frame.camera.f_stop = 0.3;
-    const Chain chain = shipped(false);
-    const auto plan = make_plan(chain, frame);
-    ASSERT_TRUE(plan.ok());
-    const auto both = executor().filter_both(merge_plans(*plan, *plan), planes);
-    ASSERT_TRUE(both.ok()) << both.status().message();
-    const FramePlanes alone = filter(chain, frame, planes, no_rule());
-    for (const auto& one : *both)
-        EXPECT_EQ(first_difference(alone.at(Role::color), one.at(Role::color)), "");
-}
-
 }  // namespace
 }  // namespace postchain::test

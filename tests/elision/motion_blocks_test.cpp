@@ -222,20 +222,5 @@ TEST(SkyTiles, AFrameOfOneDepth) {
     EXPECT_LT(two.blocks("sky_blocks"), 6u);
 }
 
-TEST(SkyTiles, SmallAndOddSizes) {
-    unsigned sky = 0;
-    for (const auto& [width, height] : kSizes)
-        for (const int r : {1, 16, 41})
-            for (const bool ground : {false, true}) {
-                SCOPED_TRACE(concat(width, "x", height, " r ", r));
-                Blur blur;
-                blur.max_blur_px = r;
-                Scene scene(width, height, 8, {float(r), -float(r)}, 0);
-                if (ground) scene.depth(width / 2, height - 1) = 2;
-                sky += scene.check_unknown(blur, motion_blur::kRuleSkyBlocks).blocks("sky_blocks");
-            }
-    EXPECT_GT(sky, 30u);
-}
-
 }  // namespace
 }  // namespace postchain::test::motion_blocks_test

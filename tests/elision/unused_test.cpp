@@ -93,37 +93,5 @@ TEST(UnusedStep, VarianceNoiseAndHint) {
     check(unread, "motion_blur.hint motion_blur.tile_variance ");
 }
 
-// Who asks for another plane than color needs no step that makes color alone.
-TEST(UnusedOutput, StepsByReferenceCounting) {
-    const TestFrame frame = moving();
-    Chain chain = chain_of("motion_blur", {{"mode", "guertin"}, {"sample_split", "variance"s}});
-    append(chain, "fxaa");
-    append(chain, "motion_blur", {{"mode", "guertin"}, {"sample_split", "variance"s}});
-    append(chain, "fxaa");
-    for (const Precision precision : kPrecisions) {
-        PlanOptions options = only({kRuleUnusedOutput}, precision);
-        options.outputs = {Role::hint};
-        const Elided hint = expect_same_bits(chain, frame.description, frame.planes, options);
-        EXPECT_TRUE(hint.plan.passes[3].elided);  // after the hint
-        EXPECT_FALSE(hint.plan.passes[2].elided);
-        int left = 0;
-        for (const auto& one : hint.plan.elisions)
-            left += one.rule == kRuleUnusedOutput ? one.saving.dispatches : 0;
-        EXPECT_EQ(left, 2);  // luma and fxaa
-        EXPECT_TRUE(hint.outputs.count(Role::hint));
-
-        options.outputs = {Role::motion};
-        const Elided motion = expect_same_bits(chain, frame.description, frame.planes, options);
-        EXPECT_TRUE(motion.plan.steps.empty());
-        EXPECT_EQ(motion.plan.transient_bytes(), 0u);
-        EXPECT_EQ(first_difference(frame.planes.at(Role::motion), motion.outputs.at(Role::motion)),
-                  "");
-
-        options.outputs = {Role::color, Role::hint, Role::inverse_depth};
-        const Elided all = expect_same_bits(chain, frame.description, frame.planes, options);
-        EXPECT_FALSE(all.used(kRuleUnusedOutput));
-    }
-}
-
 }  // namespace
 }  // namespace postchain::test::unused_test

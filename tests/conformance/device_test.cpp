@@ -370,31 +370,6 @@ TEST_P(OnDevice, LeavesTheHostsStateAndBindsNothingThePlanDoesNotSay) {
     }
 }
 
-TEST_P(OnDevice, SecondRunOnTheDeviceAllocatesAndCompilesNothing) {
-    const TestFrame frame = moving_frame(37, 33);
-    const auto plan = make_plan(chain(), frame.description, everything());
-    ASSERT_TRUE(plan.ok());
-    gl::TexturePool pool;
-    std::map<Role, unsigned> inputs;
-    for (const auto& [role, plane] : frame.planes) {
-        const auto made = pool.acquire(plane_format(plane.channels, Precision::fp32), 37, 33);
-        ASSERT_TRUE(made.ok());
-        ASSERT_TRUE(gl::Transfers().upload(**made, plane).ok());
-        inputs[role] = (*made)->name;
-    }
-    Executor& executor = test::executor();
-    ASSERT_TRUE(executor.run(*plan, inputs).ok());
-    ASSERT_TRUE(executor.run(*plan, inputs).ok());  // while the first one's outputs are held
-    const auto before = executor.counters();
-    for (int run = 0; run < 3; ++run) ASSERT_TRUE(executor.run(*plan, inputs).ok());
-    const auto after = executor.counters();
-    EXPECT_EQ(after.texture_allocations, before.texture_allocations);
-    EXPECT_LE(after.textures_alive, before.textures_alive);  // older sizes are given up
-    EXPECT_EQ(after.texture_bytes_peak, before.texture_bytes_peak);
-    EXPECT_EQ(after.programs, before.programs);
-    EXPECT_EQ(after.dispatches, before.dispatches + 3 * plan->steps.size());
-}
-
 FOR_EVERY_PASS(OnDevice);
 
 }  // namespace

@@ -89,13 +89,6 @@ TEST(Aperture, OwnValuesStandBeforeTheCameras) {
 // R = 32 (1/4 - 1) = -24 px.
 constexpr double kNearPx = 24;
 
-TEST(Aperture, DotIsDrawnInItsShape) {
-    const Moments m = moments_of(dot(1, {{"aperture_ratio", 2.0}}), 48, 48);
-    EXPECT_NEAR(m.light, 1, 0.02);
-    EXPECT_NEAR(m.xx, kNearPx * kNearPx / 16, 2);
-    EXPECT_NEAR(m.yy, kNearPx * kNearPx / 4, 6);
-}
-
 // A triangle with a corner on the right, at -60 + 180/3 degrees, extends twice as far that way; in
 // front of the focus it is rotated by half a turn.
 TEST(Aperture, BehindTheFocusUprightBeforeItTurned) {

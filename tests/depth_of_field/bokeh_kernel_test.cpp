@@ -77,39 +77,6 @@ TEST(ApertureImagePoints, OfEachSetAreSpreadEvenly) {
     }
 }
 
-TEST(ApertureImagePoints, OfAWhitePictureAreThoseOfADisc) {
-    const auto white =
-        lens::lens_samples({.image = image_of([](double, double) { return 1; })}, 50);
-    const auto disc = lens::lens_samples({}, 50);
-    ASSERT_EQ(white.sets, disc.sets);
-    for (int set = 0; set < disc.sets; ++set)
-        for (int i = 0; i < disc.count; ++i)
-            for (size_t axis = 0; axis < 2; ++axis)
-                EXPECT_NEAR(white.at(i, set)[axis], disc.at(i, set)[axis], 1e-4);
-}
-
-// A white polygon and blades of the same shape give the same points, but the image's order is
-// clockwise from the right, the blades' counterclockwise from a corner, half a blade earlier.
-TEST(ApertureImagePoints, OfAPolygonAreThoseOfBlades) {
-    const double blade = 2 * std::numbers::pi / 5;
-    const BokehKernel image = image_of([&](double x, double y) {
-        const double angle = std::atan2(y, x);
-        const double from_middle = angle - blade * std::floor(angle / blade + 0.5);
-        return std::hypot(x, y) * std::cos(from_middle) < std::cos(blade / 2) ? 1 : 0;
-    });
-    const lens::Outline outline({.blades = 5});
-    double sum = 0;
-    constexpr int kSteps = 100;
-    for (int i = 0; i < kSteps; ++i)
-        for (int j = 0; j < kSteps; ++j) {
-            const double within = (i + 0.5) / kSteps, turn = (j + 0.5) / kSteps;
-            const auto p = image.point(within, turn), q = outline.at(turn + 0.1);
-            sum += std::hypot(p[0] - std::sqrt(within) * q[0], p[1] + std::sqrt(within) * q[1]);
-        }
-    // On average the points differ by less than half a cell of the image.
-    EXPECT_LT(sum / (kSteps * kSteps), 0.5 / (kSide / 2));
-}
-
 // Pearson correlation of the aperture image and the image of a point light, over pixels; the
 // aperture image is averaged over each.
 double correlation(const ImageF& dot, double radius, const Light& light) {
@@ -144,16 +111,6 @@ TEST(ApertureImageDot, LooksLikeThePicture) {
     EXPECT_LT(correlation(behind, 8, turned), 0.75);
     EXPECT_GT(correlation(before, 24, turned), 0.9);
     EXPECT_LT(correlation(before, 24, letter), 0.6);
-}
-
-TEST(ApertureImageDot, IsTurnedAndStretched) {
-    const BokehKernel image = image_of(letter);
-    // A quarter turn counterclockwise moves the right to the top.
-    const Light quarter = [](double x, double y) { return letter(-y, x); };
-    EXPECT_GT(correlation(dot(0, {{"aperture_rotation_deg", 90.0}}, 0, 0, image), 8, quarter),
-              0.95);
-    const Light tall = [](double x, double y) { return turned(2 * x, y); };
-    EXPECT_GT(correlation(dot(1, {{"aperture_ratio", 2.0}}, 0, 0, image), 24, tall), 0.9);
 }
 
 // In the lower right corner, in front of the focus, the barrel keeps the part farther from the

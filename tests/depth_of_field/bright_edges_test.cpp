@@ -24,21 +24,20 @@ struct Lamp {
     float mixed = 9;
 };
 
-ImageF blurred(ImageF color, ImageF depth) {
-    return dof(planes_of(std::move(color), std::move(depth)),
+// `at`: the pixel at x, y.
+template <class F>
+ImageF blurred(const F& at, int height = kHeight) {
+    return dof(planes_at(kWidth, height, at),
                {kMethod, {"samples", int64_t(256)}, {"denoise", false}});
 }
 
 ImageF filtered(const Lamp& lamp) {
-    ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
-    ImageF depth(kWidth, kHeight, 1);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x) {
-            depth.at(x, y) = x < kEdge ? lamp.depth : lamp.other_depth;
-            if (x > kEdge) continue;
-            for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? lamp.light : lamp.mixed;
-        }
-    return blurred(std::move(color), std::move(depth));
+    return blurred([&](int x, int) {
+        return Pixel{x < kEdge    ? lamp.light
+                     : x == kEdge ? lamp.mixed
+                                  : kOther,
+                     x < kEdge ? lamp.depth : lamp.other_depth};
+    });
 }
 
 // Light to the right of the column, above the surface's own; a column of 9 blurred by 8 px gives
@@ -90,15 +89,12 @@ TEST(BrightEdges, OnlyLampsCount) {
 // Sky of two columns between the lamp and a surface in focus: each of its pixels is at an edge.
 TEST(BrightEdges, TheDarkestPixelCountsWhereNoneIsAwayFromEdges) {
     const auto glow = [](float mixed) {
-        ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
-        ImageF depth(kWidth, kHeight, 1);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                depth.at(x, y) = x == kEdge || x == kEdge + 1 ? 0 : 0.25f;
-                for (int c = 0; c < 3 && x <= kEdge; ++c)
-                    color.at(x, y, c) = x < kEdge ? 30 : mixed;
-            }
-        const ImageF out = blurred(std::move(color), std::move(depth));
+        const ImageF out = blurred([&](int x, int) {
+            return Pixel{x < kEdge    ? 30
+                         : x == kEdge ? mixed
+                                      : kOther,
+                         x == kEdge || x == kEdge + 1 ? 0 : 0.25f};
+        });
         return double(out.at(kEdge + 1, kHeight / 2)) - kOther;
     };
     EXPECT_NEAR(glow(9), 0, 0.01);
@@ -109,17 +105,11 @@ TEST(BrightEdges, TheDarkestPixelCountsWhereNoneIsAwayFromEdges) {
 // pixel has light of the lamp, but touches only the sky's pixel that has some too.
 TEST(BrightEdges, TheLightOfAPixelThatShowsALampIsTheLamps) {
     const auto light_beyond = [](float mixed) {
-        ImageF color = constant_image(kWidth, kHeight, {kOther, kOther, kOther, 1});
-        ImageF depth(kWidth, kHeight, 1);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                const bool below = y >= kHeight / 2;
-                depth.at(x, y) = below ? 0.75f : x < kEdge ? 0.25f : 0;
-                if (below || x > kEdge) continue;
-                for (int c = 0; c < 3; ++c) color.at(x, y, c) = x < kEdge ? 30 : 9;
-            }
-        for (int c = 0; c < 3; ++c) color.at(kEdge, kHeight / 2, c) = mixed;
-        const ImageF out = blurred(std::move(color), std::move(depth));
+        const ImageF out = blurred([&](int x, int y) -> Pixel {
+            if (y >= kHeight / 2) return {x == kEdge && y == kHeight / 2 ? mixed : kOther, 0.75f};
+            if (x < kEdge) return {30, 0.25f};
+            return {x == kEdge ? 9 : kOther, 0};
+        });
         double sum = 0;
         for (int y = 0; y < kHeight; ++y)
             for (int x = kEdge + 3; x < kWidth; ++x) sum += out.at(x, y);
@@ -133,14 +123,11 @@ TEST(BrightEdges, TheLightOfAPixelThatShowsALampIsTheLamps) {
 // middle. Its outer columns show less or more than a tenth of the lamp.
 TEST(BrightEdges, APixelHidesTheLampOfWhichItShowsLessThanATenth) {
     const auto at_column = [](float mixed, int column) {
-        ImageF color = constant_image(kWidth, kHeight, {30, 30, 30, 1});
-        ImageF depth(kWidth, kHeight, 1, 0.25f);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = kEdge - 1; x <= kEdge + 1; ++x) {
-                depth.at(x, y) = 0.5f;
-                for (int c = 0; c < 3; ++c) color.at(x, y, c) = x == kEdge ? kOther : mixed;
-            }
-        return blurred(std::move(color), std::move(depth)).at(column, kHeight / 2);
+        const ImageF out = blurred([&](int x, int) -> Pixel {
+            if (std::abs(x - kEdge) > 1) return {30, 0.25f};
+            return {x == kEdge ? kOther : mixed, 0.5f};
+        });
+        return out.at(column, kHeight / 2);
     };
     const double light = 30 * (1 - 2 * 3 / (8 * std::numbers::pi));
     for (const int column : {kEdge - 1, kEdge, kEdge + 1})
@@ -155,20 +142,20 @@ TEST(BrightEdges, APixelHidesTheLampOfWhichItShowsLessThanATenth) {
 TEST(BrightEdges, DepthOfASmallPartDoesNotTakeTheLampsLight) {
     constexpr int kFirst = 44, kLast = 51;
     constexpr double kBlurPx = 16, kLight = 30 - kOther, kCorner = 0.95;
-    ImageF color = constant_image(kWidth, kWidth, {kOther, kOther, kOther, 1});
-    ImageF depth(kWidth, kWidth, 1, 0.25f);
-    double area = 0;
-    for (int y = kFirst; y <= kLast; ++y)
-        for (int x = kFirst; x <= kLast; ++x) {
-            const bool corner = (x == kFirst || x == kLast) && (y == kFirst || y == kLast);
-            const double covered = corner ? kCorner : 1;
-            area += covered;
-            if (!corner) depth.at(x, y) = 0.75f;
-            for (int c = 0; c < 3; ++c) color.at(x, y, c) = float(kOther + covered * kLight);
-        }
-    const FramePlanes planes = planes_of(std::move(color), std::move(depth));
-    const Settings settings = {kMethod, {"samples", int64_t(256)}, {"denoise", false}};
-    const ImageF out = dof(planes, settings);
+    const auto is_lamp = [](int x, int y) {
+        return x >= kFirst && x <= kLast && y >= kFirst && y <= kLast;
+    };
+    const auto is_corner = [&](int x, int y) {
+        return (x == kFirst || x == kLast) && (y == kFirst || y == kLast);
+    };
+    const ImageF out = blurred(
+        [&](int x, int y) -> Pixel {
+            if (!is_lamp(x, y)) return {kOther, 0.25f};
+            if (is_corner(x, y)) return {kOther + kCorner * kLight, 0.25f};
+            return {30, 0.75f};
+        },
+        kWidth);
+    const double area = 60 + 4 * kCorner;
     const double share = area / (std::numbers::pi * kBlurPx * kBlurPx);
     double sum = 0;
     for (int y = 0; y < kWidth; ++y)

@@ -65,14 +65,11 @@ TEST(InverseWarpLens, SteepLensKeepsInFocusWhatIsNextToTheFocus) {
 
 // A focused surface before an unfocused one keeps every bit away from its edge.
 TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
-    ImageF color = noise_image(128, 64, 4, 5);
-    ImageF depth(128, 64, 1);
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 128; ++x) depth.at(x, y) = x < 64 ? 0.25f : 0;  // in focus; sky, 8 px
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 64; ++x)
-            for (int c = 0; c < 3; ++c) color.at(x, y, c) = 50;
-    const ImageF out = dof(planes_of(color, depth), {kMethod});
+    const ImageF noise = noise_image(128, 64, 1, 5);
+    const FramePlanes planes = planes_at(128, 64, [&](int x, int y) {
+        return x < 64 ? Pixel{50, 0.25f} : Pixel{noise.at(x, y), 0};  // in focus; sky, 8 px
+    });
+    const ImageF out = dof(planes, {kMethod});
     for (int y = 0; y < 64; ++y) {
         for (int x = 0; x < 64; ++x) EXPECT_EQ(out.at(x, y), 50) << x;
         for (int x = 66; x < 128; ++x) EXPECT_LE(out.at(x, y), 1) << x;
@@ -82,16 +79,10 @@ TEST(InverseWarpLens, FocusedForegroundDoesNotTakeFromTheBackground) {
 // Near the edge of an out-of-focus near surface the lens sees past it: an edge becomes the disc's
 // share on its side.
 TEST(InverseWarpLens, NearEdgeFadesAsADiscCutByALine) {
-    ImageF color = constant_image(160, 64, {0, 0, 0, 1});
-    ImageF depth(160, 64, 1);
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 160; ++x) {
-            const bool near = x < 80;
-            depth.at(x, y) = near ? 0.75f : 0.25f;  // 16 px; in focus
-            if (near)
-                for (int c = 0; c < 3; ++c) color.at(x, y, c) = 1;
-        }
-    const ImageF out = dof(planes_of(color, depth), {kMethod, {"samples", int64_t(512)}});
+    const FramePlanes planes = planes_at(160, 64, [](int x, int) {
+        return x < 80 ? Pixel{1, 0.75f} : Pixel{0, 0.25f};  // 16 px; in focus
+    });
+    const ImageF out = dof(planes, {kMethod, {"samples", int64_t(512)}});
     for (int x = 60; x < 100; ++x) {
         const double d = std::clamp((x + 0.5 - 80) / 16, -1.0, 1.0);
         const double covered = (std::acos(d) - d * std::sqrt(1 - d * d)) / M_PI;
@@ -103,16 +94,11 @@ TEST(InverseWarpLens, NearEdgeFadesAsADiscCutByALine) {
 // The surface occluded by a near bar is interpolated from its two sides. The focused background's
 // color is its column, the bar's color the center column.
 TEST(InverseWarpLens, HiddenBackgroundIsBetweenWhatShowsAround) {
-    ImageF color(160, 64, 4);
-    ImageF depth(160, 64, 1);
-    for (int y = 0; y < 64; ++y)
-        for (int x = 0; x < 160; ++x) {
-            const bool near = x >= 72 && x < 88;
-            depth.at(x, y) = near ? 0.75f : 0.25f;  // 16 px; in focus
-            for (int c = 0; c < 3; ++c) color.at(x, y, c) = near ? 79.5f : float(x);
-            color.at(x, y, 3) = 1;
-        }
-    const ImageF out = dof(planes_of(color, depth), {kMethod, {"samples", int64_t(512)}});
+    const FramePlanes planes = planes_at(160, 64, [](int x, int) {
+        const bool near = x >= 72 && x < 88;
+        return near ? Pixel{79.5, 0.75f} : Pixel{double(x), 0.25f};  // 16 px; in focus
+    });
+    const ImageF out = dof(planes, {kMethod, {"samples", int64_t(512)}});
     const auto left_of = [](double d) {
         d = std::clamp(d / 16, -1.0, 1.0);
         return 1 - (std::acos(d) - d * std::sqrt(1 - d * d)) / M_PI;

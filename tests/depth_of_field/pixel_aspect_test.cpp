@@ -120,14 +120,6 @@ TEST(MaxRadius, AsAFractionOfTheHeight) {
         ASSERT_EQ(lens::cuts(coc, frame).size(), 1u);
         EXPECT_EQ(lens::cuts(coc, frame)[0].parameter, "max_radius_fraction");
     }
-    frame.pixel_aspect = 1;
-    FramePlanes planes = dot_planes(0.75f);
-    const Chain by_fraction = chain_of("depth_of_field", {{"max_radius_fraction", 0.05}});
-    FrameDescription whole = described(planes, 1);
-    const Chain by_px =
-        chain_of("depth_of_field", {{"max_radius_px", 0.05 * whole.display_height}});
-    EXPECT_TRUE(equal_bits(filter(by_fraction, whole, planes).at(Role::color),
-                           filter(by_px, whole, planes).at(Role::color)));
 }
 
 }  // namespace

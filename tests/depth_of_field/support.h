@@ -15,6 +15,19 @@ namespace postchain::test {
 // Color and one inverse depth for all pixels.
 FramePlanes flat_planes(ImageF color, float inverse_depth);
 
+// Gray light and inverse depth of each pixel: at(x, y).
+struct Pixel {
+    double light;
+    float depth;
+};
+template <class F>
+FramePlanes planes_at(int width, int height, const F& at) {
+    return planes_of(
+        make_image(width, height, 4,
+                   [&](int x, int y, int c) { return c < 3 ? at(x, y).light : 1; }),
+        make_image(width, height, 1, [&](int x, int y, int) { return at(x, y).depth; }));
+}
+
 // Noise color over three layers of depth: sky above, the focus plane, a near block.
 FramePlanes deep_planes(int width, int height, uint32_t seed = 3);
 

@@ -6,9 +6,7 @@
 namespace postchain::test {
 
 SettingList stored_settings(const SettingList& more) {
-    SettingList settings = {{"luma", std::string("stored")},
-                            {"blend", std::string("stored")},
-                            {"hint", std::string("none")}};
+    SettingList settings = {{"luma", "stored"}, {"blend", "stored"}, {"hint", "none"}};
     settings.insert(settings.end(), more.begin(), more.end());
     return settings;
 }

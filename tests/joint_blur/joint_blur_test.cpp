@@ -54,32 +54,6 @@ TEST(JointBlur, LightOfAFireflyKeepsItsColor) {
     EXPECT_LT(worst, 3e-5);
 }
 
-// In focus and moving, or still and out of focus: as the pass for that blur, except for the steps
-// of the search from the pixel itself.
-TEST(JointBlur, OneOfThemAloneIsThatPass) {
-    FramePlanes planes = moving_plane(160, 96, 0.75f, 0, 0);
-    planes[Role::color] = noise_image(160, 96, 4, 5);
-    const FrameDescription frame = describe_round(planes);
-    const auto error = [&](const Chain& chain, const Chain& other) {
-        const ImageF a = filter(chain, frame, planes, {.elide = false}).at(Role::color);
-        const ImageF b = filter(other, frame, planes, {.elide = false}).at(Role::color);
-        double sum = 0;
-        for (size_t i = 0; i < a.data.size(); ++i) sum += std::pow(a.data[i] - b.data[i], 2);
-        return std::sqrt(sum / double(a.data.size()));
-    };
-    EXPECT_LT(
-        error(chain_of("joint_blur", {{"samples", int64_t(64)}}),
-              chain_of("depth_of_field", {{"method", "inverse_warp"}, {"samples", int64_t(64)}})),
-        0.01);
-    planes[Role::inverse_depth] = ImageF(160, 96, 1, 0.25f);
-    planes[Role::motion] = constant_image(160, 96, {24, 8});
-    EXPECT_LT(error(chain_of("joint_blur", {{"samples", int64_t(512)}}),
-                    chain_of("motion_blur", {{"mode", "inverse_warp"},
-                                             {"samples", int64_t(511)},
-                                             {"path_px_per_time", 0.1}})),
-              0.01);
-}
-
 // A surface that moves along rows is denoised along rows: lines one pixel wide stay lines.
 TEST(JointBlur, DenoisingStaysWithinTheStreak) {
     FramePlanes planes = moving_plane(160, 96, 0.25f, 60, 0);

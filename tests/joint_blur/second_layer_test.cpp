@@ -188,17 +188,5 @@ TEST(SecondLayer, IsPlannedOnlyForAPassWhoseColorIsTheFrames) {
         EXPECT_TRUE(step.pass == 0 || !step.program.defines.contains("SECOND_LAYER")) << step.name;
 }
 
-TEST(SecondLayer, KeepsConstants) {
-    TestFrame frame = layered_frame(49, 37, {23.0f, -11.0f}, {-3.0f, 5.0f}, 5);
-    add_behind(frame);
-    frame.planes[Role::color] = constant_image(49, 37, {0.3f, 0.7f, 1.1f, 1});
-    ImageF& behind = frame.planes.at(Role::behind);
-    const ImageF& color = frame.planes.at(Role::color);
-    std::copy(color.data.begin(), color.data.end(), behind.data.begin());
-    const auto out =
-        filter(chain_of("joint_blur"), frame.description, frame.planes, {.elide = false});
-    EXPECT_TRUE(equal_bits(out.at(Role::color), color));
-}
-
 }  // namespace
 }  // namespace postchain::test::second_layer_test

@@ -149,13 +149,6 @@ TEST(FillMask, IsWhatTheLensSeesBehindADisc) {
             EXPECT_NEAR(shares[kEstimate], apart < kDisc ? passing : 0, 0.12) << x << ", " << y;
             EXPECT_EQ(shares[kNeighbor], 0);
         }
-    // The mean over the disc, whose edge the samples find to a fraction of a pixel.
-    double sum = 0, expected = 0;
-    for (double r = 0; r < kDisc; r += 0.01)
-        expected += 2 * std::numbers::pi * r * 0.01 *
-                    (1 - shared_area(kDisc, kCircle, r) / (std::numbers::pi * kCircle * kCircle));
-    for (size_t i = 0; i < mask.pixels(); ++i) sum += double(mask.data[4 * i + kEstimate]);
-    EXPECT_NEAR(sum / expected, 1, 0.1);
 }
 
 // Color that comes in over the border is an estimate: the border's pixels, continued.
@@ -252,27 +245,6 @@ TEST(FillMask, KeepsTheSharesOfAnEarlierPass) {
         EXPECT_NEAR(shares[kNeighbor], 0.5, 1e-5) << one.name;
         EXPECT_NEAR(shares[kEstimate], 0.25, 1e-5) << one.name;
     }
-}
-
-// A second pass averages the shares of the first, and adds to what was filled.
-TEST(FillMask, GathersOverAChain) {
-    const TestFrame frame = bar_frame({});
-    Chain both = chain_of("motion_blur");
-    append(both, "depth_of_field");
-    TestFrame blurred = frame;
-    blurred.description.camera.f_stop = 0.3;
-    const auto estimate = [&](const Chain& chain) {
-        const ImageF mask = mask_of(chain, blurred);
-        double sum = 0;
-        for (size_t i = 0; i < mask.pixels(); ++i) sum += double(mask.data[4 * i + kEstimate]);
-        return sum;
-    };
-    const double first = estimate(chain_of("motion_blur"));
-    const double second = estimate(chain_of("depth_of_field"));
-    EXPECT_GT(first, 20);
-    EXPECT_GT(second, 20);
-    EXPECT_GT(estimate(both), std::max(first, second));
-    EXPECT_LT(estimate(both), first + second);
 }
 
 // It costs nothing if it is not asked for, and changes no bit of color or of another layer.

@@ -86,24 +86,6 @@ TEST(Mattes, HoldForThePassThatHasThem) {
     EXPECT_TRUE(equal_bits(out.at(Role::color), alone.at(Role::color)));
 }
 
-// The programs that the planner adds around a pass with a matte.
-std::set<std::string> matte_programs(int layers) {
-    TestFrame frame = bright_frame(20, 20);
-    add_lights(frame, layers);
-    add_matte(frame, square_matte(20, 20), 1);
-    const auto plan = make_plan(chain_of("fxaa"), frame.description);
-    EXPECT_TRUE(plan.ok()) << plan.status().message();
-    std::set<std::string> programs;
-    for (const Step& step : plan->steps)
-        if (step.program.file.starts_with("common/")) programs.insert(step.program.text());
-    return programs;
-}
-
-TEST(Mattes, HaveOneProgramForAnyCountOfLayers) {
-    EXPECT_EQ(matte_programs(1).size(), 2);
-    EXPECT_EQ(matte_programs(1), matte_programs(9));
-}
-
 TEST(Mattes, NamedButNotHandedInIsAnError) {
     TestFrame frame = bright_frame(20, 20);
     Chain chain = chain_of("motion_blur");

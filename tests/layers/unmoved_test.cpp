@@ -10,6 +10,13 @@
 namespace postchain::test {
 namespace {
 
+// The matte "object" keeps its first pass from moving what it covers.
+Chain unmoved(Chain chain) {
+    chain.links[0].matte = "object";
+    chain.links[0].matte_effect = MatteEffect::unmoved;
+    return chain;
+}
+
 // Chains with a matte `unmoved` over their passes that blur by motion. `mattes`: for
 // FrameDescription::mattes.
 struct UnmovedChain {
@@ -19,12 +26,8 @@ struct UnmovedChain {
 };
 std::vector<UnmovedChain> unmoved_chains() {
     std::vector<UnmovedChain> all;
-    for (const Variant& one : variants_that(one_of_each_kind(), reads_motion)) {
-        UnmovedChain unmoved{one.name, one.chain(), {0}};
-        unmoved.chain.links[0].matte = "object";
-        unmoved.chain.links[0].matte_effect = MatteEffect::unmoved;
-        all.push_back(std::move(unmoved));
-    }
+    for (const Variant& one : variants_that(one_of_each_kind(), reads_motion))
+        all.push_back({one.name, unmoved(one.chain()), {0}});
     return all;
 }
 
@@ -161,9 +164,7 @@ TEST(Unmoved, AntialiasedEdgesDoNotSpread) {
             }
         frame.description.bounds = describe(frame.planes).bounds;
         for (const char* type : {"motion_blur", "joint_blur"}) {
-            Chain chain = chain_of(type);
-            chain.links[0].matte = "object";
-            chain.links[0].matte_effect = MatteEffect::unmoved;
+            const Chain chain = unmoved(chain_of(type));
             const TestFrame held = with_matte(frame, share, {0});
             const ImageF color = filter(chain, held.description, held.planes).at(Role::color);
             double gained = 0;
@@ -197,10 +198,9 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
     for (const Neighbor neighbor : kNeighbors) {
         // The same depths, moved by half its width.
         const int shift = neighbor == Neighbor::before ? -16 : 16;
-        ImageF there(width, height, 1);
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x)
-                there.at(x, y) = matte.at(std::clamp(x - shift, 0, width - 1), y);
+        const ImageF there = make_image(width, height, 1, [&](int x, int y, int) {
+            return matte.at(std::clamp(x - shift, 0, width - 1), y);
+        });
         ImageF& depth = frame.planes.at(role_of(neighbor, Role::inverse_depth));
         ImageF& motion = frame.planes.at(role_of(neighbor, Role::motion));
         const ImageF& own_depth = frame.planes.at(Role::inverse_depth);
@@ -216,9 +216,7 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
         theirs[neighbor] = there;
     }
     for (const char* type : {"motion_blur", "joint_blur"}) {
-        Chain chain = chain_of(type);
-        chain.links[0].matte = "object";
-        chain.links[0].matte_effect = MatteEffect::unmoved;
+        const Chain chain = unmoved(chain_of(type));
         TestFrame held = with_matte(frame, matte, {0});
         for (const auto& [neighbor, there] : theirs)
             held.planes[role_of(neighbor, Role::mattes)] = there;
@@ -231,15 +229,7 @@ TEST(Unmoved, NeighborsShowNoSecondObject) {
         };
         const FramePlanes out = filter(chain, held.description, held.planes);
         // The result shows that the frames around were searched: without them it differs.
-        const Chain alone = [&] {
-            Chain twin = chain.clone();
-            EXPECT_TRUE(
-                twin.links[0]
-                    .type->parameters
-                    ->set(twin.links[0].pass->parameters(), "neighbors", ParameterValue("none"))
-                    .ok());
-            return twin;
-        }();
+        const Chain alone = unmoved(chain_of(type, {{"neighbors", "none"}}));
         const FramePlanes without = filter(alone, held.description, held.planes);
         EXPECT_LE(worst_green(out.at(Role::color)), worst_green(without.at(Role::color)) + 1e-6)
             << type;
@@ -267,9 +257,7 @@ TEST(Unmoved, WhatAloneMovesLeavesThePassOut) {
     TestFrame frame = layered_frame(101, 67, {23.0f, -11.0f}, {0, 0}, 5);
     const ImageF matte = square_matte(101, 67);
     for (const char* mode : {"inverse_warp", "guertin"}) {
-        Chain chain = chain_of("motion_blur", {{"mode", mode}});
-        chain.links[0].matte = "object";
-        chain.links[0].matte_effect = MatteEffect::unmoved;
+        const Chain chain = unmoved(chain_of("motion_blur", {{"mode", mode}}));
         TestFrame held = with_matte(frame, matte, {0});
         EXPECT_FALSE(make_plan(chain, held.description)->steps.empty()) << "nothing is known";
         const Elided blocks = expect_same_bits(chain, held.description, held.planes, {});
@@ -315,9 +303,7 @@ TEST(Unmoved, HoldsForThePassThatHasIt) {
 TEST(Unmoved, IsRefusedWhereNothingMovesAndWithoutAMatte) {
     const TestFrame frame = bright_frame(20, 20);
     for (const char* type : {"fxaa", "depth_of_field"}) {
-        Chain chain = chain_of(type);
-        chain.links[0].matte = "object";
-        chain.links[0].matte_effect = MatteEffect::unmoved;
+        const Chain chain = unmoved(chain_of(type));
         const TestFrame held = with_matte(frame, square_matte(20, 20), {0});
         const auto plan = make_plan(chain, held.description);
         ASSERT_FALSE(plan.ok());

@@ -27,23 +27,6 @@ TEST(ImageReads, AreOfSoftwareRenderersWithRoom) {
     EXPECT_EQ(gl::best_reads(with_image_units(8)), gl::Reads::textures);  // OpenGL's least
 }
 
-TEST(ImageReads, TheSourceDeclaresImages) {
-    ProgramKey key{"a.comp", {{"READS_IMAGES", "1"}, {"IMAGE_3", "rg16f"}}};
-    const std::string source = gl::with_image_reads(
-        "#version 450 core\n"
-        "layout(binding = 3) uniform sampler2D motion;\n"
-        "layout(binding = 0) uniform usampler2D surfaces;\n"
-        "layout(binding = 0) writeonly uniform image2D color;\n",
-        key);
-    EXPECT_NE(source.find("layout(binding = 11, rg16f) uniform sampler2D motion;"), source.npos)
-        << source;
-    EXPECT_NE(source.find("layout(binding = 8, rgba32ui) uniform usampler2D surfaces;"),
-              source.npos)
-        << source;
-    EXPECT_NE(source.find("layout(binding = 0) writeonly uniform image2D color;"), source.npos);
-    EXPECT_NE(source.find("#define sampler2D readonly image2D\n"), source.npos);
-}
-
 TEST(ImageReads, GiveTheBitsOfTextures) {
     Executor images(with_image_units(32)), textures(with_image_units(8));
     TestFrame frame = layered_frame(150, 90, {21, 9}, {0, 0}, 1);

@@ -42,9 +42,8 @@ TEST_F(Programs, IncludesAndDefinesReachTheCompiler) {
     test::write_text(folder_.path("common/value.glsl"), "float value() { return FACTOR; }\n");
     write("a.comp", kInclude + kBody);
     gl::ProgramCache cache({}, gl::shader_folder_of_environment());
-    auto program = cache.get({"a.comp", {{"FACTOR", "2.0"}}});
-    ASSERT_TRUE(program.ok()) << program.status().message();
-    EXPECT_EQ(*cache.get({"a.comp", {{"FACTOR", "2.0"}}}), *program) << "compiled once";
+    const auto program = test::must(cache.get({"a.comp", {{"FACTOR", "2.0"}}}));
+    EXPECT_EQ(*cache.get({"a.comp", {{"FACTOR", "2.0"}}}), program) << "compiled once";
     EXPECT_EQ(cache.compiled(), 1u);
     ASSERT_TRUE(cache.get({"a.comp", {{"FACTOR", "3.0"}}}).ok());
     EXPECT_EQ(cache.compiled(), 2u);
@@ -78,12 +77,10 @@ TEST_F(Programs, FailedReloadKeepsTheLastGoodProgram) {
     std::vector<std::string> said;
     gl::ProgramCache cache([&](const std::string& text) { said.push_back(text); },
                            gl::shader_folder_of_environment());
-    auto good = cache.get({"a.comp", {}});
-    ASSERT_TRUE(good.ok());
+    const auto good = test::must(cache.get({"a.comp", {}}));
     write("a.comp", "broken\n");
-    auto kept = cache.get({"a.comp", {}});
-    ASSERT_TRUE(kept.ok());
-    EXPECT_EQ(*kept, *good);
+    const auto kept = test::must(cache.get({"a.comp", {}}));
+    EXPECT_EQ(kept, good);
     ASSERT_TRUE(cache.get({"a.comp", {}}).ok());
     ASSERT_EQ(said.size(), 1u) << "said once";
     EXPECT_THAT(said[0], HasSubstr("a.comp:2"));

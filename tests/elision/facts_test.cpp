@@ -211,22 +211,6 @@ TEST(IdentityByFacts, FxaaStaysWhereLumaIsHeld) {
     }
 }
 
-TEST(IdentityByFacts, FxaaOfOnePixel) {
-    for (const char* kind : {"none", "checkerboard", "threshold"})
-        for (const float value : {0.3f, -0.0f, -4.0f, 0x1p-126f, 1e30f, 7e4f})
-            for (const Precision precision : kPrecisions) {
-                SCOPED_TRACE(concat(kind, " ", value));
-                FramePlanes planes = planes_of(constant_image(1, 1, {value, 0.1f, value, 1}));
-                planes[Role::hint] = constant_image(1, 1, {1, 1});
-                const Chain chain = chain_of("fxaa", {{"hint", std::string(kind)}});
-                FrameDescription frame = describe(planes);
-                frame.bounds = FrameBounds();
-                EXPECT_TRUE(expect_same_bits(chain, frame, planes, only({kRuleFacts}, precision))
-                                .plan.passes[0]
-                                .elided);
-            }
-}
-
 // The complete run writes a hint of 0 for a still frame, and FXAA with a hint of 0 equals FXAA
 // without one.
 TEST(IdentityByFacts, NoHintIsAHintOfZero) {
@@ -349,21 +333,6 @@ TEST(CameraCut, ClosesTheShutterOfTheJointBlur) {
     const auto plan = make_plan(sharp, frame, only({kRuleCameraCut}));
     ASSERT_TRUE(plan.ok()) << plan.status().message();
     EXPECT_TRUE(plan->passes[0].elided);
-}
-
-TEST(CameraCut, OtherPassesRun) {
-    FramePlanes planes = planes_of(half_noise(41, 23, 4, 8), {30, -8}, 3);
-    FrameDescription frame = describe(planes);
-    frame.bounds.camera_cut = true;
-    Chain chain = chain_of("motion_blur", {{"mode", "guertin"}}), rest;
-    for (Chain* one : {&chain, &rest}) {
-        append(*one, "fxaa", {{"hint", "checkerboard"s}});
-        append(*one, "depth_of_field", {{"downsample", int64_t(1)}});
-    }
-    EXPECT_EQ(
-        first_difference(filter(rest, frame, planes, no_rule()).at(Role::color),
-                         filter(chain, frame, planes, only({kRuleCameraCut})).at(Role::color)),
-        "");
 }
 
 TEST(MissingPlane, IsTheChainWithoutThatPass) {

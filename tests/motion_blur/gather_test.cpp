@@ -38,28 +38,6 @@ TEST(Gather, UniformMotion) {
     expect_pixel(out, 2, 0, {0}, 0);
 }
 
-TEST(Gather, SingleUsesBothWeightsAsOne) {
-    // Motion down, one tile, w_max = (0, 1). At (4, 0): S = (4, 2) has v = 0, which guertin gives
-    // w_B = 0; single gives 1. T = 2.
-    BlurFrame frame(9, 5);
-    frame.set_gray(4, 4, 1);
-    frame.set_all_half_velocities(0, 4);
-    frame.set_half_velocity(4, 4, 0, 0);
-    // guertin at (4, 2): f cone(2, 2) 0 + b cone(2, 1/4) * 1 + 2 cylinder(2, 0.5) = 0.5; the tap
-    // above 3, the center 4, total 3/160.
-    expect_pixel(blurred(plain_blur(kThree), frame), 4, 2, {0.5 / 7.51875});
-    // single: the same result here, since the cone of v_S is 0 anyway ...
-    const Chain single = plain_blur(three({{"mode", "single"}}));
-    expect_pixel(blurred(single, frame), 4, 2, {0.5 / 7.51875});
-    // ... but at a still pixel beside moving ones the center tap has w_B = 1: 1 + 1 + 2 = 4 against
-    // guertin's 0 + 1 + 2 = 3. Still (4, 2) with total 3 / (40 * 0.5) = 0.15; its outer taps move:
-    // f cone(2, 1/4) = 0.5 each, in single + b cone(2, 2) = 0.
-    frame.set_half_velocity(4, 4, 0, 4);
-    frame.set_half_velocity(4, 2, 0, 0);
-    expect_pixel(blurred(single, frame), 4, 2, {0.5 / 5.15});
-    expect_pixel(blurred(plain_blur(kThree), frame), 4, 2, {0.5 / 4.15});
-}
-
 TEST(Gather, BorderSkipsOrClamps) {
     Spot frame;
     frame.set_all_half_velocities(4, 0);

@@ -24,40 +24,7 @@ FrameDescription description(double max_speed_px) {
     return frame;
 }
 
-std::vector<std::string> names(const Plan& plan) {
-    std::vector<std::string> result;
-    for (const auto& texture : plan.textures)
-        if (!texture.imported) result.push_back(texture.name.substr(texture.name.rfind('.') + 1));
-    return result;
-}
-
-bool leaves_out(const Plan& plan, const std::string& item) {
-    for (const auto& elision : plan.elisions)
-        if (elision.pass == 0 && elision.item == item) return true;
-    return false;
-}
-
 using testing::ElementsAre;
-
-TEST(Plan, TexturesAndWhatIsLeftOut) {
-    const Plan plain = plan_of(plain_blur(), description(9), whole_passes());
-    EXPECT_THAT(names(plain), ElementsAre("tile_max", "neighbor_max", "color"));
-    for (const char* what : {"tile_variance", "noise", "hint"})
-        EXPECT_TRUE(leaves_out(plain, what)) << what;
-    PlanOptions hinted = whole_passes();
-    hinted.outputs = {Role::color, Role::hint};
-    const Plan full = plan_of(blur({{"sample_split", "variance"}}), description(9), hinted);
-    EXPECT_THAT(names(full),
-                ElementsAre("tile_max", "neighbor_max", "tile_variance", "noise", "color", "hint"));
-    EXPECT_THAT(
-        names(plan_of(plain_blur({{"velocity_storage", "fp16"}}), description(9), whole_passes())),
-        ElementsAre("half_velocity", "tile_max", "neighbor_max", "color"));
-    for (const char* what : {"tile_variance", "noise", "hint"})
-        EXPECT_FALSE(leaves_out(full, what)) << what;
-    // single has one direction to split.
-    const Values single = {{"mode", "single"}, {"sample_split", "variance"}};
-    EXPECT_TRUE(leaves_out(plan_of(blur(single), description(9)), "tile_variance"));
-}
 
 // A closed shutter is elided like a frame without motion, even if the speed is unknown, as in an
 // engine.

@@ -125,16 +125,6 @@ TEST(NeighborMax, ComparesLengthsBeforeTheClamp) {
     expect_pixel(out, 0, 1, {3, 0, 90000, 0});
 }
 
-TEST(NeighborMax, SingleCountsAllEight) {
-    TileFrame frame;
-    frame.set_tile(1, 1, 1, 1);
-    const Values values = {{"max_blur_px", int64_t(3)}, {"mode", "single"}};
-    const ImageF out = stages_of(plain_blur(values), frame)["neighbor_max"];
-    for (int j = 0; j < 3; ++j)
-        for (int i = 0; i < 3; ++i) expect_pixel(out, i, j, {1, 1, 2});
-    expect_pixel(out, 3, 1, {0, 0, 0, 0});
-}
-
 // The widest and the highest frame, tiles of a pixel, and a tile wider than the frame.
 TEST(NeighborMax, EqualsTheReferenceInTilesOfAnySize) {
     for (const auto& [width, height, tile] :

@@ -72,21 +72,5 @@ TEST(Planner, RefusesAPassThatFiltersColorAloneWhereThereAreLayers) {
     EXPECT_EQ(make_plan(off, f).status().code(), StatusCode::internal);
 }
 
-TEST(Role, OfANeighborHasTheNameAndTheChannelsOfItsOwnFrame) {
-    RoleSet all;
-    for (Role role : kAllRoles) all.add(role);
-    for (Neighbor neighbor : kNeighbors) {
-        for (Role role : kNeighborRoles) {
-            const Role there = role_of(neighbor, role);
-            EXPECT_EQ(name_of(there), concat(name_of(role), "_", name_of(neighbor)));
-            EXPECT_EQ(channels_of(there), channels_of(role));
-            EXPECT_EQ((RoleSet{Role::hint, there}).of(neighbor), RoleSet{role});
-            all.remove(there);
-        }
-    }
-    for (Role role : kNeighborRoles) all.remove(role);
-    EXPECT_EQ(all, (RoleSet{Role::hint, Role::behind}));
-}
-
 }  // namespace
 }  // namespace postchain::test

@@ -105,18 +105,6 @@ TEST(StillTiles, SpeedsAroundTheLimit) {
     EXPECT_GT(moving, 20);
 }
 
-// min_speed_px: 0 leaves only what does not move at all.
-TEST(StillTiles, TheLeastMotionThereIs) {
-    for (const float speed : {0.0f, -0.0f, 1e-18f, 1e-10f, 1e-6f}) {
-        SCOPED_TRACE(speed);
-        Blur blur;
-        blur.min_speed_px = 0;
-        const Scene scene(33, 17, 4, {speed, 0});
-        const Elided elided = scene.check(blur, motion_blur::kRuleStillBlocks, Precision::fp32);
-        EXPECT_EQ(elided.blocks("still_blocks"), speed == 0 ? 6u : 0u);
-    }
-}
-
 // One pixel moves, at every offset against the blocks and against tiles of many sizes. Slope 0 lets
 // pixels choose the tile across a border from half a tile away.
 TEST(StillTiles, OneMoverAtEveryOffset) {

@@ -137,18 +137,6 @@ TEST(Directional, DotByHand) {
     EXPECT_EQ(out.at(3, 3), 0.0f);  // the diagonal neighbors have no range
 }
 
-// 3 above the border, 0 below: 3 counts 1/sqrt(1 + 3) = 1/2, its alpha too.
-TEST(Directional, TonemappedByHand) {
-    ImageF bright = gray_image(16, 8, [](int, int y) { return y < 4 ? 3 : 0; });
-    for (int y = 0; y < 8; ++y)
-        for (int x = 0; x < 16; ++x) bright.at(x, y, 3) = y < 4 ? 1.0f : 0.5f;
-    const ImageF out = run({{"mode", "directional"}, {"hint", "none"}}, bright);
-    EXPECT_NEAR(out.at(8, 3), 3 * 0.5 * 1.0941417 / (0.5 * 1.0941417 + 0.0941417), 1e-5);
-    EXPECT_NEAR(out.at(8, 4), 3 * 0.5 * 0.0941417 / (0.5 * 0.0941417 + 1.0941417), 1e-6);
-    const double share = 0.0941417 / (0.5 * 1.0941417 + 0.0941417);
-    EXPECT_NEAR(out.at(8, 3, 3), 1 - 0.5 * share, 1e-6);
-}
-
 TEST(Directional, ThresholdsFollowTheMode) {
     // A range of 0.06 is below 0.0833 and above max(0.0312, 0.063 * 0.8 = 0.0504).
     const ImageF faint = gray_image(16, 8, [](int, int y) { return y < 4 ? 0.8 : 0.74; });

@@ -50,55 +50,38 @@ TEST(ChainFile, FormerNamesAreReadWithAWarning) {
     EXPECT_THAT(texts(file.diagnostics),
                 ElementsAre("c.yaml:3:13: warning: passes[0].taps: 'taps' is the former name of "
                             "'samples' and will not be accepted by the next version",
-                            "c.yaml:3:23: warning: passes[0].mode: 'slim' is the former name of "
-                            "'narrow' and will not be accepted by the next version"));
-    EXPECT_EQ(smear(*file.chain.links[0].pass).samples, 51);
-    EXPECT_EQ(smear(*file.chain.links[0].pass).mode, test::SmearMode::narrow);
+                            HasSubstr("3:23: warning: passes[0].mode: 'slim' is the former name")));
     EXPECT_TRUE(file.chain.origins.contains("passes[0].samples"));
     EXPECT_FALSE(file.chain.origins.contains("passes[0].taps"));
-    // It is the chain of the current names.
     const ChainFile now = parse(chain_of("smear: {samples: 51, mode: narrow}"));
     EXPECT_EQ(file.chain.hash(), now.chain.hash());
     EXPECT_EQ(write_chain(file.chain), write_chain(now.chain));
-}
-
-TEST(ChainFile, AFormerNameHasTheRulesOfItsKey) {
-    EXPECT_THAT(errors_of(chain_of("smear: {taps: 24}")),
-                ElementsAre(HasSubstr("24 is even; samples is an odd integer in 1..255")));
-    EXPECT_THAT(errors_of(chain_of("smear: {taps: 51, samples: 25}")),
-                testing::Contains(HasSubstr("error: passes[0].samples: given twice, also by a "
-                                            "former name")));
-    EXPECT_THAT(errors_of(chain_of("smear: {shutter_frames: 1, angle: 90}")),
-                testing::Contains(HasSubstr("are both given; give one of them")));
-    EXPECT_THAT(errors_of(chain_of("smear: {tap: 51}")), ElementsAre(HasSubstr("unknown key")));
 }
 
 TEST(ChainFile, ReadsPassesInOrder) {
     const ChainFile file = parse(kYaml);
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
     ASSERT_EQ(file.chain.links.size(), 3u);
-    EXPECT_EQ(file.chain.links[0].type->name, "smear");
-    EXPECT_EQ(smear(*file.chain.links[0].pass).mode, test::SmearMode::narrow);
-    EXPECT_EQ(smear(*file.chain.links[0].pass).samples, 51);
-    EXPECT_EQ(smear(*file.chain.links[0].pass).amount, 2.0);
-    EXPECT_FALSE(smear(*file.chain.links[0].pass).dither);
+    const test::Smear first = smear(*file.chain.links[0].pass),
+                      last = smear(*file.chain.links[2].pass);
+    EXPECT_EQ(first.mode, test::SmearMode::narrow);
+    EXPECT_EQ(first.samples, 51);
+    EXPECT_EQ(first.amount, 2.0);
+    EXPECT_FALSE(first.dither);
     EXPECT_EQ(tint(*file.chain.links[1].pass).gain, 1.0);
-    EXPECT_EQ(smear(*file.chain.links[2].pass).factor, 2);
-    EXPECT_EQ(smear(*file.chain.links[2].pass).samples, 25);
-    EXPECT_EQ(smear(*file.chain.links[2].pass).shutter_angle_deg, 90.0);
+    EXPECT_EQ(last.factor, 2);
+    EXPECT_EQ(last.samples, 25);
+    EXPECT_EQ(last.shutter_angle_deg, 90.0);
     EXPECT_EQ(file.chain.camera.f_stop, 1.8);
     EXPECT_EQ(file.chain.camera.near_clip, std::nullopt);
-}
-
-TEST(ChainFile, JsonMeansTheSame) {
     const ChainFile json = parse(R"({"postchain": 1,
         "camera": {"focal_length_mm": 50, "sensor_width_mm": 36.0, "f_stop": 1.8,
                    "focus_distance": 4.2},
         "passes": [{"smear": {"mode": "narrow", "samples": 51, "amount": 2.0, "dither": false}},
                    "tint", {"smear": {"factor": 2, "shutter_angle_deg": 90}}]})");
     ASSERT_THAT(texts(json.diagnostics), IsEmpty());
-    EXPECT_EQ(json.chain.text(), parse(kYaml).chain.text());
-    EXPECT_EQ(json.chain.hash(), parse(kYaml).chain.hash());
+    EXPECT_EQ(json.chain.text(), file.chain.text());
+    EXPECT_EQ(json.chain.hash(), file.chain.hash());
 }
 
 TEST(ChainFile, HasAtMost64Passes) {
@@ -107,8 +90,7 @@ TEST(ChainFile, HasAtMost64Passes) {
     EXPECT_THAT(errors_of(text), IsEmpty());
     EXPECT_THAT(
         errors_of(text + "  - tint\n"),
-        ElementsAre("c.yaml:67:5: error: passes: 65 passes; a chain has at most 64; run the "
-                    "rest as a second chain"));
+        ElementsAre(HasSubstr("c.yaml:67:5: error: passes: 65 passes; a chain has at most")));
 }
 
 TEST(ChainFile, AParameterThatTheModeDoesNotReadIsAnError) {
@@ -119,16 +101,11 @@ TEST(ChainFile, AParameterThatTheModeDoesNotReadIsAnError) {
     EXPECT_THAT(errors_of(chain_of("smear: {factor: 2, mode: slim}")),
                 testing::Contains(HasSubstr("has no effect with mode: narrow")));
     EXPECT_THAT(errors_of(chain_of("smear: {mode: wide, factor: 2}")), IsEmpty());
-    const ChainFile paper = parse_chain(
-        "postchain: 1\npasses:\n  - depth_of_field: {method: gilham, samples: 8, cats_eye: .3, "
-        "aperture_blades: null}\n",
-        "c.yaml", builtin_passes());
+    const ChainFile paper =
+        parse_chain(chain_of("depth_of_field: {method: gilham, samples: 8, aperture_blades: null}"),
+                    "c.yaml", builtin_passes());
     EXPECT_THAT(texts(paper.diagnostics),
-                ElementsAre("c.yaml:3:38: error: passes[0].samples: has no effect with method: "
-                            "gilham; remove it, or set method: inverse_warp",
-                            "c.yaml:3:50: error: passes[0].cats_eye: has no effect with method: "
-                            "gilham; remove it, or set method: inverse_warp"));
-    EXPECT_EQ(paper.status().code(), StatusCode::chain);
+                ElementsAre(HasSubstr("passes[0].samples: has no effect with method: gilham")));
 }
 
 TEST(ChainFile, AnUnreadValueIsNotPartOfTheChain) {
@@ -144,10 +121,11 @@ TEST(ChainFile, AnUnreadValueIsNotPartOfTheChain) {
 }
 
 TEST(ChainFile, AcceptsEmptyForms) {
-    EXPECT_THAT(errors_of("postchain: 1\npasses: []\n"), IsEmpty());
-    EXPECT_THAT(errors_of(chain_of("smear:")), IsEmpty());
-    EXPECT_THAT(errors_of(chain_of("smear: {}")), IsEmpty());
-    EXPECT_THAT(errors_of(chain_of("tint: {limit: null}")), IsEmpty());
+    for (const std::string& text :
+         {std::string("postchain: 1\npasses: []\n"), chain_of("smear:"), chain_of("smear: {}"),
+          chain_of("tint: {limit: null}"),
+          chain_of("smear: {shutter_frames: 0.5, shutter_angle_deg: null}")})
+        EXPECT_THAT(errors_of(text), IsEmpty()) << text;
     EXPECT_EQ(tint(*parse(chain_of("tint: {limit: null}")).chain.links[0].pass).limit,
               std::nullopt);
 }
@@ -203,8 +181,6 @@ TEST(ChainFile, PlacesEachError) {
             << refused.text << text_of(file.diagnostics);
         EXPECT_EQ(file.status().code(), StatusCode::chain) << refused.text;
     }
-    EXPECT_THAT(errors_of(chain_of("smear: {shutter_frames: 0.5, shutter_angle_deg: null}")),
-                IsEmpty());
 }
 
 TEST(ChainFile, SaysWhatIsWrongAndTheNearestWord) {
@@ -216,9 +192,14 @@ TEST(ChainFile, SaysWhatIsWrongAndTheNearestWord) {
         {"middle: 0.5", "middle is two numbers [x, y], each in 0..1"},
         {"sampels: 25", "unknown key 'sampels' (did you mean 'samples'?)"},
         {"zzzzzz: 1", "known are mode, samples, amount"},
-        {"mode: narow", "did you mean 'narrow'?"}};
+        {"mode: narow", "did you mean 'narrow'?"},
+        {"taps: 24", "24 is even; samples is an odd integer in 1..255"},
+        {"taps: 51, samples: 25", "passes[0].samples: given twice, also by a former name"},
+        {"shutter_frames: 1, angle: 90", "are both given; give one of them"},
+        {"tap: 51", "unknown key"}};
     for (const auto& [text, why] : cases)
-        EXPECT_THAT(errors_of(chain_of("smear: {" + text + "}")), ElementsAre(HasSubstr(why)));
+        EXPECT_THAT(errors_of(chain_of("smear: {" + text + "}")),
+                    testing::Contains(HasSubstr(why)));
     EXPECT_THAT(errors_of(chain_of("smeer")),
                 ElementsAre(HasSubstr("unknown pass 'smeer' (did you mean 'smear'?)")));
     EXPECT_THAT(errors_of("postchain: 1\npases: []\n"),
@@ -260,9 +241,6 @@ TEST(WriteChain, ReadsBackAsTheSameChain) {
         EXPECT_EQ(again.chain.text(), file.chain.text()) << written;
         EXPECT_EQ(again.chain.hash(), file.chain.hash());
     }
-}
-
-TEST(WriteChain, WritesDefaultsToo) {
     EXPECT_EQ(write_chain(parse(chain_of("tint: {limit: null}")).chain),
               "postchain: 1\npasses:\n  - tint:\n      gain: 1\n      limit: null\n");
 }
@@ -273,23 +251,16 @@ TEST(FindChain, PrefersShippedNamesAndReadsFiles) {
     const auto found = must(find_chain(folder.path("mine.yaml")));
     EXPECT_EQ(found.text, chain_of("tint"));
     EXPECT_FALSE(found.shipped);
-    const auto loaded = must(load_chain(folder.path("mine.yaml"), fake_passes()));
-    EXPECT_EQ(loaded.chain.links.size(), 1u);
-    EXPECT_FALSE(find_chain(folder.path()).ok());
+    EXPECT_EQ(must(load_chain(folder.path("mine.yaml"), fake_passes())).chain.links.size(), 1u);
+    EXPECT_TRUE(must(find_chain("paper")).shipped);
 
-    const auto shipped = must(find_chain("paper"));
-    EXPECT_TRUE(shipped.shipped);
-    EXPECT_THAT(shipped.file_name, HasSubstr("chains/paper.yaml"));
-}
-
-TEST(FindChain, NamesWhatThereIs) {
-    const auto missing = find_chain("papr");
-    ASSERT_FALSE(missing.ok());
-    EXPECT_EQ(missing.status().code(), StatusCode::chain);
-    EXPECT_THAT(missing.status().message(), HasSubstr("balanced, best, dof_first, fast, paper"));
-    EXPECT_THAT(missing.status().message(), HasSubstr("did you mean 'paper'?"));
-    EXPECT_FALSE(find_chain("/nowhere/paper.yaml").ok());
-    EXPECT_FALSE(find_chain("").ok());
+    const Status missing = find_chain("papr").status();
+    EXPECT_EQ(missing.code(), StatusCode::chain);
+    EXPECT_THAT(missing.message(), HasSubstr("balanced, best, dof_first, fast, paper"));
+    EXPECT_THAT(missing.message(), HasSubstr("did you mean 'paper'?"));
+    for (const std::string& name :
+         {folder.path(), std::string("/nowhere/paper.yaml"), std::string()})
+        EXPECT_FALSE(find_chain(name).ok()) << name;
 }
 
 TEST(ChainFile, NamesThePictureOfTheAperture) {

@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <set>
 
 #include "chain/guest/tiers.h"
@@ -13,6 +12,7 @@
 #include "fake_passes.h"
 #include "passes/registry.h"
 #include "tests/support/status.h"
+#include "tests/support/text_file.h"
 
 namespace postchain {
 namespace {
@@ -54,18 +54,17 @@ TEST(Shipped, AreFive) {
 TEST(Shipped, PaperHasTheReportsValues) {
     const Chain chain = load("paper").chain;
     EXPECT_THAT(order(chain), ElementsAre("motion_blur", "fxaa", "depth_of_field"));
-    for (const auto& [key, expected] :
-         std::vector<std::pair<std::string, std::string>>{{"mode", "guertin"},
-                                                          {"samples", "25"},
-                                                          {"max_blur_px", "40"},
-                                                          {"jitter", "0.95"},
-                                                          {"tile_jitter", "true"},
-                                                          {"tile_jitter_slope", "1"},
-                                                          {"center_weight", "40"},
-                                                          {"variance_threshold_px", "1.5"},
-                                                          {"depth_softness", "1"},
-                                                          {"sample_split", "even"},
-                                                          {"shutter_frames", "unset"}})
+    for (const auto& [key, expected] : {std::pair("mode", "guertin"),
+                                        {"samples", "25"},
+                                        {"max_blur_px", "40"},
+                                        {"jitter", "0.95"},
+                                        {"tile_jitter", "true"},
+                                        {"tile_jitter_slope", "1"},
+                                        {"center_weight", "40"},
+                                        {"variance_threshold_px", "1.5"},
+                                        {"depth_softness", "1"},
+                                        {"sample_split", "even"},
+                                        {"shutter_frames", "unset"}})
         EXPECT_EQ(value(chain, 0, key), expected) << key;
     EXPECT_EQ(value(chain, 1, "preset"), "12");
     EXPECT_EQ(value(chain, 1, "hint"), "checkerboard");
@@ -91,35 +90,24 @@ TEST(Shipped, FastBalancedAndBestTakeMoreAndMoreSamples) {
     EXPECT_GT(std::stoi(value(best, 0, "samples")), std::stoi(value(balanced, 0, "samples")));
 }
 
-// Fenced blocks of one language in a document.
-std::vector<std::string> blocks_of(const std::string& document, const std::string& language) {
-    std::ifstream in(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/" + document);
-    EXPECT_TRUE(in) << document;
-    std::vector<std::string> blocks;
-    bool inside = false;
-    for (std::string line; std::getline(in, line);) {
-        if (!inside && line == "```" + language) {
-            inside = true;
-            blocks.emplace_back();
-        } else if (line == "```") {
-            inside = false;
-        } else if (inside) {
-            blocks.back() += line + "\n";
-        }
-    }
-    return blocks;
+// The only fenced block of a language in a document.
+std::string block_of(const std::string& document, const std::string& language) {
+    const std::string text =
+        test::read_text(std::string(POSTCHAIN_SOURCE_DIR) + "/docs/" + document);
+    const std::string fence = "\n```" + language + "\n";
+    const size_t begin = text.find(fence);
+    EXPECT_NE(begin, std::string::npos) << document;
+    EXPECT_EQ(text.find(fence, begin + 1), std::string::npos) << document;
+    return text.substr(begin + fence.size(), text.find("\n```", begin + 1) - begin - fence.size());
 }
 
 TEST(Documents, ExamplesAreValid) {
-    const auto chains = blocks_of("chain_file.md", "yaml");
-    ASSERT_EQ(chains.size(), 1u);
-    EXPECT_THAT(texts(parse_chain(chains[0], "doc", builtin_passes()).diagnostics), IsEmpty());
-    const auto cameras = blocks_of("chain_file.md", "json");
-    ASSERT_EQ(cameras.size(), 1u);
-    EXPECT_THAT(texts(parse_camera(cameras[0], "doc").diagnostics), IsEmpty());
-    const auto profiles = blocks_of("profiles.md", "yaml");
-    ASSERT_EQ(profiles.size(), 1u);
-    EXPECT_THAT(texts(parse_profile(profiles[0], "doc").diagnostics), IsEmpty());
+    const std::string chain = block_of("chain_file.md", "yaml"),
+                      camera = block_of("chain_file.md", "json"),
+                      profile = block_of("profiles.md", "yaml");
+    EXPECT_THAT(texts(parse_chain(chain, "doc", builtin_passes()).diagnostics), IsEmpty());
+    EXPECT_THAT(texts(parse_camera(camera, "doc").diagnostics), IsEmpty());
+    EXPECT_THAT(texts(parse_profile(profile, "doc").diagnostics), IsEmpty());
 }
 
 // Tiers of the C interface are the shipped chains of their names, on a frame alone.

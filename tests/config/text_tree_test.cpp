@@ -44,17 +44,14 @@ TEST(TextTree, ReadsJsonWithTabsEscapesAndNoSpaces) {
     const TextTree tree = read_text_tree("{\n\t\"a\":1,\n\t\"b\":\"q\\\"\\u0041\\/\\n\"}", "t");
     EXPECT_THAT(texts(tree.diagnostics), IsEmpty());
     EXPECT_EQ(tree.root.find("b")->text, "q\"A/\n");
-}
-
-TEST(TextTree, ReadsJsonEscapesBeyondSixteenBits) {
-    // U+1F600 is F0 9F 98 80 in UTF-8.
-    const TextTree tree = read_text_tree(R"({"a": "x\ud83d\uDE00y", "b": "\\ud83d", "c": 1})", "t");
-    EXPECT_THAT(texts(tree.diagnostics), IsEmpty());
-    EXPECT_EQ(tree.root.find("a")->text, "x\xf0\x9f\x98\x80y");
-    EXPECT_EQ(tree.root.find("b")->text, "\\ud83d");
-    EXPECT_THAT(errors_of(R"({"a": "\ud83d"})"), ElementsAre(HasSubstr("error: not YAML or JSON")));
-    EXPECT_THAT(errors_of(R"({"a": "\ude00\ud83d"})"), SizeIs(1));
-    EXPECT_THAT(errors_of(R"({"a": "\\ud83d\ude00"})"), SizeIs(1));
+    // Beyond 16 bits: U+1F600 is F0 9F 98 80 in UTF-8.
+    const TextTree pair = read_text_tree(R"({"a": "x\ud83d\uDE00y", "b": "\\ud83d", "c": 1})", "t");
+    EXPECT_THAT(texts(pair.diagnostics), IsEmpty());
+    EXPECT_EQ(pair.root.find("a")->text, "x\xf0\x9f\x98\x80y");
+    EXPECT_EQ(pair.root.find("b")->text, "\\ud83d");
+    for (const char* half :
+         {R"({"a": "\ud83d"})", R"({"a": "\ude00\ud83d"})", R"({"a": "\\ud83d\ude00"})"})
+        EXPECT_THAT(errors_of(half), SizeIs(1)) << half;
 }
 
 TEST(TextTree, CountsLinesAndColumnsInCharacters) {
@@ -71,50 +68,45 @@ TEST(TextTree, CountsLinesAndColumnsInCharacters) {
 TEST(TextTree, CountsColumnsFarDownALongLine) {
     std::string text = "{";
     for (int i = 0; i < 1000; ++i) text += concat("k", i, ": 0, ");
-    const size_t column = text.size() + 1;
     const TextTree tree = read_text_tree(text + "z: 1}", "t");
-    EXPECT_EQ(tree.root.entries.back().key.column, int(column));
+    EXPECT_EQ(tree.root.entries.back().key.column, int(text.size() + 1));
 }
 
 TEST(TextTree, LeavesOutAByteOrderMark) {
-    const TextTree tree = read_text_tree(
-        "\xef\xbb\xbf"
-        "a: 1",
-        "t");
+    const TextTree tree = read_text_tree("\xef\xbb\xbf\x61: 1", "t");
     EXPECT_THAT(texts(tree.diagnostics), IsEmpty());
     EXPECT_EQ(tree.root.entries[0].key.column, 1);
     EXPECT_EQ(tree.root.entries[0].key.text, "a");
 }
 
-TEST(TextTree, RefusesDuplicateKeys) {
-    EXPECT_THAT(errors_of("a: 1\nb: 2\na: 3\n"),
-                ElementsAre("t:3:1: error: duplicate key 'a'; it is already given in line 1"));
-    EXPECT_THAT(errors_of(R"({"x": {"a": 1, "a": 1}})"),
-                ElementsAre(HasSubstr("t:1:16: error: duplicate key 'a'")));
-}
-
-TEST(TextTree, RefusesAnchorsAliasesTagsAndMergeKeys) {
-    EXPECT_THAT(
-        errors_of("a: &x 1\nb: *x\n"),
-        ElementsAre("t:1:4: error: anchors (&name) are not allowed; write the value again",
-                    "t:2:4: error: aliases (*name) are not allowed; write the value again"));
-    EXPECT_THAT(errors_of("a: &x {c: 1}\nb: {<<: *x}\n"),
-                ElementsAre(HasSubstr("t:1:4: error: anchors"), HasSubstr("t:2:9: error: aliases"),
-                            HasSubstr("t:2:5: error: merge keys")));
-    EXPECT_THAT(errors_of("a: *nowhere\n"), ElementsAre(HasSubstr("t:1:4: error:")));
-    EXPECT_THAT(errors_of("a: !!int 5\n"), ElementsAre(HasSubstr("t:1:4: error: tags")));
-    EXPECT_THAT(errors_of("a: !mine [1]\n"), ElementsAre(HasSubstr("t:1:4: error: tags")));
-    EXPECT_THAT(errors_of("a: ! 5\n"), ElementsAre(HasSubstr("t:1:4: error: tags")));
-    EXPECT_THAT(errors_of("a: '!x &y *z <<'\n"), IsEmpty());
-    EXPECT_THAT(errors_of("'<<': 1\n"), IsEmpty());
-}
-
-TEST(TextTree, RefusesAllButOneDocument) {
-    EXPECT_THAT(errors_of("a: 1\n---\nb: 2\n"), ElementsAre(HasSubstr("only one document")));
-    EXPECT_THAT(errors_of("{\"a\": 1} {\"b\": 2}"), ElementsAre(HasSubstr("t:1:10: error")));
-    EXPECT_THAT(errors_of("---\na: 1\n...\n"), IsEmpty());
-    EXPECT_THAT(errors_of("%YAML 1.2\n---\na: 1\n"),
-                ElementsAre("t:1:1: error: directives (%NAME) are not allowed"));
+TEST(TextTree, RefusesWhatHasNoOneMeaning) {
+    const std::pair<const char*, std::vector<const char*>> cases[] = {
+        {"a: 1\nb: 2\na: 3\n", {"3:1: error: duplicate key 'a'; it is already given in line 1"}},
+        {R"({"x": {"a": 1, "a": 1}})", {"1:16: error: duplicate key 'a'"}},
+        {"a: &x 1\nb: *x\n", {"1:4: error: anchors (&name) are", "2:4: error: aliases (*name)"}},
+        {"a: &x {c: 1}\nb: {<<: *x}\n",
+         {"1:4: error: anchors", "2:9: error: aliases", "2:5: error: merge keys"}},
+        {"a: *nowhere\n", {"1:4: error:"}},
+        {"a: !!int 5\n", {"1:4: error: tags"}},
+        {"a: !mine [1]\n", {"1:4: error: tags"}},
+        {"a: ! 5\n", {"1:4: error: tags"}},
+        {"a: '!x &y *z <<'\n'<<': 1\n", {}},
+        {"a: 1\n---\nb: 2\n", {"only one document"}},
+        {R"({"a": 1} {"b": 2})", {"1:10: error"}},
+        {"---\na: 1\n...\n", {}},
+        {"%YAML 1.2\n---\na: 1\n", {"1:1: error: directives (%NAME) are not allowed"}},
+        {"a: [1, 2\n", {"error: not YAML or JSON"}},
+        {"a: 1\n b: 2\n", {"t:2:"}},
+        {"\"a: 1\n", {"illegal EOF in scalar"}},
+        {"a: 'b\n", {"illegal EOF in scalar"}},
+        {"a: \"b\n\n", {"illegal EOF in scalar"}},
+        {"{[1]: 2}", {"a key is a word, not a list"}}};
+    for (const auto& [text, expected] : cases) {
+        const auto errors = errors_of(text);
+        ASSERT_EQ(errors.size(), expected.size()) << text;
+        for (size_t i = 0; i < errors.size(); ++i)
+            EXPECT_THAT(errors[i], HasSubstr(expected[i])) << text;
+    }
 }
 
 TEST(TextTree, NamesAnEmptyFile) {
@@ -131,10 +123,7 @@ TEST(TextTree, RefusesWhatIsNotUtf8) {
     for (const char* good : {"\xc2\xa0", "\xed\x9f\xbf", "\xf4\x8f\xbf\xbf", "\xe2\x82\xac"})
         EXPECT_THAT(errors_of(concat("a: 'x", good, "'")), IsEmpty());
     // UTF-16 starts with a byte order mark that is not UTF-8, or contains zero bytes.
-    EXPECT_THAT(errors_of(std::string("\xff\xfe"
-                                      "a\0",
-                                      4)),
-                SizeIs(1));
+    EXPECT_THAT(errors_of(std::string("\xff\xfe\x61\0", 4)), SizeIs(1));
     EXPECT_THAT(errors_of(std::string("a\0:\0", 4)),
                 ElementsAre(HasSubstr("control character 0x00")));
 }
@@ -172,14 +161,6 @@ TEST(TextTree, AllowsNestingUpToTheLimit) {
     EXPECT_THAT(errors_of("a: \"\\\" " + std::string(100, '[') + "\"\n"), IsEmpty());
 }
 
-TEST(TextTree, PlacesErrorsOfSyntax) {
-    EXPECT_THAT(errors_of("a: [1, 2\n"), ElementsAre(HasSubstr("error: not YAML or JSON")));
-    EXPECT_THAT(errors_of("a: 1\n b: 2\n"), ElementsAre(HasSubstr("t:2:")));
-    for (const char* open : {"\"a: 1\n", "a: 'b\n", "a: \"b\n\n"})
-        EXPECT_THAT(errors_of(open), ElementsAre(HasSubstr("illegal EOF in scalar"))) << open;
-    EXPECT_THAT(errors_of("{[1]: 2}"), ElementsAre(HasSubstr("a key is a word, not a list")));
-}
-
 TEST(TextTree, LimitsTheNumberOfErrors) {
     std::string text;
     for (int i = 0; i < 5000; ++i) text += "a: 1\n";
@@ -193,20 +174,21 @@ ParameterValue plain(const std::string& text) {
 }
 
 TEST(Scalar, ReadsNumbersBooleansAndWords) {
-    EXPECT_EQ(plain("25"), ParameterValue(int64_t(25)));
-    EXPECT_EQ(plain("-0"), ParameterValue(int64_t(0)));
-    EXPECT_EQ(plain("+7"), ParameterValue(int64_t(7)));
-    EXPECT_EQ(plain("-9223372036854775808"), ParameterValue(std::numeric_limits<int64_t>::min()));
-    EXPECT_EQ(plain("9223372036854775808"), ParameterValue(9223372036854775808.0));
-    EXPECT_EQ(plain("0.5"), ParameterValue(0.5));
-    EXPECT_EQ(plain(".5"), ParameterValue(0.5));
-    EXPECT_EQ(plain("5."), ParameterValue(5.0));
-    EXPECT_EQ(plain("+1.5e+3"), ParameterValue(1500.0));
-    EXPECT_EQ(plain("-1E-2"), ParameterValue(-0.01));
-    EXPECT_EQ(plain("25.0"), ParameterValue(25.0));
-    EXPECT_EQ(plain("true"), ParameterValue(true));
-    EXPECT_EQ(plain("false"), ParameterValue(false));
-    EXPECT_EQ(plain("null"), ParameterValue());
+    const std::pair<const char*, ParameterValue> values[] = {
+        {"25", int64_t(25)},
+        {"-0", int64_t(0)},
+        {"+7", int64_t(7)},
+        {"-9223372036854775808", std::numeric_limits<int64_t>::min()},
+        {"9223372036854775808", 9223372036854775808.0},
+        {".5", 0.5},
+        {"5.", 5.0},
+        {"+1.5e+3", 1500.0},
+        {"-1E-2", -0.01},
+        {"25.0", 25.0},
+        {"true", true},
+        {"false", false},
+        {"null", ParameterValue()}};
+    for (const auto& [text, value] : values) EXPECT_EQ(plain(text), value) << text;
     for (const char* word : {"yes", "no", "on", "off", "True", "FALSE", "Null", "guertin", "1,5",
                              "1.2.3", "12abc", "e5", ".", "-", "+", "1e", "0x", "--1", "+-1"})
         EXPECT_EQ(plain(word), ParameterValue(std::string(word))) << word;
@@ -226,19 +208,9 @@ TEST(Scalar, TakesQuotedNumbersForText) {
 }
 
 TEST(Scalar, WritesWhatItReadsBack) {
-    const std::vector<ParameterValue> values = {{},
-                                                true,
-                                                int64_t(-3),
-                                                0.1,
-                                                1e300,
-                                                5e-324,
-                                                std::string("guertin"),
-                                                std::string("25"),
-                                                std::string("true"),
-                                                std::string("a: b"),
-                                                std::string(""),
-                                                std::string("no\n\"\\ #"),
-                                                std::string("on")};
+    std::vector<ParameterValue> values = {{}, true, int64_t(-3), 0.1, 1e300, 5e-324};
+    for (const char* text : {"guertin", "25", "true", "a: b", "", "no\n\"\\ #", "on"})
+        values.push_back(std::string(text));
     for (const auto& value : values) {
         const TextTree tree = read_text_tree("a: " + yaml_text_of(value), "t");
         ASSERT_THAT(texts(tree.diagnostics), IsEmpty()) << yaml_text_of(value);

@@ -108,16 +108,15 @@ TEST(ChainFile, AParameterThatTheModeDoesNotReadIsAnError) {
                 ElementsAre(HasSubstr("passes[0].samples: has no effect with method: gilham")));
 }
 
+// Not of its text and hash, which identify what made a frame, and not of the written file.
 TEST(ChainFile, AnUnreadValueIsNotPartOfTheChain) {
-    // Not of its text and hash, which identify what made a frame, and not of the written file.
-    ChainFile one = parse(chain_of("smear: {mode: narrow}"));
-    ChainFile other =
-        parse_chain(chain_of("smear: {mode: narrow}"), "c.yaml", fake_passes(), {"smear.factor=2"});
+    const std::string text = chain_of("smear: {mode: narrow}");
+    const ChainFile one = parse(text),
+                    other = parse_chain(text, "c.yaml", fake_passes(), {"smear.factor=2"});
     EXPECT_EQ(smear(*other.chain.links[0].pass).factor, 2);
     EXPECT_EQ(one.chain.hash(), other.chain.hash());
     EXPECT_EQ(one.chain.text().find("factor"), std::string::npos);
-    EXPECT_EQ(write_chain(other.chain).find("factor"), std::string::npos);
-    EXPECT_TRUE(parse(write_chain(other.chain)).status().ok());
+    EXPECT_EQ(write_chain(other.chain), write_chain(one.chain));
 }
 
 TEST(ChainFile, AcceptsEmptyForms) {

@@ -1,5 +1,8 @@
 #include "fake_passes.h"
 
+#include <iterator>
+#include <sstream>
+
 namespace postchain::test {
 namespace {
 
@@ -75,6 +78,21 @@ std::vector<std::string> places(const Diagnostics& diagnostics) {
     for (const auto& d : diagnostics)
         all.push_back(concat(d.line, ":", d.column, " ", name_of(d.severity), " ", d.path));
     return all;
+}
+
+FileChannels file_of(const std::string& text, const std::vector<std::string>& views) {
+    FileChannels file{{}, views};
+    std::istringstream parts(text);
+    for (std::string part; std::getline(parts, part, '|');) {
+        const size_t colon = part.find(':'), at = part.find('@');
+        PartChannels& to = file.parts.emplace_back();
+        std::istringstream channels(part.substr(colon == part.npos ? 0 : colon + 1));
+        to.channels = {std::istream_iterator<std::string>(channels), {}};
+        if (colon == part.npos) continue;
+        to.name = part.substr(0, std::min(at, colon));
+        if (at < colon) to.view = part.substr(at + 1, colon - at - 1);
+    }
+    return file;
 }
 
 }  // namespace postchain::test

@@ -8,6 +8,7 @@
 
 #include "chain/pass.h"
 #include "config/diagnostic.h"
+#include "config/profile_match.h"
 
 namespace postchain::test {
 
@@ -43,5 +44,9 @@ std::vector<std::string> texts(const Diagnostics& diagnostics);
 
 // "3:12 error passes[0].samples" for each: line, column, severity and path, without the sentence.
 std::vector<std::string> places(const Diagnostics& diagnostics);
+
+// A file with these parts, as "name@view: channels" with | between them; the only part may have its
+// channels alone. `views`: the file's attribute "multiView".
+FileChannels file_of(const std::string& text, const std::vector<std::string>& views = {});
 
 }  // namespace postchain::test

@@ -4,32 +4,26 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <iterator>
-#include <sstream>
-
+#include "fake_passes.h"
 #include "tests/support/status.h"
 
 namespace postchain {
 namespace {
 
+using test::file_of;
 using test::must;
 using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::vector<std::string> words(const std::string& text) {
-    std::istringstream in(text);
-    return {std::istream_iterator<std::string>(in), {}};
-}
-
-const std::vector<std::string> kBlender = words(
+const std::string kBlender =
     "ViewLayer.Combined.R ViewLayer.Combined.G ViewLayer.Combined.B ViewLayer.Combined.A "
     "ViewLayer.Combined_key.R ViewLayer.Combined_key.G ViewLayer.Combined_key.B "
     "ViewLayer.DiffDir.R ViewLayer.DiffDir.G ViewLayer.DiffDir.B "
     "ViewLayer.Normal.X ViewLayer.Normal.Y ViewLayer.Normal.Z ViewLayer.Depth.Z "
     "ViewLayer.Vector.X ViewLayer.Vector.Y ViewLayer.Vector.Z ViewLayer.Vector.W "
-    "ViewLayer.Crypto00.r ViewLayer.Crypto00.g ViewLayer.Crypto00.b ViewLayer.Crypto00.a");
+    "ViewLayer.Crypto00.r ViewLayer.Crypto00.g ViewLayer.Crypto00.b ViewLayer.Crypto00.a";
 
 struct Layers {
     ProfileMatch match;
@@ -61,13 +55,12 @@ Layers layers_of(const FileChannels& file, const std::string& view = "") {
     const auto match = must(detect_profile(builtin_profiles(), file, "", view));
     return {match, find_layers(file, match, data_names(*find_profile(match.profile)))};
 }
-
-Layers layers_of(const std::vector<std::string>& channels) {
-    return layers_of(FileChannels{{{"", "", channels}}, {}});
+Layers layers_of(const std::string& file) {
+    return layers_of(file_of(file));
 }
 
 Layers with_layer(const std::string& name) {
-    return layers_of(words(concat("R G B A ", name, ".R ", name, ".G ", name, ".B")));
+    return layers_of(concat("R G B A ", name, ".R ", name, ".G ", name, ".B"));
 }
 
 TEST(Layers, OfBlender) {
@@ -114,87 +107,61 @@ TEST(Layers, DataByName) {
 }
 
 TEST(Layers, WhatVectorsLeaveIsNoColor) {
-    const Layers layers =
-        layers_of({"R", "G", "B", "motion.R", "motion.G", "motion.B", "Z", "mask"});
+    const Layers layers = layers_of("R G B motion.R motion.G motion.B Z mask");
     EXPECT_EQ(layers.data("motion"), "is not R, G, B");
     EXPECT_EQ(layers.data("mask"), "is not R, G, B");
     EXPECT_EQ(layers.data("Z"), "not there");
 }
 
-TEST(Layers, OfParts) {
-    const Layers layers = layers_of(FileChannels{{{"beauty", "", {"R", "G", "B", "A"}},
-                                                  {"diffuse", "", {"R", "G", "B"}},
-                                                  {"light", "", {"r", "g", "b", "a"}}},
-                                                 {}});
-    EXPECT_THAT(layers.chosen("all"), ElementsAre("diffuse", "light"));
-    EXPECT_EQ(layers.find("diffuse")->channels, (RoleChannels{1, {"R", "G", "B"}}));
-    EXPECT_EQ(layers.find("light")->channels, (RoleChannels{2, {"r", "g", "b", "a"}}));
+TEST(Layers, OfPartsAndViews) {
+    const Layers parts = layers_of("beauty: R G B A|diffuse: R G B|light: r g b a");
+    EXPECT_THAT(parts.chosen("all"), ElementsAre("diffuse", "light"));
+    EXPECT_EQ(parts.find("diffuse")->channels, (RoleChannels{1, {"R", "G", "B"}}));
+    EXPECT_EQ(parts.find("light")->channels, (RoleChannels{2, {"r", "g", "b", "a"}}));
+    // Parts whose names say nothing of their channels'.
+    const Layers named = layers_of(
+        "beauty: V.Combined.R V.Combined.G V.Combined.B V.Combined.A|data: V.Depth.Z V.Vector.X "
+        "V.Vector.Y V.Vector.Z V.Vector.W|light: V.key.R V.key.G V.key.B");
+    EXPECT_EQ(named.match.layer, "V");
+    EXPECT_THAT(named.chosen("all"), ElementsAre("light.V.key"));
+    // Of the view that is filtered.
+    const Layers view = layers_of(
+        file_of("R G B right.R right.G right.B key.left.R key.left.G key.left.B key.right.R "
+                "key.right.G key.right.B",
+                {"left", "right"}),
+        "right");
+    EXPECT_THAT(view.chosen("all"), ElementsAre("key"));
+    EXPECT_THAT(view.find("key")->channels.channels,
+                ElementsAre("key.right.R", "key.right.G", "key.right.B"));
+    const Layers part_of_view =
+        layers_of(file_of(concat("L@left: ", kBlender, "|R@right: ", kBlender)), "right");
+    EXPECT_EQ(part_of_view.match.layer, "ViewLayer");
+    EXPECT_THAT(part_of_view.chosen("all"),
+                ElementsAre("R.ViewLayer.Combined_key", "R.ViewLayer.DiffDir"));
+    // Another view layer has its own depth and vectors.
+    const Layers sky =
+        layers_of(kBlender + " Sky.Combined.R Sky.Combined.G Sky.Combined.B Sky.Combined.A");
+    EXPECT_THAT(sky.chosen("all"), ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
+    EXPECT_THAT(sky.chosen("Sky.Combined"), ElementsAre("Sky.Combined"));
 }
 
 TEST(Layers, TwoOfOneName) {
-    const Layers layers =
-        layers_of(FileChannels{{{"beauty", "", {"R", "G", "B"}},
-                                {"a", "", words("diffuse.R diffuse.G diffuse.B")},
-                                {"b", "", words("diffuse.R diffuse.G diffuse.B")}},
-                               {}});
+    const Layers layers = layers_of(
+        "beauty: R G B|a: diffuse.R diffuse.G diffuse.B|b: diffuse.R diffuse.G diffuse.B");
     EXPECT_EQ(layers.error("diffuse"),
               "several layers are named 'diffuse': \"a.diffuse\" of part 1 (diffuse.R, diffuse.G, "
               "diffuse.B) and \"b.diffuse\" of part 2 (diffuse.R, diffuse.G, diffuse.B); give the "
               "whole name, or rename one");
     EXPECT_THAT(layers.chosen("b.diffuse"), ElementsAre("b.diffuse"));
-    EXPECT_THAT(layers_of(words("R G B key.R key.G key.B key.r key.g key.b")).error("key"),
+    EXPECT_THAT(layers_of("R G B key.R key.G key.B key.r key.g key.b").error("key"),
                 HasSubstr("several layers are named 'key'"));
-}
-
-TEST(Layers, OfTheViewThatIsFiltered) {
-    const FileChannels file{{{"", "",
-                              words("R G B right.R right.G right.B key.left.R key.left.G "
-                                    "key.left.B key.right.R key.right.G key.right.B")}},
-                            {"left", "right"}};
-    const Layers layers = layers_of(file, "right");
-    EXPECT_THAT(layers.chosen("all"), ElementsAre("key"));
-    EXPECT_EQ(layers.find("key")->channels.channels, words("key.right.R key.right.G key.right.B"));
-}
-
-// Parts whose names say nothing of their channels'.
-TEST(Layers, AllOfPartsWithNamesOfTheirOwn) {
-    const std::vector<std::string> beauty(kBlender.begin(), kBlender.begin() + 4),
-        key(kBlender.begin() + 4, kBlender.begin() + 7),
-        data(kBlender.begin() + 13, kBlender.begin() + 18);
-    const Layers layers = layers_of(
-        FileChannels{{{"beauty", "", beauty}, {"data", "", data}, {"light", "", key}}, {}});
-    EXPECT_EQ(layers.match.layer, "ViewLayer");
-    EXPECT_THAT(layers.chosen("all"), ElementsAre("light.ViewLayer.Combined_key"));
-}
-
-TEST(Layers, AllOfAViewsPartWithWholeNames) {
-    const FileChannels file{{{"L", "left", kBlender}, {"R", "right", kBlender}}, {}};
-    const Layers layers = layers_of(file, "right");
-    EXPECT_EQ(layers.match.layer, "ViewLayer");
-    EXPECT_THAT(layers.chosen("all"),
-                ElementsAre("R.ViewLayer.Combined_key", "R.ViewLayer.DiffDir"));
-}
-
-// Each has two names, and none is more likely meant.
-TEST(Layers, OfSeveralInANamedPartNoneIsChosen) {
-    std::string channels;
+    // Each has two names, and none is more likely meant.
+    std::string channels = "part:";
     for (const char* layer : {"A", "B", "C"})
         for (const char* word : {"R", "G", "B", "A"})
-            channels += concat(layer, ".Combined.", word, " ");
-    const auto match = detect_profile(builtin_profiles(),
-                                      FileChannels{{{"part", "", words(channels)}}, {}}, "", "");
-    EXPECT_THAT(match.status().message(),
+            channels += concat(" ", layer, ".Combined.", word);
+    EXPECT_THAT(detect_profile(builtin_profiles(), file_of(channels), "", "").status().message(),
                 AllOf(HasSubstr("several layers: A, B, C"), HasSubstr("choose one with --layer")));
-}
-
-// Another view layer has its own depth and vectors.
-TEST(Layers, AllIsOfOneViewLayer) {
-    std::vector<std::string> channels = kBlender;
-    for (const char* word : {"R", "G", "B", "A"})
-        channels.push_back(std::string("Sky.Combined.") + word);
-    const Layers layers = layers_of(channels);
-    EXPECT_THAT(layers.chosen("all"), ElementsAre("ViewLayer.Combined_key", "ViewLayer.DiffDir"));
-    EXPECT_THAT(layers.chosen("Sky.Combined"), ElementsAre("Sky.Combined"));
 }
 
 TEST(Layers, AProfilesOwnListCounts) {

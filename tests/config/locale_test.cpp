@@ -51,16 +51,13 @@ TEST_F(GermanLocale, ChainFilesMeanTheSame) {
     EXPECT_EQ(file.chain.camera.focus_distance, 1234.5);
     EXPECT_EQ(file.chain.camera.f_stop, 1.4);
     EXPECT_EQ(test::smear(*file.chain.links[0].pass).amount, 2.5);
-    const std::string written = write_chain(file.chain);
-    const std::string schema = chain_schema(fake_passes());
-    const std::string described = passes_as_json(fake_passes());
-    const uint64_t hash = file.chain.hash();
-    std::locale::global(std::locale::classic());
-    std::setlocale(LC_ALL, "C");
-    EXPECT_EQ(write_chain(file.chain), written);
-    EXPECT_EQ(chain_schema(fake_passes()), schema);
-    EXPECT_EQ(passes_as_json(fake_passes()), described);
-    EXPECT_EQ(file.chain.hash(), hash);
+    const auto written = [&] {
+        return concat(write_chain(file.chain), chain_schema(fake_passes()),
+                      passes_as_json(fake_passes()), file.chain.hash());
+    };
+    const std::string in_german = written();
+    TearDown();
+    EXPECT_EQ(in_german, written());
 }
 
 TEST_F(GermanLocale, DiagnosticsCountWithoutGrouping) {

@@ -4,8 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <iterator>
-#include <sstream>
 
 #include "config/embedded.h"
 #include "config/profile_match.h"
@@ -17,6 +15,7 @@
 namespace postchain {
 namespace {
 
+using test::file_of;
 using test::must;
 using test::texts;
 using testing::ElementsAre;
@@ -25,22 +24,6 @@ using testing::IsEmpty;
 
 using Names = std::vector<std::string>;
 using Vector = std::array<double, 2>;
-
-// Parts "name@view: channels" with | between them; the only part may have channels alone.
-FileChannels file_of(const std::string& text, const Names& views = {}) {
-    FileChannels file{{}, views};
-    std::istringstream parts(text);
-    for (std::string part; std::getline(parts, part, '|');) {
-        const size_t colon = part.find(':'), at = part.find('@');
-        PartChannels& to = file.parts.emplace_back();
-        std::istringstream channels(part.substr(colon == part.npos ? 0 : colon + 1));
-        to.channels = {std::istream_iterator<std::string>(channels), {}};
-        if (colon == part.npos) continue;
-        to.name = part.substr(0, std::min(at, colon));
-        if (at < colon) to.view = part.substr(at + 1, colon - at - 1);
-    }
-    return file;
-}
 
 Result<ProfileMatch> detect(const FileChannels& file, const std::string& layer = "",
                             const std::string& view = "") {

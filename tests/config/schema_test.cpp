@@ -149,21 +149,21 @@ TEST(Schema, LetsAnOptionalChoiceBeNull) {
             << value;
 }
 
-TEST(Describe, NamesEveryParameterWithDefaultRangeAndUnit) {
+TEST(Describe, NamesEveryParameterAndRule) {
     const std::string text = passes_as_text(builtin_passes());
     const std::string markdown = passes_as_markdown(builtin_passes());
-    const TextNode json = tree_of(passes_as_json(builtin_passes()));
-    EXPECT_EQ(passes_as_json(builtin_passes()).find('\n'), std::string::npos);
+    const std::string line = passes_as_json(builtin_passes());
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+    const TextNode json = tree_of(line);
     ASSERT_EQ(json.find("passes")->items.size(), builtin_passes().types().size());
     for (size_t p = 0; p < builtin_passes().types().size(); ++p) {
         const PassType& type = builtin_passes().types()[p];
         const TextNode& pass = json.find("passes")->items[p];
         EXPECT_EQ(pass.find("name")->text, type.name);
-        EXPECT_THAT(markdown, HasSubstr("(`" + type.name + "`)"));
+        EXPECT_EQ(pass.find("rules")->items.size(), type.rules.size());
         for (size_t i = 0; i < type.parameters->rows().size(); ++i) {
             const Parameter& row = type.parameters->rows()[i];
             EXPECT_THAT(text, HasSubstr("  " + row.key + " "));
-            EXPECT_THAT(text, HasSubstr(row.domain()));
             EXPECT_THAT(markdown, HasSubstr("| `" + row.key + "` | "));
             const TextNode& entry = pass.find("parameters")->items[i];
             EXPECT_EQ(entry.find("key")->text, row.key);
@@ -174,11 +174,6 @@ TEST(Describe, NamesEveryParameterWithDefaultRangeAndUnit) {
         }
     }
     EXPECT_EQ(json.find("camera")->items.size(), camera_parameters().rows().size());
-}
-
-TEST(Describe, NamesEveryRuleOnce) {
-    const std::string text = passes_as_text(builtin_passes());
-    const std::string markdown = passes_as_markdown(builtin_passes());
     std::set<std::string> names;
     for (const auto& rule : elision_rules(builtin_passes())) {
         EXPECT_TRUE(names.insert(rule.name).second) << rule.name << " is declared twice";

@@ -81,15 +81,6 @@ TEST(Shipped, DofFirstIsPaperInAnotherOrder) {
     EXPECT_EQ(other.links[0].text(), paper.links[2].text());
 }
 
-TEST(Shipped, FastBalancedAndBestTakeMoreAndMoreSamples) {
-    const Chain fast = load("fast").chain, balanced = load("balanced").chain;
-    EXPECT_EQ(order(fast), order(balanced));
-    EXPECT_LT(std::stoi(value(fast, 0, "samples")), std::stoi(value(balanced, 0, "samples")));
-    const Chain best = load("best").chain;
-    EXPECT_THAT(order(best), ElementsAre("joint_blur"));
-    EXPECT_GT(std::stoi(value(best, 0, "samples")), std::stoi(value(balanced, 0, "samples")));
-}
-
 // The only fenced block of a language in a document.
 std::string block_of(const std::string& document, const std::string& language) {
     const std::string text =

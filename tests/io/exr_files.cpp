@@ -51,11 +51,8 @@ uint32_t sample_bits(const FilePart& part, size_t channel, int x, int y) {
 float sample_value(const FilePart& part, size_t channel, int x, int y) {
     const uint32_t bits = sample_bits(part, channel, x, y);
     switch (part.channels[channel].type) {
-        case Imf::HALF: {
-            half h;
-            h.setBits(uint16_t(bits));
-            return float(h);
-        }
+        case Imf::HALF:
+            return float(half(half::FromBits, uint16_t(bits)));
         case Imf::FLOAT:
             return std::bit_cast<float>(bits);
         default:
@@ -148,11 +145,10 @@ void write_deep(Imf::MultiPartOutputFile& out, int index, const FilePart& part) 
     buffer.insertSampleCountSlice(Imf::Slice(Imf::UINT, origin(counts.data(), sizeof(unsigned)),
                                              sizeof(unsigned), sizeof(unsigned) * width));
     for (size_t c = 0; c < part.channels.size(); ++c) {
-        buffer.insert(
-            part.channels[c].name,
-            Imf::DeepSlice(part.channels[c].type, origin(pointers[c].data(), sizeof(char*)),
-                           sizeof(char*), sizeof(char*) * width,
-                           part.channels[c].type == Imf::HALF ? 2 : 4));
+        const auto& [name, type, sampling] = part.channels[c];
+        buffer.insert(name,
+                      Imf::DeepSlice(type, origin(pointers[c].data(), sizeof(char*)), sizeof(char*),
+                                     sizeof(char*) * width, type == Imf::HALF ? 2 : 4));
     }
     if (part.tile > 0) {
         Imf::DeepTiledOutputPart to(out, index);
@@ -197,6 +193,20 @@ void write_file(const std::string& path, const std::vector<FilePart>& parts) {
             to.writePixels(part.data.max.y - part.data.min.y + 1);
         }
     }
+}
+
+std::string bytes_of_file(const std::vector<FilePart>& parts) {
+    const TempFolder folder;
+    write_file(folder.path("f.exr"), parts);
+    return read_text(folder.path("f.exr"));
+}
+
+Status read_whole(const std::string& path, const io::ReadLimits& limits) {
+    Result<io::ExrFile> file = io::ExrFile::open(path, limits);
+    Status status = file.status();
+    for (size_t i = 0; status.ok() && i < file->parts().size(); ++i)
+        status = file->read_part(int(i)).status();
+    return status;
 }
 
 FilePart rgba_z(const std::string& name) {
@@ -261,11 +271,9 @@ std::vector<std::string> oiio_attributes(const std::string& path, int part) {
     for (const auto& a : s.extra_attribs) {
         lines.push_back(a.name().string() + " = " + a.get_string());
     }
-    std::ostringstream windows;
-    windows << "windows = " << s.x << " " << s.y << " " << s.width << " " << s.height << " of "
-            << s.full_x << " " << s.full_y << " " << s.full_width << " " << s.full_height
-            << " tile " << s.tile_width << " " << s.tile_height;
-    lines.push_back(windows.str());
+    lines.push_back(concat("windows = ", s.x, " ", s.y, " ", s.width, " ", s.height, " of ",
+                           s.full_x, " ", s.full_y, " ", s.full_width, " ", s.full_height, " tile ",
+                           s.tile_width, " ", s.tile_height));
     std::sort(lines.begin(), lines.end());
     return lines;
 }

@@ -16,6 +16,7 @@
 
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::test {
 
@@ -44,6 +45,10 @@ struct FilePart {
 
 // One part without a name makes a single-part file. Pixels are sample_bits() of their position.
 void write_file(const std::string& path, const std::vector<FilePart>& parts);
+std::string bytes_of_file(const std::vector<FilePart>& parts);
+
+// Opens the file and reads every channel of every part; ok only if all could be read.
+Status read_whole(const std::string& path, const io::ReadLimits& limits = {});
 
 // Color as half and depth as float.
 FilePart rgba_z(const std::string& name = {});

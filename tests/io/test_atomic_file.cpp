@@ -10,12 +10,13 @@
 #include <sys/xattr.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <filesystem>
-#include <mutex>
 #include <thread>
 
 #include "tests/io/exr_files.h"
 #include "tests/io/synced_files.h"
+#include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/claim.h"
@@ -30,6 +31,8 @@ using test::TempFolder;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+
+using AtomicWrite = InOut;
 
 std::string error_of(const std::string& path) {
     const Result<AtomicFile> file = AtomicFile::create(path);
@@ -49,19 +52,36 @@ int in_child(Body body) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
 }
 
-TEST(AtomicFile, TheNameAppearsOnlyOnCommit) {
-    const TempFolder folder;
-    auto file = must(AtomicFile::create(folder.path("a.txt")));
-    EXPECT_TRUE(file.write("hello", 5).ok());
-    EXPECT_THAT(folder.names(), ElementsAre(".a.txt." + std::to_string(::getpid()) + ".tmp"));
-    const Result<bool> done = file.commit(OnExisting::fail);
-    ASSERT_TRUE(done.ok() && *done);
-    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
-    EXPECT_EQ(read_text(folder.path("a.txt")), "hello");
+void write(AtomicFile& file, const std::string& text) {
+    EXPECT_EQ(test::error_of(file.write(text.data(), text.size())), "");
 }
 
-TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, TheNameAppearsOnlyOnCommit) {
+    const std::string large(3'000'000, 'x');  // more than the buffer
+    {
+        auto file = must(AtomicFile::create(folder.path("a")));
+        write(file, "0000");
+        write(file, large);
+        EXPECT_TRUE(file.seek(1).ok());
+        write(file, "12");
+        EXPECT_EQ(file.position(), 3u);
+        EXPECT_EQ(file.size(), 3'000'004u);
+        EXPECT_THAT(folder.names(), ElementsAre(".a." + std::to_string(::getpid()) + ".tmp"));
+        EXPECT_TRUE(must(file.commit(OnExisting::fail)));
+        EXPECT_EQ(read_text(folder.path("a")), "0120" + large);
+        auto given_up = must(AtomicFile::create(folder.path("b")));
+        write(given_up, "hello");
+    }
+    EXPECT_THAT(folder.names(), ElementsAre("a"));
+}
+
+struct stat info_of(const std::string& path) {
+    struct stat info = {};
+    EXPECT_EQ(::stat(path.c_str(), &info), 0) << path;
+    return info;
+}
+
+TEST_F(AtomicWrite, AReplacedFileKeepsModeOwnerAndAttributes) {
     const std::string path = folder.path("a.txt");
     test::write_text(path, "old");
     const bool is_root = ::geteuid() == 0;
@@ -72,25 +92,21 @@ TEST(AtomicFile, AReplacedFileKeepsModeOwnerAndAttributes) {
     const bool has_attributes = ::setxattr(path.c_str(), "user.shot", "0x10", 4, 0) == 0;
     ASSERT_TRUE(atomic_write_text(path, "new", OnExisting::overwrite).ok());
     EXPECT_EQ(read_text(path), "new");
-    struct stat info;
-    ASSERT_EQ(::stat(path.c_str(), &info), 0);
-    EXPECT_EQ(info.st_mode & 07777, 0640u);
+    EXPECT_EQ(info_of(path).st_mode & 07777, 0640u);
     if (is_root) {
-        EXPECT_EQ(info.st_uid, 12345u);
-        EXPECT_EQ(info.st_gid, 23456u);
+        EXPECT_EQ(info_of(path).st_uid, 12345u);
+        EXPECT_EQ(info_of(path).st_gid, 23456u);
     }
     char value[8] = {};
     EXPECT_EQ(::getxattr(path.c_str(), "user.shot", value, 8), has_attributes ? 4 : -1);
     EXPECT_EQ(std::string(value), has_attributes ? "0x10" : "");
     // A new file is as the system makes it.
     ASSERT_TRUE(atomic_write_text(folder.path("b.txt"), "new", OnExisting::overwrite).ok());
-    ASSERT_EQ(::stat(folder.path("b.txt").c_str(), &info), 0);
-    EXPECT_EQ(info.st_uid, ::geteuid());
+    EXPECT_EQ(info_of(folder.path("b.txt")).st_uid, ::geteuid());
 }
 
-TEST(AtomicFile, AReplacedFileOfAnotherUserKeepsItsGroup) {
+TEST_F(AtomicWrite, AReplacedFileOfAnotherUserKeepsItsGroup) {
     if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
-    const TempFolder folder;
     const std::string path = folder.path("a.txt");
     test::write_text(path, "old");
     ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);
@@ -102,17 +118,14 @@ TEST(AtomicFile, AReplacedFileOfAnotherUserKeepsItsGroup) {
         return atomic_write_text(path, "new", OnExisting::overwrite).ok() ? 0 : 2;
     });
     ASSERT_EQ(result, 0);
-    struct stat info;
-    ASSERT_EQ(::stat(path.c_str(), &info), 0);
-    EXPECT_EQ(info.st_uid, 34567u);
-    EXPECT_EQ(info.st_gid, 23456u);
-    EXPECT_EQ(info.st_mode & 07777, 0660u);
+    EXPECT_EQ(info_of(path).st_uid, 34567u);
+    EXPECT_EQ(info_of(path).st_gid, 23456u);
+    EXPECT_EQ(info_of(path).st_mode & 07777, 0660u);
 }
 
 // After a power failure the name holds the whole file: its bytes are on disk before it has the
 // name, and then the folder is.
-TEST(AtomicFile, IsSyncedBeforeItIsRenamedAndItsFolderAfterwards) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, IsSyncedBeforeItIsRenamedAndItsFolderAfterwards) {
     const std::string path = folder.path("a.txt");
     SyncedFiles& synced = test::synced_files();
     synced = {};
@@ -140,26 +153,19 @@ TEST(AtomicFile, IsSyncedBeforeItIsRenamedAndItsFolderAfterwards) {
 TEST(ReplaceLock, ExcludesOthersUntilItsEnd) {
     const TempFolder folder;
     const std::string path = folder.path("a.exr");
-    int inside = 0, most = 0, times = 0;
-    std::mutex counted;
+    std::atomic<int> inside = 0, times = 0;
     std::vector<std::thread> threads;
     for (int i = 0; i < 4; ++i)
         threads.emplace_back([&] {
             for (int k = 0; k < 20; ++k) {
-                const auto lock = ReplaceLock::take(path);
-                ASSERT_TRUE(lock.ok()) << lock.status().message();
-                {
-                    const std::lock_guard count(counted);
-                    most = std::max(most, ++inside);
-                    ++times;
-                }
+                const auto lock = must(ReplaceLock::take(path));
+                EXPECT_EQ(++inside, 1);
                 ::usleep(200);
-                const std::lock_guard count(counted);
                 --inside;
+                ++times;
             }
         });
     for (auto& thread : threads) thread.join();
-    EXPECT_EQ(most, 1);
     EXPECT_EQ(times, 80);
     EXPECT_THAT(folder.names(), IsEmpty());
     // One that a killed process has left is in no one's way, and counts as a temporary.
@@ -204,89 +210,52 @@ TEST(ReplaceLock, PutsBackWhatDescribesAFileThatIsNotReplaced) {
     EXPECT_THAT(folder.names(), ElementsAre("a.exr"));
 }
 
-TEST(AtomicFile, LeavesNothingWithoutCommit) {
-    const TempFolder folder;
-    {
-        auto file = must(AtomicFile::create(folder.path("a.txt")));
-        EXPECT_TRUE(file.write("hello", 5).ok());
-    }
-    EXPECT_THAT(folder.names(), IsEmpty());
-}
-
-TEST(AtomicFile, WritesAfterSeekLandWhereTheyShould) {
-    const TempFolder folder;
-    auto file = must(AtomicFile::create(folder.path("a")));
-    const std::string large(3'000'000, 'x');  // more than the buffer
-    EXPECT_TRUE(file.write("0000", 4).ok());
-    EXPECT_TRUE(file.write(large.data(), large.size()).ok());
-    EXPECT_TRUE(file.seek(1).ok());
-    EXPECT_TRUE(file.write("12", 2).ok());
-    EXPECT_EQ(file.position(), 3u);
-    EXPECT_EQ(file.size(), 3'000'004u);
-    ASSERT_TRUE(file.commit(OnExisting::fail).ok());
-    EXPECT_EQ(read_text(folder.path("a")), "0120" + large);
-}
-
-TEST(AtomicFile, ExistingFileUnderEachPolicy) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, ExistingFileUnderEachPolicy) {
     const std::string path = folder.path("a.txt");
     test::write_text(path, "old");
-    Result<bool> done = atomic_write_text(path, "new", OnExisting::fail);
-    ASSERT_FALSE(done.ok());
-    EXPECT_EQ(done.status().code(), StatusCode::output);
-    EXPECT_THAT(done.status().message(), HasSubstr("exists already"));
+    const Status refused = atomic_write_text(path, "new", OnExisting::fail).status();
+    EXPECT_EQ(refused.code(), StatusCode::output);
+    EXPECT_THAT(refused.message(), HasSubstr("exists already"));
     EXPECT_EQ(read_text(path), "old");
-    done = atomic_write_text(path, "new", OnExisting::skip);
-    ASSERT_TRUE(done.ok());
-    EXPECT_FALSE(*done);
+    EXPECT_FALSE(must(atomic_write_text(path, "new", OnExisting::skip)));
     EXPECT_EQ(read_text(path), "old");
-    done = atomic_write_text(path, "new", OnExisting::overwrite);
-    ASSERT_TRUE(done.ok() && *done);
+    EXPECT_TRUE(must(atomic_write_text(path, "new", OnExisting::overwrite)));
     EXPECT_EQ(read_text(path), "new");
     EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
 }
 
-TEST(AtomicFile, SaysWhatIsWrongWithThePath) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, SaysWhatIsWrongWithThePath) {
     test::write_text(folder.path("file"), "x");
-    EXPECT_THAT(error_of(folder.path("none/a.exr")), HasSubstr("does not exist"));
-    EXPECT_THAT(error_of(folder.path("none/deeper/a.exr")), HasSubstr("does not exist"));
-    EXPECT_THAT(error_of(folder.path("file/a.exr")), HasSubstr("file is a file, not a folder"));
-    EXPECT_THAT(error_of(folder.path("file/b/a.exr")), HasSubstr("file is a file, not a folder"));
-    EXPECT_THAT(error_of(folder.path()), HasSubstr("is a folder"));
-    EXPECT_THAT(error_of(folder.path("")), HasSubstr("no file name"));
-    EXPECT_THAT(error_of(folder.path(std::string(250, 'n'))), HasSubstr("name is too long"));
-    EXPECT_THAT(error_of(folder.path(std::string(5000, 'n'))), HasSubstr("name is too long"));
-    // A folder that not even root can write to.
-    EXPECT_FALSE(error_of("/proc/a.exr").empty());
+    for (const auto& [name, why] : {std::pair(std::string("none/a.exr"), "does not exist"),
+                                    {"none/deeper/a.exr", "does not exist"},
+                                    {"file/a.exr", "file is a file, not a folder"},
+                                    {"file/b/a.exr", "file is a file, not a folder"},
+                                    {".", "is a folder"},
+                                    {"", "no file name"},
+                                    {std::string(250, 'n'), "name is too long"},
+                                    {std::string(5000, 'n'), "name is too long"}})
+        EXPECT_THAT(error_of(folder.path(name)), HasSubstr(why));
+    EXPECT_FALSE(error_of("/proc/a.exr").empty());  // not even root can write there
     EXPECT_THAT(folder.names(), ElementsAre("file"));
 }
 
-TEST(AtomicFile, ReplacesATemporaryOfADeadProcess) {
-    const TempFolder folder;
-    const std::string left = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
+TEST_F(AtomicWrite, ReplacesATemporaryOfADeadProcessButNoneThatIsBeingWritten) {
+    const std::string path = folder.path("a.txt"),
+                      left = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
     test::write_text(left, "left behind, longer than what follows");
-    EXPECT_TRUE(must(atomic_write_text(folder.path("a.txt"), "new", OnExisting::fail)));
-    EXPECT_EQ(read_text(folder.path("a.txt")), "new");
-    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
-}
-
-TEST(AtomicFile, LeavesATemporaryThatIsBeingWritten) {
-    const TempFolder folder;
-    const std::string held = folder.path(".a.txt." + std::to_string(::getpid()) + ".tmp");
-    test::write_text(held, "of a process with our number in another container");
-    const int fd = ::open(held.c_str(), O_WRONLY);
-    ASSERT_EQ(::flock(fd, LOCK_EX), 0);
-    EXPECT_THAT(error_of(folder.path("a.txt")), HasSubstr("another process"));
-    EXPECT_EQ(read_text(held), "of a process with our number in another container");
+    const int fd = ::open(left.c_str(), O_WRONLY);
+    ASSERT_EQ(::flock(fd, LOCK_EX), 0);  // as by a process with our number in another container
+    EXPECT_THAT(error_of(path), HasSubstr("another process"));
+    EXPECT_EQ(read_text(left), "left behind, longer than what follows");
     ::close(fd);
-
+    EXPECT_TRUE(must(atomic_write_text(path, "new", OnExisting::fail)));
+    EXPECT_EQ(read_text(path), "new");
+    EXPECT_THAT(folder.names(), ElementsAre("a.txt"));
     auto first = must(AtomicFile::create(folder.path("b.txt")));
     EXPECT_THAT(error_of(folder.path("b.txt")), HasSubstr("already being written by this process"));
 }
 
-TEST(AtomicFile, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
     for (const char* name : {".a.txt.123.tmp", ".a.txt.4567890.tmp", ".b.txt.123.tmp",  // a's, b's
                              ".a.txt.tmp", ".a.txt.12x.tmp", "a.txt.123.tmp", ".a.txt.123.bak"})
         test::write_text(folder.path(name), "x");
@@ -304,22 +273,19 @@ TEST(AtomicFile, WhatKilledProcessesLeftIsRemovedAndNothingElse) {
     EXPECT_FALSE(is_temporary_of("..123.tmp", ""));
 }
 
-TEST(AtomicFile, ASignalsShutdownRemovesEveryLiveTemporary) {
-    const TempFolder folder;
-    auto a = must(AtomicFile::create(folder.path("a")));
-    auto b = must(AtomicFile::create(folder.path("b")));
+TEST_F(AtomicWrite, ASignalsShutdownRemovesEveryLiveTemporary) {
+    auto a = must(AtomicFile::create(folder.path("a"))),
+         b = must(AtomicFile::create(folder.path("b")));
+    EXPECT_TRUE(must(a.commit(OnExisting::fail)));
     auto c = must(AtomicFile::create(folder.path("c")));
-    EXPECT_TRUE(c.write("c", 1).ok());
-    ASSERT_TRUE(c.commit(OnExisting::fail).ok());
     remove_live_temporaries();
-    EXPECT_THAT(folder.names(), ElementsAre("c"));
-    EXPECT_FALSE(a.commit(OnExisting::overwrite).ok());
-    EXPECT_FALSE(b.commit(OnExisting::fail).ok());
-    EXPECT_THAT(folder.names(), ElementsAre("c"));
+    EXPECT_THAT(folder.names(), ElementsAre("a"));
+    EXPECT_FALSE(b.commit(OnExisting::overwrite).ok());
+    EXPECT_FALSE(c.commit(OnExisting::fail).ok());
+    EXPECT_THAT(folder.names(), ElementsAre("a"));
 }
 
-TEST(AtomicFile, AFileSizeLimitIsAClearErrorAndLeavesNothing) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, AFileSizeLimitIsAClearErrorAndLeavesNothing) {
     for (const int limit : {1, 1000, 1'500'000}) {
         const int result = in_child([&] {
             ::signal(SIGXFSZ, SIG_IGN);
@@ -336,16 +302,14 @@ TEST(AtomicFile, AFileSizeLimitIsAClearErrorAndLeavesNothing) {
     }
 }
 
-TEST(AtomicFile, AFullDiskIsAClearError) {
-    const TempFolder folder;
+TEST_F(AtomicWrite, AFullDiskIsAClearError) {
     auto file = must(AtomicFile::create(folder.path("a")));
     // Redirects the temporary's descriptor to /dev/full.
     int descriptor = -1;
     for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
         std::error_code ignored;
-        if (std::filesystem::read_symlink(entry, ignored).string() == file.temporary()) {
+        if (std::filesystem::read_symlink(entry, ignored).string() == file.temporary())
             descriptor = std::stoi(entry.path().filename().string());
-        }
     }
     ASSERT_GE(descriptor, 0);
     const int full = ::open("/dev/full", O_WRONLY);
@@ -354,7 +318,6 @@ TEST(AtomicFile, AFullDiskIsAClearError) {
     const std::string large(2'000'000, 'x');
     const Status written = file.write(large.data(), large.size());
     ::close(full);
-    ASSERT_FALSE(written.ok());
     EXPECT_EQ(written.code(), StatusCode::output);
     EXPECT_THAT(written.message(), HasSubstr("disk full"));
     EXPECT_FALSE(file.commit(OnExisting::overwrite).ok()) << "the failure must stick";

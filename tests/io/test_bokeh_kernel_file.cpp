@@ -4,13 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace postchain::io::test_bokeh_kernel_file {
 namespace {
 
+using test::must;
 using test::TempFolder;
 using testing::AllOf;
 using testing::HasSubstr;
@@ -19,49 +22,47 @@ constexpr int kSide = BokehKernel::kSide;
 
 using Edit = std::function<void(OIIO::ImageSpec&)>;
 
-// Values row after row, channels interleaved.
-void write(const std::string& path, int width, int height, int channels,
-           const std::vector<float>& values, OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT,
-           const Edit& edit = {}) {
-    const auto out = OIIO::ImageOutput::create(path);
-    ASSERT_TRUE(out) << path;
-    OIIO::ImageSpec spec(width, height, channels, type);
-    if (edit) edit(spec);
-    ASSERT_TRUE(out->open(path, spec)) << out->geterror();
-    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::FLOAT, values.data()));
-    ASSERT_TRUE(out->close());
-}
+class ApertureFile : public testing::Test {
+  protected:
+    // Values row after row, channels interleaved.
+    void write(const std::string& name, int width, int height, const std::vector<float>& values,
+               OIIO::TypeDesc type = OIIO::TypeDesc::FLOAT, const Edit& edit = {}) {
+        const auto out = OIIO::ImageOutput::create(path(name));
+        OIIO::ImageSpec spec(width, height, int(values.size()) / (width * height), type);
+        if (edit) edit(spec);
+        EXPECT_TRUE(out && out->open(path(name), spec) &&
+                    out->write_image(OIIO::TypeDesc::FLOAT, values.data()) && out->close())
+            << OIIO::geterror();
+    }
+    std::vector<float> values_of(const std::string& name) {
+        return must(read_aperture_image(path(name))).values();
+    }
+    std::string refused(const std::string& name) {
+        const Status status = read_aperture_image(path(name)).status();
+        EXPECT_EQ(status.code(), StatusCode::input);
+        EXPECT_THAT(status.message(), testing::StartsWith(path(name) + ": "));
+        return status.message();
+    }
+    std::string path(const std::string& name) const { return folder_.path(name); }
 
-std::vector<float> values_of(const std::string& path) {
-    const auto image = read_aperture_image(path);
-    EXPECT_TRUE(image.ok()) << image.status().message();
-    return image.ok() ? image->values() : std::vector<float>(kSide * kSide);
-}
+  private:
+    const TempFolder folder_;
+};
 
-std::string refused(const std::string& path) {
-    const auto image = read_aperture_image(path);
-    EXPECT_FALSE(image.ok()) << path;
-    EXPECT_EQ(image.status().code(), StatusCode::input);
-    EXPECT_THAT(image.status().message(), testing::StartsWith(path + ": "));
-    return image.status().message();
-}
-
-TEST(ApertureFile, OfTheTablesSizeIsTheTable) {
-    const TempFolder folder;
+TEST_F(ApertureFile, OfTheTablesSizeIsTheTable) {
     std::vector<float> values;
     for (int i = 0; i < kSide * kSide; ++i) values.push_back(float(i % 977) / 100);
-    write(folder.path("a.exr"), kSide, kSide, 1, values);
-    EXPECT_EQ(values_of(folder.path("a.exr")), values);
-    EXPECT_EQ(read_aperture_image(folder.path("a.exr"))->file(), folder.path("a.exr"));
+    write("a.exr", kSide, kSide, values);
+    EXPECT_EQ(values_of("a.exr"), values);
+    EXPECT_EQ(read_aperture_image(path("a.exr"))->file(), path("a.exr"));
 }
 
 // 8 bits are linear: 51 of 255 is a fifth for any stated color space.
-TEST(ApertureFile, EightBitsAreTakenAsTheyAre) {
-    const TempFolder folder;
+TEST_F(ApertureFile, EightBitsAreTakenAsTheyAre) {
     for (const char* space : {"sRGB", "linear"}) {
-        write(folder.path("a.png"), 2, 2, 1, {0.2f, 1, 0.4f, 0}, OIIO::TypeDesc::UINT8,
+        write("a.png", 2, 2, {0.2f, 1, 0.4f, 0}, OIIO::TypeDesc::UINT8,
               [&](OIIO::ImageSpec& spec) { spec.attribute("oiio:ColorSpace", space); });
-        const auto values = values_of(folder.path("a.png"));
+        const auto values = values_of("a.png");
         EXPECT_FLOAT_EQ(values[0], 0.2f);
         EXPECT_FLOAT_EQ(values[kSide - 1], 1);
         EXPECT_FLOAT_EQ(values[64 * kSide], 0.4f);
@@ -69,45 +70,41 @@ TEST(ApertureFile, EightBitsAreTakenAsTheyAre) {
     }
 }
 
-TEST(ApertureFile, ColorIsItsLuminanceAndAlphaCovers) {
-    const TempFolder folder;
-    write(folder.path("rgb.exr"), 1, 1, 3, {1, 0.5f, 2});
-    EXPECT_NEAR(values_of(folder.path("rgb.exr"))[5], 0.2126 + 0.7152 / 2 + 0.0722 * 2, 1e-6);
-    write(folder.path("rgba.png"), 1, 1, 4, {0.6f, 0.6f, 0.6f, 0.6f}, OIIO::TypeDesc::UINT8);
-    EXPECT_NEAR(values_of(folder.path("rgba.png"))[5], 0.6, 0.005);
-    write(folder.path("ya.png"), 1, 1, 2, {0.4f, 0.8f}, OIIO::TypeDesc::UINT8);
-    EXPECT_NEAR(values_of(folder.path("ya.png"))[5], 0.4, 0.005);
+TEST_F(ApertureFile, ColorIsItsLuminanceAndAlphaCovers) {
+    write("rgb.exr", 1, 1, {1, 0.5f, 2});
+    EXPECT_NEAR(values_of("rgb.exr")[5], 0.2126 + 0.7152 / 2 + 0.0722 * 2, 1e-6);
+    write("rgba.png", 1, 1, {0.6f, 0.6f, 0.6f, 0.6f}, OIIO::TypeDesc::UINT8);
+    EXPECT_NEAR(values_of("rgba.png")[5], 0.6, 0.005);
+    write("ya.png", 1, 1, {0.4f, 0.8f}, OIIO::TypeDesc::UINT8);
+    EXPECT_NEAR(values_of("ya.png")[5], 0.4, 0.005);
 }
 
 // 192 pixels on 128 cells: a cell has one whole pixel and half of one beside it.
-TEST(ApertureFile, IsResampledByABox) {
-    const TempFolder folder;
+TEST_F(ApertureFile, IsResampledByABox) {
     std::vector<float> values;
     for (int i = 0; i < 192 * 192; ++i) values.push_back(float((i * 7919) % 541));
-    write(folder.path("a.exr"), 192, 192, 1, values);
-    const auto table = values_of(folder.path("a.exr"));
+    write("a.exr", 192, 192, values);
+    const auto table = values_of("a.exr");
     const auto at = [&](int x, int y) { return double(values[size_t(y * 192 + x)]); };
     EXPECT_NEAR(table[0], (4 * at(0, 0) + 2 * at(1, 0) + 2 * at(0, 1) + at(1, 1)) / 9, 1e-3);
     // Cell 3, 2: pixels 4.5 .. 6 across, 3 .. 4.5 down.
     EXPECT_NEAR(table[2 * kSide + 3], (2 * at(4, 3) + 4 * at(5, 3) + at(4, 4) + 2 * at(5, 4)) / 9,
                 1e-3);
-    double sum = 0, sum_of_table = 0;
-    for (float v : values) sum += v;
-    for (float v : table) sum_of_table += v;
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0),
+                 sum_of_table = std::accumulate(table.begin(), table.end(), 0.0);
     EXPECT_NEAR(sum_of_table / (kSide * kSide), sum / (192 * 192), 1e-3);
 }
 
 // A data window of 64 x 32 in a display window of 128: the rest is black.
-TEST(ApertureFile, TheDisplayWindowCounts) {
-    const TempFolder folder;
-    write(folder.path("a.exr"), 64, 32, 1, std::vector<float>(64 * 32, 2), OIIO::TypeDesc::FLOAT,
+TEST_F(ApertureFile, TheDisplayWindowCounts) {
+    write("a.exr", 64, 32, std::vector<float>(64 * 32, 2), OIIO::TypeDesc::FLOAT,
           [](OIIO::ImageSpec& spec) {
               spec.x = 40;
               spec.y = 50;
               spec.full_x = spec.full_y = 0;
               spec.full_width = spec.full_height = 128;
           });
-    const auto values = values_of(folder.path("a.exr"));
+    const auto values = values_of("a.exr");
     for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide; ++x)
             EXPECT_EQ(values[size_t(y * kSide + x)],
@@ -115,8 +112,7 @@ TEST(ApertureFile, TheDisplayWindowCounts) {
 }
 
 // A DDS file whose header states a volume of two images.
-TEST(ApertureFile, RefusesAVolume) {
-    const TempFolder folder;
+TEST_F(ApertureFile, RefusesAVolume) {
     std::string bytes = "DDS ";
     const auto put = [&](uint32_t value) {
         for (int i = 0; i < 4; ++i) bytes.push_back(char(value >> (8 * i)));
@@ -129,59 +125,54 @@ TEST(ApertureFile, RefusesAVolume) {
         put(value);
     for (const uint32_t value : {0x401008u, 0x200000u, 0u, 0u, 0u}) put(value);  // a volume
     bytes.append(4 * 4 * 4 * 2, char(0xff));
-    test::write_text(folder.path("a.dds"), bytes);
-    EXPECT_THAT(refused(folder.path("a.dds")), HasSubstr("is a volume"));
+    test::write_text(path("a.dds"), bytes);
+    EXPECT_THAT(refused("a.dds"), HasSubstr("is a volume"));
 }
 
-TEST(ApertureFile, RefusesWhatIsNoAperture) {
-    const TempFolder folder;
-    const std::string path = folder.path("a.exr");
-    EXPECT_THAT(refused(folder.path("none.png")), HasSubstr("no such file"));
-    EXPECT_THAT(refused(folder.path()), HasSubstr("is not a file"));
-    test::write_text(folder.path("text.png"), "not a picture");
-    EXPECT_THAT(refused(folder.path("text.png")), HasSubstr("cannot be read"));
-    write(path, 20, 10, 1, std::vector<float>(200, 1));
-    EXPECT_THAT(refused(path), AllOf(HasSubstr("20x10"), HasSubstr("square"), HasSubstr("crop")));
+TEST_F(ApertureFile, RefusesWhatIsNoAperture) {
+    EXPECT_THAT(refused("none.png"), HasSubstr("no such file"));
+    EXPECT_THAT(refused(""), HasSubstr("is not a file"));
+    test::write_text(path("text.png"), "not a picture");
+    EXPECT_THAT(refused("text.png"), HasSubstr("cannot be read"));
+    write("a.exr", 20, 10, std::vector<float>(200, 1));
+    EXPECT_THAT(refused("a.exr"),
+                AllOf(HasSubstr("20x10"), HasSubstr("square"), HasSubstr("crop")));
     std::vector<float> values(64 * 64, 1);
     for (const float bad : {-0.25f, NAN, INFINITY}) {
         values[5 * 64 + 9] = bad;
-        write(path, 64, 64, 1, values);
-        EXPECT_THAT(refused(path), HasSubstr(concat("pixel 9, 5 is ", bad)));
+        write("a.exr", 64, 64, values);
+        EXPECT_THAT(refused("a.exr"), HasSubstr(concat("pixel 9, 5 is ", bad)));
     }
-    write(path, 64, 64, 1, std::vector<float>(64 * 64, 0));
-    EXPECT_THAT(refused(path), HasSubstr("black"));
     values.assign(64 * 64, 0);
+    write("a.exr", 64, 64, values);
+    EXPECT_THAT(refused("a.exr"), HasSubstr("black"));
     values[0] = 1;
-    write(path, 64, 64, 1, values);
-    EXPECT_THAT(refused(path), HasSubstr("corners alone"));
-    write(folder.path("wide.png"), kMaxApertureSide + 1, 1, 1,
-          std::vector<float>(kMaxApertureSide + 1, 1), OIIO::TypeDesc::UINT8);
-    EXPECT_THAT(refused(folder.path("wide.png")),
-                AllOf(HasSubstr("4097 pixels"), HasSubstr("smaller")));
+    write("a.exr", 64, 64, values);
+    EXPECT_THAT(refused("a.exr"), HasSubstr("corners alone"));
+    write("wide.png", kMaxApertureSide + 1, 1, std::vector<float>(kMaxApertureSide + 1, 1),
+          OIIO::TypeDesc::UINT8);
+    EXPECT_THAT(refused("wide.png"), AllOf(HasSubstr("4097 pixels"), HasSubstr("smaller")));
     // Truncated.
-    values.assign(64 * 64, 1);
     for (size_t i = 0; i < values.size(); ++i) values[i] = float(i % 251);
-    write(path, 64, 64, 1, values);
-    const std::string bytes = test::read_text(path);
-    test::write_text(path, bytes.substr(0, bytes.size() / 2));
-    EXPECT_THAT(refused(path), HasSubstr("cannot be read"));
+    write("a.exr", 64, 64, values);
+    const std::string bytes = test::read_text(path("a.exr"));
+    test::write_text(path("a.exr"), bytes.substr(0, bytes.size() / 2));
+    EXPECT_THAT(refused("a.exr"), HasSubstr("cannot be read"));
 }
 
-TEST(ApertureFiles, ReadEachFileOnce) {
-    const TempFolder folder;
-    const std::string path = folder.path("a.exr");
-    write(path, 1, 1, 1, {1});
+TEST_F(ApertureFile, IsReadOnce) {
+    write("a.exr", 1, 1, {1});
     ApertureFiles files;
     Camera camera, again, none, missing;
-    camera.aperture_image = again.aperture_image = BokehKernel(path);
+    camera.aperture_image = again.aperture_image = BokehKernel(path("a.exr"));
     ASSERT_TRUE(files.read(camera).ok());
-    std::filesystem::remove(path);
+    std::filesystem::remove(path("a.exr"));
     EXPECT_TRUE(files.read(again).ok());
     EXPECT_EQ(again.aperture_image, camera.aperture_image);
     EXPECT_TRUE(again.aperture_image.is_read());
     EXPECT_TRUE(files.read(none).ok());
     EXPECT_FALSE(none.aperture_image);
-    missing.aperture_image = BokehKernel(folder.path("b.exr"));
+    missing.aperture_image = BokehKernel(path("b.exr"));
     EXPECT_EQ(files.read(missing).code(), StatusCode::input);
 }
 

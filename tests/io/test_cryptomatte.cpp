@@ -9,9 +9,10 @@
 #include <gtest/gtest.h>
 
 #include <bit>
-#include <fstream>
 
 #include "tests/io/exr_files.h"
+#include "tests/io/written_files.h"
+#include "tests/support/images.h"
 #include "tests/support/status.h"
 #include "tools/sequence/frame/cryptomatte.h"
 
@@ -21,6 +22,8 @@ namespace {
 using test::must;
 using testing::ElementsAre;
 using testing::HasSubstr;
+
+using CryptomatteFile = InOut;
 
 const std::string kRendered = POSTCHAIN_SOURCE_DIR "/tests/data/layers/layers.0001.exr";
 
@@ -80,22 +83,20 @@ Result<std::vector<Cryptomatte>> found(const std::string& path) {
 }
 
 // Vectors: the tests of Apache Commons Codec and of Guava for murmur3_32 with seed 0.
-TEST(Cryptomatte, HashIsMurmur3) {
-    EXPECT_EQ(murmur_hash(""), 0u);
-    EXPECT_EQ(murmur_hash("hello"), 0x248bfa47u);
-    EXPECT_EQ(murmur_hash("hello, world"), 0x149bbb7fu);
-    EXPECT_EQ(murmur_hash("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
-}
-
-TEST(Cryptomatte, AnIdIsAFloatThatStaysWhatItIs) {
+TEST_F(CryptomatteFile, HashIsMurmur3) {
+    for (const auto& [text, hash] : {std::pair("", 0u),
+                                     {"hello", 0x248bfa47u},
+                                     {"hello, world", 0x149bbb7fu},
+                                     {"The quick brown fox jumps over the lazy dog", 0x2e4ff723u}})
+        EXPECT_EQ(murmur_hash(text), hash) << text;
+    EXPECT_EQ(id_of_name("hello"), 0x248bfa47u);
     EXPECT_EQ(id_of_hash(0x12345678u), 0x12345678u);
     EXPECT_EQ(id_of_hash(0x00000001u), 0x00800001u);  // otherwise a denormal
     EXPECT_EQ(id_of_hash(0xff812345u), 0xff012345u);  // otherwise a NaN
     EXPECT_EQ(id_of_hash(0x7f800000u), 0x7f000000u);  // otherwise Inf
-    EXPECT_EQ(id_of_name("hello"), 0x248bfa47u);
 }
 
-TEST(Cryptomatte, BlendersFileHasItsObjects) {
+TEST_F(CryptomatteFile, BlendersFileHasItsObjects) {
     const auto all = must(found(kRendered));
     ASSERT_EQ(all.size(), 1u);
     const Cryptomatte& one = all.front();
@@ -107,25 +108,9 @@ TEST(Cryptomatte, BlendersFileHasItsObjects) {
     for (const auto& [name, id] : one.manifest) EXPECT_EQ(id, id_of_name(name)) << name;
     EXPECT_TRUE(one.holds(0, "ViewLayer.CryptoObject01.a"));
     EXPECT_FALSE(one.holds(0, "ViewLayer.Combined.R"));
-}
-
-TEST(Cryptomatte, ManifestsAreReadWhereAskedFor) {
-    const test::TempFolder folder;
-    const std::string path =
-        write(folder, {.attributes = attributes({{"manifest", "{\"hello\": \"248bfa47\"}"}})});
-    auto file = ExrFile::open(path);
-    const auto read = must(find_cryptomattes(*file, Manifests::read));
-    EXPECT_EQ(read.front().manifest.at("hello"), 0x248bfa47u);
-    const auto not_read = must(find_cryptomattes(*file, Manifests::not_read));
-    EXPECT_TRUE(not_read.front().manifest.empty());
-    EXPECT_EQ(not_read.front().no_manifest, "");
-    EXPECT_EQ(not_read.front().levels.size(), read.front().levels.size());
-}
-
-TEST(Cryptomatte, CoveragesOfBlendersFileAddUpToItsAlpha) {
+    // Coverages add up to alpha.
     auto file = must(ExrFile::open(kRendered));
-    const auto all = must(find_cryptomattes(file));
-    const auto ranks = must(read_ranks(file, all.front(), file.parts()[0].data_window));
+    const auto ranks = must(read_ranks(file, one, file.parts()[0].data_window));
     const auto ids = ids_in(ranks);
     EXPECT_EQ(ids.size(), 4u);
     const ImageF matte = coverage_of(ranks, ids);
@@ -133,7 +118,18 @@ TEST(Cryptomatte, CoveragesOfBlendersFileAddUpToItsAlpha) {
     for (size_t i = 0; i < matte.data.size(); ++i) EXPECT_NEAR(matte.data[i], alpha.data[i], 1e-5);
 }
 
-TEST(Cryptomatte, EveryWordForChannels) {
+TEST_F(CryptomatteFile, ManifestsAreReadWhereAskedFor) {
+    auto file = must(ExrFile::open(
+        write(folder, {.attributes = attributes({{"manifest", "{\"hello\": \"248bfa47\"}"}})})));
+    const auto read = must(find_cryptomattes(file, Manifests::read)).front(),
+               not_read = must(find_cryptomattes(file, Manifests::not_read)).front();
+    EXPECT_EQ(read.manifest.at("hello"), 0x248bfa47u);
+    EXPECT_TRUE(not_read.manifest.empty());
+    EXPECT_EQ(not_read.no_manifest, "");
+    EXPECT_EQ(not_read.levels.size(), read.levels.size());
+}
+
+TEST_F(CryptomatteFile, EveryWordForChannels) {
     for (const std::array<const char*, 4>& words :
          {std::array{"R", "G", "B", "A"}, std::array{"red", "green", "blue", "alpha"}}) {
         const test::TempFolder folder;
@@ -144,14 +140,14 @@ TEST(Cryptomatte, EveryWordForChannels) {
 }
 
 // Each view has its own ranks and manifest: in a part of the view, or by the view's word.
-TEST(Cryptomatte, OfAView) {
-    const test::TempFolder folder;
-    const auto part_of = [](const std::string& view) {
-        test::FilePart part;
-        part.name = "beauty." + view;
+TEST_F(CryptomatteFile, OfAView) {
+    const auto add_ranks = [](test::FilePart& part, const std::string& view) {
         for (const char* channel : {"r", "g", "b", "a"})
-            part.channels.push_back({std::string("crypto_object00.") + channel, Imf::FLOAT});
-        part.data = part.display = {{0, 0}, {3, 3}};
+            part.channels.push_back({concat("crypto_object00.", view, channel), Imf::FLOAT});
+    };
+    const auto part_of = [&](const std::string& view) {
+        test::FilePart part{.name = "beauty." + view, .data = {{0, 0}, {3, 3}}};
+        add_ranks(part, "");
         part.edit = [view](Imf::Header& header) {
             header.setView(view);
             for (const auto& [what, value] :
@@ -163,18 +159,17 @@ TEST(Cryptomatte, OfAView) {
     test::write_file(folder.path("parts.exr"), {part_of("left"), part_of("right")});
     auto parts = must(ExrFile::open(folder.path("parts.exr")));
     for (const std::string view : {"left", "right"}) {
-        const auto all = find_cryptomattes(parts, Manifests::read, {}, {view, view == "left"});
-        ASSERT_TRUE(all.ok() && all->size() == 1) << all.status().message();
-        EXPECT_EQ(all->front().levels[0].part, view == "left" ? 0 : 1);
-        EXPECT_EQ(all->front().manifest.count(view), 1u);
-        EXPECT_EQ(all->front().manifest.size(), 1u);
+        const auto all =
+            must(find_cryptomattes(parts, Manifests::read, {}, {view, view == "left"}));
+        ASSERT_EQ(all.size(), 1u);
+        EXPECT_EQ(all[0].levels[0].part, view == "left" ? 0 : 1);
+        EXPECT_EQ(all[0].manifest.size(), 1u);
+        EXPECT_EQ(all[0].manifest.count(view), 1u);
     }
     test::FilePart one = part_of("left");
     one.name = "";
-    for (const char* channel : {"r", "g", "b", "a"})
-        one.channels.push_back({std::string("crypto_object00.right.") + channel, Imf::FLOAT});
-    const auto edit = one.edit;
-    one.edit = [edit](Imf::Header& header) {
+    add_ranks(one, "right.");
+    one.edit = [edit = one.edit](Imf::Header& header) {
         edit(header);
         header.erase("view");
         Imf::addMultiView(header, {"left", "right"});
@@ -182,98 +177,83 @@ TEST(Cryptomatte, OfAView) {
     test::write_file(folder.path("one.exr"), {one});
     auto file = must(ExrFile::open(folder.path("one.exr")));
     const auto of = [&](const CryptoView& view) {
-        auto all = find_cryptomattes(file, Manifests::read, {}, view);
-        return all.ok() && !all->empty() && !all->front().levels.empty()
-                   ? all->front().levels[0].channels[0]
-                   : std::string();
+        const auto all = must(find_cryptomattes(file, Manifests::read, {}, view));
+        return all.empty() || all[0].levels.empty() ? "" : all[0].levels[0].channels[0];
     };
     EXPECT_EQ(of({"left", true}), "crypto_object00.r");
     EXPECT_EQ(of({"right", false}), "crypto_object00.right.r");
     EXPECT_EQ(of({"center", false}), "") << "the channels are the left view's";
 }
 
-TEST(Cryptomatte, RanksOfOneIdAddUp) {
-    const test::TempFolder folder;
-    const std::string path = write(folder, {.attributes = attributes()});
-    auto file = ExrFile::open(path);
-    const auto all = must(find_cryptomattes(*file));
-    const auto ranks = must(read_ranks(*file, all.front(), {-1, 0, 2, 0}));
+TEST_F(CryptomatteFile, RanksOfOneIdAddUp) {
+    auto file = must(ExrFile::open(write(folder, {.attributes = attributes()})));
+    const auto ranks = must(read_ranks(file, must(find_cryptomattes(file)).front(), {-1, 0, 2, 0}));
     EXPECT_THAT(ids_in(ranks), ElementsAre(7, 9, 11));
     EXPECT_THAT(coverage_of(ranks, {7}).data, ElementsAre(0, 0.5f, 0.3125f, 0));
     EXPECT_THAT(coverage_of(ranks, {7, 11}).data, ElementsAre(0, 0.5f, 0.4375f, 0));
 }
 
 // No hash is NaN or Inf, and no filter makes much more than a whole of a pixel.
-TEST(Cryptomatte, FaultySlotsAreCleared) {
-    const test::TempFolder folder;
+TEST_F(CryptomatteFile, FaultySlotsAreCleared) {
     constexpr CryptoId kNan = 0x7fc00000, kInf = 0x7f800000;
     const std::vector<Pixel> pixels = {{{{kNan, 0.5f}, {9, 0.25f}, {kInf, 0.25f}, {0, 0}}},
                                        {{{9, NAN}, {7, INFINITY}, {11, 7}, {7, -2}}},
                                        {{{9, 1.01f}, {7, -0.01f}, {0, 0}, {0, 0}}}};
-    auto file = ExrFile::open(write(folder, {.attributes = attributes(), .pixels = pixels}));
-    const auto all = must(find_cryptomattes(*file));
-    const auto ranks = must(read_ranks(*file, all.front(), {0, 0, 2, 0}));
+    auto file = must(ExrFile::open(write(folder, {.attributes = attributes(), .pixels = pixels})));
+    const auto ranks = must(read_ranks(file, must(find_cryptomattes(file)).front(), {0, 0, 2, 0}));
     EXPECT_EQ(ranks.faulty, 6u);
     EXPECT_THAT(ids_in(ranks), ElementsAre(9));
     EXPECT_THAT(coverage_of(ranks, {9}).data, ElementsAre(0.25f, 0, 1.01f));
 }
 
-TEST(Cryptomatte, ManifestsThatAreNone) {
-    const test::TempFolder folder;
-    const auto why = [&](const std::map<std::string, std::string>& more) {
-        const auto all = found(write(folder, {.attributes = attributes(more)}));
-        if (!all.ok()) return all.status().message();
-        EXPECT_TRUE(all->front().manifest.empty());
-        return all->front().no_manifest;
+TEST_F(CryptomatteFile, ManifestsThatAreNone) {
+    const auto found_with = [&](const char* attribute, const char* value) {
+        auto more = attributes();
+        if (*attribute != 0) more[attribute] = value;
+        return must(found(write(folder, {.attributes = more}))).front();
     };
-    EXPECT_EQ(why({}), "it has no manifest");
-    EXPECT_EQ(why({{"manifest", "[]"}}), "its manifest is not a JSON object");
-    EXPECT_EQ(why({{"manifest", "{\"ball\": \"64"}}), "its manifest is not a JSON object");
-    EXPECT_EQ(why({{"manifest", "{}"}}), "its manifest is empty");
-    EXPECT_EQ(why({{"manifest", "{\"a\": \"1\", \"ball\": \"64x\"}"}}),
-              "its manifest has no hash of 8 digits for \"ball\"");
-    EXPECT_THAT(why({{"manif_file", "names.json"}}), HasSubstr("names.json does not exist"));
-    EXPECT_THAT(why({{"manif_file", "../names.json"}}), HasSubstr("not in the frame's folder"));
-    EXPECT_THAT(why({{"manif_file", "/etc/passwd"}}), HasSubstr("not in the frame's folder"));
+    for (const auto& [attribute, value, why] :
+         {std::tuple("", "", "it has no manifest"),
+          {"manifest", "[]", "its manifest is not a JSON object"},
+          {"manifest", "{\"ball\": \"64", "its manifest is not a JSON object"},
+          {"manifest", "{}", "its manifest is empty"},
+          {"manifest", "{\"a\": \"1\", \"ball\": \"64x\"}",
+           "its manifest has no hash of 8 digits for \"ball\""},
+          {"manif_file", "names.json", "names.json does not exist"},
+          {"manif_file", "../names.json", "not in the frame's folder"},
+          {"manif_file", "/etc/passwd", "not in the frame's folder"}}) {
+        const Cryptomatte one = found_with(attribute, value);
+        EXPECT_TRUE(one.manifest.empty()) << value;
+        EXPECT_THAT(one.no_manifest, HasSubstr(why));
+    }
+    test::write_text(folder.path("names.json"), R"({"ball": "00000007"})");
+    const Cryptomatte in_file = found_with("manif_file", "names.json");
+    EXPECT_EQ(in_file.no_manifest, "");
+    EXPECT_EQ(in_file.manifest.at("ball"), 0x00800007u);
 }
 
-TEST(Cryptomatte, ManifestInAFile) {
-    const test::TempFolder folder;
-    std::ofstream(folder.path("names.json")) << R"({"ball": "00000007"})";
-    const auto all =
-        found(write(folder, {.attributes = attributes({{"manif_file", "names.json"}})}));
-    ASSERT_TRUE(all.ok());
-    EXPECT_EQ(all->front().no_manifest, "");
-    EXPECT_EQ(all->front().manifest.at("ball"), 0x00800007u);
-}
-
-TEST(Cryptomatte, WhatCannotBeRead) {
-    const test::TempFolder folder;
+TEST_F(CryptomatteFile, WhatCannotBeRead) {
     const auto error = [&](const CryptoFile& file) {
-        const auto all = found(write(folder, file));
-        EXPECT_TRUE(all.ok()) << all.status().message();
-        return all->empty() ? "" : all->front().fault.message();
+        const auto all = must(found(write(folder, file)));
+        return all.empty() ? "" : all.front().fault.message();
     };
-    EXPECT_THAT(error({.attributes = attributes({{"hash", "MD5"}})}),
-                HasSubstr("only MurmurHash3_32 is known"));
-    EXPECT_THAT(error({.attributes = attributes({{"conversion", "none"}})}),
-                HasSubstr("only uint32_to_float32 is known"));
-    EXPECT_THAT(error({.attributes = attributes({{"name", "other"}})}),
-                HasSubstr("other00.r, .g, .b, .a are missing"));
+    for (const auto& [attribute, value, why] :
+         {std::tuple("hash", "MD5", "only MurmurHash3_32 is known"),
+          {"conversion", "none", "only uint32_to_float32 is known"},
+          {"name", "other", "other00.r, .g, .b, .a are missing"}})
+        EXPECT_THAT(error({.attributes = attributes({{attribute, value}})}), HasSubstr(why));
     EXPECT_THAT(error({.attributes = attributes(), .type = Imf::UINT}),
                 HasSubstr("crypto_object00.r is uint"));
     EXPECT_EQ(error({.attributes = {}}), "");
     EXPECT_EQ(error({.attributes = attributes()}), "");
 }
 
-TEST(Cryptomatte, AttributesAreTrueOfItsFirstRanks) {
-    const test::TempFolder folder;
+TEST_F(CryptomatteFile, AttributesAreTrueOfItsFirstRanks) {
     auto file =
-        ExrFile::open(write(folder, {.attributes = attributes({{"manif_file", "m.json"}})}));
-    ASSERT_TRUE(file.ok());
+        must(ExrFile::open(write(folder, {.attributes = attributes({{"manif_file", "m.json"}})})));
     const auto lost = [&](const std::vector<std::string>& channels) {
-        const ExrPart& part = file->parts()[0];
-        return attributes_without_ranks(part, file->parts(), {.channels = channels}).size();
+        return attributes_without_ranks(file.parts()[0], file.parts(), {.channels = channels})
+            .size();
     };
     EXPECT_EQ(lost({}), 0u);
     EXPECT_EQ(lost({"crypto_object00.*"}), 0u);
@@ -285,13 +265,11 @@ TEST(Cryptomatte, AttributesAreTrueOfItsFirstRanks) {
                 ElementsAre());
 }
 
-ImageF plane(std::initializer_list<float> values) {
-    ImageF image(int(values.size()), 1, 1);
-    std::copy(values.begin(), values.end(), image.data.begin());
-    return image;
+ImageF plane(const std::array<float, 3>& values) {
+    return test::make_image(3, 1, 1, [&](int x, int, int) { return values[size_t(x)]; });
 }
 
-TEST(Cryptomatte, RerankingKeepsTheLargest) {
+TEST_F(CryptomatteFile, RerankingKeepsTheLargest) {
     Reranking ranking(3, 1, 2);
     ranking.add(5, plane({0.2f, 0.3f, 0}), 0, {0, 0, 2, 0});
     ranking.add(3, plane({0.5f, 0.3f, 0}), 0, {0, 0, 2, 0});

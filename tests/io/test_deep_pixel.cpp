@@ -6,14 +6,17 @@
 #include <limits>
 #include <random>
 
+#include "chain/status.h"
 #include "tools/sequence/exr/deep_pixel.h"
 
 namespace postchain::io {
 namespace {
 
-using testing::DoubleEq;
+using testing::AllOf;
 using testing::DoubleNear;
 using testing::ElementsAre;
+using testing::Ge;
+using testing::Le;
 
 struct Sample {
     double front, back, alpha;
@@ -47,18 +50,20 @@ TEST(DeepPixel, FrontSamplesHideThoseBehindInAnyOrder) {
                 ElementsAre(1, .75, .375, 0));
     EXPECT_THAT(composite({at(4, 1), at(2, .5), at(3, 1), at(1, .25)}).weights,
                 ElementsAre(0, .75, .375, 1));
-    EXPECT_EQ(composite({}).surface, -1);
 }
 
 TEST(DeepPixel, TheSurfaceIsWhereHalfTheOpacityIsReached) {
-    EXPECT_EQ(composite({at(1, .6), at(3, 1)}).surface, 0);
-    EXPECT_EQ(composite({at(1, .4), at(3, 1)}).surface, 1);
-    EXPECT_EQ(composite({at(1, .5), at(3, 1)}).surface, 0);
-    EXPECT_EQ(composite({at(1, .3)}).surface, 0);                       // hair before nothing
-    EXPECT_EQ(composite({at(1, .1), at(2, .3)}).surface, 1);            // the most of what is there
-    EXPECT_EQ(composite({at(1, .2), at(2, .2), at(3, 1)}).surface, 2);  // two veils
-    EXPECT_EQ(composite({at(1, .4), at(2, .1)}).surface, 0);            // half of what is there
-    EXPECT_EQ(composite({at(2, 0)}).surface, 0);  // clear, but its depth is known
+    const std::pair<std::vector<Sample>, int> cases[] = {
+        {{at(1, .6), at(3, 1)}, 0},
+        {{at(1, .4), at(3, 1)}, 1},
+        {{at(1, .5), at(3, 1)}, 0},
+        {{at(1, .3)}, 0},                       // hair before nothing
+        {{at(1, .1), at(2, .3)}, 1},            // the most of what is there
+        {{at(1, .2), at(2, .2), at(3, 1)}, 2},  // two veils
+        {{at(1, .4), at(2, .1)}, 0},            // half of what is there
+        {{at(2, 0)}, 0},                        // clear, but its depth is known
+        {{}, -1}};
+    for (const auto& [samples, surface] : cases) EXPECT_EQ(composite(samples).surface, surface);
 }
 
 TEST(DeepPixel, BehindASurfaceIsTheNext) {
@@ -119,10 +124,9 @@ TEST(DeepPixel, VolumesThatOverlapMixByDensity) {
 }
 
 TEST(DeepPixel, SurfacesAtOneDepthMix) {
-    const Composited both = composite({at(1, .5), at(1, .5), at(2, 1)});
-    EXPECT_THAT(both.weights[0], DoubleNear(.75, 1e-12));
-    EXPECT_THAT(both.weights[1], DoubleNear(.75, 1e-12));
-    EXPECT_THAT(both.weights[2], DoubleNear(.25, 1e-12));
+    EXPECT_THAT(
+        composite({at(1, .5), at(1, .5), at(2, 1)}).weights,
+        ElementsAre(DoubleNear(.75, 1e-12), DoubleNear(.75, 1e-12), DoubleNear(.25, 1e-12)));
     EXPECT_THAT(composite({at(1, 1), at(1, 1)}).weights, ElementsAre(.5, .5));
     EXPECT_THAT(composite({at(1, 1), at(1, .5)}).weights, ElementsAre(1, 0));
 }
@@ -134,12 +138,9 @@ TEST(DeepPixel, AgreesWithThinSlices) {
     for (int n = 0; n < 20; ++n) {
         std::vector<Sample> samples;
         for (int i = 0; i < 6; ++i) {
-            const double front = unit(random) * 4;
-            samples.push_back(
-                {front, i % 3 ? front + .2 + unit(random) : front, unit(random) * .9});
-            samples.back().front = double(float(samples.back().front));
-            samples.back().back = double(float(samples.back().back));
-            samples.back().alpha = double(float(samples.back().alpha));
+            const double front = float(unit(random) * 4),
+                         back = i % 3 ? float(front + .2 + unit(random)) : front;
+            samples.push_back({front, back, float(unit(random) * .9)});
         }
         constexpr int kSlices = 20000;
         std::vector<double> weights(samples.size());
@@ -178,11 +179,9 @@ TEST(DeepPixel, ValuesThatMeanNothingDoNoHarm) {
                 for (const bool behind : {false, true}) {
                     const Composited odd =
                         composite({{depth, back, alpha}, at(1, .5), {depth, back, alpha}}, behind);
-                    for (const double weight : odd.weights)
-                        EXPECT_TRUE(weight >= 0 && weight <= 1)
-                            << depth << " " << back << " " << alpha << ": " << weight;
-                    EXPECT_TRUE(odd.alpha >= 0 && odd.alpha <= 1 + 1e-12)
-                        << depth << " " << back << " " << alpha << ": " << odd.alpha;
+                    SCOPED_TRACE(concat(depth, " ", back, " ", alpha));
+                    EXPECT_THAT(odd.weights, testing::Each(AllOf(Ge(0), Le(1))));
+                    EXPECT_THAT(odd.alpha, AllOf(Ge(0), Le(1 + 1e-12)));
                 }
     EXPECT_EQ(composite({at(nan, 1), at(5, 1)}).surface, 1);  // NaN: farther than all
     EXPECT_THAT(composite({at(1, 3), at(2, 1)}).weights, ElementsAre(1, 0));

@@ -5,6 +5,10 @@
 #include <ImfStringAttribute.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <half.h>
+
+#include <cstring>
+#include <limits>
 
 #include "tests/io/exr_files.h"
 #include "tests/io/written_files.h"
@@ -17,8 +21,10 @@ namespace {
 
 using test::FilePart;
 using test::must;
+using test::named;
+using test::oiio_attributes;
 using test::oiio_channels;
-using test::TempFolder;
+using test::OiioChannel;
 using test::write_file;
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -30,86 +36,52 @@ struct Layout {
     Imf::LineOrder order;
 };
 
-class Layouts : public testing::TestWithParam<Layout> {};
-
-TEST_P(Layouts, OnlyColorAndTheNewAttributeChange) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    FilePart part = every_type();
-    part.compression = GetParam().compression;
-    part.tile = GetParam().tile;
-    part.line_order = GetParam().order;
-    write_file(in, {part});
-    InputFrame frame = read_ok(in);
-    const ImageF color = new_color(frame);
-    const WriteReport report = write_ok(out, frame, color, {.attributes = {{"postchain", "1 ab"}}});
-    expect_only_color_changed(in, out, 0, kRgba, color);
-    EXPECT_THAT(attribute_changes(in, out), ElementsAre("+ postchain = 1 ab"));
-    EXPECT_THAT(report.notes, IsEmpty());
-    EXPECT_EQ(report.bytes, test::read_text(out).size());
-    EXPECT_FALSE(report.skipped);
-    // OpenImageIO reports neither line order nor type, so they are read with OpenEXR.
-    const auto before = must(ExrFile::open(in));
-    const auto after = must(ExrFile::open(out));
-    auto attributes = after.parts()[0].attributes;
-    EXPECT_EQ(attributes.erase("postchain"), 1u);
-    EXPECT_EQ(attributes, before.parts()[0].attributes);
+TEST_F(ExrWriter, OnlyColorAndTheNewAttributeChange) {
+    for (const auto& [compression, tile, order] :
+         {Layout{Imf::RLE_COMPRESSION, 0, Imf::DECREASING_Y},
+          Layout{Imf::ZIP_COMPRESSION, 0, Imf::INCREASING_Y},
+          Layout{Imf::PIZ_COMPRESSION, 0, Imf::INCREASING_Y},
+          Layout{Imf::PIZ_COMPRESSION, 7, Imf::DECREASING_Y},
+          Layout{Imf::NO_COMPRESSION, 64, Imf::RANDOM_Y}}) {
+        SCOPED_TRACE(concat("compression ", int(compression), ", tile ", tile));
+        FilePart part = every_type();
+        part.compression = compression;
+        part.tile = tile;
+        part.line_order = order;
+        const auto report = expect_new_color({part}, {.attributes = {{"postchain", "1 ab"}}});
+        EXPECT_THAT(attribute_changes(in, out), ElementsAre("+ postchain = 1 ab"));
+        EXPECT_THAT(report.notes, IsEmpty());
+        EXPECT_EQ(report.bytes, test::read_text(out).size());
+        EXPECT_FALSE(report.skipped);
+        // OpenImageIO reports neither line order nor type, so they are read with OpenEXR.
+        auto attributes = must(ExrFile::open(out)).parts()[0].attributes;
+        EXPECT_EQ(attributes.erase("postchain"), 1u);
+        EXPECT_EQ(attributes, must(ExrFile::open(in)).parts()[0].attributes);
+    }
 }
-
-INSTANTIATE_TEST_SUITE_P(EveryLosslessOne, Layouts,
-                         testing::Values(Layout{Imf::NO_COMPRESSION, 0, Imf::INCREASING_Y},
-                                         Layout{Imf::RLE_COMPRESSION, 0, Imf::DECREASING_Y},
-                                         Layout{Imf::ZIPS_COMPRESSION, 0, Imf::INCREASING_Y},
-                                         Layout{Imf::ZIP_COMPRESSION, 0, Imf::DECREASING_Y},
-                                         Layout{Imf::ZIP_COMPRESSION, 0, Imf::INCREASING_Y},
-                                         Layout{Imf::PIZ_COMPRESSION, 0, Imf::INCREASING_Y},
-                                         Layout{Imf::ZIP_COMPRESSION, 8, Imf::INCREASING_Y},
-                                         Layout{Imf::PIZ_COMPRESSION, 7, Imf::DECREASING_Y},
-                                         Layout{Imf::NO_COMPRESSION, 64, Imf::RANDOM_Y}));
 
 bool has_type_attribute(const std::string& path) {
     return test::read_text(path).find(std::string("type\0string\0", 12)) != std::string::npos;
 }
 
-TEST(ExrWriter, ASinglePartGetsNoTypeItDidNotHave) {
-    // OpenEXR's multi-part classes always have a type; in the file it is optional.
-    const TempFolder folder;
-    const ImageF image(4, 3, 4, 1);
-    ASSERT_TRUE(write_planes_exr(folder.path("without.exr"), image, kRgba).ok());
-    FilePart part = every_type();
-    write_file(folder.path("with.exr"), {part});
-    for (const std::string name : {"without.exr", "with.exr"}) {
-        InputFrame frame = read_ok(folder.path(name));
-        write_ok(folder.path("out." + name), frame, new_color(frame));
-        EXPECT_EQ(has_type_attribute(folder.path(name)), name == "with.exr");
-        EXPECT_EQ(has_type_attribute(folder.path("out." + name)), name == "with.exr");
-    }
+// OpenEXR's multi-part classes always have a type; in the file it is optional.
+TEST_F(ExrWriter, ASinglePartGetsNoTypeItDidNotHave) {
+    ASSERT_TRUE(write_planes_exr(in, ImageF(4, 3, 4, 1), kRgba).ok());
+    InputFrame frame = read_ok(in);
+    write_ok(out, frame, new_color(frame));
+    EXPECT_FALSE(has_type_attribute(in));
+    EXPECT_FALSE(has_type_attribute(out));
+    expect_new_color({every_type()});
+    EXPECT_TRUE(has_type_attribute(in));
+    EXPECT_TRUE(has_type_attribute(out));
 }
 
-TEST(ExrWriter, FloatColorAndNoAlpha) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    FilePart part{.channels = {{"R", Imf::FLOAT}, {"G"}, {"B", Imf::FLOAT}}};
-    write_file(in, {part});
-    InputFrame frame = read_ok(in, 0, {"R", "G", "B"});
-    ImageF color = new_color(frame);
-    color.at(3, 2, 0) = 1e20f;  // fits float
-    write_ok(out, frame, color);
-    expect_only_color_changed(in, out, 0, {"R", "G", "B"}, color);
-}
-
-TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
+TEST_F(ExrWriter, EveryOtherPartStaysBitForBit) {
     // A lossy part, a mip-mapped, a rip-mapped and two deep parts around color's.
     FilePart lossy{.name = "lossy",
                    .channels = {{"R"}, {"G"}, {"B"}},
                    .data = {{-7, -3}, {40, 41}},
                    .compression = Imf::DWAA_COMPRESSION};
-    FilePart color = every_type("beauty");
     FilePart mip{.name = "mip", .channels = {{"Z", Imf::FLOAT}}, .tile = 4};
     mip.levels = Imf::MIPMAP_LEVELS;
     FilePart rip = mip;
@@ -122,23 +94,16 @@ TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
     FilePart deep_tiles = deep;
     deep_tiles.name = "deep_tiles";
     deep_tiles.tile = 8;
-    std::vector<FilePart> parts = {lossy, color, mip, rip, deep, deep_tiles};
+    std::vector<FilePart> parts = {lossy, every_type("beauty"), mip, rip, deep, deep_tiles};
     for (FilePart& part : parts) {  // attributes that all parts of a file share
-        part.display = color.display;
-        part.edit = color.edit;
+        part.display = parts[1].display;
+        part.edit = parts[1].edit;
     }
-    write_file(in, parts);
-    InputFrame frame = read_ok(in, 1);
-    const ImageF filtered = new_color(frame);
-    const WriteReport report = write_ok(out, frame, filtered, {.attributes = {{"postchain", "x"}}});
+    const auto report = expect_new_color(parts, {.attributes = {{"postchain", "x"}}}, 1);
     EXPECT_THAT(report.notes, IsEmpty());
     ASSERT_EQ(test::oiio_parts(out), int(parts.size()));
-    expect_only_color_changed(in, out, 1, kRgba, filtered);
-    for (int part = 0; part < int(parts.size()); ++part) {
-        if (part == 1) {
-            EXPECT_THAT(attribute_changes(in, out, part), ElementsAre("+ postchain = x"));
-            continue;
-        }
+    EXPECT_THAT(attribute_changes(in, out, 1), ElementsAre("+ postchain = x"));
+    for (const int part : {0, 2, 3, 4, 5}) {
         EXPECT_THAT(attribute_changes(in, out, part), IsEmpty());
         if (parts[size_t(part)].deep) {
             EXPECT_EQ(test::oiio_deep(in, part), test::oiio_deep(out, part));
@@ -146,118 +111,121 @@ TEST(ExrWriter, EveryOtherPartStaysBitForBit) {
             EXPECT_TRUE(oiio_channels(in, part) == oiio_channels(out, part)) << part;
         }
     }
-    for (const int level : {1, 2}) {
+    for (const int level : {1, 2})
         EXPECT_TRUE(oiio_channels(in, 2, level) == oiio_channels(out, 2, level)) << level;
-    }
     // The compressed bytes of the lossy part are unchanged.
-    const std::string a = test::read_text(in);
-    const std::string b = test::read_text(out);
+    const std::string before = test::read_text(in), after = test::read_text(out);
     int common = 0;
-    for (size_t at = 0; at + 64 <= a.size(); at += 64) {
-        common += b.find(a.substr(at, 64)) != std::string::npos;
-    }
+    for (size_t at = 0; at + 64 <= before.size(); at += 64)
+        common += after.find(before.substr(at, 64)) != std::string::npos;
     EXPECT_GT(common, 10);
 }
 
-TEST(ExrWriter, TheOtherViewStays) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
-    FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"right.R"}, {"right.G"}, {"right.B"}},
-                  .edit = [](Imf::Header& h) {
-                      Imf::addMultiView(h, {"left", "right"});
-                  }};
-    write_file(in, {part});
-    for (const std::vector<std::string>& names :
-         {std::vector<std::string>{"R", "G", "B"}, {"right.R", "right.G", "right.B"}}) {
-        InputFrame frame = read_ok(in, 0, names);
-        const ImageF color = new_color(frame);
-        write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
-        expect_only_color_changed(in, out, 0, names, color);
+TEST_F(ExrWriter, TheOtherViewStays) {
+    const std::vector<std::string> rgb = {"R", "G", "B"},
+                                   right_rgb = {"right.R", "right.G", "right.B"};
+    FilePart part{.channels = {{"R"}, {"G"}, {"B"}, {"right.R"}, {"right.G"}, {"right.B"}}};
+    part.edit = [](Imf::Header& h) { Imf::addMultiView(h, {"left", "right"}); };
+    for (const auto& names : {rgb, right_rgb}) {
+        expect_new_color({part}, {}, 0, names);
         EXPECT_THAT(attribute_changes(in, out), IsEmpty());
     }
-    // Two parts, one per view.
-    FilePart left{.name = "rgb.left",
-                  .channels = {{"R"}, {"G"}, {"B"}},
-                  .edit = [](Imf::Header& h) { h.setView("left"); }};
-    FilePart right = left;
+    FilePart left{.name = "rgb.left", .channels = {{"R"}, {"G"}, {"B"}}}, right = left;
+    left.edit = [](Imf::Header& h) { h.setView("left"); };
     right.name = "rgb.right";
     right.edit = [](Imf::Header& h) { h.setView("right"); };
-    write_file(in, {left, right});
-    InputFrame frame = read_ok(in, 1, {"R", "G", "B"});
-    const ImageF color = new_color(frame);
-    write_ok(out, frame, color, {.on_existing = OnExisting::overwrite});
-    expect_only_color_changed(in, out, 1, {"R", "G", "B"}, color);
+    expect_new_color({left, right}, {}, 1, rgb);
     EXPECT_TRUE(oiio_channels(in, 0) == oiio_channels(out, 0));
     EXPECT_THAT(attribute_changes(in, out, 1), IsEmpty());
 }
 
-TEST(ExrWriter, MetadataThatIsNoLongerTrueIsLeftOut) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
+TEST_F(ExrWriter, MetadataThatIsNoLongerTrueIsLeftOut) {
     FilePart part = every_type();
     part.edit = [](Imf::Header& h) {
         h.setPreviewImage(Imf::PreviewImage(2, 2));
         h.insert("oiio:SHA-1", Imf::StringAttribute("0123"));
         h.insert("comment", Imf::StringAttribute("kept"));
     };
-    write_file(in, {part});
-    InputFrame frame = read_ok(in);
-    const WriteReport report = write_ok(out, frame, new_color(frame));
-    EXPECT_THAT(report.notes, ElementsAre(HasSubstr("preview"), HasSubstr("oiio:SHA-1")));
-    const auto file = must(ExrFile::open(out));
-    EXPECT_FALSE(file.parts()[0].attributes.contains("preview"));
-    EXPECT_FALSE(file.parts()[0].attributes.contains("oiio:SHA-1"));
-    EXPECT_TRUE(file.parts()[0].attributes.contains("comment"));
+    EXPECT_THAT(expect_new_color({part}).notes,
+                ElementsAre(HasSubstr("preview"), HasSubstr("oiio:SHA-1")));
+    const auto attributes = must(ExrFile::open(out)).parts()[0].attributes;
+    EXPECT_FALSE(attributes.contains("preview"));
+    EXPECT_FALSE(attributes.contains("oiio:SHA-1"));
+    EXPECT_TRUE(attributes.contains("comment"));
 }
 
-TEST(ExrWriter, AMipMappedColorPartKeepsItsFullSizeLevel) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    const std::string out = folder.path("out.exr");
+TEST_F(ExrWriter, AMipMappedColorPartKeepsItsFullSizeLevel) {
     FilePart part = every_type();
     part.tile = 8;
     part.levels = Imf::MIPMAP_LEVELS;
-    write_file(in, {part});
-    InputFrame frame = read_ok(in);
-    const ImageF color = new_color(frame);
-    const WriteReport report = write_ok(out, frame, color);
-    EXPECT_THAT(report.notes, ElementsAre(HasSubstr("smaller levels")));
-    expect_only_color_changed(in, out, 0, kRgba, color);
+    EXPECT_THAT(expect_new_color({part}).notes, ElementsAre(HasSubstr("smaller levels")));
     EXPECT_FALSE(ExrFile::open(out)->parts()[0].mip_mapped);
 }
 
-TEST(ExrWriter, ColorFromAFileOfItsOwn) {
-    const TempFolder folder;
-    FilePart color_part{.channels = {{"R"}, {"G"}, {"B"}, {"A"}}};
-    FilePart depth_part{.channels = {{"Z", Imf::FLOAT}}};
-    write_file(folder.path("c.exr"), {color_part});
-    write_file(folder.path("d.exr"), {depth_part});
-    auto open = must(open_frame(
-        {{Role::color, folder.path("c.exr")}, {Role::inverse_depth, folder.path("d.exr")}}, 1));
-    Result<InputFrame> frame =
-        read_frame(open, {{Role::color, {0, kRgba}}, {Role::inverse_depth, {0, {"Z"}}}},
-                   {Role::color, Role::inverse_depth}, Keep::all);
-    ASSERT_TRUE(frame.ok()) << frame.status().message();
-    const ImageF color = new_color(*frame);
-    write_ok(folder.path("out.exr"), *frame, color);
-    expect_only_color_changed(folder.path("c.exr"), folder.path("out.exr"), 0, kRgba, color);
-}
-
-TEST(ExrWriter, ADamagedPartThatWouldBeCopiedIsAnError) {
-    const TempFolder folder;
-    const std::string in = folder.path("in.exr");
-    FilePart beauty{.name = "a", .channels = {{"R"}, {"G"}, {"B"}, {"A"}}};
-    FilePart other{.name = "b", .channels = {{"X", Imf::FLOAT}}};
-    write_file(in, {beauty, other});
+TEST_F(ExrWriter, ADamagedPartThatWouldBeCopiedIsAnError) {
+    write_file(in, {{.name = "a", .channels = {{"R"}, {"G"}, {"B"}, {"A"}}},
+                    {.name = "b", .channels = {{"X", Imf::FLOAT}}}});
     const std::string whole = test::read_text(in);
     test::write_text(in, whole.substr(0, whole.size() - 3));
     InputFrame frame = read_ok(in);
-    const Result<WriteReport> report =
-        write_filtered(folder.path("out.exr"), frame, new_color(frame), {});
-    ASSERT_FALSE(report.ok());
+    EXPECT_FALSE(write_filtered(out, frame, new_color(frame), {}).ok());
     EXPECT_THAT(folder.names(), ElementsAre("in.exr"));
+}
+
+TEST(PlanesWriter, TypesAttributesAndWindows) {
+    const test::TempFolder folder;
+    const std::string path = folder.path("f.exr");
+    ImageF color(5, 3, 4);
+    ImageF depth(5, 3, 1, 2.5f);
+    for (size_t i = 0; i < color.data.size(); ++i) color.data[i] = float(i) / 8;
+    PlanesFile file;
+    file.channels = {{"ViewLayer.Combined.R", PixelType::half, &color, 0},
+                     {"ViewLayer.Combined.A", PixelType::half, &color, 3},
+                     {"ViewLayer.Depth.Z", PixelType::float32, &depth, 0},
+                     {"id", PixelType::uint32, &color, 1}};
+    file.attributes = {{"comment", "text"}, {"aperture", 2.8f}, {"frame", 7}};
+    file.origin_x = -1;
+    file.origin_y = 2;
+    file.display_window = Window{0, 0, 9, 9};
+    const auto report = must(write_planes_exr(path, file));
+    const auto channels = oiio_channels(path);
+    ASSERT_EQ(channels.size(), 4u);
+    EXPECT_EQ(named(channels, "ViewLayer.Combined.R").type, "half");
+    EXPECT_EQ(named(channels, "ViewLayer.Depth.Z").type, "float");
+    EXPECT_EQ(named(channels, "id").type, "uint");
+    const OiioChannel& alpha = named(channels, "ViewLayer.Combined.A");
+    for (size_t p = 0; p < color.pixels(); ++p) {
+        half h;
+        std::memcpy(&h, alpha.bytes.data() + p * 2, 2);
+        EXPECT_EQ(float(h), color.data[p * 4 + 3]);
+    }
+    const auto attributes = oiio_attributes(path);
+    EXPECT_THAT(attributes, testing::Contains("windows = -1 2 5 3 of 0 0 10 10 tile 0 0"));
+    EXPECT_THAT(attributes, testing::Contains("frame = 7"));
+    const auto back = must(ExrFile::open(path));
+    EXPECT_EQ(back.parts()[0].attributes.at("comment"), "text");
+    EXPECT_EQ(back.parts()[0].attributes.at("aperture"), "2.8");
+}
+
+TEST(PlanesWriter, AWholeImageAsFloat) {
+    const test::TempFolder folder;
+    ImageF image(3, 2, 2);
+    image.data = {1, 2, 3, 4, 5, 6, 7, 8, 9, 1e30f, std::numeric_limits<float>::infinity(), 12};
+    const auto report = must(write_planes_exr(folder.path("f.exr"), image, {"x", "y"}));
+    EXPECT_EQ(report.nonfinite_pixels, 1u);
+    const auto back = must(ExrFile::open(folder.path("f.exr"))->read_channels(0, {"x", "y"}));
+    EXPECT_TRUE(back == image);
+}
+
+TEST(PlanesWriter, SizesThatDifferAreADefectOfTheCaller) {
+    const test::TempFolder folder;
+    const ImageF a(3, 2, 1), b(3, 3, 1);
+    PlanesFile sizes, channel;
+    sizes.channels = {{"a", PixelType::half, &a, 0}, {"b", PixelType::half, &b, 0}};
+    channel.channels = {{"a", PixelType::half, &a, 1}};
+    for (const PlanesFile& file : {sizes, channel, PlanesFile()})
+        EXPECT_EQ(write_planes_exr(folder.path("f"), file).status().code(), StatusCode::internal);
+    EXPECT_THAT(folder.names(), IsEmpty());
 }
 
 }  // namespace

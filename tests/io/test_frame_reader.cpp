@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "config/profile_match.h"
 #include "tests/io/exr_files.h"
+#include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/frame/frame_reader.h"
 
-namespace postchain::io {
+namespace postchain::io::test_frame_reader {
 namespace {
 
 using test::FilePart;
@@ -20,18 +20,17 @@ using test::write_file;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
+using FrameReader = InOut;
+using LumaWeights = InOut;
+
 FilePart cycles() {
-    return {.channels = {{"V.Combined.R"},
-                         {"V.Combined.G"},
-                         {"V.Combined.B"},
-                         {"V.Combined.A"},
-                         {"V.Depth.Z", Imf::FLOAT},
-                         {"V.Vector.X", Imf::FLOAT},
-                         {"V.Vector.Y", Imf::FLOAT},
-                         {"V.Vector.Z", Imf::FLOAT},
-                         {"V.Vector.W", Imf::FLOAT}},
-            .data = {{-2, -1}, {13, 9}},
-            .display = {{0, 0}, {11, 7}}};
+    FilePart part{
+        .channels = {{"V.Combined.R"}, {"V.Combined.G"}, {"V.Combined.B"}, {"V.Combined.A"}},
+        .data = {{-2, -1}, {13, 9}},
+        .display = {{0, 0}, {11, 7}}};
+    for (const char* name : {"Depth.Z", "Vector.X", "Vector.Y", "Vector.Z", "Vector.W"})
+        part.channels.push_back({std::string("V.") + name, Imf::FLOAT});
+    return part;
 }
 
 const ChannelAssignment kCycles = {
@@ -45,13 +44,12 @@ InputFrame read_ok(const std::map<Role, std::string>& files, const ChannelAssign
     return must(read_frame(must(open_frame(files, 17)), roles, wanted, keep));
 }
 
-TEST(FrameReader, PlanesInTheFilesOwnConvention) {
-    const TempFolder folder;
+TEST_F(FrameReader, PlanesInTheFilesOwnConvention) {
     FilePart part = cycles();
     part.edit = [](Imf::Header& h) { h.pixelAspectRatio() = 2; };
-    write_file(folder.path("f.exr"), {part});
+    write_file(in, {part});
     const InputFrame frame =
-        read_ok({{Role::color, folder.path("f.exr")}}, kCycles,
+        read_ok({{Role::color, in}}, kCycles,
                 {Role::color, Role::inverse_depth, Role::motion, Role::motion_back}, Keep::all);
     EXPECT_EQ(frame.description.pixel_aspect, 2);
     EXPECT_EQ(frame.description.width, 16);
@@ -70,58 +68,38 @@ TEST(FrameReader, PlanesInTheFilesOwnConvention) {
     for (const auto& [role, channels] : expected) {
         const ImageF& plane = frame.planes.at(role);
         ASSERT_EQ(plane.channels, int(channels.size()));
-        for (int y = 0; y < plane.height; ++y) {
-            for (int x = 0; x < plane.width; ++x) {
-                for (size_t c = 0; c < channels.size(); ++c) {
+        for (int y = 0; y < plane.height; ++y)
+            for (int x = 0; x < plane.width; ++x)
+                for (size_t c = 0; c < channels.size(); ++c)
                     ASSERT_EQ(plane.at(x, y, int(c)),
                               sample_value(part, channels[c], x - 2, y - 1));
-                }
-            }
-        }
     }
 }
 
-TEST(FrameReader, ReadsOnlyWhatIsWanted) {
-    const TempFolder folder;
-    write_file(folder.path("f.exr"), {cycles()});
-    const InputFrame frame =
-        read_ok({{Role::color, folder.path("f.exr")}}, kCycles, {Role::inverse_depth});
-    EXPECT_EQ(frame.planes.size(), 2u);
-    EXPECT_TRUE(frame.planes.contains(Role::color));
-    EXPECT_EQ(frame.description.planes, (RoleSet{Role::color, Role::inverse_depth}));
-    EXPECT_EQ(frame.kept, nullptr);
-}
-
-TEST(FrameReader, AlphaThatIsNotThereIsOne) {
-    const TempFolder folder;
-    write_file(folder.path("f.exr"), {cycles()});
-    ChannelAssignment roles = kCycles;
-    roles[Role::color].channels.pop_back();
-    const InputFrame frame = read_ok({{Role::color, folder.path("f.exr")}}, roles, {});
-    const ImageF& color = frame.planes.at(Role::color);
-    ASSERT_EQ(color.channels, 4);
-    EXPECT_EQ(color.at(3, 3, 3), 1);
-}
-
-TEST(FrameReader, HalfDepthIsSaid) {
-    const TempFolder folder;
+TEST_F(FrameReader, ReadsOnlyWhatIsWanted) {
     FilePart part = cycles();
     part.channels[4].type = Imf::HALF;
-    write_file(folder.path("f.exr"), {part});
-    EXPECT_TRUE(
-        read_ok({{Role::color, folder.path("f.exr")}}, kCycles, {Role::inverse_depth}).half_depth);
+    write_file(in, {part});
+    ChannelAssignment roles = kCycles;
+    roles[Role::color].channels.pop_back();
+    const InputFrame frame = read_ok({{Role::color, in}}, roles, {Role::inverse_depth});
+    EXPECT_EQ(frame.planes.size(), 2u);
+    EXPECT_EQ(frame.description.planes, (RoleSet{Role::color, Role::inverse_depth}));
+    EXPECT_EQ(frame.kept, nullptr);
+    EXPECT_TRUE(frame.half_depth);
+    // Alpha that is not there is one.
+    ASSERT_EQ(frame.planes.at(Role::color).channels, 4);
+    EXPECT_EQ(frame.planes.at(Role::color).at(3, 3, 3), 1);
 }
 
-TEST(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
-    const TempFolder folder;
+TEST_F(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
     FilePart color{.name = "rgb", .channels = {{"R"}, {"G"}, {"B"}}, .data = {{2, 1}, {7, 5}}};
     FilePart depth{
         .name = "depth", .channels = {{"Z", Imf::FLOAT}}, .data = {{-3, 0}, {9, 9}}, .tile = 4};
-    write_file(folder.path("f.exr"), {color, depth});
+    write_file(in, {color, depth});
     const ChannelAssignment roles = {{Role::color, {0, {"R", "G", "B"}}},
                                      {Role::inverse_depth, {1, {"Z"}}}};
-    const InputFrame frame =
-        read_ok({{Role::color, folder.path("f.exr")}}, roles, {Role::inverse_depth});
+    const InputFrame frame = read_ok({{Role::color, in}}, roles, {Role::inverse_depth});
     const ImageF& z = frame.planes.at(Role::inverse_depth);
     ASSERT_EQ(z.width, 6);
     ASSERT_EQ(z.height, 5);
@@ -129,15 +107,13 @@ TEST(FrameReader, PlanesInPartsOfLargerWindowsAreCropped) {
     EXPECT_EQ(z.at(5, 4), sample_value(depth, 0, 7, 5));
 
     depth.data = {{3, 0}, {9, 9}};  // one column missing
-    write_file(folder.path("f.exr"), {color, depth});
-    auto open = must(open_frame({{Role::color, folder.path("f.exr")}}, 1));
-    const Result<InputFrame> bad = read_frame(open, roles, {Role::inverse_depth}, Keep::nothing);
-    ASSERT_FALSE(bad.ok());
+    write_file(in, {color, depth});
+    const auto bad = read_frame(must(open_frame({{Role::color, in}}, 1)), roles,
+                                {Role::inverse_depth}, Keep::nothing);
     EXPECT_THAT(bad.status().message(), HasSubstr("(3, 0)-(9, 9), does not cover"));
 }
 
-TEST(FrameReader, PlanesInFilesOfTheirOwn) {
-    const TempFolder folder;
+TEST_F(FrameReader, PlanesInFilesOfTheirOwn) {
     FilePart color{.channels = {{"R"}, {"G"}, {"B"}}};
     FilePart depth{.channels = {{"R", Imf::FLOAT}}};
     FilePart motion{.channels = {{"R", Imf::FLOAT}, {"G", Imf::FLOAT}}};
@@ -157,30 +133,15 @@ TEST(FrameReader, PlanesInFilesOfTheirOwn) {
     EXPECT_EQ(&frame.files.file_of(Role::motion_back), &frame.files.color_file());
 }
 
-TEST(FrameReader, ChannelsForTheProfile) {
-    const TempFolder folder;
-    FilePart left{
-        .name = "l", .channels = {{"R"}}, .edit = [](Imf::Header& h) { h.setView("left"); }};
-    FilePart depth{.name = "d", .channels = {{"Z", Imf::FLOAT}}};
-    write_file(folder.path("f.exr"), {left, depth});
-    const auto file = must(ExrFile::open(folder.path("f.exr")));
-    const FileChannels channels = channels_of(file);
-    ASSERT_EQ(channels.parts.size(), 2u);
-    EXPECT_EQ(channels.parts[0].name, "l");
-    EXPECT_EQ(channels.parts[0].view, "left");
-    EXPECT_THAT(channels.parts[1].channels, ElementsAre("Z"));
-}
-
-std::array<double, 3> weights_in_file(const TempFolder& folder, const Imf::Chromaticities* c) {
+std::array<double, 3> weights_in_file(const std::string& in, const Imf::Chromaticities* c) {
     FilePart part = cycles();
     if (c != nullptr) part.edit = [c](Imf::Header& h) { Imf::addChromaticities(h, *c); };
-    write_file(folder.path("f.exr"), {part});
-    return read_ok({{Role::color, folder.path("f.exr")}}, kCycles, {}).description.luma_weights;
+    write_file(in, {part});
+    return read_ok({{Role::color, in}}, kCycles, {}).description.luma_weights;
 }
 
-TEST(LumaWeights, ComeFromTheFilesPrimaries) {
-    const TempFolder folder;
-    EXPECT_THAT(weights_in_file(folder, nullptr), ElementsAre(0.2126, 0.7152, 0.0722));
+TEST_F(LumaWeights, ComeFromTheFilesPrimaries) {
+    EXPECT_THAT(weights_in_file(in, nullptr), ElementsAre(0.2126, 0.7152, 0.0722));
     // Rec. 709, ACES AP1, ACES AP0, against OpenEXR's own computation.
     const Imf::Chromaticities rec709;
     const Imf::Chromaticities ap1({0.713f, 0.293f}, {0.165f, 0.830f}, {0.128f, 0.044f},
@@ -188,22 +149,18 @@ TEST(LumaWeights, ComeFromTheFilesPrimaries) {
     const Imf::Chromaticities ap0({0.7347f, 0.2653f}, {0, 1}, {0.0001f, -0.077f},
                                   {0.32168f, 0.33767f});
     for (const Imf::Chromaticities& c : {rec709, ap1, ap0}) {
-        const std::array<double, 3> w = weights_in_file(folder, &c);
+        const std::array<double, 3> w = weights_in_file(in, &c);
         const Imath::V3f expected = Imf::RgbaYca::computeYw(c);
         for (int i = 0; i < 3; ++i) EXPECT_NEAR(w[size_t(i)], expected[i], 1e-5);
         EXPECT_NEAR(w[0] + w[1] + w[2], 1, 1e-9);
     }
-    // Published: SMPTE RP 177 for Rec. 709; S-2014-004 (ACEScg) for AP1.
-    const auto w709 = weights_in_file(folder, &rec709);
-    EXPECT_NEAR(w709[0], 0.2126, 1e-4);
-    EXPECT_NEAR(w709[1], 0.7152, 1e-4);
-    const auto w1 = weights_in_file(folder, &ap1);
-    EXPECT_NEAR(w1[0], 0.2722287168, 1e-5);
-    EXPECT_NEAR(w1[1], 0.6740817658, 1e-5);
-    EXPECT_NEAR(w1[2], 0.0536895174, 1e-5);
+    // Published: S-2014-004 (ACEScg) for AP1.
+    EXPECT_THAT(weights_in_file(in, &ap1), ElementsAre(testing::DoubleNear(0.2722287168, 1e-5),
+                                                       testing::DoubleNear(0.6740817658, 1e-5),
+                                                       testing::DoubleNear(0.0536895174, 1e-5)));
 }
 
-TEST(LumaWeights, DegeneratePrimariesFallBackToRec709) {
+TEST_F(LumaWeights, DegeneratePrimariesFallBackToRec709) {
     EXPECT_THAT(luma_weights({0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f, 0.3f}),
                 ElementsAre(0.2126, 0.7152, 0.0722));
     EXPECT_THAT(luma_weights({0.64f, 0, 0.3f, 0.6f, 0.15f, 0.06f, 0.3127f, 0.329f}),
@@ -211,4 +168,4 @@ TEST(LumaWeights, DegeneratePrimariesFallBackToRec709) {
 }
 
 }  // namespace
-}  // namespace postchain::io
+}  // namespace postchain::io::test_frame_reader

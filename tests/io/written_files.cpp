@@ -7,7 +7,7 @@
 #include <half.h>
 
 #include <algorithm>
-#include <iterator>
+#include <cstring>
 
 #include "tests/support/status.h"
 
@@ -33,6 +33,17 @@ ImageF new_color(const InputFrame& frame) {
 WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& color,
                      WriteOptions options) {
     return must(write_filtered(path, frame, color, options));
+}
+
+WriteReport InOut::expect_new_color(const std::vector<FilePart>& parts, WriteOptions options,
+                                    int part, const std::vector<std::string>& channels) {
+    test::write_file(in, parts);
+    InputFrame frame = read_ok(in, part, channels);
+    const ImageF color = new_color(frame);
+    options.on_existing = OnExisting::overwrite;
+    const WriteReport report = write_ok(out, frame, color, options);
+    expect_only_color_changed(in, out, part, channels, color);
+    return report;
 }
 
 void expect_only_color_changed(const std::string& in, const std::string& out, int part,
@@ -67,15 +78,34 @@ std::vector<std::string> attribute_changes(const std::string& in, const std::str
     const auto before = oiio_attributes(in, part);
     const auto after = oiio_attributes(out, part);
     std::vector<std::string> changes;
-    std::vector<std::string> diff;
-    std::set_difference(before.begin(), before.end(), after.begin(), after.end(),
-                        std::back_inserter(diff));
-    for (const auto& line : diff) changes.push_back("- " + line);
-    diff.clear();
-    std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
-                        std::back_inserter(diff));
-    for (const auto& line : diff) changes.push_back("+ " + line);
+    for (const auto& line : before)
+        if (std::find(after.begin(), after.end(), line) == after.end())
+            changes.push_back("- " + line);
+    for (const auto& line : after)
+        if (std::find(before.begin(), before.end(), line) == before.end())
+            changes.push_back("+ " + line);
     return changes;
+}
+
+void expect_samples(const std::string& path, int part, const FilePart& made) {
+    ExrFile file = must(ExrFile::open(path));
+    const auto pixels = must(file.read_part(part));
+    ASSERT_EQ(pixels.planes.size(), made.channels.size());
+    for (size_t c = 0; c < made.channels.size(); ++c) {
+        const int step = made.channels[c].sampling;
+        const PartPixels::Plane* plane = pixels.find(made.channels[c].name);
+        ASSERT_NE(plane, nullptr);
+        const size_t size = size_t(bytes_of(plane->channel.type));
+        const std::byte* at = plane->bytes.get();
+        for (int y = 0; y < plane->height; ++y)
+            for (int x = 0; x < plane->width; ++x, at += size) {
+                uint32_t bits = 0;
+                std::memcpy(&bits, at, size);
+                ASSERT_EQ(bits, test::sample_bits(made, c, made.data.min.x + x * step,
+                                                  made.data.min.y + y * step))
+                    << made.channels[c].name << " at " << x << ", " << y;
+            }
+    }
 }
 
 FilePart every_type(const std::string& name) {

@@ -1,6 +1,8 @@
 // Compares files before and after write_filtered().
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <string>
 #include <vector>
 
@@ -14,6 +16,21 @@ inline const std::vector<std::string> kRgba = {"R", "G", "B", "A"};
 InputFrame read_ok(const std::string& path, int part = 0,
                    const std::vector<std::string>& color = kRgba);
 
+// A folder with the file that is read and what is written of it.
+class InOut : public testing::Test {
+  protected:
+    // Writes `parts` and new color over one of them: nothing else may change.
+    WriteReport expect_new_color(const std::vector<test::FilePart>& parts,
+                                 WriteOptions options = {}, int part = 0,
+                                 const std::vector<std::string>& channels = kRgba);
+
+    const test::TempFolder folder;
+    const std::string in = folder.path("in.exr"), out = folder.path("out.exr");
+};
+using ExrChunks = InOut;
+using ExrWriter = InOut;
+using ExrOutputSettings = InOut;
+
 // An image unlike any input: each pixel and channel has its own value, exact in half.
 ImageF new_color(const InputFrame& frame);
 
@@ -23,6 +40,9 @@ WriteReport write_ok(const std::string& path, InputFrame& frame, const ImageF& c
 // Expects all channels of `out` to equal those of `in`, except for `replaced`, which hold `color`.
 void expect_only_color_changed(const std::string& in, const std::string& out, int part,
                                const std::vector<std::string>& replaced, const ImageF& color);
+
+// Expects every sample of the part, in its own type, to have the bits it was made from.
+void expect_samples(const std::string& path, int part, const test::FilePart& made);
 
 // Attributes that differ between `in` and `out`: first the removed ones, then the new ones.
 std::vector<std::string> attribute_changes(const std::string& in, const std::string& out,

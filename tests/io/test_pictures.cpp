@@ -1,3 +1,4 @@
+// Pictures for people: tone curves, contact sheets and PNG previews.
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -5,7 +6,9 @@
 #include <limits>
 
 #include "tests/io/exr_files.h"
+#include "tools/sequence/image/contact_sheet.h"
 #include "tools/sequence/image/preview.h"
+#include "tools/sequence/image/transfer.h"
 
 namespace postchain::io {
 namespace {
@@ -13,6 +16,49 @@ namespace {
 using test::read_text;
 using test::TempFolder;
 using testing::ElementsAre;
+
+struct CurvePoint {
+    Curve curve;
+    double stored, light;
+};
+
+// At points computed from their standards.
+TEST(Transfer, CurvesMeetTheirStandards) {
+    const CurvePoint points[] = {
+        {Curve::linear, -0.5, -0.5},
+        // IEC 61966-2-1: ((v + 0.055) / 1.055)^2.4, or v / 12.92.
+        {Curve::srgb, 0.5, 0.2140411},
+        {Curve::srgb, 0.04, 0.0030960},
+        // BT.2020-2: ((v + a - 1) / a)^(1 / 0.45) with a = 1.0992968, or v / 4.5.
+        {Curve::rec709, 0.5, 0.2597194},
+        {Curve::rec709, 0.04, 0.0088889},
+        {Curve::gamma22, 0.5, 0.2176376},
+        {Curve::gamma22, -0.5, -0.2176376},
+        // Codes of 10 bits: white 685, black 95, and 10^((445 - 685) 0.002 / 0.6) without black.
+        {Curve::cineon, 685 / 1023.0, 1},
+        {Curve::cineon, 95 / 1023.0, 0},
+        {Curve::cineon, 445 / 1023.0, 0.1493036}};
+    for (const CurvePoint& point : points) {
+        SCOPED_TRACE(concat(name_of(point.curve), " ", point.stored));
+        EXPECT_NEAR(decode(point.curve, point.stored), point.light, 1e-6);
+        EXPECT_NEAR(encode(point.curve, decode(point.curve, point.stored)), point.stored, 1e-12);
+    }
+}
+
+TEST(ContactSheet, PicturesAreShrunkByABox) {
+    ImageF picture(3, 2, 1);
+    picture.data = {0, 3, 9, 0, 3, std::numeric_limits<float>::quiet_NaN()};
+    // A pixel covers one and a half: (0 + 3 / 2) / 1.5 and (3 / 2 + 9) / 1.5; NaN counts as 0.
+    EXPECT_THAT(shrunk(picture, 2, 2).data, ElementsAre(1, 7, 1, 1));
+    EXPECT_THAT(shrunk(picture, 3, 1).data, ElementsAre(0, 3, 4.5f));
+}
+
+TEST(ContactSheet, FramesAreChosenEvenlyWithTheFirstAndTheLast) {
+    EXPECT_THAT(evenly_chosen(10, 4), ElementsAre(0, 3, 6, 9));
+    EXPECT_THAT(evenly_chosen(3, 5), ElementsAre(0, 1, 2));
+    EXPECT_THAT(evenly_chosen(5, 1), ElementsAre(0));
+    EXPECT_THAT(evenly_chosen(0, 3), ElementsAre());
+}
 
 std::vector<int> shown(const ImageF& color, const PreviewOptions& options = {}) {
     const TempFolder folder;
@@ -62,22 +108,21 @@ TEST(Preview, KeepsItsProvenance) {
     EXPECT_EQ(in->spec().get_string_attribute("postchain"), "work 12 shown 34");
     const std::string whole = read_text(path);
     test::MemoryFile memory;
+    const auto provenance_of = [&](const std::string& bytes) {
+        memory.set(bytes);
+        return preview_provenance(memory.path());
+    };
     for (size_t at = 0; at < whole.size(); ++at) {
-        memory.set(whole.substr(0, at));
-        EXPECT_EQ(preview_provenance(memory.path()), "") << at;
+        EXPECT_EQ(provenance_of(whole.substr(0, at)), "") << at;
         std::string damaged = whole;
         damaged[at] = char(damaged[at] ^ 4);
-        memory.set(damaged);
-        EXPECT_EQ(preview_provenance(memory.path()), "") << at;
+        EXPECT_EQ(provenance_of(damaged), "") << at;
     }
-    memory.set(whole + "more");
-    EXPECT_EQ(preview_provenance(memory.path()), "");
-    memory.set(whole);
-    EXPECT_EQ(preview_provenance(memory.path()), "work 12 shown 34");
+    EXPECT_EQ(provenance_of(whole + "more"), "");
+    EXPECT_EQ(provenance_of(whole), "work 12 shown 34");
     EXPECT_EQ(preview_provenance(folder.path("none.png")), "");
-    const std::string plain = folder.path("plain.png");
-    ASSERT_TRUE(write_png_preview(plain, color).ok());
-    EXPECT_EQ(preview_provenance(plain), "");
+    ASSERT_TRUE(write_png_preview(folder.path("plain.png"), color).ok());
+    EXPECT_EQ(preview_provenance(folder.path("plain.png")), "");
 }
 
 TEST(Preview, UnwritablePathIsAnError) {

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Builds the fuzz targets with clang and runs each for SECONDS (default 30), starting from the
-# repository's corpus and earlier finds. Executions are counted over all calls. After each call the
-# found corpus is reduced to the smallest inputs that reach the same code.
+# repository's corpus, the shipped chains and profiles, and earlier finds. Executions are counted
+# over all calls. After each call the found corpus is reduced to the smallest inputs that reach the
+# same code.
 # Usage: tests/fuzz/run.sh [SECONDS [TARGET ...]]
 #        tests/fuzz/run.sh --total       only prints the total executions so far
 # Exits with 1 on a find; its input is kept in build-fuzz/finds/TARGET-*. Counts and found corpus
@@ -59,8 +60,10 @@ for target in "${targets[@]}"; do
     corpus=$build/corpus/$target
     log=$build/log/$target.txt
     mkdir -p "$corpus"
+    seeds=("tests/fuzz/corpus/$target")
+    [[ ! -d config/${target}s ]] || seeds+=("config/${target}s")
     code=0
-    "$fuzzer" "$corpus" "tests/fuzz/corpus/$target" -max_total_time="$seconds" \
+    "$fuzzer" "$corpus" "${seeds[@]}" -max_total_time="$seconds" \
         -max_len="${max_len[$target]}" "${limits[@]}" -print_final_stats=1 \
         -artifact_prefix="$build/finds/$target-" >"$log" 2>&1 || code=$?
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$log" | tail -n 1)
@@ -78,9 +81,11 @@ for target in "${targets[@]}"; do
     # Inputs whose coverage the repository's corpus already has are not kept.
     rm -rf "$corpus.merged"
     mkdir "$corpus.merged"
-    cp -a "tests/fuzz/corpus/$target/." "$corpus.merged/"
+    for folder in "${seeds[@]}"; do cp -a "$folder/." "$corpus.merged/"; done
     if "$fuzzer" -merge=1 "$corpus.merged" "$corpus" "${limits[@]}" >>"$log" 2>&1; then
-        for seed in "tests/fuzz/corpus/$target"/*; do rm -f "$corpus.merged/${seed##*/}"; done
+        for folder in "${seeds[@]}"; do
+            for seed in "$folder"/*; do rm -f "$corpus.merged/${seed##*/}"; done
+        done
         kept=$(find "$corpus.merged" -type f | wc -l)
         echo "$target: $(find "$corpus" -type f | wc -l) inputs found, $kept kept"
         rm -rf "$corpus"

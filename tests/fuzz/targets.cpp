@@ -199,6 +199,7 @@ bool sequence(std::string_view bytes) {
 bool exr(std::string_view bytes) {
     Result<io::ExrFile> file = io::ExrFile::open(memory_path(bytes), kLimits);
     require_reason(file.status());
+    require(file.ok() || file.status().code() == StatusCode::input, "a bad file is bad input");
     if (!file.ok()) return false;
     require(!file->parts().empty() && file->file_bytes() == bytes.size(), "an open file has parts");
     require_reason(file->explain_no_color());

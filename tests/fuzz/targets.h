@@ -12,15 +12,13 @@
 namespace postchain::fuzz {
 
 // Return true if the reader accepted the input: the corpus must contain both kinds.
-bool chain(std::string_view bytes);    // text, then texts of --set, each after a zero byte
-bool camera(std::string_view bytes);   // config/camera_file.h
-bool profile(std::string_view bytes);  // config/profile.h
-bool sequence(
-    std::string_view bytes);  // tools/sequence/files/sequence.h: as range, as pattern, as input
-bool exr(std::string_view bytes);  // a whole file, tools/sequence/exr/exr_reader.h
-bool picture(
-    std::string_view bytes);  // a PNG, TIFF, DPX, JPEG or HDR, tools/sequence/image/image_file.h
-bool request(std::string_view bytes);  // one HTTP request, tools/service/http (request_target.cpp)
+bool chain(std::string_view bytes);     // text, then texts of --set, each after a zero byte
+bool camera(std::string_view bytes);    // config/camera_file.h
+bool profile(std::string_view bytes);   // config/profile.h
+bool sequence(std::string_view bytes);  // tools/sequence/files/sequence.h: range, pattern and input
+bool exr(std::string_view bytes);       // a whole file, tools/sequence/exr/exr_reader.h
+bool picture(std::string_view bytes);   // a PNG, TIFF, DPX, JPEG or HDR, image/image_file.h
+bool request(std::string_view bytes);   // one HTTP request, tools/service/http (request_target.cpp)
 
 struct Target {
     const char* name;  // also the folder in corpus/

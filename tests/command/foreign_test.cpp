@@ -26,27 +26,24 @@ class ForeignTest : public CommandTest {
 
 TEST_F(ForeignTest, EmptyWordsAreRefused) {
     write_sequence(at(""), {1, 2});
-    const std::pair<Arguments, const char*> cases[] = {
-        {{"run", at("all.yaml"), "-i", in(), "-o", out()}, "--view"},
-        {{"run", at("all.yaml"), "-i", in(), "-o", out()}, "--frames"},
-        {{"plan", at("all.yaml"), "-i", in()}, "--layer"},
-        {{"inspect", in()}, "--profile"},
-        {{"diff", in(), in()}, "--frames"},
-        {{"ab", at("all.yaml"), at("fxaa.yaml"), "-i", in(), "-o", at("ab")}, "--view"},
-        {{"bench", at("fxaa.yaml"), "-i", in(), "-o", at("b"), "--sweep", "fxaa.preset=12"},
-         "--profile"}};
-    for (const auto& [subcommand, option] : cases)
-        expect_ends(run(joined(subcommand, {option, ""})), 2, {option});
-    for (const Arguments& arguments : {Arguments{"diff", "", in()},
-                                       {"diff", in(), ""},
-                                       {"diff", in(), in(), "--map", ""},
-                                       {"inspect", ""},
-                                       {"run", "", "-i", in(), "-o", out()},
-                                       {"scene", "wheels", "-o", ""},
-                                       {"info", "--device", ""},
-                                       {"stress", "--only", ""}}) {
-        expect_ends(run(arguments), 2);
-    }
+    for (const Arguments& words :
+         {Arguments{"run", at("all.yaml"), "-i", in(), "-o", out(), "--view"},
+          {"run", at("all.yaml"), "-i", in(), "-o", out(), "--frames"},
+          {"run", at("all.yaml"), "-i", in(), "-o", out(), "--set"},
+          {"run", "-i", in(), "-o", out()},
+          {"plan", at("all.yaml"), "-i", in(), "--layer"},
+          {"inspect", in(), "--profile"},
+          {"inspect"},
+          {"diff", in(), in(), "--frames"},
+          {"diff", in(), in(), "--map"},
+          {"diff", in()},
+          {"ab", at("all.yaml"), at("fxaa.yaml"), "-i", in(), "-o", at("ab"), "--view"},
+          {"bench", at("fxaa.yaml"), "-i", in(), "-o", at("b"), "--sweep", "fxaa.preset=12",
+           "--profile"},
+          {"scene", "wheels", "-o"},
+          {"info", "--device"},
+          {"stress", "--only"}})
+        EXPECT_EQ(run(joined(words, {""})).code, 2) << words[0] << " " << words.back();
     EXPECT_EQ(outputs(), std::vector<std::string>());
 }
 
@@ -54,11 +51,7 @@ TEST_F(ForeignTest, AnAttributeThatHasThePlaceOfOurs) {
     FrameFile file;
     file.attributes["postchain"] = 5;
     write_frame(in(1), make_planes(48, 32), file);
-    const auto outcome = filter("all");
-    EXPECT_EQ(outcome.code, 4) << outcome.text();
-    for (const std::string& word :
-         {in(1), std::string("attribute postchain is int"), std::string("rename it")})
-        EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
+    expect_ends(filter("all"), 4, {in(1), "attribute postchain is int", "rename it"});
     // A string attribute of this name is treated as that of an earlier run.
     file.attributes["postchain"] = std::string("older");
     write_frame(in(1), make_planes(48, 32), file);
@@ -104,9 +97,8 @@ TEST_F(ForeignTest, NothingOfAFileActsOnTheTerminal) {
     const auto json = run({"inspect", path, "--json", "--log-format", "json"});
     expect_harmless(json.out);
     expect_harmless(json.err);
-    const std::string replaced =
-        "\x1b]0;owned\x07\x1b[31m\x7f\xc2\x9b"
-        "1m\xe2\x80\xae\xef\xbf\xbd\r\nforged: line";
+    std::string replaced = evil;
+    replaced.replace(replaced.find('\xff'), 1, "\xef\xbf\xbd");
     EXPECT_EQ(json_lines(json.out).at(0)["files"]["color"]["parts"][0]["channels"].back()["name"],
               "evil" + replaced);
     // An unreadable neighbor is named in the plan and in the sidecar.
@@ -133,31 +125,27 @@ TEST_F(ForeignTest, WhatCannotBeReachedIsNotMissing) {
     fs::create_symlink("loop1", at("loop2"));
     fs::create_symlink("nowhere", at("dangling.0001.exr"));
     const std::string longest(300, 'a');
-    struct Case {
-        std::string input, words;
-    };
-    for (const Case& one :
-         std::vector<Case>{{"file/in.0001.exr", "Not a directory"},
-                           {"file/in.####.exr", "cannot be read: Not a directory"},
-                           {"loop1/in.0001.exr", "symbolic links"},
-                           {"loop1/in.####.exr", "symbolic links"},
-                           {longest + ".exr", "too long"},
-                           {longest + "/in.####.exr", "too long"},
-                           {"no/in.####.exr", "no does not exist"},
-                           {"no/in.0001.exr", "no such file"},
-                           {"dangling.0001.exr", "link to a file that does not exist"},
-                           {"in.####.exr", "no file matches"}}) {
-        expect_ends(run({"inspect", at(one.input)}), 4, {one.words});
-    }
+    for (const auto& [input, words] :
+         {std::pair<std::string, const char*>{"file/in.0001.exr", "Not a directory"},
+          {"file/in.####.exr", "cannot be read: Not a directory"},
+          {"loop1/in.0001.exr", "symbolic links"},
+          {"loop1/in.####.exr", "symbolic links"},
+          {longest + ".exr", "too long"},
+          {longest + "/in.####.exr", "too long"},
+          {"no/in.####.exr", "no does not exist"},
+          {"no/in.0001.exr", "no such file"},
+          {"dangling.0001.exr", "link to a file that does not exist"},
+          {"in.####.exr", "no file matches"}})
+        expect_ends(run({"inspect", at(input)}), 4, {words});
     // Also with --frames, and for chain, camera and profile.
-    EXPECT_TRUE(contains(run({"inspect", at("loop1/in.####.exr"), "--frames", "1"}).err, "links"));
-    EXPECT_TRUE(contains(run({"diff", at("loop1/in.####.exr"), in()}).err, "links"));
     write_frame(in(1), make_planes(8, 8));
-    for (const std::string& file : {at("file/x.json"), at("loop1")}) {
-        const std::string words = file == at("loop1") ? "symbolic links" : "Not a directory";
-        EXPECT_TRUE(contains(run({"inspect", in(1), "--camera", file}).err, words));
-        EXPECT_TRUE(contains(run({"inspect", in(1), "--profile", file}).err, words));
-        EXPECT_TRUE(contains(run({"plan", file, "-i", in(1)}).err, words));
+    for (const Arguments& words : {Arguments{"inspect", at("loop1/in.####.exr"), "--frames", "1"},
+                                   {"diff", at("loop1/in.####.exr"), in()},
+                                   {"inspect", in(1), "--camera", at("loop1")},
+                                   {"inspect", in(1), "--profile", at("loop1")},
+                                   {"plan", at("loop1"), "-i", in(1)}}) {
+        const auto outcome = run(words);
+        EXPECT_TRUE(contains(outcome.err, "symbolic links")) << words[0] << outcome.text();
     }
 }
 

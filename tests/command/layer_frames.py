@@ -30,9 +30,9 @@ class Frames(unittest.TestCase):
     def setUp(self):
         self.folder = self.enterContext(tempfile.TemporaryDirectory())
 
-    def run_on(self, pattern, chain, *options, code=0):
+    def run_on(self, pattern, chain, *options, code=0, output="out.####.exr"):
         done = subprocess.run(
-            [self.postchain, "run", chain, "-i", pattern, "-o", f"{self.folder}/out.####.exr",
+            [self.postchain, "run", chain, "-i", pattern, "-o", f"{self.folder}/{output}",
              "--on-existing", "overwrite", *LENS, *options], capture_output=True, text=True,
             check=False)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)

@@ -32,18 +32,14 @@ class Layers(Frames):
                                    FRAMES / "layers.0002.exr", *options, *LENS],
                                   capture_output=True, text=True, check=True).stdout
         self.assertNotIn("cost of extra layers", planned())
-        self.assertIn("cost of extra layers: 1 layer, 1 run, ", planned("--layers", "Emit"))
         self.assertIn("cost of extra layers: 2 layers with 4 ids, 1 run, ",
                       planned("--layers", "Emit", "--cryptomatte", "filter"))
         found = json.loads(planned("--cryptomatte", "filter", "--json"))["layer_cost"]
         self.assertEqual((found["layers"], found["ids"], found["runs"]), (1, 4, 1))
-        self.assertGreater(found["fetches"], 1)
 
     def test_errors(self):
         pattern = str(FRAMES / "layers.####.exr")
-        for options in (("--layers", "Combined_kez"), ("--layers", "Normal"),
-                        ("--layers", "CryptoObject00"), ("--cryptomatte", "filter="),
-                        ("--cryptomatte", "blur")):
+        for options in (("--layers", "Combined_kez"), ("--cryptomatte", "filter=")):
             self.assertIn(options[0], self.run_on(pattern, "fast", *options, code=2))
         self.assertIn("did you mean 'ball'?",
                       self.run_on(pattern, "fast", "--cryptomatte", "filter=bal", code=4))
@@ -127,20 +123,11 @@ class FillMask(Frames):
         self.assertGreater(max(background), 0.2)
         self.assertEqual(max(frame), 1)
         self.assertEqual(self.sidecar()["layers"]["fill_mask"], self.SHARES)
-        none = self.filtered("balanced", "--set", "joint_blur.neighbors=none", "--fill-mask",
-                             "fill")
-        self.assertEqual(max(self.shares(none)[1]), 0)
-
-    def test_stays_whole_where_nothing_is_filled(self):
-        for one in ("fxaa: {}", "motion_blur: {mode: guertin}"):
-            frame, _, _ = self.shares(self.filtered(self.chain(one), "--fill-mask", "fill"))
-            self.assertEqual(set(frame), {1}, one)
-
-    def test_is_written_whichever_channels_are(self):
-        some = self.filtered("balanced", "--channels", "*.Combined.*", "--fill-mask", "fill")
+        some = self.filtered("balanced", "--channels", "*.Combined.*", "--fill-mask", "fill",
+                             "--set", "joint_blur.neighbors=none")
         self.assertEqual(set(some.channels),
                          {*self.SHARES, *(channel("Combined", word) for word in "RGBA")})
-        self.shares(some)
+        self.assertEqual(max(self.shares(some)[1]), 0)
 
     def test_errors(self):
         self.filtered("fast", "--fill-mask", "fill")
@@ -149,11 +136,8 @@ class FillMask(Frames):
         self.assertIn("fill.frame", self.run_on(again, "fast", "--fill-mask", "fill", code=4))
         self.run_on(again, "fast", "--fill-mask", "a b", code=2)
         for options in (["--fill-mask", "second"], ["--layers", "all"], ["--cryptomatte", "filter"]):
-            done = subprocess.run([self.postchain, "run", "fast", "-i", again, "-o",
-                                   f"{self.folder}/out.####.png", *options],
-                                  capture_output=True, text=True, check=False)
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn("EXR", done.stderr)
+            self.assertIn("EXR", self.run_on(again, "fast", *options, output="out.####.png",
+                                             code=2))
 
 
 class WrittenChannels(Frames):
@@ -176,9 +160,6 @@ class WrittenChannels(Frames):
         found = self.sidecar()["layers"]
         self.assertEqual(found["filtered"], ["ViewLayer.Combined_key"])
         self.assertNotIn("cryptomattes", found)
-        left = {one["name"]: one["why"] for one in found["left"]}
-        for name in ("Combined_fill", "CryptoObject00", "Normal"):
-            self.assertEqual(left[f"ViewLayer.{name}"], "is excluded by --channels")
         whole = self.filtered("balanced", "--layers", "Combined_*")
         for name in after.channels:
             self.assertEqual(after.raw(name), whole.raw(name), name)
@@ -280,11 +261,9 @@ class LayersOfSomeFrames(Frames):
         for word in "RGB":
             half = [value / 2 for value in after.values(channel("Combined", word))]
             self.assertLess(largest_difference(after.values(channel("zed", word)), half), 1e-5)
-        # Without a layer that all frames have, and without any shared layer.
-        for layers in ("key,fill", "fill"):
-            after = self.second("all", "--layers", layers)
-            self.assertTrue(self.same(after, plain, "Combined"), layers)
-            self.assertTrue(self.same(after, alone, "fill"), layers)
+        after = self.second("all", "--layers", "fill")  # which no other frame has
+        self.assertTrue(self.same(after, plain, "Combined"))
+        self.assertTrue(self.same(after, alone, "fill"))
 
     def test_a_cryptomatte_that_a_neighbor_lacks(self):
         self.write("all", (1, 2, 3), crypto=(2,))

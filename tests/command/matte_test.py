@@ -31,9 +31,7 @@ class Mattes(Frames):
         self.assertGreater(max(abs(was[i] - plainly[i]) for i in inside), 0.05)
 
     def test_names_of_a_cryptomatte(self):
-        for matte, names in [("cryptomatte:ball", ["ball"]),
-                             ("CryptoObject:ball", ["ball"]),
-                             ("ViewLayer.CryptoObject:ball, post", ["ball", "post"]),
+        for matte, names in [("ViewLayer.CryptoObject:ball, post", ["ball", "post"]),
                              ("cryptomatte:b*", ["ball"])]:
             after = self.with_matte(matte)
             record, = self.sidecar()["layers"]["mattes"]
@@ -62,8 +60,6 @@ class Mattes(Frames):
         with_manifest = self.filtered(chain, "--set", "joint_blur.matte=cryptomatte:ball")
         self.assertEqual(named.raw(channel("Combined", "R")),
                          with_manifest.raw(channel("Combined", "R")))
-        out = self.run_on(path, chain, "--set", "passes[0].matte=cryptomatte:bal")
-        self.assertIn("no pixel of cryptomatte ViewLayer.CryptoObject has such an id", out)
         self.assertIn("patterns need a manifest",
                       self.with_matte("cryptomatte:b*", pattern=path, code=4))
 
@@ -71,9 +67,8 @@ class Mattes(Frames):
         picture = exr.read(FRAMES / "layers.0002.exr")
         manifest = picture.attributes.pop("cryptomatte/542cafa/manifest")[1]
         chain = self.chain('fxaa: {matte: "cryptomatte:ball"}')
-        # Under the name of this frame's sidecar, another frame's, and a link.
-        for output, place in (("out.0001.exr.json", ""), ("out.0002.exr.json", ""),
-                              ("out.0002.exr.json", "names.json")):
+        # Under the name of another frame's sidecar, and as a link to this one's.
+        for output, place in (("out.0001.exr.json", ""), ("out.0002.exr.json", "names.json")):
             picture.attributes["cryptomatte/542cafa/manif_file"] = (
                 "string", (place or output).encode())
             exr.write(f"{self.folder}/in.0002.exr", picture)
@@ -105,8 +100,6 @@ class Mattes(Frames):
     def test_bad_mattes(self):
         for matte, message in [
                 ("cryptomatte:bal", "no 'bal' in the cryptomatte (did you mean 'ball'?)"),
-                ("cryptomatte:xyz", "it has ball, lamp, post, wall"),
-                ("cryptomatte:", "name"),
                 ("R", "whole name")]:
             self.assertIn(message, self.with_matte(matte, code=4), matte)
 
@@ -123,23 +116,12 @@ class Mattes(Frames):
             picture.channels[name] = "f", [v * (1 - m) for v, m in zip(picture.values(name), ball)]
         exr.write(still, picture)
         matte = "matte: Combined_key.B, matte_effect: unmoved"
-        for step in ("joint_blur: {samples: 16%s}", "motion_blur: {mode: guertin%s}"):
-            shown = []
-            for path, rest in ((still, ""), (moving, ", " + matte), (moving, "")):
-                self.run_on(path, self.chain(step % rest))
-                shown.append(exr.read(f"{self.folder}/out.0002.exr").raw(channel("Combined", "R")))
-            self.assertEqual(shown[0], shown[1], step)
-            self.assertNotEqual(shown[0], shown[2], step)
-
-    def test_bad_effects(self):
-        pattern = f"{FRAMES}/layers.####.exr"
-        for step, message in [
-                ("joint_blur: {matte_effect: unmoved}", "none is named; name one with matte"),
-                ("fxaa: {matte: 'cryptomatte:ball', matte_effect: unmoved}",
-                 "passes[0].matte_effect: matte_effect is unmoved, and fxaa moves nothing"),
-                ("joint_blur: {matte: 'cryptomatte:ball', matte_effect: unmove}",
-                 "did you mean 'unmoved'?")]:
-            self.assertIn(message, self.run_on(pattern, self.chain(step), code=3), step)
+        shown = []
+        for path, more in ((still, ""), (moving, ", " + matte), (moving, "")):
+            self.run_on(path, self.chain(f"joint_blur: {{samples: 16{more}}}"))
+            shown.append(exr.read(f"{self.folder}/out.0002.exr").raw(channel("Combined", "R")))
+        self.assertEqual(shown[0], shown[1])
+        self.assertNotEqual(shown[0], shown[2])
 
 
 if __name__ == "__main__":

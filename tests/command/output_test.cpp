@@ -1,12 +1,4 @@
 // Unwritable places: exit code 5 with the reason, and no partial files.
-#include <sched.h>
-#include <sys/mount.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <csignal>
-
 #include "tests/command/fixture.h"
 
 namespace postchain::test::output_test {
@@ -14,29 +6,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
-class OutputTest : public CommandTest {
-  protected:
-    Outcome filter_to(const std::string& out, const Arguments& more = {}) {
-        return run(joined({"run", at("fxaa.yaml"), "-i", in(), "-o", at(out)}, more));
-    }
-};
+using OutputTest = CommandTest;
 
-TEST_F(OutputTest, FileWhereAFolderShouldBe) {
+TEST_F(OutputTest, FilesAndFoldersInEachOthersPlace) {
     write_sequence(at(""), {1});
     write_text(at("file"), "kept");
-    for (const char* name : {"file/o.####.exr", "file/deep/o.####.exr"})
-        expect_ends(filter_to(name), 5, {at("file")});
-    EXPECT_EQ(read_text(at("file")), "kept");
+    expect_ends(run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("file/o.####.exr")}), 5,
+                {at("file")});
     expect_ends(filter("fxaa", {"--dump-stages", at("file")}), 5, {at("file")});
+    EXPECT_EQ(read_text(at("file")), "kept");
     EXPECT_TRUE(outputs().empty());
-}
-
-TEST_F(OutputTest, FolderWhereTheFileShouldBe) {
-    write_sequence(at(""), {1});
     fs::create_directory(out(1));
     for (const char* policy : {"fail", "skip", "overwrite"})
         expect_ends(filter("fxaa", {"--on-existing", policy}), 5, {out(1)});
-    EXPECT_TRUE(fs::is_directory(out(1)));
 }
 
 // The size limit moves through header, pixels and sidecar.
@@ -45,9 +27,7 @@ TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
     ASSERT_EQ(filter("fxaa").code, 0);
     const long whole = long(fs::file_size(out(1)));
     write_text(out(1), "old");
-    for (long bytes : {0L, 10L, 1000L, whole / 2, whole - 1}) {
-        // Even an empty program writes a file before main with the thread sanitizer.
-        if (POSTCHAIN_SANITIZED && bytes == 0) continue;
+    for (long bytes : {10L, whole / 2, whole - 1}) {
         Launch launch;
         launch.file_bytes = bytes;
         launch.stdout_path = "/dev/null";
@@ -65,43 +45,16 @@ TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
     }
 }
 
-// A file system of 64 KiB, in a mount namespace of this process. If the system forbids it (not
-// root; in a chroot, whose root is not a mount point), the file-size limit above covers the case.
-TEST_F(OutputTest, DiskFullOnASmallFileSystem) {
-    write_sequence(at(""), {1, 2, 3}, 96, 64);
-    ASSERT_EQ(filter("fxaa", {"--frames", "1"}).code, 0);
-    ASSERT_GT(fs::file_size(out(1)), 45u * 1024);
-    fs::create_directory(at("small"));
-    if (unshare(CLONE_NEWNS) != 0 ||
-        mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-        mount("tmpfs", at("small").c_str(), "tmpfs", 0, "size=64k") != 0) {
-        ASSERT_TRUE(errno == EPERM || errno == EACCES || errno == EINVAL) << errno;
-        RecordProperty("small_file_system", "not permitted here");
-        return;
-    }
-    expect_ends(filter_to("small/o.####.exr", {"--on-error", "continue"}), 1, {"disk full"});
-    // The first output fits, the others do not; existing files are complete.
-    EXPECT_EQ(read_color(at("small/o.0001.exr")).data, read_color(out(1)).data);
-    EXPECT_FALSE(exists(at("small/o.0002.exr")));
-    EXPECT_EQ(temporaries(at("small")), std::vector<std::string>());
-    expect_ends(filter_to("small/p.####.exr", {"--frames", "2"}), 5);
-    umount2(at("small").c_str(), MNT_DETACH);
-}
-
 TEST_F(OutputTest, StdoutThatIsFullOrClosed) {
     write_sequence(at(""), {1});
-    Launch full;
-    full.stdout_path = "/dev/full";
-    Launch closed;
-    closed.close_stdout = true;
+    const Launch full{.stdout_path = "/dev/full"}, closed{.close_stdout = true};
     for (const Launch& launch : {full, closed}) {
         for (const Arguments& arguments : {Arguments{"passes"},
                                            {"--help"},
                                            {"info"},
                                            {"inspect", in(1)},
-                                           {"plan", at("fxaa.yaml"), "-i", in(1)}}) {
+                                           {"plan", at("fxaa.yaml"), "-i", in(1)}})
             expect_ends(run(arguments, launch), 5, {"stdout"});
-        }
         expect_ends(filter("fxaa", {"--json", "--on-existing", "overwrite"}, launch), 5);
         EXPECT_FALSE(read_color(out(1)).empty());
     }

@@ -115,8 +115,7 @@ TEST_F(NeighborsTest, AChainTakesThoseItAsksFor) {
 }
 
 TEST_F(NeighborsTest, APartGivesTheBitsOfTheWhole) {
-    std::vector<int> numbers;
-    for (int n = 1; n <= 10; ++n) numbers.push_back(n);
+    const std::vector<int> numbers = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
     write(numbers);
     settings_.source.cuts = {7};
     EXPECT_EQ(go().frames_decoded, 10u);
@@ -126,7 +125,7 @@ TEST_F(NeighborsTest, APartGivesTheBitsOfTheWhole) {
         whole[n] = test::read_color(out(n));
         plans[n] = sidecar(n)["plan"];
     }
-    for (const char* part : {"5-8", "1", "10", "9,2-4,3", "2-10x2", "10,9,8,7"}) {
+    for (const char* part : {"5-8", "1", "9,2-4,3", "2-10x2", "10,9,8,7"}) {
         frames(part);
         go();
         for (const auto& [n, report] : reports_) {
@@ -172,36 +171,37 @@ TEST_F(NeighborsTest, PlanesAreSharedAndMemoryIsFlat) {
     EXPECT_LE(most, kFramesInFlight + 1);
 }
 
-TEST_F(NeighborsTest, ThereIsNoneAcrossAGap) {
-    write({1, 2, 4, 5});
-    go();
-    expect(2, "", "frame 3 is not on disk, and frame 4 is not the next one");
-    expect(4, "frame 3 is not on disk, and frame 2 is not the previous one", "");
-}
-
 // Vectors are per frame of the renderer, whatever the step between files.
-TEST_F(NeighborsTest, ThereIsNoneInASequenceOfEverySecondFrame) {
-    write({2, 4, 6});
-    go();
-    expect(4, "frame 3 is not on disk, and frame 2 is not the previous one",
-           "frame 5 is not on disk, and frame 6 is not the next one");
-}
-
-TEST_F(NeighborsTest, ThereIsNoneBesideOneFile) {
-    write({1, 2, 3});
+TEST_F(NeighborsTest, ThereIsNoneAcrossAGapOrACut) {
+    struct Case {
+        std::vector<int> frames;
+        std::set<int> cuts;
+        int frame;
+        std::string no_before, no_after;
+    };
+    const std::string gap_after = "frame 3 is not on disk, and frame 4 is not the next one",
+                      gap_before = "frame 3 is not on disk, and frame 2 is not the previous one";
+    for (const Case& one :
+         std::vector<Case>{{{1, 2, 4, 5}, {}, 2, "", gap_after},
+                           {{1, 2, 4, 5}, {}, 4, gap_before, ""},
+                           {{2, 4, 6},
+                            {},
+                            4,
+                            gap_before,
+                            "frame 5 is not on disk, and frame 6 is not the next one"},
+                           {{1, 2, 3, 4}, {2}, 1, kFirst, ""},
+                           {{1, 2, 3, 4}, {2}, 2, "", "a cut follows frame 2"},
+                           {{1, 2, 3, 4}, {2}, 3, "a cut follows frame 2", ""}}) {
+        for (int n = 1; n <= 6; ++n) fs::remove(in(n));
+        write(one.frames);
+        settings_.source.cuts = one.cuts;
+        chain("both", one.cuts.empty());
+        go();
+        expect(one.frame, one.no_before, one.no_after);
+    }
     input("in.0002.exr");
     go();
     expect(2, "the input is one file", "the input is one file");
-}
-
-TEST_F(NeighborsTest, ThereIsNoneAcrossACut) {
-    write({1, 2, 3, 4});
-    settings_.source.cuts = {2};
-    chain("both", false);
-    go();
-    expect(1, kFirst, "");
-    expect(2, "", "a cut follows frame 2");
-    expect(3, "a cut follows frame 2", "");
 }
 
 TEST_F(NeighborsTest, OneOfAnotherDisplayWindowIsNone) {

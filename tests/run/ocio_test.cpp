@@ -172,17 +172,6 @@ TEST_F(OcioTest, AlphaIsNoColorAndColorIsTransformedAsItIsStored) {
     }
 }
 
-TEST_F(OcioTest, AViewIsClampedAndCounted) {
-    write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}});
-    Words bright = with_config(
-        {"--output-transfer", "view", "--ocio-display", "wall", "--ocio-view", "Bright"});
-    const auto outcome = through("in.exr", "o.png", bright);
-    EXPECT_EQ(outcome.code, 0) << outcome.said;
-    EXPECT_TRUE(outcome.says("1 pixels clamped")) << outcome.said;
-    bright.insert(bright.end(), {"--overflow", "refuse"});
-    EXPECT_EQ(through("in.exr", "o.png", bright).code, 5);
-}
-
 TEST_F(OcioTest, WhatDoesNotFitAfterTheTransformIsAnErrorOrClamped) {
     const float inf = std::numeric_limits<float>::infinity();
     write_exr("in.exr", {{0.5f, 0.1f, 0.1f, 1}, {0.2f, 0.2f, 0.2f, 1}, {inf, 0.1f, 0.1f, 1}});
@@ -191,9 +180,11 @@ TEST_F(OcioTest, WhatDoesNotFitAfterTheTransformIsAnErrorOrClamped) {
     const auto refused = through("in.exr", "o.png", bright);
     EXPECT_EQ(refused.code, 5) << refused.said;
     EXPECT_TRUE(refused.says("2 pixels do not fit")) << refused.said;
-    Words clamped = bright;
-    clamped.insert(clamped.end(), {"--overflow", "clamp", "--bits", "8"});
-    const auto outcome = through("in.exr", "o.png", clamped);
+    // A view is clamped unless it is refused.
+    const auto outcome =
+        through("in.exr", "o.png",
+                with_config({"--output-transfer", "view", "--ocio-display", "wall", "--ocio-view",
+                             "Bright", "--nonfinite", "clamp", "--bits", "8"}));
     ASSERT_EQ(outcome.code, 0) << outcome.said;
     EXPECT_TRUE(outcome.says("2 pixels clamped")) << outcome.said;
     const Stored out = read_picture(at("out/o.png"));
@@ -222,76 +213,44 @@ TEST_F(OcioTest, AChainThatDoesNothingGivesTheStoredValuesBack) {
     }
 }
 
-// kConfig with the halving read from a table, and such a table, from 0 to `last`.
-std::string config_with_table(const std::string& file) {
-    std::string config = kConfig;
-    const std::string matrix =
-        "!<MatrixTransform> {matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1]}";
-    return config.replace(config.find(matrix), matrix.size(),
-                          "!<FileTransform> {src: " + file + "}");
-}
-std::string table(const std::string& last) {
-    return "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n" + last + "\n}\n";
-}
-
-TEST_F(OcioTest, AnOutputIsMadeAgainWhenTheConfigurationHasChanged) {
+// tests/io notices a changed table of a configuration.
+TEST_F(OcioTest, WhatAConfigurationShowsIsMadeAgainWhenItHasChanged) {
     write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
-    const auto again = [&] {
-        return through("in.exr", "o.png",
-                       with_config({"--on-existing", "skip", "--output-transfer", "view"}));
-    };
-    EXPECT_TRUE(again().says("written"));
-    EXPECT_TRUE(again().says("skipped"));
-    // With a table, and with another table of the same name.
-    write_text(config(), config_with_table("half.spi1d"));
-    write_text(at("half.spi1d"), table("0.5"));
-    EXPECT_TRUE(again().says("written"));
-    EXPECT_TRUE(again().says("skipped"));
-    write_text(at("half.spi1d"), table("0.25"));
-    EXPECT_TRUE(again().says("written"));
-}
-
-TEST_F(OcioTest, APreviewIsMadeAgainWhenWhatItShowsHasChanged) {
-    write_text(at("config.ocio"), kConfig);
-    write_exr("in.exr", {{0.5f, 0.25f, 0.125f, 1}});
-    const auto again = [&](const Words& more) {
+    const auto again = [&](const char* name, const Words& more) {
         Words words = {"--on-existing", "skip"};
         words.insert(words.end(), more.begin(), more.end());
-        const auto outcome = through("in.exr", "o.exr", words);
+        const auto outcome = through("in.exr", name, words);
         EXPECT_EQ(outcome.code, 0) << outcome.said;
-        return outcome.says("skipped") ? "skipped" : "written";
+        return outcome.says("written");
     };
     const auto red = [&] {
         return int(std::lround(read_picture(at("out/o.png")).values.front() * 255));
     };
-    const std::string config = at("config.ocio");
-    const Words wall = {"--png", "--ocio", config, "--ocio-display", "wall"};
-    const Words halved = {"--png", "--ocio", config, "--ocio-view", "Halved"};
-    EXPECT_STREQ(again({"--png"}), "written");
-    EXPECT_STREQ(again({"--png"}), "skipped");
-    EXPECT_EQ(red(), 155);
-    EXPECT_STREQ(again(wall), "written");
-    EXPECT_STREQ(again(wall), "skipped");
-    EXPECT_EQ(red(), 255);
-    EXPECT_STREQ(again(halved), "written");
-    EXPECT_EQ(red(), 64);
+    const Words view = with_config({"--output-transfer", "view"});
+    EXPECT_TRUE(again("view.png", view));
+    EXPECT_FALSE(again("view.png", view));
+    const Words halved = with_config({"--png", "--ocio-view", "Halved"});
+    for (const auto& [words, shown] : {std::pair<Words, int>{{"--png"}, 155},
+                                       {with_config({"--png", "--ocio-display", "wall"}), 255},
+                                       {halved, 64}}) {
+        EXPECT_TRUE(again("o.exr", words));
+        EXPECT_FALSE(again("o.exr", words));
+        EXPECT_EQ(red(), shown);
+    }
     // Another configuration of the same name.
     std::string doubled = kConfig;
     const std::string matrix = "matrix: [0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5";
     doubled.replace(doubled.find(matrix), matrix.size(),
                     "matrix: [1.5, 0, 0, 0, 0, 1.5, 0, 0, 0, 0, 1.5");
-    write_text(config, doubled);
-    EXPECT_STREQ(again(halved), "written");
-    EXPECT_STREQ(again(halved), "skipped");
+    write_text(config(), doubled);
+    EXPECT_TRUE(again("view.png", view));
+    EXPECT_TRUE(again("o.exr", halved));
     EXPECT_EQ(red(), 191);
     // A run without a preview compares none.
-    EXPECT_STREQ(again({}), "skipped");
-    EXPECT_STREQ(again({"--png"}), "written");
-    EXPECT_EQ(red(), 155);
+    EXPECT_FALSE(again("o.exr", {}));
 }
 
 TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
-    write_text(at("config.ocio"), kConfig);
     write_exr("in.exr", {{0.5f, 0.25f, -1, 1}, {3, 0.125f, 0, 1}});
     const auto preview = [&](Words more) {
         more.push_back("--png");
@@ -303,17 +262,15 @@ TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
         return codes;
     };
     using Codes = std::vector<int>;
-    const std::string config = at("config.ocio");
     const Codes plain = {128, 64, 0, 255, 32, 0};
-    EXPECT_EQ(preview({"--ocio", config}), plain);
-    EXPECT_EQ(preview({"--ocio", config, "--ocio-view", "Halved"}), (Codes{64, 32, 0, 255, 16, 0}));
+    EXPECT_EQ(preview(with_config({})), plain);
+    EXPECT_EQ(preview(with_config({"--ocio-view", "Halved"})), (Codes{64, 32, 0, 255, 16, 0}));
     // Stored as four times the light: the same view shows a quarter.
-    EXPECT_EQ(preview({"--ocio", config, "--ocio-colorspace", "fourfold"}),
+    EXPECT_EQ(preview(with_config({"--ocio-colorspace", "fourfold"})),
               (Codes{32, 16, 0, 191, 8, 0}));
-    EXPECT_EQ(preview({"--ocio", config, "--ocio-display", "wall"}),
-              (Codes{255, 255, 0, 255, 128, 0}));
+    EXPECT_EQ(preview(with_config({"--ocio-display", "wall"})), (Codes{255, 255, 0, 255, 128, 0}));
     {
-        const Variable variable("OCIO", config);
+        const Variable variable("OCIO", config());
         EXPECT_EQ(preview({}), plain);
     }
     // Without OCIO: (0.5 / 1.5)^(1/2.2).
@@ -321,47 +278,42 @@ TEST_F(OcioTest, APreviewIsTheViewOfAConfiguration) {
 }
 
 TEST_F(OcioTest, AConfigurationThatCannotBeUsedIsAnErrorThatSaysWhatThereIs) {
-    write_text(at("config.ocio"), kConfig);
     write_text(at("broken.ocio"), "ocio_profile_version: [");
     write_exr("in.exr", {{0.5f, 0.25f, 0, 1}});
-    const std::tuple<Words, int, const char*> cases[] = {
-        {{"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
-        {{"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
-        {{"--png", "--ocio", at("config.ocio"), "--ocio-view", "Film"}, 2, "Plain, Halved"},
-        {{"--png", "--ocio", at("config.ocio"), "--ocio-display", "tv"}, 2, "screen, wall"},
-        {{"--png", "--ocio", at("config.ocio"), "--ocio-colorspace", "aces"},
-         2,
-         "lin, halved, fourfold"},
-        {{"--ocio", at("config.ocio")}, 2, "has no effect by itself"},
-        {{"--ocio", at("config.ocio"), "--ocio-view", "Halved"}, 2, "--output-transfer view"},
-        {{"--output-transfer", "view"}, 2, "needs an OpenColorIO configuration"},
-        {{"--output-transfer", "ocio:halved", "--ocio", at("config.ocio")},
-         2,
-         "EXR outputs, which hold"},
-        {{"--output-transfer", "view", "--ocio", at("config.ocio")}, 2, "look at it with --png"},
-        {{"--input-transfer", "ocio:halved", "--ocio", at("config.ocio")}, 2, "leave it out"},
-        {{"--input-transfer", "view", "--ocio", at("config.ocio")}, 2, "cannot be inverted"},
-        {{"--input-transfer", "halved", "--ocio", at("config.ocio")}, 2, "ocio:SPACE"},
-        {{"--png", "--ocio-view", "Film"}, 2, "--ocio-view needs an OpenColorIO configuration"},
-        {{"--png", "--ocio-display", "tv"}, 2, "--ocio-display needs an OpenColorIO configuration"},
+    struct Case {
+        const char* output;
+        Words words;
+        int code;
+        const char* why;
     };
-    for (const auto& [more, code, why] : cases) {
-        const auto outcome = through("in.exr", "o.exr", more);
-        EXPECT_EQ(outcome.code, code) << outcome.said;
-        EXPECT_TRUE(outcome.says(why)) << outcome.said;
-        EXPECT_FALSE(exists(at("out/o.exr")));
-    }
-    const std::tuple<Words, int, const char*> of_pictures[] = {
-        {with_config({"--output-transfer", "ocio:film2"}), 2, "has no 'film2'; it has lin, halved"},
-        {with_config({"--output-transfer", "view", "--ocio-view", "Noir"}), 2, "Plain, Halved"},
-        {{"--output-transfer", "ocio:film", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
-        {{"--output-transfer", "view", "--ocio", at("none.ocio")}, 4, "no such file"},
-    };
-    for (const auto& [more, code, why] : of_pictures) {
-        const auto outcome = through("in.exr", "o.png", more);
-        EXPECT_EQ(outcome.code, code) << outcome.said;
-        EXPECT_TRUE(outcome.says(why)) << outcome.said;
-        EXPECT_FALSE(exists(at("out/o.png")));
+    for (const Case& one : std::vector<Case>{
+             {"o.exr", {"--png", "--ocio", at("none.ocio")}, 4, "no such file"},
+             {"o.exr", {"--png", "--ocio", at("broken.ocio")}, 4, "broken.ocio"},
+             {"o.exr", with_config({"--png", "--ocio-view", "Film"}), 2, "Plain, Halved"},
+             {"o.exr", with_config({"--png", "--ocio-display", "tv"}), 2, "screen, wall"},
+             {"o.exr", with_config({"--png", "--ocio-colorspace", "aces"}), 2, "lin, halved"},
+             {"o.exr", with_config({}), 2, "has no effect by itself"},
+             {"o.exr", with_config({"--ocio-view", "Halved"}), 2, "--output-transfer view"},
+             {"o.exr", {"--output-transfer", "view"}, 2, "needs an OpenColorIO configuration"},
+             {"o.exr", with_config({"--output-transfer", "ocio:halved"}), 2, "EXR outputs, which"},
+             {"o.exr", with_config({"--output-transfer", "view"}), 2, "look at it with --png"},
+             {"o.exr", with_config({"--input-transfer", "ocio:halved"}), 2, "leave it out"},
+             {"o.exr", with_config({"--input-transfer", "view"}), 2, "cannot be inverted"},
+             {"o.exr", with_config({"--input-transfer", "halved"}), 2, "ocio:SPACE"},
+             {"o.exr", {"--png", "--ocio-view", "Film"}, 2, "--ocio-view needs an OpenColorIO"},
+             {"o.exr", {"--png", "--ocio-display", "tv"}, 2, "--ocio-display needs an OpenColorIO"},
+             {"o.png", with_config({"--output-transfer", "ocio:film2"}), 2,
+              "has no 'film2'; it has"},
+             {"o.png", with_config({"--output-transfer", "view", "--ocio-view", "Noir"}), 2,
+              "Plain, Halved"},
+             {"o.png",
+              {"--output-transfer", "ocio:film", "--ocio", at("broken.ocio")},
+              4,
+              "broken.ocio"}}) {
+        const auto outcome = through("in.exr", one.output, one.words);
+        EXPECT_EQ(outcome.code, one.code) << one.why << outcome.said;
+        EXPECT_TRUE(outcome.says(one.why)) << one.why << outcome.said;
+        EXPECT_FALSE(exists(at(std::string("out/") + one.output)));
     }
 }
 

@@ -144,9 +144,9 @@ class WrittenChannels(Frames):
     """With --channels, layers that are not written are neither filtered nor listed."""
     COLOR = ["ViewLayer.Combined.*", "ViewLayer.Depth.*", "ViewLayer.Vector.*"]
 
-    def only(self, *channels, options=()):
+    def only(self, *channels):
         return self.filtered("balanced", "--channels", ",".join([*self.COLOR, *channels]),
-                             "--layers", "Combined_*", "--cryptomatte", "filter", *options)
+                             "--layers", "Combined_*", "--cryptomatte", "filter")
 
     def names(self, picture):
         return {name for name in picture.attributes if name.startswith("cryptomatte/")}
@@ -160,9 +160,6 @@ class WrittenChannels(Frames):
         found = self.sidecar()["layers"]
         self.assertEqual(found["filtered"], ["ViewLayer.Combined_key"])
         self.assertNotIn("cryptomattes", found)
-        whole = self.filtered("balanced", "--layers", "Combined_*")
-        for name in after.channels:
-            self.assertEqual(after.raw(name), whole.raw(name), name)
 
     def test_a_cryptomatte_that_is_written(self):
         whole = self.filtered("balanced", "--cryptomatte", "filter")
@@ -170,7 +167,6 @@ class WrittenChannels(Frames):
         self.assertEqual(self.names(after), self.names(whole))
         for name in after.channels:
             self.assertEqual(after.raw(name), whole.raw(name), name)
-        self.assertEqual(self.sidecar()["layers"]["cryptomattes"][0]["name"], CRYPTO)
         self.assertNotIn("filtered", self.sidecar()["layers"])
         # Its first ranks are a cryptomatte by themselves.
         self.assertEqual(self.names(self.only(f"{CRYPTO}00.*")), self.names(whole))

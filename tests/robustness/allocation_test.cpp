@@ -91,13 +91,15 @@ long count_during(long number, bool from_there_on, const Work& work) {
 
 class Allocations : public testing::Test {
   protected:
-    // Result of `work` without a failure; the same object is checked every time.
     using Work = std::function<Status()>;
 
-    // Fails `work` at each number, permanently and once. `whole` checks its result if it says ok.
-    void fail_each(const char* name, const Work& work, const std::function<bool()>& whole) {
+    // Fails `work` at each number, permanently and once. What it says is ok has the `result` of the
+    // first time.
+    template <class Result>
+    void fail_each(const char* name, const Work& work, const Result& result) {
         ASSERT_TRUE(work().ok());  // allocates everything that is made only once
-        ASSERT_TRUE(whole());
+        const auto expected = result();
+        const auto whole = [&] { return result() == expected; };
         Status status;
         const long all = count_during(0, false, [&] { status = work(); });
         ASSERT_TRUE(status.ok()) << status.message();
@@ -157,6 +159,12 @@ class Allocations : public testing::Test {
         test::write_file(folder_.path("in.exr"), {color, other});
     }
 
+    Result<io::InputFrame> read_frame() const {
+        auto open = io::open_frame(files_, 1);
+        if (!open.ok()) return open.status();
+        return io::read_frame(std::move(*open), roles_, {Role::color}, io::Keep::all);
+    }
+
     // Only the library calls may fail: arguments are made before.
     test::TempFolder folder_;
     const std::string out_ = folder_.path("out.exr");
@@ -172,20 +180,20 @@ TEST_F(Allocations, ChainFile) {
                                         "  - motion_blur: {samples: 25, shutter_frames: 0.5}\n"
                                         "  - fxaa: {preset: 12, hint: threshold}\n"
                                         "  - depth_of_field: {method: gilham}\n");
-    const uint64_t expected = load_chain(path, builtin_passes())->chain.hash();
     const std::vector<std::string> sets = {"motion_blur.samples=9"};
     Chain chain;
-    const auto work = [&] {
-        auto file = load_chain(path, builtin_passes(), sets);
-        if (!file.ok()) return file.status();
-        if (Status status = file->status(); !status.ok()) return status;
-        chain = std::move(file->chain);
-        return Status();
-    };
-    ASSERT_TRUE(work().ok());
-    const uint64_t changed = chain.hash();
-    EXPECT_NE(changed, expected);
-    fail_each("a chain file", work, [&] { return chain.hash() == changed; });
+    fail_each(
+        "a chain file",
+        [&] {
+            chain = Chain();
+            auto file = load_chain(path, builtin_passes(), sets);
+            if (!file.ok()) return file.status();
+            if (Status status = file->status(); !status.ok()) return status;
+            chain = std::move(file->chain);
+            return Status();
+        },
+        [&] { return chain.hash(); });
+    EXPECT_EQ(chain.types().size(), 3u);
 }
 
 TEST_F(Allocations, CameraFile) {
@@ -204,13 +212,13 @@ TEST_F(Allocations, CameraFile) {
             camera = file->camera_for(7, {1920, 1080, 1});
             return Status();
         },
-        [&] { return camera.f_stop == 2.5 && camera.focal_length_mm == 35.0; });
+        [&] { return camera.f_stop; });
+    EXPECT_EQ(camera.f_stop, 2.5);
 }
 
 TEST_F(Allocations, Profile) {
     const std::string path = write_text(
         "mine.yaml", test::read_text(POSTCHAIN_SOURCE_DIR "/config/profiles/cycles.yaml"));
-    std::string title;
     size_t roles = 0;
     fail_each(
         "a profile",
@@ -218,11 +226,11 @@ TEST_F(Allocations, Profile) {
             roles = 0;
             const auto profile = find_profile(path);
             if (!profile.ok()) return profile.status();
-            title = profile->title;
             roles = profile->roles.size();
             return Status();
         },
-        [&] { return roles >= 3 && !title.empty(); });
+        [&] { return roles; });
+    EXPECT_GE(roles, 3u);
 }
 
 TEST_F(Allocations, ReadingAFrame) {
@@ -230,19 +238,17 @@ TEST_F(Allocations, ReadingAFrame) {
     for (const int threads : {0, 2}) {
         io::set_exr_threads(threads);
         ImageF color;
-        ImageF expected;
-        const auto work = [&] {
-            color = ImageF();
-            auto open = io::open_frame(files_, 1);
-            if (!open.ok()) return open.status();
-            auto frame = io::read_frame(std::move(*open), roles_, {Role::color}, io::Keep::all);
-            if (!frame.ok()) return frame.status();
-            color = std::move(frame->planes.at(Role::color));
-            return Status();
-        };
-        ASSERT_TRUE(work().ok());
-        expected = color;
-        fail_each("reading a frame", work, [&] { return color == expected; });
+        fail_each(
+            "reading a frame",
+            [&] {
+                color = ImageF();
+                auto frame = read_frame();
+                if (!frame.ok()) return frame.status();
+                color = std::move(frame->planes.at(Role::color));
+                return Status();
+            },
+            [&] { return color; });
+        EXPECT_FALSE(color.empty());
     }
     io::set_exr_threads(0);
 }
@@ -251,34 +257,29 @@ TEST_F(Allocations, ReadingAFrame) {
 // memory it never had (docs/robustness.md).
 TEST_F(Allocations, WritingAFrame) {
     write_frame(0);
-    ImageF color;
     io::WriteOptions options;
     options.on_existing = io::OnExisting::overwrite;
-    std::string expected;
-    const auto work = [&] {
-        auto open = io::open_frame(files_, 1);
-        if (!open.ok()) return open.status();
-        auto frame = io::read_frame(std::move(*open), roles_, {Role::color}, io::Keep::all);
-        if (!frame.ok()) return frame.status();
-        color = std::move(frame->planes.at(Role::color));
-        return io::write_filtered(out_, *frame, color, options).status();
-    };
-    ASSERT_TRUE(work().ok());
-    expected = bytes("out.exr");
-    ASSERT_GT(expected.size(), 500u);
-    fail_each("writing a frame", work, [&] { return bytes("out.exr") == expected; });
+    fail_each(
+        "writing a frame",
+        [&] {
+            auto frame = read_frame();
+            if (!frame.ok()) return frame.status();
+            const ImageF color = std::move(frame->planes.at(Role::color));
+            return io::write_filtered(out_, *frame, color, options).status();
+        },
+        [&] { return bytes("out.exr"); });
+    EXPECT_GT(bytes("out.exr").size(), 500u);
 }
 
 TEST_F(Allocations, WritingPlanes) {
     const ImageF image(9, 7, 3);
     const std::vector<std::string> names = {"R", "G", "B"};
-    std::string expected;
-    const auto work = [&] {
-        return io::write_planes_exr(out_, image, names, io::OnExisting::overwrite).status();
-    };
-    ASSERT_TRUE(work().ok());
-    expected = bytes("out.exr");
-    fail_each("writing planes", work, [&] { return bytes("out.exr") == expected; });
+    fail_each(
+        "writing planes",
+        [&] {
+            return io::write_planes_exr(out_, image, names, io::OnExisting::overwrite).status();
+        },
+        [&] { return bytes("out.exr"); });
 }
 
 TEST_F(Allocations, WritingText) {
@@ -286,7 +287,8 @@ TEST_F(Allocations, WritingText) {
     fail_each(
         "writing a text",
         [&] { return io::atomic_write_text(out_, text, io::OnExisting::overwrite).status(); },
-        [&] { return bytes("out.exr") == text; });
+        [&] { return bytes("out.exr"); });
+    EXPECT_TRUE(bytes("out.exr") == text);
 }
 
 }  // namespace

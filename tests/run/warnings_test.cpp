@@ -25,6 +25,13 @@ class WarningsTest : public SequenceTest {
         settings_.on_existing = io::OnExisting::overwrite;
         chain_ = test::chain_of("motion_blur", {{"mode", "guertin"}, {"shutter_frames", 0.5}});
     }
+    // A chain of depth of field with a lens, without a focus.
+    void focus(test::Settings settings) {
+        chain_ = test::chain_of("depth_of_field", settings);
+        chain_.camera.focal_length_mm = 50;
+        chain_.camera.sensor_width_mm = 36;
+        chain_.camera.f_stop = 1.4;
+    }
     FrameReport report_on(const Planes& planes, const FrameFile& file = {}) {
         test::write_frame(in(1), planes, file);
         const FrameReport report = last_frame();
@@ -97,10 +104,7 @@ TEST_F(WarningsTest, CutStreaksAndCirclesAreCounted) {
     EXPECT_THAT(
         report_on(planes_).warnings,
         Contains(HasSubstr(concat(" ", fast, " pixels is cut to 1 px; the largest is 1.677"))));
-    chain_ = test::chain_of("depth_of_field", {{"samples", int64_t(4)}, {"max_radius_px", 0.75}});
-    chain_.camera.focal_length_mm = 50;
-    chain_.camera.sensor_width_mm = 36;
-    chain_.camera.f_stop = 1.4;
+    focus({{"samples", int64_t(4)}, {"max_radius_px", 0.75}});
     chain_.camera.focus_distance = 2;
     chain_.camera.meters_per_unit = 0.05;
     EXPECT_THAT(report_on(planes_).warnings, Contains(HasSubstr("is cut to 0.75 px")));
@@ -112,10 +116,7 @@ TEST_F(WarningsTest, AFocusOfTheFileNeedsTheLengthOfASceneUnit) {
     file.attributes["focus"] = 0.1f;
     const auto unit = HasSubstr("meters_per_unit is unknown");
     EXPECT_THAT(report_on(planes_, file).warnings, Not(Contains(unit)));  // no pass needs it
-    chain_ = test::chain_of("depth_of_field", {{"samples", int64_t(4)}});
-    chain_.camera.focal_length_mm = 50;
-    chain_.camera.sensor_width_mm = 36;
-    chain_.camera.f_stop = 1.4;
+    focus({{"samples", int64_t(4)}});
     EXPECT_THAT(report_on(planes_, file).warnings, Contains(unit));
     chain_.camera.meters_per_unit = 0.05;
     EXPECT_THAT(report_on(planes_, file).warnings, Not(Contains(unit)));

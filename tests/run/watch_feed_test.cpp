@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "tests/io/exr_files.h"
 #include "tests/run/fixture.h"
 #include "tools/sequence/source/sequence_reader.h"
 
@@ -46,28 +47,20 @@ class WatchFeedTest : public SequenceTest {
         int calls = 0;  // 50 ms apart
         return feed_->next(*reader_, [&] { return between() || ++calls > 400; });
     }
+    bool waits_for(const char* words) const {
+        return feed_->waits_for().find(words) != std::string::npos;
+    }
 
     RoleSet reads_ = {Role::color};
     std::unique_ptr<WatchFeed> feed_;
     std::unique_ptr<SequenceReader> reader_;
 };
 
-// Position of the table of an EXR with this many chunks, which the first chunk follows.
-size_t chunk_table(const std::string& exr, size_t chunks) {
-    for (size_t at = 0; at + 8 * chunks < exr.size(); ++at) {
-        uint64_t first = 0;
-        std::memcpy(&first, exr.data() + at, 8);
-        if (first == at + 8 * chunks) return at;
-    }
-    ADD_FAILURE() << "no chunk table";
-    return 0;
-}
-
 TEST_F(WatchFeedTest, OnlyCompleteFilesAreTakenAndTheOthersAreNamed) {
     write(1);
     const std::string two = rendered(2), three = rendered(3);
     test::write_text(in(2), two.substr(0, two.size() - 100));  // its writer was killed
-    const size_t table = chunk_table(three, 2);                // written last
+    const size_t table = test::chunk_table_of(three, 2);       // written last
     test::write_text(in(3),
                      three.substr(0, table) + std::string(16, '\0') + three.substr(table + 16));
     test::write_text(in(4), "");
@@ -77,7 +70,7 @@ TEST_F(WatchFeedTest, OnlyCompleteFilesAreTakenAndTheOthersAreNamed) {
     bool waited = false;
     for (const int frame : {1, 6}) {
         const auto fed = next([&] {
-            waited |= feed_->waits_for().find("incomplete: 1") != std::string::npos;
+            waited |= waits_for("incomplete: 1");
             return false;
         });
         ASSERT_TRUE(fed);
@@ -120,8 +113,7 @@ TEST_F(WatchFeedTest, AFileThatChangesAfterItsCheckIsCheckedAgain) {
     // Frame 2 was complete at the last look.
     const std::string two = rendered(2);
     test::write_text(in(2), two.substr(0, two.size() / 2));
-    EXPECT_FALSE(
-        next([&] { return feed_->waits_for().find("incomplete: 2") != std::string::npos; }));
+    EXPECT_FALSE(next([&] { return waits_for("incomplete: 2"); }));
 }
 
 TEST_F(WatchFeedTest, AFrameWaitsForNeighborsThatItReadsAndThatWillCome) {
@@ -134,8 +126,7 @@ TEST_F(WatchFeedTest, AFrameWaitsForNeighborsThatItReadsAndThatWillCome) {
         start("1-2");
         bool waited = false;
         auto fed = next([&] {
-            if (waited || feed_->waits_for().find("neighboring frame: 1") == std::string::npos)
-                return false;
+            if (waited || !waits_for("neighboring frame: 1")) return false;
             write(2);
             return !(waited = true);
         });

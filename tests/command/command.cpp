@@ -137,4 +137,10 @@ void expect_ends(const Outcome& outcome, int code, const std::vector<std::string
         EXPECT_TRUE(contains(outcome.err, word)) << word << "\n" << outcome.text();
 }
 
+void expect_prints(const Outcome& outcome, int code, const std::vector<std::string>& words) {
+    EXPECT_EQ(outcome.code, code) << outcome.text();
+    for (const std::string& word : words)
+        EXPECT_TRUE(contains(outcome.out, word)) << word << "\n" << outcome.text();
+}
+
 }  // namespace postchain::test

@@ -82,7 +82,8 @@ std::vector<Json> json_lines(const std::string& text);
 
 bool contains(const std::string& text, const std::string& part);
 
-// It ends with this exit code, and stderr has each of the words.
+// It ends with this exit code, and stderr or stdout has each of the words.
 void expect_ends(const Outcome& outcome, int code, const std::vector<std::string>& words = {});
+void expect_prints(const Outcome& outcome, int code, const std::vector<std::string>& words);
 
 }  // namespace postchain::test

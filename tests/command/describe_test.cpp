@@ -89,8 +89,7 @@ TEST_F(DescribeTest, AnEstimateIsForTheScheduler) {
     // refused.
     const auto other =
         run({"plan", at("fxaa.yaml"), "-i", in(1), "--json", "--calibration", out(1) + ".json"});
-    EXPECT_EQ(other.code, 0);
-    EXPECT_TRUE(contains(other.err, "a pass that the calibration did not")) << other.err;
+    expect_ends(other, 0, {"a pass that the calibration did not"});
     EXPECT_FALSE(json_lines(other.out)[0]["estimate"].contains("seconds"));
     for (const auto& path : {in(1), at("none.json")})
         expect_ends(run({"plan", at("fxaa.yaml"), "-i", in(1), "--calibration", path}), 4, {path});
@@ -182,10 +181,7 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
     EXPECT_EQ(lines[0]["frame"]["distance"]["nearest"],
               1 / double(lines[0]["bounds"]["max_inverse_depth"]));
     write_sequence(at(""), {3, 4, 6});
-    const auto folder = run({"inspect", at("")});
-    EXPECT_EQ(folder.code, 0) << folder.text();
-    for (const char* words : {"in.####.exr: ", "missing: 2, 5"})
-        EXPECT_TRUE(contains(folder.out, words)) << folder.out;
+    expect_prints(run({"inspect", at("")}), 0, {"in.####.exr: ", "missing: 2, 5"});
     const auto listed = json_lines(run({"inspect", at(""), "--json"}).out).at(0);
     EXPECT_EQ(listed["sequences"][0]["last"], 6);
     expect_ends(run({"inspect", at("."), "--frames", "1"}), 2, {"--frames: has no effect"});
@@ -196,13 +192,11 @@ TEST_F(DescribeTest, InspectNamesWhatItFound) {
 TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     write_sequence(at(""), {1, 2, 3, 4, 5, 6, 7, 8, 10});
     const auto plain = run({"inspect", in()});
-    EXPECT_EQ(plain.code, 0) << plain.text();
-    for (const char* words :
-         {"9 frames examined, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
-          "largest speed 2.236 to 6.708 (frame 1) px a frame", "farthest distance 6 scene units",
-          "no unusual frames"})
-        EXPECT_TRUE(contains(plain.out, words)) << words << plain.out;
-    EXPECT_TRUE(contains(plain.err, "missing in the sequence: 9")) << plain.err;
+    expect_prints(plain, 0,
+                  {"9 frames examined, 1 to 10: 48x32, color, inverse_depth, motion, motion_back",
+                   "largest speed 2.236 to 6.708 (frame 1) px a frame",
+                   "farthest distance 6 scene units", "no unusual frames"});
+    expect_ends(plain, 0, {"missing in the sequence: 9"});
     // One frame of each unusual kind.
     write_frame(in(2), make_planes(40, 32, 2));
     FrameFile bare;
@@ -221,13 +215,10 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
         write_frame(in(frame), planes);
     }
     write_text(in(6), "broken");
-    const auto outcome = run({"inspect", in()});
-    EXPECT_EQ(outcome.code, 1) << outcome.text();
-    for (const char* words :
-         {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
-          "frame 4: 1 pixel with NaN or Inf", "frame 5: every motion vector is zero",
-          "frame 6: cannot be read", "a cut? (--cuts 7)"})
-        EXPECT_TRUE(contains(outcome.out, words)) << words << outcome.out;
+    expect_prints(run({"inspect", in()}), 1,
+                  {"frame 2: is 40x32; most are 48x32", "frame 3: has no inverse_depth",
+                   "frame 4: 1 pixel with NaN or Inf", "frame 5: every motion vector is zero",
+                   "frame 6: cannot be read", "a cut? (--cuts 7)"});
     const auto lines = json_lines(run({"inspect", in(), "--json"}).out);
     ASSERT_EQ(lines.size(), 2u);
     const Json& sequence = lines[1]["sequence"];
@@ -235,8 +226,7 @@ TEST_F(DescribeTest, InspectOfAPatternLooksAtEveryFrame) {
     EXPECT_EQ(sequence["findings"].size(), 6u) << sequence["findings"];
     EXPECT_EQ(sequence["findings"][5]["frame"], 7);
     // Only the requested frames.
-    const auto part = run({"inspect", in(), "--frames", "7-8"});
-    EXPECT_TRUE(contains(part.out, "2 frames examined, 7 to 8")) << part.out;
+    expect_prints(run({"inspect", in(), "--frames", "7-8"}), 0, {"2 frames examined, 7 to 8"});
     EXPECT_FALSE(contains(run({"inspect", in(1)}).out, "examined"));
 }
 
@@ -260,19 +250,13 @@ TEST_F(DescribeTest, SignSelfCheck) {
     const Json wrong = signs({"--profile", at("flipped.yaml")});
     EXPECT_EQ(wrong["verdict"], "contradicted");
     EXPECT_EQ(wrong["candidates"].size(), 4u);
-    EXPECT_EQ(wrong["candidates"][0]["vectors"], "motion (-x, -y)");
     write_text(in(2), "broken");
-    const auto outcome = run({"inspect", in()});
-    EXPECT_EQ(outcome.code, 1);
-    EXPECT_TRUE(contains(outcome.err, "no sign self-check") && contains(outcome.err, in(2)))
-        << outcome.err;
+    expect_ends(run({"inspect", in()}), 1, {"no sign self-check", in(2)});
 }
 
 TEST_F(DescribeTest, Info) {
     const auto text = run({"info"});
-    EXPECT_EQ(text.code, 0) << text.text();
-    for (const char* word : {"postchain ", "OpenEXR ", "OpenImageIO ", "GL in use: "})
-        EXPECT_TRUE(contains(text.out, word)) << word;
+    expect_prints(text, 0, {"postchain ", "OpenEXR ", "OpenImageIO ", "GL in use: "});
     const auto lines = json_lines(run({"info", "--json"}).out);
     ASSERT_EQ(lines.size(), 1u);
     // At least GL 4.5's minimum; for textures, llvmpipe's limit.
@@ -289,30 +273,20 @@ TEST_F(DescribeTest, Info) {
     EXPECT_TRUE(lines[0]["devices"].is_array());
 }
 
+// tests/config has what they say.
 TEST_F(DescribeTest, SchemaAndPasses) {
     const auto schema = run({"schema"});
     EXPECT_EQ(schema.code, 0);
-    const Json json = Json::parse(schema.out, nullptr, false);
-    ASSERT_TRUE(json.is_object());
-    EXPECT_EQ(json["$schema"], "https://json-schema.org/draft/2020-12/schema");
+    EXPECT_EQ(Json::parse(schema.out, nullptr, false)["$schema"],
+              "https://json-schema.org/draft/2020-12/schema");
     const auto passes = Json::parse(run({"passes", "--json"}).out, nullptr, false);
-    ASSERT_TRUE(passes.is_object());
-    const auto text = run({"passes"}).out, markdown = run({"passes", "--markdown"}).out;
-    std::set<std::string> names;
+    const auto text = run({"passes"});
     for (const auto& pass : passes["passes"]) {
-        names.insert(pass["name"].get<std::string>());
-        for (const auto& row : pass["parameters"]) {
-            const auto key = row["key"].get<std::string>();
-            EXPECT_TRUE(contains(text, "  " + key + " ")) << key;
-            EXPECT_TRUE(contains(markdown, "| `" + key + "` |")) << key;
-            EXPECT_TRUE(contains(schema.out, "\"" + key + "\"")) << key;
-        }
+        expect_prints(text, 0, {pass["name"].get<std::string>()});
+        for (const auto& row : pass["parameters"])
+            expect_prints(text, 0, {"  " + row["key"].get<std::string>() + " "});
     }
-    EXPECT_GE(names.size(), 3u);
-    for (const auto& name : names) {
-        EXPECT_TRUE(contains(text, name)) << name;
-        EXPECT_TRUE(contains(schema.out, "\"" + name + "\"")) << name;
-    }
+    EXPECT_GE(passes["passes"].size(), 3u);
 }
 
 TEST_F(DescribeTest, HelpIsCompletePerVerb) {

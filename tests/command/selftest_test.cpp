@@ -28,10 +28,8 @@ class SelftestTest : public CommandTest {
 TEST_F(SelftestTest, PassesAndLeavesNoFile) {
     Launch launch;
     launch.environment["TMPDIR"] = at("out");
-    const auto text = run({"selftest", "--only", "fxaa"}, launch);
-    EXPECT_EQ(text.code, 0) << text.text();
-    for (const char* words : {"postchain ", "fxaa            ok", "passed"})
-        EXPECT_TRUE(contains(text.out, words)) << words << text.out;
+    expect_prints(run({"selftest", "--only", "fxaa"}, launch), 0,
+                  {"postchain ", "fxaa            ok", "passed"});
     const auto json = run({"selftest", "--only", "w*read", "--json"}, launch);
     EXPECT_EQ(json.code, 0) << json.text();
     const Json object = json_lines(json.out).at(0);
@@ -46,18 +44,14 @@ TEST_F(SelftestTest, PassesAndLeavesNoFile) {
 TEST_F(SelftestTest, AFolderThatCannotBeWrittenFails) {
     Launch launch;
     launch.environment["TMPDIR"] = at("none");
-    const auto outcome = run({"selftest", "--only", "write"}, launch);
-    EXPECT_EQ(outcome.code, 7) << outcome.text();
-    EXPECT_TRUE(contains(outcome.out, "write and read  FAILED")) << outcome.out;
+    expect_prints(run({"selftest", "--only", "write"}, launch), 7, {"write and read  FAILED"});
 }
 
 TEST_F(SelftestTest, AWrongShaderIsFoundAndItsPassNamed) {
     const char* stored = "STORE(result_plane, p, ";
-    const auto wrong = run({"selftest", "--only", "fxaa"},
-                           with_shader("fxaa/fxaa.comp", stored, "STORE(result_plane, p, 1.01 * "));
-    EXPECT_EQ(wrong.code, 7) << wrong.text();
-    EXPECT_TRUE(contains(wrong.out, "fxaa            FAILED")) << wrong.out;
-    EXPECT_TRUE(contains(wrong.out, "reference")) << wrong.out;
+    expect_prints(run({"selftest", "--only", "fxaa"},
+                      with_shader("fxaa/fxaa.comp", stored, "STORE(result_plane, p, 1.01 * ")),
+                  7, {"fxaa            FAILED", "reference"});
     // A shader that does not compile is a fault of its pass too.
     const auto broken =
         run({"selftest", "--only", "fxaa", "--json"},

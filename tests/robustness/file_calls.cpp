@@ -5,7 +5,7 @@
 //   POSTCHAIN_FILE_CALLS_LOG=FILE     one line per call, separated by tabs:
 //                                     number, call, path, second path of a rename, outcome
 //   POSTCHAIN_FILE_CALLS_FAIL=N:HOW   what happens at call N:
-//       ENOSPC, EIO, EACCES, EDQUOT   it fails with this error
+//       ENOSPC, EIO                   it fails with this error
 //       full                          the disk is full from call N on
 //       short                         a write writes half of its data
 //       kill                          the process gets SIGKILL instead
@@ -76,9 +76,10 @@ void begin() {
             const char* name;
             How how;
             int error;
-        } words[] = {{"ENOSPC", How::error, ENOSPC}, {"EIO", How::error, EIO},
-                     {"EACCES", How::error, EACCES}, {"EDQUOT", How::error, EDQUOT},
-                     {"full", How::full, ENOSPC},    {"short", How::cut, 0},
+        } words[] = {{"ENOSPC", How::error, ENOSPC},
+                     {"EIO", How::error, EIO},
+                     {"full", How::full, ENOSPC},
+                     {"short", How::cut, 0},
                      {"kill", How::kill, 0}};
         for (const auto& word : words)
             if (std::strcmp(how, word.name) == 0) {
@@ -219,6 +220,12 @@ int path_judged(const char* call, const char* path, const char* to, Real real) {
     return judged(call, path, to, real);
 }
 
+void note_stream(const char* path, const char* mode) {
+    if (!concerns(path) || std::strpbrk(mode, "wa+") == nullptr) return;
+    const Locked locked;
+    judge("create", path);
+}
+
 mode_t mode_of(int flags, va_list& rest) {
     return (flags & O_CREAT) != 0 ? va_arg(rest, mode_t) : 0;
 }
@@ -255,18 +262,12 @@ int openat(int folder, const char* path, int flags, ...) {
 
 // Opened by C++ streams and C programs; shows if a watched file is written in this way.
 FILE* fopen(const char* path, const char* mode) {
-    if (concerns(path) && std::strpbrk(mode, "wa+") != nullptr) {
-        const Locked locked;
-        judge("create", path);
-    }
+    note_stream(path, mode);
     return NEXT(fopen)(path, mode);
 }
 
 FILE* fopen64(const char* path, const char* mode) {
-    if (concerns(path) && std::strpbrk(mode, "wa+") != nullptr) {
-        const Locked locked;
-        judge("create", path);
-    }
+    note_stream(path, mode);
     return NEXT(fopen64)(path, mode);
 }
 

@@ -25,19 +25,19 @@ class FrameLayersTest : public testing::Test {
     void SetUp() override {
         test::FilePart color{
             .name = "color", .data = {{0, 0}, {7, 7}}, .display = {{0, 0}, {7, 7}}};
-        const auto add = [](test::FilePart& part, const std::string& layer, Imf::PixelType type,
-                            int sampling) {
+        const auto add = [](test::FilePart& part, const std::string& layer,
+                            Imf::PixelType type = Imf::HALF, int sampling = 1) {
             for (const char* channel : {"B", "G", "R"})
                 part.channels.push_back({layer + channel, type, sampling});
         };
-        add(color, "", Imf::HALF, 1);
-        add(color, "ids.", Imf::UINT, 1);
-        add(color, "plain.", Imf::HALF, 1);
+        add(color, "");
+        add(color, "ids.", Imf::UINT);
+        add(color, "plain.");
         add(color, "small.", Imf::HALF, 2);
         color.channels.push_back({"normal.X"});
         test::FilePart apart{
             .name = "apart", .data = {{0, 0}, {5, 7}}, .display = {{0, 0}, {7, 7}}};
-        add(apart, "apart.", Imf::HALF, 1);
+        add(apart, "apart.");
         test::write_file(path_, {color, apart});
     }
     Result<FrameLayers> found() {

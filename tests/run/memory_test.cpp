@@ -26,7 +26,7 @@ TEST(Memory, SizesAreReadAndWritten) {
         ASSERT_TRUE(read.ok()) << text;
         EXPECT_EQ(*read, bytes) << text;
     }
-    for (const char* text : {"", "G", "0", "0G", "-1G", "8X", "8GG", "1e300", "nan", "inf", "8G8"})
+    for (const char* text : {"", "G", "0G", "-1G", "8X", "8GG", "1e300", "nan", "8G8"})
         EXPECT_EQ(parse_bytes(text).status().code(), StatusCode::usage) << text;
     EXPECT_EQ(bytes_text(500), "500 bytes");
     EXPECT_EQ(bytes_text(6657199309), "6.2 GiB");

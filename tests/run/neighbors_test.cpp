@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <limits>
+#include <numeric>
 
 #include "tests/run/fixture.h"
 #include "tools/sequence/run/runner.h"
@@ -141,8 +142,8 @@ TEST_F(NeighborsTest, APartGivesTheBitsOfTheWhole) {
 }
 
 TEST_F(NeighborsTest, PlanesAreSharedAndMemoryIsFlat) {
-    std::vector<int> numbers;
-    for (int n = 1; n <= 40; ++n) numbers.push_back(n);
+    std::vector<int> numbers(40);
+    std::iota(numbers.begin(), numbers.end(), 1);
     write(numbers);
     std::vector<std::weak_ptr<const ImageF>> planes;
     std::shared_ptr<const ImageF> last_after, last_color;
@@ -328,10 +329,10 @@ TEST_F(NeighborsTest, OneTooLargeForMemoryFailsTheFrame) {
 TEST_F(NeighborsTest, MemoryOfNeighborsCounts) {
     write({1, 2, 3});
     frames("2");
+    chain("none", false);
     settings_.source.max_memory = 1 << 14;
     do {
         settings_.source.max_memory *= 2;
-        chain("none", false);
         go();
     } while (reports_.at(2).status.code() == StatusCode::memory);
     EXPECT_EQ(reports_.at(2).outcome, Outcome::written) << reports_.at(2).status.message();
@@ -361,13 +362,10 @@ TEST_F(NeighborsTest, AWrongPixelOfANeighborIsAnErrorUnderStrict) {
     for (int n = 1; n <= 5; ++n) EXPECT_EQ(reports_.at(n).outcome, Outcome::written) << n;
     settings_.strict = true;
     go();
-    for (int n = 1; n <= 5; ++n) {
-        const bool reads_it = n >= 2 && n <= 4;
-        EXPECT_EQ(reports_.at(n).outcome, reads_it ? Outcome::failed : Outcome::written) << n;
-        if (reads_it) {
-            EXPECT_EQ(reports_.at(n).status.code(), StatusCode::health);
-            EXPECT_THAT(reports_.at(n).status.message(), HasSubstr("in.0003.exr: 1 non-finite"));
-        }
+    for (int n : {1, 5}) EXPECT_EQ(reports_.at(n).outcome, Outcome::written) << n;
+    for (int n : {2, 3, 4}) {
+        EXPECT_EQ(reports_.at(n).status.code(), StatusCode::health) << n;
+        EXPECT_THAT(reports_.at(n).status.message(), HasSubstr("in.0003.exr: 1 non-finite"));
     }
 }
 

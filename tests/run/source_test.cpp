@@ -434,29 +434,20 @@ TEST_F(Source, AZoomIsAddedInFilesOfCyclesAndIfAskedFor) {
     EXPECT_EQ(warnings(read(missing, true, zooms)), "");
 }
 
-// Straight alpha is multiplied on input and divided on output; pixels with alpha 0 are unchanged.
+// Straight alpha is multiplied on input and divided on output. Clear pixels have a color in such a
+// file, and keep it if no light reaches them.
 TEST(StraightAlpha, ComesBack) {
     ConvertOptions options;
     options.unpremultiplied = true;
-    ImageF color(2, 1, 4);
-    color.data = {0.25f, 0.5f, 1, 0.5f, 3, 4, 5, 0};
-    ImageF stored(2, 1, 4, 0.0f);
-    to_file_convention(color, options, stored);
-    EXPECT_EQ(color.data, (std::vector<float>{0.5f, 1, 2, 0.5f, 3, 4, 5, 0}));
-    ImageF same = color;
+    ImageF stored(4, 1, 4), filtered(4, 1, 4);
+    stored.data = {0, 0, 0, 0, 0.2f, 0.4f, 0.6f, 0, 0.2f, 0.4f, NAN, 0, 0.2f, 0.4f, 0.6f, 1};
+    filtered.data = {0.25f, 0.5f, 1, 0.5f, 0, 0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0};
+    ImageF same = filtered;
     to_file_convention(same, {}, stored);
-    EXPECT_EQ(same.data, color.data);
-}
-
-// Clear pixels have a color in such a file, and keep it if no light reaches them.
-TEST(StraightAlpha, OfClearPixelsKeepsTheirColor) {
-    ConvertOptions options;
-    options.unpremultiplied = true;
-    ImageF stored(3, 1, 4), filtered(3, 1, 4);
-    stored.data = {0.2f, 0.4f, 0.6f, 0, 0.2f, 0.4f, NAN, 0, 0.2f, 0.4f, 0.6f, 1};
-    filtered.data = {0, 0, 0, 0, 0, 7, 0, 0, 0, 0, 0, 0};
+    EXPECT_EQ(same.data, filtered.data);
     to_file_convention(filtered, options, stored);
-    EXPECT_EQ(filtered.data, (std::vector<float>{0.2f, 0.4f, 0.6f, 0, 0.2f, 7, 0, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(filtered.data, (std::vector<float>{0.5f, 1, 2, 0.5f, 0.2f, 0.4f, 0.6f, 0, 0.2f, 7, 0,
+                                                 0, 0, 0, 0, 0}));
 }
 
 }  // namespace

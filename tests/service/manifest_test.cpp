@@ -45,8 +45,7 @@ class ManifestsOfAService : public test::ServiceTest {
     }
     std::string preview() {
         const std::string asked = chain({{"input", "in.####.exr"}, {"frame", 1}}).dump();
-        const auto answer =
-            answer_to([&](auto done) { service_->preview(user(), asked, {}, std::move(done)); });
+        const auto answer = answer_to(previewing(asked));
         const auto* problem = std::get_if<Problem>(&answer);
         return problem ? problem->detail : "an image";
     }
@@ -68,10 +67,9 @@ class ManifestsOfAService : public test::ServiceTest {
         if (kind == "ab") body["chain_b"] = {{"postchain", 1}, {"passes", json::array()}};
         if (kind == "bench") body.update({{"sweep", {"fxaa.preset=12,39"}}, {"split_frames", 0}});
         if (kind == "ab" || kind == "bench") body["repeats"] = 1;
-        const std::string id = submit(body.dump());
-        const Job job = ended(id);
+        const Job job = ran(body.dump());
         std::string said = job.message + job.verdict;
-        for (const JobFrame& frame : frames(id)) said += frame.message + frame.sidecar;
+        for (const JobFrame& frame : frames(job.id)) said += frame.message + frame.sidecar;
         return said;
     }
     std::vector<std::string> replies() {

@@ -5,6 +5,7 @@
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
+#include "tests/support/images.h"
 
 namespace postchain::service {
 namespace {
@@ -18,15 +19,14 @@ class MattePreviews : public test::ServiceTest {
     void SetUp() override {
         ServiceTest::SetUp();
         test::FrameFile file;
-        for (const char* name : {"all", "none", "half", "checker", "left"})
-            file.mattes[concat("mask.", name)] = ImageF(kWidth, kHeight, 1);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                file.mattes["mask.all"].at(x, y) = 1;
-                file.mattes["mask.half"].at(x, y) = 0.5f;
-                file.mattes["mask.checker"].at(x, y) = float((x + y) % 2);
-                file.mattes["mask.left"].at(x, y) = x < kWidth / 2 ? 1.0f : 0.0f;
-            }
+        const auto matte = [&](const char* name, const std::function<float(int, int, int)>& value) {
+            file.mattes[concat("mask.", name)] = test::make_image(kWidth, kHeight, 1, value);
+        };
+        matte("all", [](int, int, int) { return 1; });
+        matte("none", [](int, int, int) { return 0; });
+        matte("half", [](int, int, int) { return 0.5f; });
+        matte("checker", [](int x, int y, int) { return float((x + y) % 2); });
+        matte("left", [](int x, int, int) { return x < kWidth / 2 ? 1.0f : 0.0f; });
         test::write_sequence(root(), {1, 2, 3}, kWidth, kHeight, file);
         open();
     }
@@ -41,8 +41,7 @@ class MattePreviews : public test::ServiceTest {
     ImageF preview(const std::string& chain, double scale) {
         const std::string asked =
             concat("{", chain, R"(, "input": "in.####.exr", "frame": 2, "scale": )", scale, "}");
-        const Picture exr = picture(
-            [&](auto done) { service_->preview(user(), asked, {"image/x-exr"}, std::move(done)); });
+        const Picture exr = picture(previewing(asked, {"image/x-exr"}));
         std::ofstream(root("preview.exr"), std::ios::binary) << exr.bytes;
         return test::read_color(root("preview.exr"));
     }
@@ -51,9 +50,8 @@ class MattePreviews : public test::ServiceTest {
 
 TEST_F(MattePreviews, AtItsSizeItIsWhatARunWrites) {
     const std::string held = chain("left", "half");
-    const std::string id = submit(concat("{", held, R"(, "input": "in.####.exr", "frames": "2",
-        "output": "out/o.####.exr"})"));
-    ASSERT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    done(submit(concat("{", held, R"(, "input": "in.####.exr", "frames": "2",
+        "output": "out/o.####.exr"})")));
     const ImageF written = test::read_color(root("out/o.0002.exr")), shown = preview(held, 1);
     EXPECT_EQ(shown.data, written.data);
     const ImageF input = test::make_planes(kWidth, kHeight, 2).color;
@@ -94,10 +92,7 @@ TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
 TEST_F(MattePreviews, AMatteThatIsNotThereIsSaidWithTheNearestName) {
     const std::string asked =
         concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})");
-    const std::string detail = no_picture([&](auto done) {
-                                   service_->preview(user(), asked, {}, std::move(done));
-                               }).detail;
-    EXPECT_THAT(detail, HasSubstr("did you mean 'mask.left'?"));
+    EXPECT_THAT(no_picture(previewing(asked)).detail, HasSubstr("did you mean 'mask.left'?"));
 }
 
 }  // namespace

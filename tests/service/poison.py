@@ -49,8 +49,7 @@ def main():
         said.append(f"quarantined: {quarantined}")
     if ended["done"] != FRAMES - len(POISON):
         said.append(f"{ended['done']} frames done")
-    for sentence in said:
-        print(sentence)
+    print("\n".join(said))
     print(f"{deaths} deaths, {len(said)} faults")
     return 1 if said else 0
 

@@ -1,8 +1,8 @@
 // Jobs that another queue runs.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -55,6 +55,11 @@ class FakeQueue final : public RemoteQueue {
         const std::lock_guard lock(mutex);
         tasks[i] = how;
     }
+    void refuse(const Status& status) {
+        const std::lock_guard lock(mutex);
+        refusal = status;
+        asked = 0;
+    }
 
     std::mutex mutex;
     std::vector<RemoteJob> jobs;
@@ -77,6 +82,9 @@ class Remote : public ServiceTest {
         remote_.frames_per_task = 4;
         remote_.poll = std::chrono::milliseconds(20);
     }
+    bool holds(size_t count) {
+        return wait_for([&] { return queue_->count() == count; });
+    }
     // As a task does: the output, then its sidecar.
     void make(int frame) {
         const std::string path = root(concat("out/o.000", frame, ".exr"));
@@ -95,18 +103,17 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
                 HasSubstr("runs only kind: run"));
     EXPECT_THAT(refused(body(R"(, "dump_stages": "stages")")).detail, HasSubstr("write no stages"));
     const std::string id = submit(body(R"(, "strict": true, "png": true, "max_memory": "64M")"));
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    ASSERT_TRUE(holds(1));
     const RemoteJob handed = queue_->jobs[0];
     EXPECT_EQ(handed.tasks, 2);
     EXPECT_EQ(handed.command[0], "postchain");
-    EXPECT_NE(std::find(handed.command.begin(), handed.command.end(), "--on-existing=skip"),
-              handed.command.end());
     EXPECT_EQ(handed.command.back(), "--frames=1-6");
-    for (const char* word : {"--on-error=continue", "--strict", "--png", "--max-memory=67108864"})
-        EXPECT_EQ(std::count(handed.command.begin(), handed.command.end(), word), 1) << word;
+    for (const char* word : {"--on-existing=skip", "--on-error=continue", "--strict", "--png",
+                             "--max-memory=67108864"})
+        EXPECT_THAT(handed.command, testing::Contains(word));
     EXPECT_THAT(test::read_text(handed.command[2]), HasSubstr("fxaa"));
     for (int frame = 1; frame <= 4; ++frame) make(frame);
-    ASSERT_TRUE(wait_for([&] { return job(id).done == 4; }));
+    wait_for_done(id, 4);
     EXPECT_EQ(job(id).state, JobState::running);
     // The service dies and starts again: the same job is followed, none is handed over twice.
     queue_->down = true;
@@ -116,7 +123,7 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     queue_->down = false;
     // A task fails, so its frames are handed over again, under another name.
     queue_->end(0, {0, 0, 1, 1, true, "task 2: NODE_FAIL"});
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 2; }));
+    ASSERT_TRUE(holds(2));
     EXPECT_EQ(queue_->jobs[1].command.back(), "--frames=5-6");
     EXPECT_NE(queue_->jobs[1].name, handed.name);
     EXPECT_THAT(frames(id)[4].message, HasSubstr("task 2: NODE_FAIL"));
@@ -126,11 +133,11 @@ TEST_F(Remote, AJobIsHandedOverAndFollowedByItsOutputs) {
     EXPECT_EQ(failed.state, JobState::failed);
     EXPECT_THAT(failed.message, HasSubstr("1 of 6 frames quarantined: 6"));
     EXPECT_EQ(queue_->count(), 2u) << "two attempts";
-    ASSERT_TRUE(std::holds_alternative<Job>(service_->retry(user(), id)));
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 3; }));
+    retry(id);
+    ASSERT_TRUE(holds(3));
     make(6);
     queue_->end(2, {0, 0, 1, 0, false, ""});
-    EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    done(id);
 }
 
 TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
@@ -142,20 +149,12 @@ TEST_F(Remote, ARefusedJobFailsAndOneWithoutAnswerWaits) {
         return queue_->asked > 2 * attempts_;
     }));
     EXPECT_EQ(job(id).state, JobState::running);
-    {
-        const std::lock_guard lock(queue_->mutex);
-        queue_->refusal = Status();
-    }
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
-    const std::vector<std::string> command = queue_->jobs[0].command;
-    EXPECT_EQ(command.back(), "--frames=1-2,4,6");
-    EXPECT_EQ(std::count(command.begin(), command.end(), "--no-sidecar"), 1);
-    {
-        const std::lock_guard lock(queue_->mutex);
-        queue_->refusal = Status(StatusCode::usage, "fake: invalid partition");
-        queue_->asked = 0;
-    }
-    const Job refused = ended(submit(in_folder(body(), "next")));
+    queue_->refuse(Status());
+    ASSERT_TRUE(holds(1));
+    EXPECT_EQ(queue_->jobs[0].command.back(), "--frames=1-2,4,6");
+    EXPECT_THAT(queue_->jobs[0].command, testing::Contains("--no-sidecar"));
+    queue_->refuse(Status(StatusCode::usage, "fake: invalid partition"));
+    const Job refused = ran(in_folder(body(), "next"));
     EXPECT_EQ(refused.state, JobState::failed);
     EXPECT_THAT(refused.message, HasSubstr("fake: invalid partition"));
     EXPECT_EQ(queue_->asked, attempts_);
@@ -166,11 +165,11 @@ TEST_F(Remote, AJobThatTheQueueHasIsNotHandedOverAgain) {
     queue_->loses_answers = true;
     open();
     const std::string id = submit(body());
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    ASSERT_TRUE(holds(1));
     for (int frame = 1; frame <= 6; ++frame) make(frame);
-    ASSERT_TRUE(wait_for([&] { return job(id).done == 6; }));
+    wait_for_done(id, 6);
     queue_->end(0, {0, 0, 2, 0, true, ""});
-    EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    done(id);
     EXPECT_EQ(queue_->count(), 1u);
 }
 
@@ -178,7 +177,7 @@ TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {
     drain_ = std::chrono::milliseconds(100);
     open();
     submit(body());
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    ASSERT_TRUE(holds(1));
     queue_->hangs = true;
     ASSERT_TRUE(wait_for([&] { return queue_->hung.load(); }));
     service_->drain();
@@ -191,9 +190,9 @@ TEST_F(Remote, AQueueThatHangsIsNotWaitedFor) {
 TEST_F(Remote, ACanceledJobIsCanceledThere) {
     open();
     const std::string id = submit(body());
-    ASSERT_TRUE(wait_for([&] { return queue_->count() == 1; }));
+    ASSERT_TRUE(holds(1));
     ASSERT_TRUE(wait_for([&] { return job(id).frames == 6; }));
-    ASSERT_TRUE(std::holds_alternative<Job>(service_->cancel(user(), id)));
+    test::got(service_->cancel(user(), id));
     EXPECT_TRUE(wait_for([&] {
         const std::lock_guard lock(queue_->mutex);
         return queue_->canceled == std::vector<std::string>{"1"};

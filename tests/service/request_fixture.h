@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <concepts>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -35,20 +36,28 @@ class RequestTest : public testing::Test {
     Problem refused(const std::string& body) {
         auto read = reader_->job(body);
         if (auto* problem = std::get_if<Problem>(&read)) return std::move(*problem);
-        ADD_FAILURE() << "was taken: " << body.substr(0, 300);
-        return {};
+        throw std::runtime_error("was taken: " + body.substr(0, 300));
     }
-    JobRequest taken(const nlohmann::json& body) {
-        auto read = reader_->job(body.dump());
+    template <std::same_as<nlohmann::json> Json>
+    Problem refused(const Json& body) {
+        return refused(body.dump());
+    }
+    JobRequest taken(const std::string& body) {
+        auto read = reader_->job(body);
         if (auto* request = std::get_if<JobRequest>(&read)) return std::move(*request);
-        ADD_FAILURE() << text_of(std::get<Problem>(read).diagnostics);
-        return {};
+        throw std::runtime_error(text_of(std::get<Problem>(read).diagnostics));
     }
-    std::vector<std::string> warnings(const nlohmann::json& body) { return taken(body).warnings; }
-    nlohmann::json with(const std::string& key, const nlohmann::json& value) const {
+    template <std::same_as<nlohmann::json> Json>
+    JobRequest taken(const Json& body) {
+        return taken(body.dump());
+    }
+    nlohmann::json with(const nlohmann::json& more) const {
         nlohmann::json body = whole_;
-        body[key] = value;
+        body.update(more);
         return body;
+    }
+    nlohmann::json with(const std::string& key, const nlohmann::json& value) const {
+        return with(nlohmann::json{{key, value}});
     }
 
     test::TempFolder folder_;

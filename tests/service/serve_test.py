@@ -14,7 +14,7 @@ import time
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "support"))
-from server import Events, PATIENCE_S, Served, make_scene, wait_until, work_on  # noqa: E402
+from server import Events, PATIENCE_S, Served, make_scene, serve_command, wait_until, work_on  # noqa: E402
 from skips import skipped  # noqa: E402
 
 PROGRAM = LIBRARY = None
@@ -54,17 +54,12 @@ class Serve(Served):
         self.fails(2, "--root", command=[PROGRAM, "serve"])
         self.fails(2, "", command=[PROGRAM, "serve", "--root", str(self.path / "none")])
 
-    def test_port_that_is_taken(self):
-        with socket.socket() as other:
-            other.bind(("127.0.0.1", 0))
-            other.listen()
-            port = str(other.getsockname()[1])
-            self.fails(5, "choose another port",
-                       command=[port if word == "0" else word for word in self.command()])
-
-    def test_store_that_is_taken(self):
-        with self.serving():
+    def test_port_or_store_that_is_taken(self):
+        with self.serving() as server:
             self.fails(5, "another service")
+            other = serve_command(PROGRAM, self.path, store="other.sqlite")
+            self.fails(5, "choose another port",
+                       command=[str(server.port) if word == "0" else word for word in other])
 
     def test_token(self):
         token = self.write("token", "0123456789abcdef\nmore\n")
@@ -75,16 +70,12 @@ class Serve(Served):
         self.assertIn("without encryption", "".join(server.stderr))
         self.assertNotIn("0123456789abcdef", "".join(server.stderr))
 
-    def test_host_and_interrupt(self):
-        with self.serving("--host", "farm.example", ends_by=signal.SIGINT) as server:
-            for host, status in [("farm.example", 200), ("other.example", 421)]:
-                self.assertEqual(server.ask("GET", "/v1/jobs", None, {"Host": host})[0], status)
-
-    def test_ready_and_stopping(self):
+    def test_host_ready_and_interrupt(self):
         with self.notified() as (system, environment):
-            with self.serving(env=environment) as server:
+            with self.serving("--host", "farm.example", ends_by=signal.SIGINT, env=environment) as server:
                 self.assertEqual(system.recv(100), b"READY=1")
-                self.assertEqual(server.ask("GET", "/readyz")[0], 200)
+                for host, status in [("farm.example", 200), ("other.example", 421)]:
+                    self.assertEqual(server.ask("GET", "/readyz", None, {"Host": host})[0], status)
             self.assertEqual(system.recv(100), b"STOPPING=1")
 
     def test_a_study_survives_kills(self):
@@ -157,12 +148,6 @@ class Serve(Served):
                 self.assertIsNone(server.process.poll(), "waits for the step under way")
                 start = time.monotonic()
             self.assertLess(time.monotonic() - start, 15, "the second signal ends it at once")
-        hang.unlink()
-        with self.serving() as server:
-            self.assertEqual(server.ended(4)["state"], "done")
-            self.assertEqual(server.ask("POST", "/v1/jobs/2/retry")[0], 200)
-            job = server.ended(2)
-            self.assertEqual((job["state"], job["done"]), ("done", 3), job)
 
     def test_users(self):
         users = self.path / "users.yaml"
@@ -182,23 +167,16 @@ class Serve(Served):
             wait_until(lambda: jobs("ops") == 200)
             session = server.get("/v1/session", known["ann"])
             self.assertEqual((session["user"], session["admin"]), ("ann", False))
-            job = server.ended(server.submit(JOB, known["ann"]), known["ann"])
-            self.assertEqual(job["owner"], "ann")
+            server.ended(server.submit(JOB, known["ann"]), known["ann"])
             self.assertEqual(server.get("/v1/jobs?owner=ops", known["ann"])["jobs"], [])
             secure = {"X-Forwarded-For": "192.0.2.7", "X-Forwarded-Proto": "https"}
             cookie = server.ask("POST", "/v1/session", None, known["ann"] | secure)[1]["set-cookie"]
             self.assertIn("; Secure", cookie)
-            users.write_text("postchain_users: 1\nusers: {ann: {token: short}}\n")
-            server.process.send_signal(signal.SIGHUP)
-            wait_until(lambda: "16 to 512 characters" in "".join(server.stderr))
-            self.assertEqual(jobs("ops"), 200)
         lines = [json.loads(line) for line in server.stderr if '"event"' in line]
-        done = [line for line in lines if line["event"] == "done"][0]
-        self.assertEqual((done["user"], done["job"], done["level"]), ("ann", "1", "info"))
-        self.assertGreaterEqual(done["seconds"], 0)
+        *begun, done = [line for line in lines if line.get("job") == "1"]
+        self.assertEqual([line["event"] for line in begun], ["queued", "started"])
+        self.assertEqual((done["event"], done["user"], done["level"]), ("done", "ann", "info"))
         self.assertRegex(done["time"], r"^\d{4}-\d\d-\d\dT[\d:.]+Z$")
-        self.assertEqual([line["event"] for line in lines if line.get("job") == "1"],
-                         ["queued", "started", "done"])
         for token in tokens.values():
             self.assertNotIn(token, "".join(server.stderr))
 
@@ -227,17 +205,6 @@ class Serve(Served):
             self.assertTrue(found and found <= names, (expression, found - names))
         self.assertGreater(len(set().union(*wanted.values())), 15)
 
-    def metrics(self, server, frames):
-        """Prometheus's own tool accepts the metrics; `frames` were written since the start."""
-        text = server.ask("GET", "/metrics")[2].decode()
-        done = subprocess.run(["promtool", "check", "metrics"], input=text, capture_output=True,
-                              text=True, timeout=60)
-        self.assertEqual((done.returncode, done.stdout + done.stderr), (0, ""))
-        values = dict(line.rsplit(" ", 1) for line in text.splitlines() if line[:1] != "#")
-        self.assertEqual(float(values['postchain_frames_total{result="written"}']), frames)
-        self.assertEqual(float(values['postchain_step_seconds_count{step="write"}']), frames)
-        self.assertEqual(float(values['postchain_jobs{state="done"}']), 1)
-
     def test_jobs_go_on_after_sigterm(self):
         self.shots("1-12", "160x90")
         with self.serving() as server:
@@ -256,7 +223,12 @@ class Serve(Served):
             self.assertEqual(sorted(frames), list(range(1, 13)))
             job = server.get("/v1/jobs/1")
             self.assertEqual((job["state"], job["done"]), ("done", 12))
-            self.metrics(server, 12 - written)
+            # Prometheus's own tool accepts the metrics; they count since the start.
+            text = server.ask("GET", "/metrics")[2].decode()
+            self.assertIn(f'postchain_frames_total{{result="written"}} {12 - written}\n', text)
+            check = subprocess.run(["promtool", "check", "metrics"], input=text, capture_output=True,
+                                   text=True, timeout=60)
+            self.assertEqual((check.returncode, check.stdout + check.stderr), (0, ""))
 
 
 if __name__ == "__main__":

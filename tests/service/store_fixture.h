@@ -9,25 +9,25 @@
 #include <vector>
 
 #include "tests/io/exr_files.h"
+#include "tests/support/status.h"
 #include "tools/service/store/job_store.h"
 
 namespace postchain::service {
 
+inline User user_of(const std::string& name) {
+    User user;
+    user.name = name;
+    return user;
+}
+
 class StoreTest : public testing::Test {
   protected:
-    void open(int attempts = 3) {
+    void open(int attempts = 3, const Retention& keep = Retention()) {
         store_.reset();
-        auto opened = JobStore::open(path(), attempts);
-        ASSERT_TRUE(opened.ok()) << opened.status().message();
-        store_ = std::move(*opened);
-    }
-    void open(const Retention& keep) {
-        store_.reset();
-        store_ = std::move(*JobStore::open(path(), 3, keep));
+        store_ = test::must(JobStore::open(path(), attempts, keep));
     }
     // Runs statements of another program in the file, which is created if it does not exist.
     void run_sql(const std::string& sql) {
-        ASSERT_FALSE(sql.empty());
         sqlite3* other = nullptr;
         ASSERT_EQ(sqlite3_open(path().c_str(), &other), SQLITE_OK);
         EXPECT_EQ(sqlite3_exec(other, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
@@ -38,20 +38,21 @@ class StoreTest : public testing::Test {
         const auto opened = JobStore::open(path(), 3);
         return opened.ok() ? "opened" : opened.status().message();
     }
+    Added try_add(const User& user = User(), int frames = 0, size_t max_queue = 100) {
+        return test::must(store_->add({JobKind::run, "{}", 0, "", frames}, max_queue, user));
+    }
     std::string add(int priority = 0, const User& user = User()) {
-        const auto added = store_->add({JobKind::run, "{}", priority, ""}, 100, user);
-        EXPECT_TRUE(added.ok());
-        return added->job.id;
+        return test::must(store_->add({JobKind::run, "{}", priority, ""}, 100, user)).job.id;
     }
     // A job that has ended; `frames` as its request says.
     std::string add_ended(int frames = 0) {
-        const std::string id = store_->add({JobKind::run, "{}", 0, "", frames}, 100)->job.id;
+        const std::string id = try_add(User(), frames).job.id;
         EXPECT_TRUE(*store_->cancel(id));
         return id;
     }
     // A running job with the waiting frames 1..count.
-    std::string running(int count) {
-        const std::string id = add();
+    std::string running(int count, const User& user = User()) {
+        const std::string id = add(0, user);
         EXPECT_EQ(*store_->start(id), 1);
         std::vector<JobFrame> frames;
         for (int frame = 1; frame <= count; ++frame) {
@@ -61,6 +62,18 @@ class StoreTest : public testing::Test {
         }
         EXPECT_TRUE(store_->enter_frames(id, frames).ok());
         return id;
+    }
+    void begin(const std::string& id, int frame) {
+        ASSERT_TRUE(store_->frame_begins(id, frame).ok());
+    }
+    void write(const std::string& id, int frame, int64_t bytes = 5) {
+        ASSERT_TRUE(
+            store_->frame_ends(id, {frame, FrameState::written, "note", false, 1.5, bytes}).ok());
+    }
+    void end(const std::string& id, JobState state) {
+        Job ended = job(id);
+        ended.state = state;
+        ASSERT_TRUE(store_->end(ended).ok());
     }
     std::vector<Event> events(const std::string& id) { return *store_->events(id, 0, 100); }
     std::vector<FrameToDo> to_do(const std::string& id) { return *store_->to_do(id); }

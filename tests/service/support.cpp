@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/command/frames.h"
+#include "tests/support/status.h"
 
 namespace postchain::test {
 
@@ -32,10 +33,10 @@ std::string ServiceTest::outside(const std::string& name) const {
     return folder_.path("outside" + (name.empty() ? "" : "/" + name));
 }
 
-std::string ServiceTest::body(const std::string& more) {
-    return R"({"chain": {"postchain": 1, "passes": ["fxaa"]}, "input": "in.####.exr",
- "output": "out/o.####.exr")" +
-           more + "}";
+std::string ServiceTest::body(const std::string& more, const std::string& pass) {
+    return concat(R"({"chain": {"postchain": 1, "passes": [")", pass, R"("]},
+ "input": "in.####.exr", "output": "out/o.####.exr")",
+                  more, "}");
 }
 
 ServiceSettings ServiceTest::settings() {
@@ -54,21 +55,12 @@ ServiceSettings ServiceTest::settings() {
         const std::lock_guard lock(log_mutex_);
         log_.push_back(line);
     };
-    auto roots = Roots::of({root()});
-    EXPECT_TRUE(roots.ok()) << roots.status().message();
-    if (roots.ok()) settings.roots = *roots;
+    settings.roots = *Roots::of({root()});
     return settings;
 }
 
 void ServiceTest::open() {
-    auto opened = Service::open(settings(), *registry_);
-    ASSERT_TRUE(opened.ok()) << opened.status().message();
-    service_ = std::move(*opened);
-}
-
-std::string ServiceTest::held_body(const std::string& more) {
-    std::string text = body(more);
-    return text.replace(text.find("fxaa"), 4, "held");
+    service_ = must(Service::open(settings(), *registry_));
 }
 
 void ServiceTest::hold() {
@@ -77,6 +69,14 @@ void ServiceTest::hold() {
     HeldPass::held = true;
     HeldPass::waits = false;
     open();
+}
+
+bool ServiceTest::waits() {
+    return wait_for([] { return HeldPass::waits.load(); });
+}
+
+void ServiceTest::wait_for_done(const std::string& id, int count) const {
+    EXPECT_TRUE(wait_for([&] { return job(id).done == count; })) << job(id).done;
 }
 
 void ServiceTest::TearDown() {
@@ -94,45 +94,23 @@ const User& ServiceTest::user(const std::string& name) const {
 
 void ServiceTest::use(const std::string& users) {
     std::ofstream(folder_.path("users.yaml")) << "postchain_users: 1\nusers:\n" << users;
-    auto made = Users::of_file(folder_.path("users.yaml"), [this](const std::string& folder) {
+    users_ = must(Users::of_file(folder_.path("users.yaml"), [this](const std::string& folder) {
         return Roots::of({root()})->within({folder}).status();
-    });
-    ASSERT_TRUE(made.ok()) << made.status().message();
-    users_ = *made;
+    }));
 }
 
 std::string ServiceTest::submit(const std::string& body, const std::string& of) {
     bool created = false;
-    const auto answer = service_->submit(user(of), body, "", &created);
-    if (const auto* problem = std::get_if<Problem>(&answer)) {
-        ADD_FAILURE() << problem->detail << "\n" << text_of(problem->diagnostics);
-        return "";
-    }
+    const Job job = got(service_->submit(user(of), body, "", &created));
     EXPECT_TRUE(created);
-    return std::get<Job>(answer).id;
+    return job.id;
 }
 
 Problem ServiceTest::refused(const std::string& body, const std::string& of) {
     bool created = false;
-    auto answer = service_->submit(user(of), body, "", &created);
+    Problem problem = problem_of(service_->submit(user(of), body, "", &created));
     EXPECT_FALSE(created);
-    if (auto* problem = std::get_if<Problem>(&answer)) return std::move(*problem);
-    ADD_FAILURE() << "was taken: " << body;
-    return {};
-}
-
-Job ServiceTest::job(const std::string& id) const {
-    const auto answer = service_->job(id);
-    if (const auto* job = std::get_if<Job>(&answer)) return *job;
-    ADD_FAILURE() << std::get<Problem>(answer).detail;
-    return {};
-}
-
-std::vector<JobFrame> ServiceTest::frames(const std::string& id) const {
-    const auto answer = service_->frames(id);
-    if (const auto* frames = std::get_if<std::vector<JobFrame>>(&answer)) return *frames;
-    ADD_FAILURE() << std::get<Problem>(answer).detail;
-    return {};
+    return problem;
 }
 
 Answer<Picture> ServiceTest::answer_to(const Ask& ask) {
@@ -144,20 +122,9 @@ Answer<Picture> ServiceTest::answer_to(const Ask& ask) {
     return answer.get();
 }
 
-Picture ServiceTest::picture(const Ask& ask) {
-    auto got = answer_to(ask);
-    if (const auto* problem = std::get_if<Problem>(&got)) {
-        ADD_FAILURE() << problem->detail << text_of(problem->diagnostics);
-        return {};
-    }
-    return std::get<Picture>(std::move(got));
-}
-
-Problem ServiceTest::no_picture(const Ask& ask) {
-    auto got = answer_to(ask);
-    if (auto* problem = std::get_if<Problem>(&got)) return std::move(*problem);
-    ADD_FAILURE() << "an image of type " << std::get<Picture>(got).type;
-    return {};
+ServiceTest::Ask ServiceTest::previewing(const std::string& body,
+                                         const PreviewWanted& wanted) const {
+    return [=, this](auto done) { service_->preview(user(), body, wanted, std::move(done)); };
 }
 
 bool ServiceTest::wait_for(const std::function<bool()>& what) {
@@ -175,6 +142,12 @@ Job ServiceTest::ended(const std::string& id) const {
     return now;
 }
 
+Job ServiceTest::done(const std::string& id) const {
+    const Job job = ended(id);
+    EXPECT_EQ(job.state, JobState::done) << job.message;
+    return job;
+}
+
 std::string ServiceTest::in_folder(std::string body, const std::string& folder) const {
     fs::create_directories(root(folder));
     return body.replace(body.find("out/"), 4, folder + "/");
@@ -185,7 +158,7 @@ void ServiceTest::add_frames(int last) const {
 }
 
 std::vector<Event> ServiceTest::events(const std::string& id) const {
-    return std::get<std::vector<Event>>(service_->events(id, 0, 1000));
+    return got(service_->events(id, 0, 1000));
 }
 
 std::string ServiceTest::types_of(const std::string& id) const {

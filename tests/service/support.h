@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,19 @@
 
 namespace postchain::test {
 
+// The value of an answer that must have one, or its problem. The other kind ends the test.
+template <class T>
+T got(service::Answer<T> answer) {
+    if (const auto* problem = std::get_if<service::Problem>(&answer))
+        throw std::runtime_error(problem->detail + text_of(problem->diagnostics));
+    return std::get<T>(std::move(answer));
+}
+template <class T>
+service::Problem problem_of(service::Answer<T> answer) {
+    if (std::holds_alternative<T>(answer)) throw std::runtime_error("it was taken");
+    return std::get<service::Problem>(std::move(answer));
+}
+
 // FOLDER/root/in.####.exr (frames 1..), FOLDER/root/out/, FOLDER/store.db, FOLDER/outside/.
 class ServiceTest : public testing::Test {
   protected:
@@ -28,11 +42,13 @@ class ServiceTest : public testing::Test {
 
     std::string root(const std::string& name = "") const;
     std::string outside(const std::string& name = "") const;
-    // A run of FXAA over all frames, with extra members: ", \"strict\": true".
-    static std::string body(const std::string& more = "");
-    // The same with HeldPass in place of FXAA, in a service that hold() opens.
-    static std::string held_body(const std::string& more = "");
+    // A run of a pass over all frames, with extra members: ", \"strict\": true".
+    static std::string body(const std::string& more = "", const std::string& pass = "fxaa");
+    // The same with HeldPass, in a service that hold() opens.
+    static std::string held_body(const std::string& more = "") { return body(more, "held"); }
     void hold();
+    static bool waits();  // until HeldPass waits
+    void wait_for_done(const std::string& id, int count) const;
 
     void open();  // fails the test on errors
     void close() { service_.reset(); }
@@ -42,12 +58,17 @@ class ServiceTest : public testing::Test {
     const service::User& user(const std::string& name = "") const;
     // Users of a text of the file of users.
     void use(const std::string& users);
-    // The id. Fails the test if the job is refused.
-    std::string submit(const std::string& body, const std::string& user = "");
+    std::string submit(const std::string& body, const std::string& user = "");  // the id
     service::Problem refused(const std::string& body, const std::string& user = "");
-    service::Job job(const std::string& id) const;
-    std::vector<service::JobFrame> frames(const std::string& id) const;
+    service::Job job(const std::string& id) const { return got(service_->job(id)); }
+    std::vector<service::JobFrame> frames(const std::string& id) const {
+        return got(service_->frames(id));
+    }
     service::Job ended(const std::string& id) const;  // waits
+    // The end of a job of this body. done() fails the test if its state is another one.
+    service::Job ran(const std::string& body) { return ended(submit(body)); }
+    service::Job done(const std::string& id) const;
+    void retry(const std::string& id) { got(service_->retry(user(), id)); }
     // A body whose outputs go to this folder of the root, which is made.
     std::string in_folder(std::string body, const std::string& folder) const;
     void add_frames(int last) const;  // to the input: 7 to `last`
@@ -57,9 +78,9 @@ class ServiceTest : public testing::Test {
     // The answer to a request for an image: ask(done) calls done() later.
     using Ask = std::function<void(std::function<void(service::Answer<service::Picture>)>)>;
     static service::Answer<service::Picture> answer_to(const Ask& ask);
-    // The image or the refusal. Each fails the test on the other answer.
-    static service::Picture picture(const Ask& ask);
-    static service::Problem no_picture(const Ask& ask);
+    static service::Picture picture(const Ask& ask) { return got(answer_to(ask)); }
+    static service::Problem no_picture(const Ask& ask) { return problem_of(answer_to(ask)); }
+    Ask previewing(const std::string& body, const service::PreviewWanted& wanted = {}) const;
     // Waits until it is true; false after two minutes.
     static bool wait_for(const std::function<bool()>& what);
 

@@ -37,38 +37,35 @@ TEST_F(Team, JobsOfTwoUsersInterleave) {
     slice_s_ = 0;
     hold();
     const std::string a = submit(held_body(), "ann");
-    ASSERT_TRUE(wait_for([] { return test::HeldPass::waits.load(); }));
+    ASSERT_TRUE(waits());
     const std::string b = submit(in_folder(held_body(), "ops"), "ops");
     test::HeldPass::held = false;
-    EXPECT_EQ(ended(a).state, JobState::done) << ended(a).message;
-    EXPECT_EQ(ended(b).state, JobState::done) << ended(b).message;
-    EXPECT_EQ(ended(a).owner, "ann");
+    EXPECT_EQ(done(a).owner, "ann");
+    done(b);
     // Neither has waited for the end of the other.
-    for (const std::string& id : {a, b}) EXPECT_THAT(types_of(id), HasSubstr("requeued")) << id;
-    for (const std::string& id : {a, b})
+    for (const std::string& id : {a, b}) {
+        EXPECT_THAT(types_of(id), HasSubstr("requeued")) << id;
         for (const JobFrame& frame : frames(id)) EXPECT_LE(frame.attempts, 1) << frame.frame;
+    }
 }
 
 TEST_F(Team, FoldersAndRightsOfAUser) {
     use(kTwoUsers);
-    fs::create_directories(root("bob/out"));
     test::write_sequence(root("bob"), {1, 2}, 24, 16);
     open();
     EXPECT_EQ(refused(body(), "bob").kind, Problem::Kind::forbidden);
     std::string own = body();
     own.replace(own.find("in.####"), 0, "bob/");
     own.replace(own.find("out/"), 0, "bob/");
-    const std::string id = submit(own, "bob");
-    EXPECT_EQ(ended(id).state, JobState::done) << ended(id).message;
+    done(submit(own, "bob"));
     EXPECT_EQ(refused(body(R"(, "priority": 6)"), "bob").kind, Problem::Kind::forbidden);
     const std::string of_ann = submit(body(), "ann");
     ended(of_ann);
     // Others may look, and not touch. An administrator may.
     EXPECT_EQ(job(of_ann).owner, "ann");
     const User& bob = user("bob");
-    const auto forbids = [](const auto& answer) {
-        const auto* problem = std::get_if<Problem>(&answer);
-        return problem && problem->kind == Problem::Kind::forbidden;
+    const auto forbids = [](auto answer) {
+        return test::problem_of(std::move(answer)).kind == Problem::Kind::forbidden;
     };
     EXPECT_TRUE(forbids(service_->forget(bob, of_ann)));
     EXPECT_TRUE(forbids(service_->cancel(bob, of_ann)));
@@ -80,36 +77,10 @@ TEST_F(Team, FoldersAndRightsOfAUser) {
              [&](auto done) { service_->frame_image(bob, of_ann, 1, true, {}, done); },
              [&](auto done) { service_->input_image(bob, "out/o.####.exr", 1, {}, done); }})
         EXPECT_EQ(no_picture(ask).kind, Problem::Kind::forbidden);
-    EXPECT_EQ(
-        std::get<std::vector<ResultFile>>(service_->outputs(user("ann"), of_ann, 2, 4)).size(), 3u);
-    ASSERT_TRUE(std::holds_alternative<Job>(service_->forget(user("ops"), of_ann)));
-    EXPECT_TRUE(std::holds_alternative<Problem>(service_->job(of_ann)));
+    EXPECT_EQ(test::got(service_->outputs(user("ann"), of_ann, 2, 4)).size(), 3u);
+    test::got(service_->forget(user("ops"), of_ann));
+    test::problem_of(service_->job(of_ann));
     EXPECT_TRUE(fs::exists(root("out/o.0001.exr"))) << "outputs stay";
-}
-
-TEST_F(Team, ABenchMakesWayForALargerPriority) {
-    hold();
-    const std::string slow = submit(
-        R"({"kind": "bench", "chain": {"postchain": 1, "passes": ["fxaa", "held"]}, "priority": -1,
-            "input": "in.####.exr", "frames": "3", "output": "bench", "repeats": 3,
-            "split_frames": 0, "sweep": ["fxaa.preset=12,39"]})");
-    ASSERT_TRUE(wait_for([] { return test::HeldPass::waits.load(); }));
-    const std::string urgent = submit(body());
-    ASSERT_EQ(std::get<Job>(service_->change(user(), urgent, R"({"priority": 9})")).priority, 9);
-    test::HeldPass::held = false;
-    const Job first = ended(urgent);
-    EXPECT_EQ(first.state, JobState::done);
-    const Job other = ended(slow);
-    EXPECT_EQ(other.state, JobState::done) << other.message;
-    EXPECT_LE(first.ended_ms, other.ended_ms);
-    EXPECT_THAT(types_of(slow), HasSubstr("requeued"));
-    for (const char* body : {R"({"priority": 101})", "{}", R"({"priority": "1"})",
-                             R"({"priority": 1, "frames": 2})", "[]"})
-        EXPECT_EQ(std::get<Problem>(service_->change(user(), slow, body)).kind,
-                  Problem::Kind::invalid)
-            << body;
-    EXPECT_EQ(std::get<Problem>(service_->change(user(), slow, R"({"priority": 1})")).kind,
-              Problem::Kind::conflict);
 }
 
 TEST_F(Team, TheNewestPreviewOfASessionWins) {
@@ -125,26 +96,22 @@ TEST_F(Team, TheNewestPreviewOfASessionWins) {
         return promise->get_future();
     };
     auto first = asked("a");
-    ASSERT_TRUE(wait_for([] { return test::HeldPass::waits.load(); }));
+    ASSERT_TRUE(waits());
     auto second = asked("a"), other = asked("b"), third = asked("a");
     auto gone = asked("", std::make_shared<std::atomic<bool>>(true));
     test::HeldPass::held = false;
-    for (auto* replaced : {&first, &second}) {
-        const auto answer = replaced->get();
-        ASSERT_TRUE(std::holds_alternative<Problem>(answer));
-        EXPECT_EQ(std::get<Problem>(answer).kind, Problem::Kind::conflict);
-    }
-    EXPECT_TRUE(std::holds_alternative<Picture>(other.get()));
-    EXPECT_TRUE(std::holds_alternative<Picture>(third.get()));
-    EXPECT_TRUE(std::holds_alternative<Problem>(gone.get()));
+    for (auto* replaced : {&first, &second})
+        EXPECT_EQ(test::problem_of(replaced->get()).kind, Problem::Kind::conflict);
+    test::got(other.get());
+    test::got(third.get());
+    test::problem_of(gone.get());
 }
 
 TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
     use(kTwoUsers);
     std::ofstream(root("in.0003.exr"), std::ios::binary) << "no EXR";
     open();
-    const std::string id = submit(body(), "ann");
-    ended(id);
+    ended(submit(body(), "ann"));
     ASSERT_TRUE(wait_for([&] { return logged().find("of 6 frames") != std::string::npos; }));
     const std::string text = logged();
     for (const char* part : {"job 1 of ann queued: run, priority 0\n", "job 1 of ann started: run",

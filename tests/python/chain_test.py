@@ -37,12 +37,10 @@ def test_set():
                                     set={"motion_blur.samples": 17, "camera.f_stop": 2})
     assert chain.dict()["camera"] == {"f_stop": 2}
     assert postchain.Chain(chain, set={"camera.f_stop": None}).dict()["camera"] == {}
-
-
-def test_numpy_values_in_a_dict():
-    chain = dict(BLUR, passes=[{"motion_blur": {"mode": "inverse_warp",
-                                                "samples": numpy.int32(9)}}])
-    assert postchain.Chain(chain) == postchain.Chain(BLUR)
+    blur = {"mode": "inverse_warp", "samples": numpy.int32(9)}
+    assert postchain.Chain({"postchain": 1, "passes": [{"motion_blur": blur}]}) == postchain.Chain(BLUR)
+    with pytest.raises(postchain.UsageError, match="samples"):
+        postchain.Chain(BLUR, set={"motion_blur.samples": "many"})
 
 
 def test_an_error_in_a_file(tmp_path):
@@ -80,20 +78,11 @@ def test_an_error_in_a_dict_names_the_key():
     ({"passes": []}, postchain.ChainError, "postchain"),
     ({"postchain": 1, "passes": [{"fxaa": {"subpix": float("nan")}}]}, postchain.ChainError,
      "subpix"),
+    ({"postchain": 1, "passes": [object()]}, TypeError, "object"),
 ])
 def test_wrong_sources(source, kind, words):
     with pytest.raises(kind, match=words):
         postchain.Chain(source)
-
-
-def test_a_value_without_a_form_in_json():
-    with pytest.raises(TypeError, match="object"):
-        postchain.Chain({"postchain": 1, "passes": [object()]})
-
-
-def test_a_wrong_set():
-    with pytest.raises(postchain.UsageError, match="samples"):
-        postchain.Chain(BLUR, set={"motion_blur.samples": "many"})
 
 
 def test_schema():

@@ -25,11 +25,12 @@ class Camera(Case):
         data.dof.aperture_ratio = 2
         data.shift_x = 0.125
         render.motion_blur_shutter, render.fps, render.fps_base = 0.75, 30, 1.001
+        render.resolution_x, render.resolution_y, render.resolution_percentage = 1100, 300, 29
         self.scene.cycles.motion_blur_position = "START"
         self.scene.unit_settings.scale_length = 0.01  # Blender's lens does not follow it
         found = self.one()
         for key, value in {
-                "resolution": [64, 36], "near_clip": 0.25, "far_clip": 80, "focal_length_mm": 35,
+                "resolution": [319, 87], "near_clip": 0.25, "far_clip": 80, "focal_length_mm": 35,
                 "sensor_width_mm": 32, "sensor_fit": "auto", "f_stop": 0.05, "focus_distance": 8,
                 "aperture_blades": 7, "aperture_rotation_deg": 30, "aperture_ratio": 2,
                 "lens_shift": [0.125, 0], "shutter_frames": 0.75, "shutter_position": "start",
@@ -42,19 +43,14 @@ class Camera(Case):
 
     def test_animated_values_are_those_of_each_frame(self):
         data = self.scene.camera.data
-        for frame, value in ((1, 4.0), (3, 8.0)):
-            data.dof.focus_distance = value
-            data.dof.keyframe_insert("focus_distance", frame=frame)
-            data.dof.aperture_fstop = value / 4
-            data.dof.keyframe_insert("aperture_fstop", frame=frame)
-            self.scene.render.motion_blur_shutter = value / 8
-            self.scene.render.keyframe_insert("motion_blur_shutter", frame=frame)
+        for frame, scale in ((1, 1), (3, 2)):
+            for owner, key, value in ((data.dof, "focus_distance", 4), (data.dof, "aperture_fstop", 1),
+                                      (self.scene.render, "motion_blur_shutter", 0.5)):
+                setattr(owner, key, value * scale)
+                owner.keyframe_insert(key, frame=frame)
         self.scene.frame_set(17)
         found = self.one((1, 2, 3))
-        self.assertEqual(found["frames"]["1"], {"focus_distance": 4, "f_stop": 1,
-                                                "shutter_frames": 0.5})
-        self.assertEqual(found["frames"]["3"], {"focus_distance": 8, "f_stop": 2,
-                                                "shutter_frames": 1})
+        self.assertEqual(found["frames"]["3"], {"focus_distance": 8, "f_stop": 2, "shutter_frames": 1})
         self.assertAlmostEqual(found["frames"]["2"]["focus_distance"], 6, places=5)
         self.assertEqual(self.scene.frame_current, 17)  # the scene stays where it was
 
@@ -96,10 +92,6 @@ class Camera(Case):
             self.assertAlmostEqual(rows[0][3], int(frame), places=5)
         self.says("frame step 2", wrong=False)
 
-    def test_negative_frames(self):
-        self.scene.frame_start, self.scene.frame_end = -2, 0
-        self.assertEqual(list(self.one(range(-2, 1))["frames"]), ["-2", "-1", "0"])
-
     def test_markers_switch_cameras(self):
         eye = self.scene.camera
         second = self.second_camera()
@@ -124,23 +116,15 @@ class Camera(Case):
         self.assertEqual([at(self.scene, frame) for frame in (0, 2, 3, 4, 5, 9)],
                          [eye, eye, second, second, eye, eye])
 
-    def test_resolution_is_blenders(self):
-        self.scene.render.resolution_x, self.scene.render.resolution_y = 1100, 300
-        self.scene.render.resolution_percentage = 29
-        (_, content), = self.describe([1])
-        self.assertEqual(content["resolution"], [319, 87])
-
     def test_scenes_without_a_camera_file(self):
         eye = self.scene.camera
         error = addon().camera.CameraError
         self.scene.camera = None
-        self.fails(bpy.ops.postchain.prepare, "the scene has no camera", "Scene properties, Camera")
-        self.fails(bpy.ops.postchain.filter, "the scene has no camera")
-        self.fails(bpy.ops.postchain.compare, "the scene has no camera")
+        for operator in (bpy.ops.postchain.prepare, bpy.ops.postchain.filter, bpy.ops.postchain.compare):
+            self.fails(operator, "the scene has no camera")
         self.assertRaisesRegex(error, "frame 2: the scene has no camera", self.describe)
         self.scene.camera = bpy.data.objects["cube"]
         self.assertRaisesRegex(error, "'cube', the scene's camera, is not a camera", self.describe)
-        self.fails(bpy.ops.postchain.prepare, "the scene has no camera")
         self.scene.camera = eye
         eye.data.type = "PANO"
         self.assertRaisesRegex(error, "'eye' is panoramic.*Perspective", self.describe)

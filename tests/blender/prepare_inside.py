@@ -27,22 +27,19 @@ class Prepare(Case):
         self.assertIn("lens: depth of field off", texts)
         return before
 
-    def test_sets_and_puts_back(self):
-        before = self.prepare()
-        self.assertEqual(addon().prepare.missing(self.scene), [])
-        self.assertEqual(bpy.ops.postchain.prepare(), {"FINISHED"})  # changes nothing more
+    def put_back(self, before):
         bpy.ops.postchain.put_back()
         self.assertEqual(self.state(), before)
-        self.assertFalse(bpy.ops.postchain.put_back.poll())
 
     def test_twice_keeps_the_first_values(self):
         before = self.prepare()
+        self.assertEqual(addon().prepare.missing(self.scene), [])
         self.scene.camera.data.dof.use_dof = True
         self.scene.render.image_settings.file_format = "OPEN_EXR"
         bpy.ops.postchain.prepare()
         self.assertEqual(self.state(), self.PREPARED)
-        bpy.ops.postchain.put_back()
-        self.assertEqual(self.state(), before)
+        self.put_back(before)
+        self.assertFalse(bpy.ops.postchain.put_back.poll())
 
     def test_state_is_in_the_file(self):
         before = self.prepare()
@@ -52,8 +49,7 @@ class Prepare(Case):
         bpy.ops.wm.open_mainfile(filepath=path)
         self.scene = bpy.context.scene
         self.assertEqual(self.state(), self.PREPARED)
-        bpy.ops.postchain.put_back()
-        self.assertEqual(self.state(), before)
+        self.put_back(before)
 
     def test_undo(self):
         bpy.ops.ed.undo_push(message="before")
@@ -66,8 +62,7 @@ class Prepare(Case):
         bpy.ops.ed.redo()
         self.scene = bpy.context.scene
         self.assertEqual(self.state(), self.PREPARED)
-        bpy.ops.postchain.put_back()
-        self.assertEqual(self.state(), before)
+        self.put_back(before)
 
     def test_later_changes_are_kept(self):
         self.prepare()
@@ -130,12 +125,6 @@ class Problems(Case):
             self.says(f"holds '{token}' beside its frame number", wrong=True)
         render.filepath = os.path.join(self.folder, "a##/b_##_100%_d")
         self.assertEqual(self.problems(), [])
-        self.scene.cycles.motion_blur_position = "END"
-        self.says("not Center on Frame", wrong=False)
-        self.scene.camera.data.shift_y = 0.1
-        self.says("shifted lens", wrong=False)
-        render.pixel_aspect_x = 2
-        self.says("pixel aspect", wrong=False)
 
     def test_motion_blur_of_cycles_that_the_filter_lacks(self):
         cube, wall = (bpy.data.objects[name] for name in ("cube", "wall"))
@@ -157,10 +146,15 @@ class Problems(Case):
             self.scene.collection.objects.link(other)
         self.says("'cube.005' and 2 more", wrong=False)
 
-    def test_shutter_of_cycles_that_the_filter_lacks(self):
-        self.scene.cycles.rolling_shutter_type = "TOP"
-        self.says("Rolling Shutter is on", wrong=False)
-        self.scene.cycles.rolling_shutter_type = "NONE"
-        self.assertEqual(self.problems(), [])
-        self.scene.render.motion_blur_shutter_curve.curves[0].points[0].location.y = 0
-        self.says("Shutter Curve is not constant", wrong=False)
+    def test_what_the_filter_lacks(self):
+        scene = self.scene
+        for owner, key, value, text in [
+                (scene.cycles, "rolling_shutter_type", "TOP", "Rolling Shutter is on"),
+                (scene.cycles, "motion_blur_position", "END", "not Center on Frame"),
+                (scene.camera.data, "shift_y", 0.1, "shifted lens"),
+                (scene.render, "pixel_aspect_x", 2, "pixel aspect"),
+                (scene.render.motion_blur_shutter_curve.curves[0].points[0].location, "y", 0,
+                 "Shutter Curve is not constant")]:
+            self.assertFalse([said for _, said in self.problems() if text in said])
+            setattr(owner, key, value)
+            self.says(text, wrong=False)

@@ -1,13 +1,11 @@
 """A sequence split over a farm has the pixels of a single run, whatever is killed.
 
-    farm.py COMMAND FARM [--frames 40] [--work DIR] [--only slurm|openjd|opencue|local]
+    farm.py COMMAND FARM [--frames 40] [--work DIR] [--only slurm|openjd|opencue]
 
 FARM: tools/farm. Frames of a generated scene are filtered once in one process, then
-  slurm    by tools/farm/postchain.sbatch on a single-node Slurm (cluster.py), as 1, 4 and all
-           tasks; and as 4 tasks while processes are killed, tasks requeued and the node's daemon
-           killed
-  local    as local processes, two at a time, some of them killed; replaces slurm, with a message,
-           if no node can start
+  slurm    by tools/farm/postchain.sbatch on a single-node Slurm (cluster.py), as 1, 4 and more tasks
+           than frames; and as 4 tasks while processes are killed, tasks requeued and the node's
+           daemon killed. Skipped, with a message, if no node can start
   openjd   the command lines of tools/farm/postchain.openjd.json, and the lines they print
   opencue  the command line of docs/farm.md
 Each output must equal the first run's bit by bit. Exits with 1 if one differs.
@@ -59,17 +57,11 @@ def compare(what, path, expected):
     return f"{len(found)} frames, {len(differing)} with other bits"
 
 
-def workers(out):
-    return writers(out, lambda command: command[0].endswith(b"postchain"))
-
-
 def kill_one(out, chance):
-    running = workers(out)
-    if not running:
-        return False
+    running = writers(out, lambda command: command[0].endswith(b"postchain"))
     try:
         os.kill(chance.choice(running), signal.SIGKILL)
-    except ProcessLookupError:
+    except (IndexError, ProcessLookupError):
         return False
     return True
 
@@ -111,46 +103,9 @@ def slurm_round(cluster, name, tasks, expected, kills=0, kill_node=False):
 def run_slurm(expected):
     with Cluster(WORK / "cluster", cores=2) as cluster:
         cluster.environment["POSTCHAIN"] = str(POSTCHAIN)
-        for tasks in [1, 4, FRAMES]:
+        for tasks in [1, 4, FRAMES + 3]:
             slurm_round(cluster, f"slurm{tasks}", tasks, expected)
         slurm_round(cluster, "slurm4killed", 4, expected, kills=3, kill_node=True)
-
-
-def local_round(name, parts, expected, kills=0):
-    out = folder(name)
-    chance = random.Random(parts)
-    waiting = list(range(1, parts + 1))
-    running = {}
-    killed = 0
-    while waiting or running:
-        while waiting and len(running) < 2:
-            part = waiting.pop(0)
-            environment = dict(os.environ, SLURM_ARRAY_TASK_ID=str(part), SLURM_CPUS_PER_TASK="1",
-                               POSTCHAIN=str(POSTCHAIN))
-            running[part] = subprocess.Popen(
-                ["bash", FARM / "postchain.sbatch", str(parts), *words(out)], env=environment,
-                stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        if killed < kills and list(out.glob("o.*.exr")) and kill_one(out, chance):
-            killed += 1
-        for part, process in list(running.items()):
-            if process.poll() is None:
-                continue
-            del running[part]
-            if process.returncode != 0:
-                check(process.returncode == -signal.SIGKILL,
-                      f"{name}: part {part} ended with {process.returncode}")
-                waiting.append(part)
-        time.sleep(0.02)
-    check(killed == kills, f"{name}: {killed} of {kills} kills came in time")
-    print(f"{name}: {parts} parts, {killed} killed: {compare(name, out, expected)}")
-
-
-def run_local(expected):
-    for parts in [4, FRAMES]:
-        local_round(f"local{parts}", parts, expected)
-    local_round("local4killed", 4, expected, kills=3)
-    # More parts than frames: some are empty, which is not an error.
-    local_round("localmany", FRAMES + 3, expected)
 
 
 def filled(text, values):
@@ -219,7 +174,7 @@ def main():
     parser.add_argument("farm", type=pathlib.Path)
     parser.add_argument("--frames", type=int, default=40)
     parser.add_argument("--work", type=pathlib.Path, default="out/farm")
-    parser.add_argument("--only", choices=["slurm", "local", "openjd", "opencue"])
+    parser.add_argument("--only", choices=["slurm", "openjd", "opencue"])
     options = parser.parse_args()
     POSTCHAIN, FARM, FRAMES = options.command.resolve(), options.farm.resolve(), options.frames
     WORK = options.work.resolve()
@@ -236,10 +191,7 @@ def main():
         try:
             run_slurm(expected)
         except CannotStart as why:
-            skipped(f"a sequence over Slurm: {why} (the parts run as local processes)", *PACKAGES)
-            wanted.append("local")
-    if "local" in wanted:
-        run_local(expected)
+            skipped(f"a sequence over Slurm: {why}", *PACKAGES)
     if "openjd" in wanted:
         run_openjd(expected)
     if "opencue" in wanted:

@@ -350,14 +350,14 @@ class WrongTokens(Attacked):
     settings = ["token=" + TOKEN]
 
     def test_wrong_ones(self):
-        for cookie in ["postchain_session=", "postchain_session=x", "postchain_session=" + "0" * 64]:
-            self.assertEqual(self.server.ask("GET", "/v1/jobs", None, {"Cookie": cookie})[0], 401)
-        for value in ["", "Bearer", "Bearer ", "Bearer x", "Bearer " + TOKEN[:-1],
-                      "Bearer " + TOKEN + "0", "Bearer " + TOKEN * 2,
-                      "Basic " + TOKEN, TOKEN, "Bearer  " + TOKEN,
-                      "Bearer " + TOKEN + ", Bearer x"]:
-            status = self.server.ask("GET", "/v1/jobs", None, {"Authorization": value})[0]
-            self.assertEqual(status, 401, value)
+        for name, values in {
+                "Cookie": ["postchain_session=" + session for session in ("", "x", "0" * 64)],
+                "Authorization": [
+                    "", "Bearer", "Bearer ", "Bearer x", "Bearer " + TOKEN[:-1], f"Bearer {TOKEN}0",
+                    "Bearer " + TOKEN * 2, "Basic " + TOKEN, TOKEN, "Bearer  " + TOKEN,
+                    f"Bearer {TOKEN}, Bearer x"]}.items():
+            for value in values:
+                self.assertEqual(self.server.ask("GET", "/v1/jobs", None, {name: value})[0], 401, value)
 
         # After many of them the address waits, whatever the token.
         def both_wait():

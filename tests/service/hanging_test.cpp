@@ -81,15 +81,6 @@ TEST_F(Hanging, AReadThatHangsEndsItsJobAndNotTheService) {
     for (const JobFrame& frame : frames(id)) EXPECT_LE(frame.attempts, 1) << frame.frame;
 }
 
-TEST_F(Hanging, ReadinessFollowsTheProgress) {
-    const std::string id = submit(hanging());
-    ASSERT_TRUE(wait_for([&] { return job(id).done >= 2 && g_hanging > 0; }));
-    EXPECT_TRUE(service_->health().progress) << "no limit";
-    test::got(service_->cancel(user(), id));
-    service_->drain();  // does not wait for ever
-    EXPECT_THAT(service_->health().why, HasSubstr("1 thread hangs"));
-}
-
 // Each thread that hangs keeps a frame and a device, so that not all of them can be replaced.
 TEST_F(Hanging, AfterEightThreadsThatHangItWaitsForOneOfThem) {
     answer();
@@ -187,9 +178,6 @@ class Gate : public Hanging {
         return std::stod(text.substr(text.find(name) + name.size()));
     }
     Job now(const std::string& id) { return **store_->job(id); }
-    bool becomes(const std::string& id, JobState state) {
-        return wait_for([&] { return now(id).state == state; });
-    }
 
     DeviceGate gate_{1h};
     egl::ContextOptions device_;
@@ -200,20 +188,6 @@ class Gate : public Hanging {
     std::unique_ptr<Readers> readers_;
     std::unique_ptr<Worker> worker_;
 };
-
-TEST_F(Gate, AJobWaitsForAPreviewAndGoesOn) {
-    std::string id;
-    {
-        const DeviceGate::Hold preview(gate_);
-        id = waiting();
-        const double once = waited();
-        EXPECT_TRUE(wait_for([&] { return waited() > once; })) << "it asks again";
-        EXPECT_EQ(now(id).done, 0);
-        EXPECT_EQ(now(id).state, JobState::running);
-    }
-    ASSERT_TRUE(becomes(id, JobState::done)) << now(id).message;
-    EXPECT_EQ(now(id).done, 6);
-}
 
 TEST_F(Gate, AWaitingJobCanBeCanceled) {
     const DeviceGate::Hold preview(gate_);
@@ -235,10 +209,14 @@ TEST_F(Gate, APreviewHoldsTheGate) {
                              [&](Answer<Picture> made) { answer.set_value(std::move(made)); }));
     ASSERT_TRUE(wait_for([] { return g_hanging > 0; }));
     const std::string id = waiting();
+    const double once = waited();
+    EXPECT_TRUE(wait_for([&] { return waited() > once; })) << "it asks again";
     EXPECT_EQ(now(id).done, 0);
+    EXPECT_EQ(now(id).state, JobState::running);
     g_hangs = false;
     test::got(answer.get_future().get());
-    EXPECT_TRUE(becomes(id, JobState::done)) << now(id).message;
+    EXPECT_TRUE(wait_for([&] { return now(id).state == JobState::done; })) << now(id).message;
+    EXPECT_EQ(now(id).done, 6);
 }
 
 }  // namespace

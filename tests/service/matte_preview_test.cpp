@@ -10,8 +10,6 @@
 namespace postchain::service {
 namespace {
 
-using testing::HasSubstr;
-
 // Frames with mattes: "all" is 1, "none" 0 and "half" 0.5 everywhere, "checker" alternates between
 // 1 and 0, "left" is 1 in the left half.
 class MattePreviews : public test::ServiceTest {
@@ -87,12 +85,6 @@ TEST_F(MattePreviews, ReducedTheMatteIsTheMeanOfWhatAPixelCovers) {
         for (int x = 0; x < kWidth / 4; ++x)
             ASSERT_NEAR(left.at(x, y, 0), held.at(x, y, 0), 1e-6) << x << " " << y;
     EXPECT_GT(test::largest_difference(left, held), 0.05);
-}
-
-TEST_F(MattePreviews, AMatteThatIsNotThereIsSaidWithTheNearestName) {
-    const std::string asked =
-        concat("{", chain("lefd", ""), R"(, "input": "in.####.exr", "frame": 2})");
-    EXPECT_THAT(no_picture(previewing(asked)).detail, HasSubstr("did you mean 'mask.left'?"));
 }
 
 }  // namespace

@@ -1,9 +1,6 @@
 """The page for everybody: contrast, names, sizes and the order of Tab, in headless Chromium.
 
-usage: page_access_test.py POSTCHAIN      AXE_CORE=axe.min.js in the environment runs axe as well"""
-import os
-import pathlib
-
+usage: page_access_test.py POSTCHAIN"""
 from service_page import OnTheService, TAB, run
 
 
@@ -64,12 +61,6 @@ class Accessible(OnTheService):
         for scheme in ("light", "dark"):
             self.browser.scheme(scheme)
             self.assertEqual(self.browser.run(FAULTS), [], (where, scheme))
-            if os.environ.get("AXE_CORE"):
-                self.browser.command("Runtime.evaluate", expression=pathlib.Path(
-                    os.environ["AXE_CORE"]).read_text(encoding="utf8"))
-                self.assertEqual(self.browser.run(
-                    "return (await axe.run(document)).violations.map((one) => [one.id, "
-                    "...one.nodes.map((n) => n.html.slice(0, 90))]);"), [], (where, scheme))
             for width in (360, 700, 1280, 2200):
                 self.browser.size(width, 800)
                 self.assertLessEqual(self.browser.run(

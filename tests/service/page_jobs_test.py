@@ -30,11 +30,9 @@ class Jobs(OnTheService):
         self.browser.errors()  # the damaged frame
 
     def test_search_is_the_services(self):
-        for i in range(45):
-            self.submit(output=f"out/many{i}.####.exr", frames="1", priority=-5)
         first = self.submit(input="broken/f.####.exr", output="out/needle.####.exr", frames="1",
                             priority=-50)
-        for i in range(45, 90):
+        for i in range(90):
             self.submit(output=f"out/many{i}.####.exr", frames="1", priority=-5)
         try:
             self.open()
@@ -47,8 +45,6 @@ class Jobs(OnTheService):
             self.browser.run("document.getElementById('search').focus();")
             self.browser.keys(*"needle")
             self.browser.wait("document.querySelectorAll('#job-list .entry').length === 1")
-            self.assertEqual(self.browser.run("return document.querySelector('#job-list .entry')"
-                                              ".dataset.job;"), first)
             self.assertEqual(self.text("#job-list .name"), "broken/f")
             self.browser.keys(*" nowhere")
             self.browser.wait("document.getElementById('no-jobs').checkVisibility()")

@@ -50,43 +50,39 @@ TEST_F(RootsTest, PathsInsideAndOutside) {
                                               {".", "/root"},
                                               {base_ + "/second/b", "/second/b"},
                                               {"../second/b", "/second/b"},
-                                              {"...", "/root/..."},
-                                              {"../secret", ""},
-                                              {"shots/../../secret", ""},
-                                              {"/etc/passwd", ""},
-                                              {base_ + "/secret", ""},
-                                              {base_ + "/rootless", ""},
-                                              {root("/../rootless/x"), ""},
-                                              {"/", ""},
-                                              {"..", ""},
-                                              {base_, ""},
-                                              {"nothere/../../secret", ""},
-                                              {"../root/../secret", ""},
-                                              {"shots/a.exr/../../../secret", ""}})
+                                              {"...", "/root/..."}})
         EXPECT_EQ(resolved(path), expected) << path;
+    const std::vector<std::string> outside = {"../secret",
+                                              "shots/../../secret",
+                                              "/etc/passwd",
+                                              base_ + "/secret",
+                                              base_ + "/rootless",
+                                              root("/../rootless/x"),
+                                              "/",
+                                              "..",
+                                              base_,
+                                              "nothere/../../secret",
+                                              "../root/../secret",
+                                              "shots/a.exr/../../../secret"};
+    for (const std::string& path : outside) EXPECT_EQ(resolved(path), "") << path;
 }
 
 TEST_F(RootsTest, LinksAreFollowed) {
-    for (const auto& [link, target] : Table{{root("/inside"), "shots"},
-                                            {root("/out"), base_ + "/rootless"},
-                                            {root("/file"), "../secret"},
-                                            {root("/dangling"), "../nothere"},
-                                            {root("/loop"), "loop"},
-                                            {root("/shots/top"), "/"},
-                                            {base_ + "/rootless/back", base_ + "/root"}})
-        fs::create_symlink(target, link);
-    for (const auto& [path, expected] :
-         Table{{"inside/a.exr", "/root/shots/a.exr"},
-               {"out", ""},
-               {"out/new.exr", ""},
-               {"out/../root/shots/a.exr", "/root/shots/a.exr"},
-               {"file", ""},
-               {"dangling", ""},  // leads nowhere yet
-               {"dangling/x", ""},
-               {"loop", ""},
-               {"shots/top/etc/passwd", ""},
-               {base_ + "/rootless/back/shots/a.exr", "/root/shots/a.exr"}})
-        EXPECT_EQ(resolved(path), expected) << path;
+    for (const auto& [link, target] : Table{{"/inside", "shots"},
+                                            {"/out", base_ + "/rootless"},
+                                            {"/file", "../secret"},
+                                            {"/dangling", "../nothere"},
+                                            {"/loop", "loop"},
+                                            {"/shots/top", "/"}})
+        fs::create_symlink(target, root(link));
+    fs::create_symlink(base_ + "/root", base_ + "/rootless/back");
+    for (const std::string& path :
+         {std::string("inside/a.exr"), std::string("out/../root/shots/a.exr"),
+          base_ + "/rootless/back/shots/a.exr"})
+        EXPECT_EQ(resolved(path), "/root/shots/a.exr") << path;
+    for (const char* path :
+         {"out", "out/new.exr", "file", "dangling", "dangling/x", "loop", "shots/top/etc/passwd"})
+        EXPECT_EQ(resolved(path), "") << path;
 }
 
 TEST_F(RootsTest, NamesThatAreNone) {

@@ -1,7 +1,6 @@
 """A server under test: raw sockets to it, jobs, and a fixture for `postchain serve`. Needs only Python's
 own library."""
 import contextlib
-import http.client
 import json
 import pathlib
 import re
@@ -14,6 +13,7 @@ import time
 import unittest
 
 PATIENCE_S = 120  # for what takes milliseconds on an idle machine
+KILLED = (-signal.SIGKILL, 128 + signal.SIGKILL)
 
 
 def wait_until(holds):
@@ -47,7 +47,10 @@ class Server:
         line = self.process.stdout.readline()
         found = re.search(r"(\d+)/?\s*$", line)
         if not found:
-            raise RuntimeError(f"did not start: {line} {self.process.stderr.read()}")
+            error = self.process.communicate()[1]
+            if self.process.returncode in KILLED:
+                raise ConnectionError("was killed at once")
+            raise RuntimeError(f"did not start: {line} {error}")
         self.port = int(found[1])
         self.reader = threading.Thread(target=self.read, daemon=True)
         self.reader.start()
@@ -105,7 +108,7 @@ class Server:
     def submit(self, body, headers=None):
         """The job's id."""
         status, _, answer = self.ask("POST", "/v1/jobs", body, headers)
-        if status != 202:
+        if status not in (200, 202):
             raise AssertionError(f"{status}: {answer.decode()}")
         return json.loads(answer)["id"]
 
@@ -145,49 +148,20 @@ class Served(unittest.TestCase):
 
 def work_on(command, body, key, kill_after=None, env=None):
     """Starts the service, submits a job under a key, waits until it has ended and stops the service.
-    The job as it was told, or None where the process died first: by itself, or by SIGKILL
-    `kill_after` seconds after its start."""
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          env=env) as process:
-        killer = threading.Timer(kill_after, process.kill) if kill_after is not None else None
-        if killer:
-            killer.start()
-        errors = []
-        reader = threading.Thread(target=lambda: errors.extend(process.stderr), daemon=True)
-        reader.start()
-        try:
-            job = submit_and_wait(process.stdout.readline().strip(), body, key)
-        except (OSError, http.client.HTTPException):
-            job = None
-        finally:
-            if killer:
-                killer.cancel()
-            process.terminate()
-            code = process.wait(timeout=60)
-            reader.join()
-    if job is None and code != -signal.SIGKILL:
-        raise RuntimeError(f"exit code {code}: {''.join(errors)}")
+    The job as it was told, or None where the process was killed first: by itself, or `kill_after`
+    seconds after its start."""
+    if kill_after is not None:
+        command = ["timeout", "-s", "KILL", str(kill_after), *command]
+    server = job = None
+    try:
+        server = Server(command, env)
+        job = server.ended(server.submit(body, {"Idempotency-Key": key}))
+    except (OSError, ValueError, AssertionError):
+        if server and server.stop() not in KILLED:
+            raise
+        return None
+    server.stop()
     return job
-
-
-def submit_and_wait(address, body, key):
-    """Raises OSError or HTTPException if the service has ended."""
-    if not address:
-        raise ConnectionError("no address")
-    client = http.client.HTTPConnection(address.split("/")[2], timeout=60)
-    with contextlib.closing(client):
-        client.request("POST", "/v1/jobs", json.dumps(body),
-                       {"Content-Type": "application/json", "Idempotency-Key": key})
-        while True:
-            reply = client.getresponse()
-            text = reply.read()
-            if reply.status not in (200, 202):
-                raise RuntimeError(f"{reply.status}: {text.decode()}")
-            job = json.loads(text)
-            if job["ended"]:
-                return job
-            time.sleep(0.02)
-            client.request("GET", f"/v1/jobs/{job['id']}")
 
 
 def read_all(client):

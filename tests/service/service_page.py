@@ -14,7 +14,7 @@ from server import Server, make_scene, serve_command  # noqa: E402
 PROGRAM = os.path.abspath(sys.argv[1])
 TOKEN = "0123456789abcdef"
 HOSTILE = "<img hostile src onerror>"
-TAB, ENTER, LEFT, DOWN, ALT = "\ue004", "\ue007", "\ue012", "\ue015", "\ue00a"
+TAB, ENTER, DOWN, ALT = "\ue004", "\ue007", "\ue015", "\ue00a"
 SHOT = "shot=shots/sharp.%23%23%23%23.exr&camera=shots/camera.json"
 SHOWN = ("postchain.viewer?.shown?.image && "
          "document.getElementById('canvas').getAttribute('aria-busy') !== 'true'")

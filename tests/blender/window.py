@@ -63,15 +63,13 @@ def shown():
             if one.type == "IMAGE_EDITOR" and one.spaces.active.image]
 
 
-def call(operator, **options):
+def start(addon):
+    """The job of Filter, which has begun."""
     with bpy.context.temp_override(window=window(), area=area("PROPERTIES"),
                                    region=area("PROPERTIES").regions[-1]):
-        return operator("INVOKE_DEFAULT", **options)
-
-
-def screenshot(name):
-    with bpy.context.temp_override(window=window(), area=area("PROPERTIES")):
-        bpy.ops.screen.screenshot(filepath=os.path.join(FOLDER, name))
+        check(bpy.ops.postchain.filter("INVOKE_DEFAULT") == {"RUNNING_MODAL"}, "starts")
+    job, = addon.command.Job.running
+    return job
 
 
 def steps():
@@ -96,7 +94,6 @@ def steps():
     yield from until(output_tab, "the panel is drawn")
     for _ in range(3):
         yield
-    screenshot("before.png")
     scene.postchain.comparison = json.dumps({"frame": 2, "page": "report/index.html", "rows": [
         ["as_rendered", "30.00 dB", "0.100", "0.900"], ["filtered", "40.00 dB", "0.050", "0.950"]]})
     eye, scene.camera = scene.camera, None  # with messages, and every parameter
@@ -106,7 +103,6 @@ def steps():
         area("PROPERTIES").tag_redraw()
         for _ in range(2):
             yield
-        screenshot(f"{order}.png")
     scene.camera = eye
     bpy.ops.postchain.reset(name="joint_blur")
     bpy.ops.postchain.prepare()
@@ -114,10 +110,8 @@ def steps():
     bpy.ops.render.render(animation=True)
     scene.postchain.preset, scene.postchain.samples = "best", 1023  # ended long before it is done
     yield
-    screenshot("prepared.png")
 
-    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts")
-    job, = addon.command.Job.running
+    job = start(addon)
     yield
     check(job._process.poll() is None, "runs")
     window().event_simulate(type="ESC", value="PRESS")
@@ -126,8 +120,7 @@ def steps():
     check(job._process.poll() is not None, "Esc ends the process")
     check("cancelled" in bpy.context.window_manager.postchain_outcome, "the panel says so")
 
-    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts again")
-    job, = addon.command.Job.running
+    job = start(addon)
     yield
     path = os.path.join(FOLDER, "shot.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
@@ -140,15 +133,15 @@ def steps():
 
     scene = bpy.context.scene
     scene.postchain.preset, scene.postchain.existing, scene.postchain.samples = "fast", "overwrite", 0
-    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts after loading")
+    start(addon)
     yield from until(lambda: "3 frames are in" in bpy.context.window_manager.postchain_outcome, "filters")
-    yield from until(lambda: shown() == ["shot_0001.exr", "postchain shot_0001.exr"], "shows input and result")
-    screenshot("filtered.png")
+    yield from until(lambda: shown() == ["shot_0001.exr", "postchain shot_0001.exr"],
+                     "shows input and result")
     for one in window().screen.areas:
         if one.type == "IMAGE_EDITOR":
             one.type = "VIEW_3D"
     yield
-    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts without an image editor")
+    start(addon)  # without an image editor
     yield from until(lambda: len(bpy.context.window_manager.windows) == 2 and len(shown()) == 2,
                      "a window shows both")
     yield from until(ended, "the job has ended")
@@ -164,8 +157,7 @@ def steps():
     # While a job runs, the add-on can be switched off.
     bpy.ops.postchain.prepare()
     bpy.context.scene.postchain.preset, bpy.context.scene.postchain.samples = "best", 1023
-    check(call(bpy.ops.postchain.filter) == {"RUNNING_MODAL"}, "starts before it is switched off")
-    job, = addon.command.Job.running
+    job = start(addon)
     check(job._process.poll() is None, "runs before it is switched off")
     bpy.ops.preferences.addon_disable(module=scenes.MODULE)
     check(job._process.poll() is not None, "switching the add-on off ends the process")

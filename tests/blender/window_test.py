@@ -1,8 +1,7 @@
 """The add-on in a window, under Xvfb: the panel draws, Filter runs while Blender stays usable, Esc
-and loading a file end it. --keep FOLDER keeps the screenshots.
+and loading a file end it.
 
 usage: window_test.py POSTCHAIN ZIP [BLENDER]"""
-import os
 import shutil
 import sys
 import tempfile
@@ -11,7 +10,6 @@ import unittest
 import launch
 
 BLENDER = None
-KEEP = None
 
 
 class Window(unittest.TestCase):
@@ -24,16 +22,10 @@ class Window(unittest.TestCase):
             self.assertIn("\nOK\n", printed)
             for word in ("Traceback", "rna_uiItem", "Error:"):
                 self.assertNotIn(word, printed)
-            if KEEP:
-                shutil.copytree(folder, KEEP, dirs_exist_ok=True)
 
 
 if __name__ == "__main__":
-    words = sys.argv[1:]
-    if "--keep" in words:
-        KEEP = os.path.abspath(words.pop(words.index("--keep") + 1))
-        words.remove("--keep")
     if not shutil.which("Xvfb"):
         launch.skip("no Xvfb", "xvfb")
-    BLENDER = launch.Launcher(words)
+    BLENDER = launch.Launcher(sys.argv[1:])
     unittest.main(argv=sys.argv[:1])

@@ -61,6 +61,12 @@ class Jobs(OnTheService):
             file.write_bytes((self.path / f"shots/sharp.000{1 + frame % 3}.exr").read_bytes())
         return "long/f.####.exr"
 
+    def requests(self):
+        """Their addresses, and the seconds in which they were sent."""
+        return self.browser.run(
+            "return [performance.getEntriesByType('resource').map((one) => one.name), "
+            "(performance.now() - begun) / 1000];")
+
     def test_requests_are_bounded(self):
         """One page that watches a job of 60 frames; the page before this one made 397 in 10 s."""
         job = self.submit(input=self.long_shot(), output="out/long.####.exr")
@@ -71,9 +77,7 @@ class Jobs(OnTheService):
         # And three seconds of a page that has nothing to wait for.
         self.browser.run("setTimeout(() => { globalThis.rested = true; }, 3000);")
         self.browser.wait("globalThis.rested")
-        names, seconds = self.browser.run(
-            "return [performance.getEntriesByType('resource').map((one) => one.name), "
-            "(performance.now() - begun) / 1000];")
+        names, seconds = self.requests()
         pictures = [name for name in names if ".png" in name]
         others = [name for name in names if ".png" not in name]
         # Cells in sight, each before and after; the viewer; the thumbnail of the list.
@@ -95,9 +99,7 @@ class Jobs(OnTheService):
             move(0);""")
         self.browser.wait("globalThis.moved")
         self.browser.wait(f"{SHOWN} && !postchain.pictures.drafts")
-        names, seconds = self.browser.run(
-            "return [performance.getEntriesByType('resource').map((one) => one.name), "
-            "(performance.now() - begun) / 1000];")
+        names, seconds = self.requests()
         previews = [name for name in names if name.endswith("v1/preview")]
         self.assertLess(len(previews), 3 + seconds / 0.15)
         self.assertGreater(len(previews), 1)
@@ -131,11 +133,10 @@ class Jobs(OnTheService):
         self.browser.run("await postchain.model.sized;")
         self.browser.wait("document.getElementById('output').value === 'out/best.####.exr'")
         # Its other keys count for previews, as far as they take them, and for the next job.
+        values = ["joint_blur.samples=1023"]
         self.assertEqual(self.browser.run("return postchain.model.subject.more;"), {
-            "frames": None,
-            "send": {"on_existing": "overwrite", "set": ["joint_blur.samples=1023"]},
-            "show": {"set": ["joint_blur.samples=1023"]},
-            "output": "out/best.####.exr"})
+            "frames": None, "send": {"on_existing": "overwrite", "set": values},
+            "show": {"set": values}, "output": "out/best.####.exr"})
         self.browser.run("document.querySelector('#entries [data-path]').click();")
         self.browser.wait("!postchain.model.subject.more")
         self.browser.wait("document.getElementById('output').value.startsWith('long/out/')")

@@ -68,13 +68,15 @@ class Server:
         self.process.stderr.close()
         return code
 
+    def status(self, key):
+        text = pathlib.Path(f"/proc/{self.process.pid}/status").read_text("ascii")
+        return int(re.search(rf"{key}:\s+(\d+)", text)[1])
+
     def threads(self):
-        with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
-            return int(re.search(r"Threads:\s+(\d+)", status.read())[1])
+        return self.status("Threads")
 
     def memory_kib(self):
-        with open(f"/proc/{self.process.pid}/status", encoding="ascii") as status:
-            return int(re.search(r"VmRSS:\s+(\d+)", status.read())[1])
+        return self.status("VmRSS")
 
     def connect(self, timeout=PATIENCE_S):
         return socket.create_connection(("127.0.0.1", self.port), timeout)

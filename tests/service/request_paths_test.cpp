@@ -2,7 +2,6 @@
 #include <gmock/gmock.h>
 
 #include <set>
-#include <tuple>
 
 #include "tests/service/request_fixture.h"
 #include "tools/service/work/held_paths.h"

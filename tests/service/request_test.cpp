@@ -35,7 +35,6 @@ TEST_F(RequestTest, FormerNamesAreReadWithAWarning) {
         body.read_rows(table, "", &settings);
         return std::pair(settings.samples, body.faults());
     };
-    EXPECT_EQ(read("{\"samples\": 5}"), std::pair(5, Diagnostics()));
     const auto [samples, faults] = read("{\"taps\": 5}");
     EXPECT_EQ(samples, 5);
     ASSERT_EQ(faults.size(), 1u);
@@ -100,8 +99,11 @@ TEST_F(RequestTest, EveryFaultAtOnceWithItsPlace) {
     for (const Diagnostic& one : problem.diagnostics) {
         found += concat(one.path, " ", one.line, "\n");
         EXPECT_EQ(one.file, "job");
-        if (one.path == "inpt") EXPECT_THAT(one.message, HasSubstr("did you mean 'input'"));
-        if (one.path == "input") EXPECT_EQ(one.message, "missing");
+        if (one.path == "inpt") {
+            EXPECT_THAT(one.message, HasSubstr("did you mean 'input'"));
+        } else if (one.path == "input") {
+            EXPECT_EQ(one.message, "missing");
+        }
     }
     for (const char* fault :
          {"inpt 2", "input ", "strict 4", "frames 5", "priority 6", "on_existing 7"})
@@ -292,6 +294,7 @@ TEST_F(RequestTest, TheSchemaHasEveryKeyThatIsRead) {
     EXPECT_EQ(schema["oneOf"].size(), 4u);
     for (const json& kind : schema["oneOf"]) {
         const std::string name = kind["title"];
+        EXPECT_THAT(refused(json{{"kind", name}, {"kin", 1}}).detail, HasSubstr("unknown key"));
         for (const auto& [key, value] : kind["properties"].items()) {
             if (key == "kind") continue;
             // A value of no row's type: the key itself is known.

@@ -111,7 +111,7 @@ TEST_F(Jobs, FramesThatFailAreQuarantinedAndTheOthersAreDone) {
     EXPECT_EQ(job.created_ms, done(id).created_ms);
     EXPECT_EQ(frames(id)[2].state, FrameState::written);
     EXPECT_EQ(fs::last_write_time(out(1)), time);
-    // Nothing can be written now.
+    // All outputs exist now.
     EXPECT_EQ(ran(body()).exit_code, 5);
     const Job stopped = ran(body(R"(, "on_error": "stop")"));
     EXPECT_EQ(stopped.exit_code, 5);

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
-#include <nlohmann/json.hpp>
 
 #include "tests/command/frames.h"
 #include "tests/service/support.h"
@@ -13,7 +12,6 @@ namespace postchain::service {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 using test::ServiceTest;
 using testing::HasSubstr;
 using testing::Not;
@@ -120,9 +118,8 @@ TEST_F(Team, TheLogHasALineForEachStartAndEnd) {
         EXPECT_THAT(text, HasSubstr(part)) << part;
     EXPECT_THAT(text, Not(HasSubstr("aaaaaaaa"))) << "a token";
     const std::lock_guard lock(log_mutex_);
-    EXPECT_EQ(log_.back().fields["event"], "failed");
-    EXPECT_EQ(log_.back().fields["user"], "ann");
-    EXPECT_EQ(log_.back().fields["job"], "1");
+    for (const auto& [key, value] : {std::pair{"event", "failed"}, {"user", "ann"}, {"job", "1"}})
+        EXPECT_EQ(log_.back().fields[key], value);
     EXPECT_TRUE(log_.back().fields["seconds"].is_number());
     const std::string metrics = service_->metrics();
     for (const char* part :

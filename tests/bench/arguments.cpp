@@ -22,15 +22,15 @@ bool Arguments::flag(const std::string& key) {
     return std::erase(left_, key) > 0;
 }
 
-std::vector<std::string> Arguments::texts(const std::string& key) {
-    std::vector<std::string> found;
+std::optional<std::string> Arguments::text(const std::string& key) {
+    std::optional<std::string> found;
     for (auto word = left_.begin(); word != left_.end();) {
         if (*word == key) {
             word = left_.erase(word);
             if (word == left_.end()) refuse(key);
-            found.push_back(*word);
+            found = *word;
         } else if (word->starts_with(key + "=")) {
-            found.push_back(word->substr(key.size() + 1));
+            found = word->substr(key.size() + 1);
         } else {
             ++word;
             continue;
@@ -38,11 +38,6 @@ std::vector<std::string> Arguments::texts(const std::string& key) {
         word = left_.erase(word);
     }
     return found;
-}
-
-std::optional<std::string> Arguments::text(const std::string& key) {
-    const auto found = texts(key);
-    return found.empty() ? std::nullopt : std::optional(found.back());
 }
 
 int Arguments::count(const std::string& key, int value) {

@@ -80,9 +80,9 @@ TEST(HeaderSource, EverySourceHasTheHeaderThatDeclaresIt) {
 }
 
 TEST(HeaderSource, FaultsAreSeen) {
-    const std::vector<std::string> source = {
+    using Lines = std::vector<std::string>;
+    const Lines source = {
         "#include \"chain/a.h\"",
-        "",
         "namespace {",
         "int hidden() {",
         "}  // namespace",
@@ -90,14 +90,14 @@ TEST(HeaderSource, FaultsAreSeen) {
         "const std::map<int, int>& exported(int a,",
         "                                   int b) {",
     };
-    const std::vector<std::string> header = {"class Known;", "exported();"};
+    const Lines header = {"class Known;", "exported();"};
     EXPECT_TRUE(faults_of("chain/a.cpp", source, header).empty());
-    EXPECT_EQ(faults_of("chain/a.cpp", source, {"class Known;"}).size(), 1u);
-    EXPECT_EQ(faults_of("chain/a.cpp", source, {"exported();"}).size(), 1u);
+    for (const Lines& lacking : {Lines{"class Known;"}, Lines{"exported();"}, Lines{}})
+        EXPECT_EQ(faults_of("chain/a.cpp", source, lacking).size(), 1u);
     EXPECT_EQ(faults_of("chain/b.cpp", source, header).size(), 1u);
-    EXPECT_EQ(faults_of("chain/a.cpp", source, {}).size(), 1u);
-    EXPECT_EQ(faults_of("tools/samples/b/a.cpp", {"#include \"a.h\""}, {"//"}).size(), 0u);
-    EXPECT_EQ(faults_of("tools/samples/b/a.cpp", {"#include \"chain/a.h\""}, {"//"}).size(), 1u);
+    const char* sample = "tools/samples/b/a.cpp";
+    EXPECT_EQ(faults_of(sample, {"#include \"a.h\""}, {"//"}).size(), 0u);
+    EXPECT_EQ(faults_of(sample, {"#include \"chain/a.h\""}, {"//"}).size(), 1u);
 }
 
 }  // namespace

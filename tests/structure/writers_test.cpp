@@ -39,15 +39,21 @@ const std::vector<File>& sources() {
     return all;
 }
 
-// Calls f(file, place with the line, match) for each line that has the pattern.
-template <class F>
-void each_match(const std::string& pattern, const F& f) {
+struct Match {
+    std::string file, place;
+    std::smatch found;
+};
+
+// The lines that have the pattern.
+std::vector<Match> matches_of(const std::string& pattern) {
     const std::regex expression(pattern);
-    std::smatch match;
+    std::vector<Match> all;
+    std::smatch found;
     for (const File& file : sources())
         for (size_t i = 0; i < file.lines.size(); ++i)
-            if (std::regex_search(file.lines[i], match, expression))
-                f(file.name, place_of(file, i) + file.lines[i], match);
+            if (std::regex_search(file.lines[i], found, expression))
+                all.push_back({file.name, place_of(file, i) + file.lines[i], found});
+    return all;
 }
 
 // Number of occurrences, without declarations in headers.
@@ -100,14 +106,10 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
 }
 
 TEST(Writers, OpenExrAndOpenImageIoGetNoFileName) {
-    each_match(R"(Imf::\w*OutputFile\w*(\s+\w+)?\((\w+))",
-               [](const std::string&, const std::string& place, const std::smatch& match) {
-                   EXPECT_EQ(match[2], "stream") << place;
-               });
-    each_match(R"(\bout->open\(([^,]+),)", [](const std::string&, const std::string& place,
-                                              const std::smatch& match) {
-        EXPECT_TRUE(match[1] == "\"memory.png\"" || match[1] == "memory.path()") << place;
-    });
+    for (const auto& [file, place, found] : matches_of(R"(Imf::\w*OutputFile\w*(\s+\w+)?\((\w+))"))
+        EXPECT_EQ(found[2], "stream") << place;
+    for (const auto& [file, place, found] : matches_of(R"(\bout->open\(([^,]+),)"))
+        EXPECT_TRUE(found[1] == "\"memory.png\"" || found[1] == "memory.path()") << place;
 }
 
 // New writers also belong in tests/command/replace_test.cpp or replace_report_test.cpp.
@@ -169,13 +171,9 @@ TEST(Writers, OnlyOnePlaceSaysOverwrite) {
         "tools/service/work/experiment_work.cpp",
         // Its own results, in a folder with the mark of a study.
         "tools/measure/study/task.cpp"};
-    size_t met = 0;
-    each_match(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)",
-               [&](const std::string& file, const std::string& place, const std::smatch&) {
-                   ++met;
-                   EXPECT_TRUE(allowed.count(file)) << place;
-               });
-    EXPECT_GE(met, 2u);
+    const auto met = matches_of(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
+    for (const Match& one : met) EXPECT_TRUE(allowed.count(one.file)) << one.place;
+    EXPECT_GE(met.size(), 2u);
 }
 
 TEST(Writers, FaultsAreSeen) {

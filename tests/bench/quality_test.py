@@ -8,7 +8,6 @@ import json
 import math
 import pathlib
 import shutil
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -19,12 +18,20 @@ import quality_tables
 POSTCHAIN = sys.argv.pop(1)
 
 
+def main(*arguments):
+    """What it prints."""
+    sys.argv = ["quality.py", *map(str, arguments)]
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as refused:
+        quality.main()
+    return out.getvalue() + refused.getvalue()
+
+
 class Quality(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         cls.wheels = pathlib.Path(cls.enterClassContext(tempfile.TemporaryDirectory()))
-        subprocess.run([POSTCHAIN, "scene", "wheels", "-o", cls.wheels, "--size", "64x36", "--frames",
-                        "11", "--truth-samples", "16", "--on-existing", "overwrite"], check=True, capture_output=True)
+        quality.call(POSTCHAIN, "scene", "wheels", "-o", cls.wheels, "--size", "64x36", "--frames", "11",
+                     "--truth-samples", "16", "--on-existing", "overwrite")
 
     def setUp(self):
         self.data = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
@@ -33,19 +40,14 @@ class Quality(unittest.TestCase):
 
     def shift(self, name, value):
         """mb.0011.exr plus a value, as another file."""
-        subprocess.run(["oiiotool", self.scene / "mb.0011.exr", "--addc", str(value), "-o",
-                        self.scene / name], check=True)
+        quality.call("oiiotool", self.scene / "mb.0011.exr", "--addc", value, "-o", self.scene / name)
 
     def run_it(self, *arguments):
         """Its output, and the figures."""
-        sys.argv = ["quality.py", POSTCHAIN, f"{self.data}:11", "--repeat", "1",
-                    *([] if "--table" in arguments else ["--table", "motion"]),
-                    "--json", str(self.data / "out.json"), *arguments]
-        with contextlib.redirect_stdout(io.StringIO()) as out, \
-                contextlib.redirect_stderr(io.StringIO()) as refused:
-            quality.main()
-        return (out.getvalue() + refused.getvalue(),
-                json.loads((self.data / "out.json").read_text())["figures"])
+        table = [] if "--table" in arguments else ["--table", "motion"]
+        printed = main(POSTCHAIN, f"{self.data}:11", "--repeat", "1", *table, "--json", self.data / "out.json",
+                       *arguments)
+        return printed, json.loads((self.data / "out.json").read_text())["figures"]
 
     def test_psnr_is_without_the_noise_of_two_halves(self):
         printed, figures = self.run_it("--row", "25 samples")
@@ -53,19 +55,16 @@ class Quality(unittest.TestCase):
         self.assertNotIn("psnr_of_noise", figures[0])
         self.shift("mb_a.0011.exr", 0.05)
         self.shift("mb_b.0011.exr", -0.05)
-        halves = subprocess.run([POSTCHAIN, "diff", self.scene / "mb_a.0011.exr",
-                                 self.scene / "mb_b.0011.exr", "--metric", "psnr", "--json"],
-                                check=True, capture_output=True, text=True).stdout
-        printed, again = self.run_it("--row", "25 samples")
-        self.assertIsNone(again[0]["chain"])  # the row of the noise
-        again = again[1:]
+        halves = quality.call(POSTCHAIN, "diff", self.scene / "mb_a.0011.exr", self.scene / "mb_b.0011.exr",
+                              "--metric", "psnr", "--json")
+        printed, (noise, again) = self.run_it("--row", "25 samples")
+        self.assertIsNone(noise["chain"])
         of_noise = 10**(-json.loads(halves)["psnr"] / 10) / 4
-        self.assertAlmostEqual(again[0]["psnr_of_noise"], -10 * math.log10(of_noise))
-        self.assertEqual(again[0]["psnr"], figures[0]["psnr"])
-        self.assertAlmostEqual(10**(-again[0]["psnr_without_noise"] / 10) + of_noise,
-                               10**(-again[0]["psnr"] / 10))
-        self.assertIn(f"| noise of the ground truth | {again[0]['psnr_of_noise']:.2f} / ", printed)
-        self.assertIn(f"| `guertin`, 25 samples | {again[0]['psnr_without_noise']:.2f} / ", printed)
+        self.assertAlmostEqual(again["psnr_of_noise"], -10 * math.log10(of_noise))
+        self.assertEqual(again["psnr"], figures[0]["psnr"])
+        self.assertAlmostEqual(10**(-again["psnr_without_noise"] / 10) + of_noise, 10**(-again["psnr"] / 10))
+        self.assertIn(f"| noise of the ground truth | {again['psnr_of_noise']:.2f} / ", printed)
+        self.assertIn(f"| `guertin`, 25 samples | {again['psnr_without_noise']:.2f} / ", printed)
 
     def test_peers_are_rows_of_the_scenes_that_have_them(self):
         printed, figures = self.run_it("--row", "Blender")
@@ -82,9 +81,8 @@ class Quality(unittest.TestCase):
         self.assertEqual(len(figures), 1)
         self.assertRegex(printed, "behind.0011.exr is missing")
         shutil.rmtree(self.scene)
-        subprocess.run([POSTCHAIN, "scene", "crossing", "-o", self.data / "crossing", "--size", "96x54",
-                        "--frames", "11", "--truth-samples", "64", "--behind"],
-                       check=True, capture_output=True)
+        quality.call(POSTCHAIN, "scene", "crossing", "-o", self.data / "crossing", "--size", "96x54",
+                     "--frames", "11", "--truth-samples", "64", "--behind")
         printed, figures = self.run_it(*row)
         self.assertIn("| `best` with the layer behind | ", printed)
         self.assertGreater(figures[1]["psnr"], figures[0]["psnr"] + 0.1)
@@ -112,10 +110,8 @@ class Quality(unittest.TestCase):
         page = self.data / "page.md"
         page.write_text(f"before\n{mark}\nold\n{mark}\nafter\n")
         printed, _ = self.run_it("--row", "25 samples", "--write", str(page))
-        text = page.read_text()
-        self.assertTrue(text.startswith(f"before\n{mark}\n\n") and text.endswith(f"\n\n{mark}\nafter\n"))
-        self.assertNotIn("old", text)
-        self.assertIn("| frame 11, `mb` | wheels | mean |\n|---|---|---|\n| `guertin`, 25 samples | ", text)
+        self.assertRegex(page.read_text(), rf"^before\n{mark}\n\n\| frame 11, `mb` \| wheels \| mean \|\n"
+                         rf"(\|---){{3}}\|\n\| `guertin`, 25 samples \| [^\n]*\n\n{mark}\nafter\n$")
         self.assertIn("| frame 11, `mb` | wheels | mean | time |\n|---|---|---|---|\n", printed)
         page.write_text("no marks")
         with self.assertRaisesRegex(SystemExit, "needs two lines"):
@@ -133,11 +129,8 @@ class Quality(unittest.TestCase):
             paths[-1].write_text(json.dumps({"commit": f"of-{scene}", "version": f"v{scene}", "figures": [
                 figure(scene, row, psnr) for row in rows]}))
         merged = self.data / "merged.json"
-        sys.argv = ["quality.py", POSTCHAIN, *map(str, paths), "--json", str(merged)]
-        with contextlib.redirect_stdout(io.StringIO()) as out, \
-                contextlib.redirect_stderr(io.StringIO()):
-            quality.main()
-        self.assertEqual(out.getvalue(), "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
+        out = main(POSTCHAIN, *paths, "--json", merged)
+        self.assertEqual(out, "| frame 11, `dof` | a | b | mean | time |\n|---|---|---|---|---|\n"
                          "| `paper` | 20.00 / .100 / .500 | 30.00 / .100 / .500 | 25.00 / .100 / .500 |  |\n"
                          "| `best`: `joint_blur`, 128 samples, 8 starts | 20.00 / .100 / .500 | - | - |  |\n"
                          "| a former row | 20.00 / .100 / .500 | - | - |  |\n\n")
@@ -145,20 +138,18 @@ class Quality(unittest.TestCase):
         self.assertEqual((content["commit"], content["version"]), ("of-a, of-b", "va, vb"))
 
     def test_rims_have_a_table_of_their_own(self):
-        lamp = ["--create", "64x36", "9", "--chnames",
-                ",".join(f"ViewLayer.{name}" for name in ("Combined.R", "Combined.G", "Combined.B",
-                                                          "Combined.A", "Depth.Z", "Vector.X", "Vector.Y",
-                                                          "Vector.Z", "Vector.W"))]
-        subprocess.run(["oiiotool", *lamp, "--fill:color=0.1,0.1,0.1,1,3,0,0,0,0", "64x36",
-                        "--fill:color=90,90,90,1,3,0,0,0,0", "2x2+31+17", "-d", "float", "-o",
-                        self.scene / "sharp.0011.exr"], check=True)
+        channels = [f"ViewLayer.{group}.{letter}" for group, letters in
+                    (("Combined", "RGBA"), ("Depth", "Z"), ("Vector", "XYZW")) for letter in letters]
+        quality.call("oiiotool", "--create", "64x36", "9", "--chnames", ",".join(channels),
+                     "--fill:color=0.1,0.1,0.1,1,3,0,0,0,0", "64x36", "--fill:color=90,90,90,1,3,0,0,0,0",
+                     "2x2+31+17", "-d", "float", "-o", self.scene / "sharp.0011.exr")
         camera = json.loads((self.scene / "camera.json").read_text())
         camera["f_stop"] = 0.2  # a radius of five pixels
         (self.scene / "camera.json").write_text(json.dumps(camera))
         for value, name in ((9, "dof"), (8, "peer_defocus")):
-            subprocess.run(["oiiotool", "--create", "64x36", "3", "--fill:color=0.1,0.1,0.1", "64x36",
-                            f"--fill:color={value},{value},{value}", "9x9+27+14", "-o",
-                            self.scene / f"{name}.0011.exr"], check=True)
+            quality.call("oiiotool", "--create", "64x36", "3", "--fill:color=0.1,0.1,0.1", "64x36",
+                         f"--fill:color={value},{value},{value}", "9x9+27+14", "-o",
+                         self.scene / f"{name}.0011.exr")
         printed, figures = self.run_it("--table", "lens", "--row", "Blender")
         self.assertGreater(figures[0]["rim_pixels"], 30)
         self.assertLess(figures[0]["rim_psnr"], figures[0]["psnr"])

@@ -13,6 +13,7 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 
 
 def call(*command, code=0, **options):
@@ -69,8 +70,7 @@ def tree(options):
     if has_viewer(options):
         components.append("view")
     for component in components:
-        call("cmake", "--install", options.build, "--prefix", options.prefix, "--component",
-             component)
+        call("cmake", "--install", options.build, "--prefix", options.prefix, "--component", component)
 
 
 def headers(options):
@@ -79,8 +79,7 @@ def headers(options):
     files = sorted(folder.glob("postchain/*"))
     names = {"postchain.hpp"}.union(*libraries(options).values())
     expect_equal({file.name for file in files}, names, "headers")
-    flags = ["-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow",
-             "-Werror", "-I", folder]
+    flags = ["-fsyntax-only", *WARNINGS, "-Wconversion", "-Wshadow", "-I", folder]
     with tempfile.TemporaryDirectory() as name:
         for file in files:
             source = pathlib.Path(name) / "alone"
@@ -136,14 +135,25 @@ def needed(options):
         assert places <= {"$ORIGIN"}, places
 
 
+def flags_of(module, library_folder):
+    """By pkg-config."""
+    environment = dict(os.environ, PKG_CONFIG_PATH=str(library_folder / "pkgconfig"))
+    flags = call("pkg-config", "--cflags", "--libs", module, env=environment).split()
+    return [*flags, f"-Wl,-rpath,{library_folder}"]
+
+
+def expect_runs(program):
+    text = call(program)
+    assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
+
+
 def examples(options):
     """Programs against the installed tree, by find_package and by pkg-config, shared and static."""
     folder = options.prefix / "programs"
     components = "core" if options.core else "core;config"
     call("cmake", "-S", HERE / "program", "-B", folder, f"-DCMAKE_PREFIX_PATH={options.prefix}",
          f"-DCOMPONENTS={components}", f"-DVERSION={options.version}", "-DCMAKE_BUILD_TYPE=Debug",
-         "-DCMAKE_C_FLAGS=-Wall -Wextra -Wpedantic -Werror",
-         "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Wpedantic -Werror")
+         *(f"-DCMAKE_{language}_FLAGS={' '.join(WARNINGS)}" for language in ("C", "CXX")))
     call("cmake", "--build", folder, "-j", "2")
     # The interface in C++ is a header, so its programs are linked as those in C.
     names = ["c", "c_static", "cpp"] + ([] if options.core else ["text", "text_static"])
@@ -152,21 +162,16 @@ def examples(options):
     assert "windows" in unknown, unknown
 
     library_folder = one("lib/**/libpostchain.so", options.prefix).parent
-    environment = dict(os.environ, PKG_CONFIG_PATH=str(library_folder / "pkgconfig"))
-
-    def flags(*names):
-        return call("pkg-config", "--cflags", "--libs", *names, env=environment).split()
     c, cpp = compilers()[0]
     sources = {"c": ([c, "-std=c11"], "host.c", "postchain"), "cpp": ([cpp, "-std=c++20"], "host.cpp", "postchain"),
                "text": ([c, "-std=c11"], "text.c", "postchain-config")}
     for name in names:
         compiler, source, module = sources[name.removesuffix("_static")]
         programs.append(folder / f"{name}_by_flags")
-        call(*compiler, "-Wall", "-Wextra", "-Werror", HERE / "program" / source, "-o", programs[-1],
-             *flags(module + ("-static" if "static" in name else "")), f"-Wl,-rpath,{library_folder}")
+        call(*compiler, *WARNINGS, HERE / "program" / source, "-o", programs[-1],
+             *flags_of(module + ("-static" if "static" in name else ""), library_folder))
     for program in programs:
-        text = call(program)
-        assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
+        expect_runs(program)
         shared = "libpostchain.so" in call("ldd", program)
         assert shared == ("static" not in program.name), f"{program}: shared is {shared}"
 
@@ -271,22 +276,20 @@ def packages(options):
     for package, file in has.items():
         for other, (files, _) in held.items():
             assert (f"/{file}\n" in files) == (package == other), f"{file} in {other}"
-    assert "libepoxy0" in held[f"libpostchain{so}"][1]
-    for word in ("yaml", "openimageio", "openexr"):
-        assert word not in held[f"libpostchain{so}"][1].lower(), held[f"libpostchain{so}"]
-    assert f"libpostchain{so} (= " in held["libpostchain-dev"][1], held["libpostchain-dev"][1]
-    if not options.core:
-        assert "libopenimageio" in held["postchain"][1], held["postchain"][1]
-        assert f"libpostchain{so} (= " in held[f"libpostchain-config{so}"][1]
-    if has_viewer(options):
-        assert "postchain (= " in held["postchain-view"][1], held["postchain-view"][1]
-        assert "libglfw3" in held["postchain-view"][1], held["postchain-view"][1]
-        assert "libglfw3" not in held["postchain"][1], held["postchain"][1]
+    library = f"libpostchain{so}"
+    for package, needs, needs_not in ((library, ["libepoxy0"], ["yaml", "openimageio", "openexr"]),
+                                      ("libpostchain-dev", [rf"{library} \(= "], []),
+                                      (f"libpostchain-config{so}", [rf"{library} \(= "], []),
+                                      ("postchain", ["libopenimageio"], ["libglfw3"]),
+                                      ("postchain-view", [r"postchain \(= ", "libglfw3"], []),
+                                      ("python3-postchain", [r"python3\.\d+, python3-numpy"], [])):
+        depends = held[package][1].lower() if package in held else ""
+        for word in needs if package in held else []:
+            assert re.search(word, depends), f"{package} without {word}: {depends}"
+        for word in needs_not:
+            assert word not in depends, f"{package}: {depends}"
     for deb in folder.glob("*.deb"):
         keeps_policy(deb)
-    if options.python:
-        depends = held["python3-postchain"][1]
-        assert re.search(r"python3\.\d+, python3-numpy", depends), depends
     use_unpacked(options, folder, set(has))
     source_package(options, folder / "source")
 
@@ -337,17 +340,12 @@ def use_unpacked(options, folder, names):
         text = (root / f"usr/share/doc/{name}/copyright").read_text()
         assert text == (ROOT / "tools/packaging/debian/copyright").read_text(), name
     libraries_at = one("usr/lib/**/libpostchain.so", root).parent
-    environment = dict(os.environ, PKG_CONFIG_PATH=str(libraries_at / "pkgconfig"))
     programs = {"host": "postchain"} | ({} if options.core else {"text": "postchain-config"})
     for source, module in programs.items():
-        flags = call("pkg-config", "--cflags", "--libs", module, env=environment).split()
-        assert any(str(root) in flag for flag in flags), flags
         program = folder / source
-        call("cc", "-std=c11", HERE / f"program/{source}.c", "-o", program, *flags,
-             f"-Wl,-rpath,{libraries_at}")
+        call("cc", "-std=c11", HERE / f"program/{source}.c", "-o", program, *flags_of(module, libraries_at))
         assert str(root) in call("ldd", program)
-        text = call(program)
-        assert "blurred" in text or text.startswith("1 "), f"{program}: {text}"
+        expect_runs(program)
     if not options.core:
         call(root / "usr/bin/postchain", "--version")
     for binary in [*libraries_at.glob("*.so.*"), *root.glob("usr/bin/*"),

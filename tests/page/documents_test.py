@@ -89,16 +89,19 @@ class Documents(unittest.TestCase):
         self.assertFalse(self.browser.run("return !!document.querySelector('[hostile]');"))
         self.assertEqual(self.browser.errors(), [])
         # Tables that scroll have a name and are reached by the keyboard.
-        boxes = self.browser.run("return [...document.querySelectorAll('.scroll')].map((b) => ["
-                                 "b.tabIndex, b.getAttribute('role'), b.ariaLabel]);")
-        for box in boxes:
-            self.assertEqual(box[:2], [0, "region"])
+        for box in self.shown(".scroll", "tabIndex", "role", "ariaLabel"):
+            self.assertEqual(box[:2], ["0", "region"])
             self.assertTrue(box[2])
         return self.browser.run("return document.body.innerText;")
 
-    def texts(self, selector):
+    def shown(self, selector, *keys):
+        """Properties or attributes of all elements."""
         return self.browser.run(
-            "return [...document.querySelectorAll(args[0])].map((e) => e.textContent);", selector)
+            "return [...document.querySelectorAll(args[0])].map((e) => args.slice(1, -1).map("
+            "(key) => e.getAttribute(key) ?? e[key]));", selector, *keys)
+
+    def texts(self, selector):
+        return [text for text, in self.shown(selector, "textContent")]
 
     def test_study(self):
         text = self.open("study", STUDY)
@@ -115,16 +118,11 @@ class Documents(unittest.TestCase):
         # The nearest of each row, by each metric's own direction; of equal ones none.
         self.assertEqual(self.texts("td.best"), ["0.2500", "30.00", "0.2500", "0.2500", "0.2500",
                                                  "30.00"])
-        self.assertEqual(self.browser.run(
-            "return document.querySelector('.gains').getAttribute('aria-label');"),
-            "gain of b over a")
+        self.assertEqual(self.shown(".gains", "aria-label")[0], ["gain of b over a"])
         # A gain of 0.125 on an axis of 0.1875 in 220 pixels.
-        self.assertEqual([round(float(x)) for x in self.browser.run(
-            "return [...document.querySelectorAll('.gains circle')].map((c) => "
-            "c.getAttribute('cx'));")], [547, 547])
-        self.assertEqual(self.browser.run(
-            "return [...document.querySelectorAll('td a')].map((a) => a.getAttribute('href'));"),
-            ["scenes/one/a_vs_b/index.html", "scenes/two/a_vs_b/index.html"])
+        self.assertEqual([round(float(x)) for x, in self.shown(".gains circle", "cx")], [547, 547])
+        self.assertEqual(self.shown("td a", "href"),
+                         [["scenes/one/a_vs_b/index.html"], ["scenes/two/a_vs_b/index.html"]])
         self.assertIn("mean of f, 2 scenes", text)
 
     def test_stress(self):
@@ -138,15 +136,11 @@ class Documents(unittest.TestCase):
         self.assertIn("mirror 2.5, bound 10 in place of 1: x", text)
         self.assertIn("known. Met 3 times. Here: at ", text)
         for name in ("fail-1", "limit-1", "check-mirror", "table", "main"):
-            self.assertEqual(self.browser.run("return document.querySelectorAll('#' + args[0])"
-                                              ".length;", name), 1)
+            self.assertEqual(len(self.shown(f"#{name}")), 1)
         # Each picture has a text of its own and is 40 times as large as its pixels.
-        shown = self.browser.run(
-            "return [...document.images].map((i) => [i.getAttribute('width'), "
-            "i.getAttribute('height'), i.alt, i.src.slice(0, 22)]);")
-        self.assertEqual(shown, [
-            ["320", "160", f"error of {HOSTILE}, range; magma, 0 to 2", "data:image/png;base64,"],
-            ["320", "160", "error of x, mirror; magma, 0 to 2", "data:image/png;base64,"]])
+        self.assertEqual(self.shown("img[src^='data:image/png;base64,']", "width", "height", "alt"), [
+            ["320", "160", f"error of {HOSTILE}, range; magma, 0 to 2"],
+            ["320", "160", "error of x, mirror; magma, 0 to 2"]])
 
     def test_stress_without_failures(self):
         text = self.open("stress", {**STRESS, "failures": [], "limits": [],

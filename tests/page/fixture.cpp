@@ -103,19 +103,12 @@ ImageF truth_image(int frame) {
     return image;
 }
 
-ImageF error_map(int variant) {
+ImageF error_map(int variant, bool from_the_right) {
     ImageF image(kWidth, kHeight, 1);
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x)
-            image.at(x, y) = float(x) / (kWidth - 1) * float(variant + 1) / kGood;
-    return image;
-}
-
-ImageF flip_map(int variant) {
-    ImageF image(kWidth, kHeight, 1);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = 0; x < kWidth; ++x)
-            image.at(x, y) = float(kWidth - 1 - x) / (kWidth - 1) * float(variant + 1) / kGood;
+            image.at(x, y) = float(from_the_right ? kWidth - 1 - x : x) / (kWidth - 1) *
+                             float(variant + 1) / kGood;
     return image;
 }
 
@@ -163,7 +156,7 @@ Report make_report(const std::string& folder) {
             store(report, stored_image(ImageKind::error, v, frame, "error" + name, "hdr_flip"),
                   error_map(v));
             store(report, stored_image(ImageKind::error, v, frame, "flip" + name, "flip"),
-                  flip_map(v));
+                  error_map(v, true));
         }
     }
     return report;

@@ -17,8 +17,7 @@ inline constexpr int kGood = 3;  // variants with pictures; one more has failed
 ImageF variant_image(int variant, int frame);
 ImageF truth_image(int frame);
 // HDR-FLIP: x / 95 * (v + 1) / 3. FLIP: the same from the other side.
-ImageF error_map(int variant);
-ImageF flip_map(int variant);
+ImageF error_map(int variant, bool from_the_right = false);
 
 // Writes the pictures to folder/images and returns the report.
 Report make_report(const std::string& folder);

@@ -9,22 +9,21 @@
 
 int main(int argc, char** argv) {
     using namespace postchain::report;
+    using Make = Report (*)(const std::string&);
     if (argc != 2) return 2;
     const std::string folder = argv[1];
-    const Report report = testing::make_report(folder);
-    auto status = write_page(report, folder + "/index.html");
-    if (status.ok())
-        status = write_page(report, folder + "/light.html", {folder + "/its pictures"});
-    if (status.ok())
-        status = write_page(testing::make_blind_report(folder), folder + "/blind.html");
-    if (status.ok())
-        status = write_page(testing::make_scored_report(folder), folder + "/scored.html");
-    if (status.ok()) status = write_page(testing::make_ab_report(folder), folder + "/ab.html");
-    if (status.ok())
-        status = write_page(testing::make_undecided_report(folder), folder + "/undecided.html");
-    if (status.ok())
-        status = write_page(testing::make_relative_report(folder), folder + "/relative.html");
-    if (status.ok()) return 0;
-    std::fprintf(stderr, "%s\n", status.message().c_str());
-    return 1;
+    const std::pair<const char*, Make> pages[] = {
+        {"index", testing::make_report},           {"light", testing::make_report},
+        {"blind", testing::make_blind_report},     {"scored", testing::make_scored_report},
+        {"ab", testing::make_ab_report},           {"undecided", testing::make_undecided_report},
+        {"relative", testing::make_relative_report}};
+    for (const auto& [name, make] : pages) {
+        const bool beside = std::string(name) == "light";
+        const auto status = write_page(make(folder), folder + "/" + name + ".html",
+                                       {beside ? folder + "/its pictures" : ""});
+        if (status.ok()) continue;
+        std::fprintf(stderr, "%s\n", status.message().c_str());
+        return 1;
+    }
+    return 0;
 }

@@ -16,20 +16,14 @@ class Page(OnThePage):
     painter = None
 
     def test_draws_with(self):
-        self.assertEqual(self.browser.run("return postchain.viewer.painter.name;"), self.painter)
+        self.assertEqual(self.ask("postchain.viewer.painter.name"), self.painter)
 
     def test_digits_zero_and_space_change_the_picture(self):
         for x, y in ((3, 5), (90, 60), (50, 20)):
-            self.browser.keys("1")
-            self.assert_color(self.screen(x, y), shown(variant(0, x, y)))
-            self.browser.keys("3")
-            self.assert_color(self.screen(x, y), shown(variant(2, x, y)))
-            self.browser.keys("0")
-            self.assert_color(self.screen(x, y), shown(truth(x, y)))
-            self.browser.keys(SPACE)
-            self.assert_color(self.screen(x, y), shown(variant(2, x, y)))
-            self.browser.keys(SPACE)
-            self.assert_color(self.screen(x, y), shown(truth(x, y)))
+            for key, rgb in (("1", variant(0, x, y)), ("3", variant(2, x, y)), ("0", truth(x, y)),
+                             (SPACE, variant(2, x, y)), (SPACE, truth(x, y))):
+                self.browser.keys(key)
+                self.assert_color(self.screen(x, y), shown(rgb))
         self.browser.keys("i")
         self.assert_color(self.screen(10, 10), shown([0.5, 0.5, 0.5]))
 
@@ -75,9 +69,7 @@ class Page(OnThePage):
         self.open(f"zoom={ZOOM}&x=48&y=32&show=3&pin=1&map=flip")
         for x, index in ((95, 0), (71, 64), (0, 255)):
             self.assertEqual(self.screen(x, 40), MAGMA[index])
-        names = self.browser.run("return [...document.getElementById('map').options]"
-                                 ".map((o) => o.textContent);")
-        self.assertEqual(names, ["HDR-FLIP", "FLIP", "relMSE", "SMAPE", "Difference"])
+        self.assertEqual(self.texts("#map option"), ["HDR-FLIP", "FLIP", "relMSE", "SMAPE", "Difference"])
 
     def test_error_maps_without_a_truth(self):
         """Against the variant's own filter converged, which has the truth's pixels here."""
@@ -85,13 +77,11 @@ class Page(OnThePage):
         expected = self.screen(20, 31)
         self.open(f"zoom={ZOOM}&x=48&y=32&show=2&pin=1&map=relmse", "blind.html")
         self.assertEqual(self.screen(20, 31), expected)
-        self.assertEqual(self.browser.run("return document.querySelector('#scale').innerText"
-                                          ".split('\\n')[0];"), "relMSE, against itself converged")
+        self.assertEqual(self.texts("#scale")[0].split("\n")[0], "relMSE, against itself converged")
         # The input is not a filter: it is shown as it is.
         self.browser.keys("i")
         self.assert_color(self.screen(10, 10), shown([0.5, 0.5, 0.5]))
-        self.assertIn("no relMSE map of this picture", self.browser.run(
-            "return document.getElementById('shown').textContent;"))
+        self.assertIn("no relMSE map of this picture", self.texts("#shown")[0])
 
     def test_error_maps_from_pixels(self):
         """Scales: SMAPE 0..2, relMSE 1e-4..10 and the difference 1e-3..10 logarithmic."""
@@ -105,9 +95,8 @@ class Page(OnThePage):
         for key, t in values.items():
             self.open(f"zoom={ZOOM}&x=48&y=32&show=2&pin=1&map={key}")
             at = round(255 * t)
-            near = [self.browser.run("return [...args[0]].map((i) => postchain.magma(i));",
-                                     [at - 1, at, at + 1])]
-            self.assertIn(list(self.screen(20, 31)), near[0], key)
+            near = self.ask("args.slice(0, 3).map((i) => postchain.magma(i))", at - 1, at, at + 1)
+            self.assertIn(list(self.screen(20, 31)), near, key)
         # The truth has no map: it is shown as it is.
         self.browser.keys("0")
         self.assert_color(self.screen(20, 31), shown(truth(20, 31)))
@@ -124,7 +113,7 @@ class Page(OnThePage):
         for name, value in zip("xy", center):
             self.assertAlmostEqual(self.state(name), value, delta=0.2)
         self.browser.mouse((2, 2))
-        center = (self.state("x"), self.state("y"))
+        center = self.states("x", "y")
         self.assert_color(self.screen(23, 12, center=center, zoom=24), shown(variant(0, 23, 12)))
         # The grid: a line where pixel 23 begins, lighter or darker by 22 %.
         inside = self.place(23, 12, center=center, zoom=24)
@@ -139,19 +128,16 @@ class Page(OnThePage):
         self.browser.keys("f")
         self.assertEqual(self.state("zoom"), 0)
 
-
     def test_wipe(self):
         self.browser.keys("1", "2", "w")
         self.settle()
-        left, right = variant(0, 40, 30), variant(1, 56, 30)
-        self.assert_color(self.screen(40, 30), shown(left))
-        self.assert_color(self.screen(56, 30), shown(right))
-        self.assertIn("samples=5 \u2502 2", self.browser.run(
-            "return document.getElementById('shown').innerText;"))
+        self.assert_color(self.screen(40, 30), shown(variant(0, 40, 30)))
+        self.assert_color(self.screen(56, 30), shown(variant(1, 56, 30)))
+        self.assertIn("samples=5 \u2502 2", self.texts("#shown")[0])
         # The line follows the mouse and the keys, and is in the address.
-        box = self.browser.run("const b = document.getElementById('wipe').getBoundingClientRect();"
-                               "return [b.left + b.width / 2, b.top + b.height / 2];")
-        self.browser.mouse(box, "down", (box[0] + 25 * ZOOM, box[1]), "up")
+        left, top, width, height = self.box_of("#wipe")
+        x, y = left + width / 2, top + height / 2
+        self.browser.mouse((x, y), "down", (x + 25 * ZOOM, y), "up")
         self.assert_color(self.screen(56, 30), shown(variant(0, 56, 30)))
         self.browser.run("document.getElementById('wipe').focus();")
         before = self.state("wipe")
@@ -160,7 +146,7 @@ class Page(OnThePage):
         self.browser.wait("location.hash.includes('wipe=0.')")
         self.browser.keys("w")
         self.assert_color(self.screen(40, 30), shown(variant(1, 40, 30)))
-        self.assertTrue(self.browser.run("return document.getElementById('wipe').hidden;"))
+        self.assertTrue(self.ask("document.getElementById('wipe').hidden"))
 
 
 class WithWebGl(Page, unittest.TestCase):
@@ -229,13 +215,13 @@ class WithWebGl(Page, unittest.TestCase):
         self.browser.wait("postchain.store.ready('error', 2, 1001, 'hdr_flip')")
         self.browser.run("document.getElementById('canvas').focus();")
         self.browser.keys(RIGHT)
-        text = self.browser.run("return document.getElementById('live').textContent;")
+        text, = self.texts("#live", "textContent")
         self.assertTrue(text.startswith("49, 32: Truth 0.516 1.02 0.250; samples=5 0.516"), text)
 
     def test_the_address_holds_the_state(self):
         self.browser.keys("3", "]", "e", ".", "m", "m")
         self.browser.wait("location.hash.includes('map=')")
-        address = self.browser.run("return location.hash.slice(1);")
+        address = self.ask("location.hash.slice(1)")
         self.assertEqual(dict(urllib.parse.parse_qsl(address)), {
             "show": "3", "last": "1", "frame": "1002", "ev": "0.5", "map": "relmse", "pin": "1",
             "zoom": "6", "x": "48", "y": "32"})
@@ -247,21 +233,13 @@ class WithWebGl(Page, unittest.TestCase):
         self.assert_color(self.screen(70, 20), shown(truth(70, 20)))
         # Nonsense is left out.
         self.open("show=99&ev=x&zoom=-1&crops=1,2,3&frame=7&metric=constructor")
-        self.assertEqual([self.state(key) for key in ("show", "ev", "zoom", "frame", "metric")],
-                         ["1", 0, 0, 1001, "hdr_flip"])
+        self.assertEqual(self.states("show", "ev", "zoom", "frame", "metric"), ["1", 0, 0, 1001, "hdr_flip"])
 
     def test_chosen_and_found_crops(self):
         self.browser.keys("2")
-        a, b = self.place(10, 10), self.place(29, 29)
-        self.browser.call("POST", "/actions", {"actions": [
-            {"type": "key", "id": "k", "actions": [
-                {"type": "keyDown", "value": SHIFT}, {"type": "pause"}, {"type": "pause"},
-                {"type": "pause"}, {"type": "keyUp", "value": SHIFT}]},
-            {"type": "pointer", "id": "m", "actions": [
-                {"type": "pointerMove", "x": round(a[0]), "y": round(a[1]), "duration": 0},
-                {"type": "pointerDown", "button": 0},
-                {"type": "pointerMove", "x": round(b[0]), "y": round(b[1]), "duration": 0},
-                {"type": "pointerUp", "button": 0}]}]})
+        self.browser.keys(("down", SHIFT))
+        self.browser.mouse(self.place(10, 10), "down", self.place(29, 29), "up")
+        self.browser.keys(("up", SHIFT))
         self.assertEqual(self.state("crops"),
                          [{"frame": 1001, "x": 10, "y": 10, "width": 20, "height": 20}])
         self.browser.run("document.querySelector('[aria-label=Crops]').scrollIntoView();")
@@ -270,9 +248,7 @@ class WithWebGl(Page, unittest.TestCase):
         self.browser.wait("[...document.querySelectorAll('.tile canvas')].every((c) =>"
                           "c.getContext('2d').getImageData(75, 75, 1, 1).data[3])")
         # The variant by its short name.
-        self.assertIn("samples=10: mean HDR-FLIP 0.2", self.browser.run(
-            "return [...document.querySelectorAll('.crop-row .why')].map((e) => e.innerText);")[1]
-            .split("\n"))
+        self.assertIn("samples=10: mean HDR-FLIP 0.2", self.texts(".crop-row .why")[1].split("\n"))
         # 150 CSS pixels over 20 of the picture: the middle of the tile is pixel 20 (7.5 wide).
         x, y = self.browser.run(
             "const b = document.querySelectorAll('.tile canvas')[2].getBoundingClientRect();"
@@ -280,14 +256,12 @@ class WithWebGl(Page, unittest.TestCase):
         at = (x + 10.5 * 7.5, y + 10.5 * 7.5)
         self.assert_color(self.browser.pixel(*map(math.floor, at)), shown(variant(1, 20, 20)))
         self.browser.mouse(at, "down", "up")
-        self.assertEqual([self.state(key) for key in ("show", "x", "y")], ["2", 20, 20])
+        self.assertEqual(self.states("show", "x", "y"), ["2", 20, 20])
 
     def test_asks_for_nothing(self):
         self.browser.keys("0", "3", ".")
         self.settle()
-        names = self.browser.run(
-            "return performance.getEntriesByType('resource').map((e) => e.name);")
-        self.assertEqual(names, [])
+        self.assertEqual(self.ask("performance.getEntriesByType('resource').map((e) => e.name)"), [])
 
     def test_pictures_beside_the_page(self):
         self.open(f"zoom={ZOOM}&x=48&y=32&show=3", "light.html")

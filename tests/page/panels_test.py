@@ -11,20 +11,19 @@ class Panels(OnThePage, unittest.TestCase):
     flags = SOFTWARE_GL
 
     def text(self, selector):
-        return self.browser.run("return document.querySelector(args[0]).innerText;", selector)
+        return self.texts(selector)[0]
+
+    def is_seen(self, selector):
+        return self.ask("document.querySelector(args[0]).checkVisibility()", selector)
 
     def rows(self, panel):
         """Cells of the rows that are seen."""
-        return self.browser.run(
-            "return [...document.querySelectorAll(`[aria-label='${args[0]}'] tbody tr`)]"
-            ".filter((row) => row.checkVisibility())"
-            ".map((row) => [...row.children].map((cell) => cell.innerText));", panel)
+        return self.ask("[...document.querySelectorAll(`[aria-label='${args[0]}'] tbody tr`)]"
+                        ".filter((row) => row.checkVisibility())"
+                        ".map((row) => [...row.children].map((cell) => cell.innerText))", panel)
 
     def test_what_was_left_out(self):
-        rows = self.browser.run(
-            "return [...document.querySelectorAll('[aria-label=\"Left out of the plans\"] tr')]"
-            ".map((row) => [...row.children].map((cell) => cell.innerText));")
-        self.assertEqual(rows[1:], [
+        self.assertEqual(self.rows("Left out of the plans"), [
             ["all", "input.motion_back", "unused_plane", "no step reads it", "1001", "512\u2009B",
              "0", "0"],
             ["samples=5", "fxaa", "off_by_rule",
@@ -35,25 +34,20 @@ class Panels(OnThePage, unittest.TestCase):
 
     def test_without_a_truth_it_says_so(self):
         self.open(name="blind.html")
-        text = self.browser.run("return document.getElementById('verdict').innerText;")
         self.assertIn("its own filter converged, and there is no model error: none was given.",
-                      text)
-        head = self.browser.run(
-            "return [...document.querySelectorAll('[aria-label=\"Where the error comes from\"] th'"
-            ")].map((e) => e.innerText).slice(0, 5);")
-        self.assertEqual(head, ["Variant", "", "precision", "sampling", "seeds"])
+                      self.text("#verdict"))
+        self.assertEqual(self.texts("[aria-label='Where the error comes from'] th")[:5],
+                         ["Variant", "", "precision", "sampling", "seeds"])
 
     def test_opens_on_what_won(self):
-        self.open(name="scored.html")
-        self.assertEqual([self.state(key) for key in ("show", "last")], ["2", "1"])
-        self.assertIn("Shown first: motion_blur.samples=10 has the lowest mean HDR-FLIP.",
-                      self.text("#verdict"))
-        self.open(name="ab.html")
-        self.assertEqual([self.state(key) for key in ("show", "last")], ["1", "2"])
-        # Nothing has won: B, beside A.
-        self.open(name="undecided.html")
-        self.assertEqual([self.state(key) for key in ("show", "last")], ["2", "1"])
-        self.assertNotIn("Shown first", self.text("#verdict"))
+        first = "Shown first: motion_blur.samples=10 has the lowest mean HDR-FLIP."
+        # undecided: nothing has won, so B, beside A.
+        for name, show, words in (("scored", ["2", "1"], first), ("ab", ["1", "2"], "Shown first: it says so."),
+                                  ("undecided", ["2", "1"], None)):
+            self.open(name=f"{name}.html")
+            self.assertEqual(self.states("show", "last"), show, name)
+            self.assertEqual("Shown first" in self.text("#verdict"), words is not None, name)
+            self.assertIn(words or "", self.text("#verdict"))
         # A link still shows what it says.
         self.open("show=input", name="scored.html")
         self.assertEqual(self.state("show"), "input")
@@ -74,21 +68,17 @@ class Panels(OnThePage, unittest.TestCase):
                                    ["samples=40", "failed", False], ["Input", "0.300", False]])
         row = self.rows("Variants")[-1]
         self.assertEqual(row, ["input", "no filter", "0.300", "0.500", "3.00"])
-        self.assertEqual(self.browser.run(
-            "return [...document.querySelectorAll('[aria-label=Variants] .worse')]"
-            ".map((e) => e.innerText);"), ["0.400"])
+        self.assertEqual(self.texts("[aria-label=Variants] .worse"), ["0.400"])
 
     def test_warnings_are_seen_and_are_text(self):
         self.open(name="scored.html")
         self.assertEqual(self.text("#warnings"),
                          "1 of 4 variants is <no better> than doing nothing")
-        self.assertTrue(self.browser.run(
-            "return document.getElementById('warnings').checkVisibility();"))
+        self.assertTrue(self.is_seen("#warnings"))
         self.assertIn("standard deviation 0.013 of the displayed luma; a picture without any "
                       "error would have MSE 0.00200", self.text("[aria-label=Conditions]"))
         self.open()
-        self.assertFalse(self.browser.run(
-            "return document.getElementById('warnings').checkVisibility();"))
+        self.assertFalse(self.is_seen("#warnings"))
 
     def test_which_way_is_better_stands_there(self):
         self.open(name="ab.html")
@@ -97,28 +87,21 @@ class Panels(OnThePage, unittest.TestCase):
         self.assertEqual(self.text("#way"), "higher is better")
         self.assertEqual(self.rows("A against B")[0][0].split("\n"),
                          ["HDR-FLIP", "lower is better"])
-        head = self.browser.run("return [...document.querySelectorAll('[aria-label=Variants] th "
-                                "small')].map((e) => e.innerText);")
-        self.assertEqual(head, ["lower is better", "lower is better", "higher is better"])
+        self.assertEqual(self.texts("[aria-label=Variants] th small"),
+                         ["lower is better", "lower is better", "higher is better"])
         words = self.text(".explain")
         self.assertIn("t-interval, over frames: ", words)
         self.assertIn("tile interval (bootstrap), within these frames: each frame is cut into "
                       "tiles of 32 pixels", words)
 
     def test_relmse_is_said_to_mislead_and_is_never_marked(self):
-        words = ("relMSE misleads if a bright edge is slightly out of place: on a dark surface the "
-                 "error is divided by almost nothing, and a few such pixels decide the mean. It is "
-                 "never marked as worse; read HDR-FLIP")
-        said = "return document.body.textContent.split(args[0]).length - 1;"
-        self.open(name="ab.html")
-        self.assertEqual(self.browser.run(said, words), 0)
-        self.open(name="relative.html")
-        self.assertEqual(self.browser.run(said, words), 2)  # beside both tables
+        for name, times in (("ab", 0), ("relative", 2)):  # beside both tables
+            self.open(name=f"{name}.html")
+            text, = self.texts("body", "textContent")
+            self.assertEqual(text.count("decide the mean. It is never marked as worse"), times, name)
         self.assertEqual(self.rows("Variants")[-1][2:], ["0.300", "0.125", "3.00"])
         # Worse than the input, as HDR-FLIP is, by its number alone.
-        self.assertEqual(self.browser.run(
-            "return [...document.querySelectorAll('[aria-label=Variants] .worse')]"
-            ".map((e) => e.innerText);"), ["0.400"])
+        self.assertEqual(self.texts("[aria-label=Variants] .worse"), ["0.400"])
 
     def test_rows_without_a_finding_are_folded(self):
         self.open(name="ab.html")
@@ -126,12 +109,10 @@ class Panels(OnThePage, unittest.TestCase):
         self.assertEqual([row[0].split("\n")[0] for row in rows],
                          ["HDR-FLIP", "2 metrics without a measurable difference"])
         self.assertEqual(rows[0][1:5], ["0.400", "0.100", "0.300", "+0.188"])
-        self.browser.run("document.querySelector('.fold summary').click();")
-        self.browser.wait("[...document.querySelectorAll('.compare tbody tr')]"
-                          ".filter((row) => row.checkVisibility()).length === 4")
-        self.browser.run("document.querySelector('.fold summary').click();")
-        self.browser.wait("[...document.querySelectorAll('.compare tbody tr')]"
-                          ".filter((row) => row.checkVisibility()).length === 2")
+        for seen in (4, 2):
+            self.browser.run("document.querySelector('.fold summary').click();")
+            self.browser.wait("[...document.querySelectorAll('.compare tbody tr')]"
+                              ".filter((row) => row.checkVisibility()).length === args[0]", seen)
         # Too few frames to find anything: what differs at all is shown.
         self.open(name="undecided.html")
         self.assertEqual([row[0].split("\n")[0] for row in self.rows("A against B")],
@@ -140,9 +121,8 @@ class Panels(OnThePage, unittest.TestCase):
     def test_a_failed_variant_says_why(self):
         self.browser.keys("4")
         self.settle()
-        text = self.browser.run("const m = document.getElementById('missing');"
-                                "return m.checkVisibility() && m.innerText;")
-        self.assertEqual(text, "samples=40 failed: out of GL memory: 1.2 GiB asked for")
+        self.assertTrue(self.is_seen("#missing"))
+        self.assertEqual(self.text("#missing"), "samples=40 failed: out of GL memory: 1.2 GiB asked for")
         self.browser.keys("1")
         self.assert_color(self.screen(50, 50), shown(variant(0, 50, 50)))
 
@@ -152,22 +132,20 @@ class Panels(OnThePage, unittest.TestCase):
                 .filter((e) => !(e.getAttribute("aria-label") || e.labels?.length ||
                     /\\w/.test(e.textContent))).map((e) => e.outerHTML.slice(0, 80));""")
         self.assertEqual(nameless, [])
-        ids = self.browser.run("return [...document.querySelectorAll('[id]')].map((e) => e.id);")
+        ids = self.texts("[id]", "id")
         self.assertEqual(len(ids), len(set(ids)))
         # Tab goes on from the last place that had the focus or was clicked: put it at the top.
         self.browser.run("document.body.tabIndex = -1; document.body.focus();"
                          "document.body.removeAttribute('tabindex');")
         self.browser.keys("\ue004")
-        self.assertEqual(self.browser.run("return document.activeElement.id;"), "skip")
-        outline = self.browser.run("return getComputedStyle(document.activeElement).outlineStyle;")
-        self.assertEqual(outline, "solid")
+        self.assertEqual(self.ask("[document.activeElement.id, getComputedStyle(document.activeElement)"
+                                  ".outlineStyle]"), ["skip", "solid"])
         self.browser.keys("\ue007", "2")
         self.settle()
-        self.assertEqual(self.browser.run("return document.activeElement.id;"), "canvas")
-        self.assertTrue(self.browser.run("return document.getElementById('canvas')"
-                                         ".getAttribute('aria-label');").startswith("samples=10"))
+        self.assertEqual(self.ask("document.activeElement.id"), "canvas")
+        self.assertTrue(self.texts("#canvas", "ariaLabel")[0].startswith("samples=10"))
         self.browser.keys("?")
-        self.assertTrue(self.browser.run("return document.getElementById('help').open;"))
+        self.assertTrue(self.ask("document.getElementById('help').open"))
 
     def test_light_and_dark(self):
         light = self.browser.pixel(20, 890)
@@ -181,15 +159,12 @@ class Panels(OnThePage, unittest.TestCase):
             self.browser.size(*size)
             for name in ("index.html", "ab.html"):
                 self.open(name=name)
-                self.assertLessEqual(self.browser.run(
-                    "return document.documentElement.scrollWidth;"), size[0])
+                self.assertLessEqual(self.ask("document.documentElement.scrollWidth"), size[0])
         self.browser.size(1440, 900)
 
     def test_the_text_of_the_report_is_text(self):
-        self.assertEqual(self.browser.run("return document.querySelector('h1').textContent;"),
-                         'A <test> & its "report"')
-        self.assertIn("# </script> & <b>", self.browser.run(
-            "return document.querySelector('pre').textContent;"))
+        self.assertEqual(self.texts("h1"), ['A <test> & its "report"'])
+        self.assertIn("# </script> & <b>", self.texts("pre", "textContent")[0])
 
 
 if __name__ == "__main__":

@@ -73,15 +73,27 @@ class OnThePage:
         self.browser.open(f"{address}#{state}")
         self.browser.wait("globalThis.postchain")
         self.settle()
-        self.box = self.browser.run(
-            "const b = document.getElementById('canvas').getBoundingClientRect();"
-            "return [b.left, b.top, b.width, b.height];")
+        self.box = self.box_of("#canvas")
+
+    def box_of(self, selector):
+        """Left, top, width and height of the first."""
+        return self.browser.run("const b = document.querySelector(args[0]).getBoundingClientRect();"
+                                "return [b.left, b.top, b.width, b.height];", selector)
+
+    def ask(self, expression, *arguments):
+        return self.browser.run(f"return {expression};", *arguments)
+
+    def texts(self, selector, kind="innerText"):
+        return self.ask("[...document.querySelectorAll(args[0])].map((e) => e[args[1]])", selector, kind)
 
     def settle(self):
         self.browser.run("await postchain.settled();")
 
     def state(self, key):
-        return self.browser.run("return postchain.state.get(args[0]);", key)
+        return self.ask("postchain.state.get(args[0])", key)
+
+    def states(self, *keys):
+        return [self.state(key) for key in keys]
 
     def place(self, x, y, center=(48, 32), zoom=ZOOM):
         """Place of the center of an image's pixel in the window; the canvas may have odd sides,

@@ -29,6 +29,9 @@ struct WritePage : ::testing::Test {
         const size_t from = page.find('>', tag) + 1;
         return page.substr(from, page.find("</script>", from) - from);
     }
+    static nlohmann::json images_of(const std::string& page) {
+        return nlohmann::json::parse(element(page, "manifest"))["images"];
+    }
 };
 
 TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
@@ -37,9 +40,9 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
     EXPECT_EQ(page.find("<!--DATA-->"), std::string::npos);
     // The page contains report.json, though a chain in it holds "</script>".
     EXPECT_EQ(nlohmann::json::parse(element(page, "report")), nlohmann::json(report_json(report)));
-    const auto manifest = nlohmann::json::parse(element(page, "manifest"));
-    ASSERT_GT(manifest["images"].size(), report.images.size());
-    for (const auto& image : manifest["images"])
+    const auto images = images_of(page);
+    ASSERT_GT(images.size(), report.images.size());
+    for (const auto& image : images)
         EXPECT_GT(element(page, image["id"]).size(), 30u) << image;
 }
 
@@ -48,10 +51,8 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
 TEST_F(WritePage, HoldsErrorMapsOfThePixels) {
     const auto maps_of = [&](const Report& written) {
         EXPECT_TRUE(write_page(written, path("index.html")).ok());
-        const auto manifest =
-            nlohmann::json::parse(element(test::read_text(path("index.html")), "manifest"));
         std::map<std::string, std::multiset<int>> maps;  // name -> variants, once a frame
-        for (const auto& image : manifest["images"]) {
+        for (const auto& image : images_of(test::read_text(path("index.html")))) {
             EXPECT_NE(image["kind"], "converged");
             if (image["kind"] == "error") {
                 EXPECT_EQ(image["channels"], 1);
@@ -81,29 +82,28 @@ TEST_F(WritePage, PutsPicturesBesideIt) {
     ASSERT_TRUE(write_page(report, path("light.html"), {path("a b#")}).ok());
     const std::string page = test::read_text(path("light.html"));
     EXPECT_EQ(element(page, "image-0"), "");
-    const auto manifest = nlohmann::json::parse(element(page, "manifest"));
-    EXPECT_EQ(manifest["images"][0]["asset"], "a%20b%23/image-0.js");
-    ASSERT_GT(manifest["images"].size(), report.images.size());
-    for (size_t i = 0; i < manifest["images"].size(); ++i) {
+    const auto images = images_of(page);
+    EXPECT_EQ(images[0]["asset"], "a%20b%23/image-0.js");
+    ASSERT_GT(images.size(), report.images.size());
+    for (size_t i = 0; i < images.size(); ++i) {
         const std::string script = test::read_text(path(concat("a b#/image-", i, ".js")));
         EXPECT_EQ(script.rfind(concat("postchain_asset(\"image-", i, "\",\""), 0), 0u);
     }
 }
 
-TEST_F(WritePage, NamesThePictureThatIsGone) {
+TEST_F(WritePage, RefusesPicturesThatAreGoneOrOfAnotherSize) {
+    const auto refusal = [&](const Report& bad) {
+        const auto status = write_page(bad, path("index.html"));
+        EXPECT_EQ(status.code(), StatusCode::input);
+        EXPECT_FALSE(fs::exists(path("index.html")));
+        return status.message();
+    };
+    Report larger = report;
+    larger.images[0].width += 1;
+    EXPECT_NE(refusal(larger).find("listed as 97x64"), std::string::npos);
     const std::string gone = report.images[3].path;
     fs::remove(path(gone));
-    const auto status = write_page(report, path("index.html"));
-    EXPECT_EQ(status.code(), StatusCode::input);
-    EXPECT_NE(status.message().find(gone), std::string::npos) << status.message();
-    EXPECT_FALSE(fs::exists(path("index.html")));
-}
-
-TEST_F(WritePage, RefusesAPictureOfAnotherSize) {
-    report.images[0].width += 1;
-    const auto status = write_page(report, path("index.html"));
-    EXPECT_EQ(status.code(), StatusCode::input);
-    EXPECT_NE(status.message().find("listed as 97x64"), std::string::npos) << status.message();
+    EXPECT_NE(refusal(report).find(gone), std::string::npos);
 }
 
 TEST_F(WritePage, SaysWhatCannotBeWritten) {

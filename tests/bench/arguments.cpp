@@ -24,19 +24,11 @@ bool Arguments::flag(const std::string& key) {
 
 std::optional<std::string> Arguments::text(const std::string& key) {
     std::optional<std::string> found;
-    for (auto word = left_.begin(); word != left_.end();) {
-        if (*word == key) {
-            word = left_.erase(word);
-            if (word == left_.end()) refuse(key);
-            found = *word;
-        } else if (word->starts_with(key + "=")) {
-            found = word->substr(key.size() + 1);
-        } else {
-            ++word;
-            continue;
-        }
-        word = left_.erase(word);
-    }
+    std::erase_if(left_, [&](const std::string& word) {
+        const bool is_given = word.starts_with(key + "=");
+        if (is_given) found = word.substr(key.size() + 1);
+        return is_given;
+    });
     return found;
 }
 

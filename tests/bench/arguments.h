@@ -1,4 +1,4 @@
-// The command line of a benchmark: words, and options as --KEY=VALUE or --KEY VALUE.
+// The command line of a benchmark: words, and options as --KEY=VALUE.
 #pragma once
 
 #include <array>

@@ -74,10 +74,9 @@ TEST(Encode, LowBytesFollowTheHighOnes) {
 
 TEST(Encode, HalvesOfEveryKind) {
     const float inf = std::numeric_limits<float>::infinity();
-    const std::pair<float, int> rows[] = {{inf, 0x7c00},    {-inf, 0xfc00},  {1e6f, 0x7bff},
-                                          {-1e6f, 0xfbff},  {65504, 0x7bff}, {1e-12f, 0},
-                                          {0x1p-24f, 1},    {0.1f, 0x2e66},  {1000.3f, 0x63d1},
-                                          {-0.5f, 0xb800}};
+    const std::pair<float, int> rows[] = {
+        {inf, 0x7c00}, {-inf, 0xfc00}, {1e6f, 0x7bff}, {-1e6f, 0xfbff},   {65504, 0x7bff},
+        {1e-12f, 0},   {0x1p-24f, 1},  {0.1f, 0x2e66}, {1000.3f, 0x63d1}, {-0.5f, 0xb800}};
     const auto half_of = [](float value) {
         const auto bytes = inflated(encode_color(ImageF(1, 1, 3, value)), 6);
         return bytes[0] << 8 | bytes[3];

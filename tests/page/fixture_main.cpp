@@ -12,11 +12,13 @@ int main(int argc, char** argv) {
     using Make = Report (*)(const std::string&);
     if (argc != 2) return 2;
     const std::string folder = argv[1];
-    const std::pair<const char*, Make> pages[] = {
-        {"index", testing::make_report},           {"light", testing::make_report},
-        {"blind", testing::make_blind_report},     {"scored", testing::make_scored_report},
-        {"ab", testing::make_ab_report},           {"undecided", testing::make_undecided_report},
-        {"relative", testing::make_relative_report}};
+    const std::pair<const char*, Make> pages[] = {{"index", testing::make_report},
+                                                  {"light", testing::make_report},
+                                                  {"blind", testing::make_blind_report},
+                                                  {"scored", testing::make_scored_report},
+                                                  {"ab", testing::make_ab_report},
+                                                  {"undecided", testing::make_undecided_report},
+                                                  {"relative", testing::make_relative_report}};
     for (const auto& [name, make] : pages) {
         const bool beside = std::string(name) == "light";
         const auto status = write_page(make(folder), folder + "/" + name + ".html",

@@ -153,21 +153,18 @@ class WithWebGl(Page, unittest.TestCase):
     flags, painter = SOFTWARE_GL, "WebGL2"
 
     def test_a_click_in_the_list_leaves_space_to_the_flip(self):
-        x, y = self.browser.run(
-            "const b = document.querySelectorAll('#sources button')[2].getBoundingClientRect();"
-            "return [b.left + 40, b.top + 10];")
-        self.browser.mouse((x, y), "down", "up")
+        x, y = self.box_of("#sources button", 2)[:2]
+        self.browser.mouse((x + 40, y + 10), "down", "up")
         self.assert_color(self.screen(50, 20), shown(variant(1, 50, 20)))
         self.browser.keys(SPACE)
         self.assert_color(self.screen(50, 20), shown(variant(0, 50, 20)))
 
     def test_a_click_on_the_pareto_plot_shows_the_picture(self):
         self.browser.run("document.querySelector('.pareto').scrollIntoView();")
-        left, top, points = self.browser.run(
+        left, top = self.box_of(".pareto .u-over")[:2]
+        points = self.browser.run(
             "const { plot, points } = postchain.pareto();"
-            "const b = plot.over.getBoundingClientRect();"
-            "return [b.left, b.top, points.map((p) => [p.name, plot.valToPos(p.time, 'x'),"
-            "  plot.valToPos(p.error, 'y')])];")
+            "return points.map((p) => [p.name, plot.valToPos(p.time, 'x'), plot.valToPos(p.error, 'y')]);")
         self.assertEqual([p[0] for p in points], ["samples=5", "samples=10", "samples=20"])
         self.assertGreater(points[1][2], points[2][2])  # 0.1 lies below 0.2
         for v in (2, 1):
@@ -250,9 +247,7 @@ class WithWebGl(Page, unittest.TestCase):
         # The variant by its short name.
         self.assertIn("samples=10: mean HDR-FLIP 0.2", self.texts(".crop-row .why")[1].split("\n"))
         # 150 CSS pixels over 20 of the picture: the middle of the tile is pixel 20 (7.5 wide).
-        x, y = self.browser.run(
-            "const b = document.querySelectorAll('.tile canvas')[2].getBoundingClientRect();"
-            "return [b.left, b.top];")
+        x, y = self.box_of(".tile canvas", 2)[:2]
         at = (x + 10.5 * 7.5, y + 10.5 * 7.5)
         self.assert_color(self.browser.pixel(*map(math.floor, at)), shown(variant(1, 20, 20)))
         self.browser.mouse(at, "down", "up")

@@ -75,10 +75,10 @@ class OnThePage:
         self.settle()
         self.box = self.box_of("#canvas")
 
-    def box_of(self, selector):
-        """Left, top, width and height of the first."""
-        return self.browser.run("const b = document.querySelector(args[0]).getBoundingClientRect();"
-                                "return [b.left, b.top, b.width, b.height];", selector)
+    def box_of(self, selector, index=0):
+        """Left, top, width and height."""
+        return self.browser.run("const b = document.querySelectorAll(args[0])[args[1]].getBoundingClientRect();"
+                                "return [b.left, b.top, b.width, b.height];", selector, index)
 
     def ask(self, expression, *arguments):
         return self.browser.run(f"return {expression};", *arguments)

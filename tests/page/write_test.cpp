@@ -42,8 +42,7 @@ TEST_F(WritePage, HoldsTheReportAndEveryPicture) {
     EXPECT_EQ(nlohmann::json::parse(element(page, "report")), nlohmann::json(report_json(report)));
     const auto images = images_of(page);
     ASSERT_GT(images.size(), report.images.size());
-    for (const auto& image : images)
-        EXPECT_GT(element(page, image["id"]).size(), 30u) << image;
+    for (const auto& image : images) EXPECT_GT(element(page, image["id"]).size(), 30u) << image;
 }
 
 // Error maps that follow from the pixels: of every result and of the input, against the truth or

@@ -1,4 +1,5 @@
 // Tiers, and budgets of time.
+#include <epoxy/gl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -58,20 +59,6 @@ TEST(Governor, SettlesAtTheLargestPartThatFits) {
     EXPECT_EQ(bounded.part(), 0.5);
 }
 
-// A load that comes and goes: down at once, up part by part.
-TEST(Governor, FollowsTheLoad) {
-    Governor governor(10, 0.25);
-    Device(0, 30, governor).run(1);
-    EXPECT_EQ(governor.part(), 0.25);
-    EXPECT_EQ(governor.changes(), 1u);
-    Device light(0, 5, governor);
-    light.run(0.6);
-    EXPECT_EQ(governor.part(), 0.375);
-    light.run(5);
-    EXPECT_EQ(governor.part(), 1);
-    EXPECT_EQ(governor.changes(), 5u);
-}
-
 // From one part to another at a time of its frames: down only if the budget is exceeded, to the
 // first part that fits; up by one if a tenth of the budget is left then.
 TEST(Governor, ChangesAtItsLimits) {
@@ -116,12 +103,6 @@ TEST(Governor, OneSlowFrameDoesNotCount) {
     EXPECT_EQ(governor.milliseconds(), 8);
 }
 
-double samples(const pc::Chain& chain) {
-    for (const pc_parameter& row : pc::parameters(chain.get()))
-        if (std::string(row.key) == "samples") return row.value;
-    return -1;
-}
-
 pc_budget_state state_of(const pc::Instance& guest, const pc::Chain& chain) {
     auto state = pc::make<pc_budget_state>();
     EXPECT_EQ(pc_query_budget(guest.get(), chain.get(), &state), PC_OK) << pc_error();
@@ -136,8 +117,7 @@ void run_until(const std::function<bool()>& reached, const std::function<void()>
 }
 void run_until(const pc::Instance& guest, const pc::Chain& made, const pc_frame& frame,
                float part) {
-    run_until([&] { return state_of(guest, made).part == part; },
-              [&] { EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK); });
+    run_until([&] { return state_of(guest, made).part == part; }, [&] { run(guest, made, frame); });
 }
 
 pc_budget budget_of(float milliseconds, float least = 0) {
@@ -155,9 +135,7 @@ void set_budget(const pc::Instance& guest, const pc::Chain& made, const pc_budge
 constexpr float kTooLittle = 1e-4f;
 
 ImageF filtered(const pc::Instance& guest, const pc::Chain& made, const pc_frame& frame) {
-    pc_texture result = {};
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, &result), PC_OK) << pc_error();
-    return read(result, 40, 24);
+    return read(run(guest, made, frame), 40, 24);
 }
 
 ImageF with_samples(double count, const pc_frame& frame) {
@@ -173,7 +151,7 @@ TEST(TimeBudget, FiltersWithAPartOfTheSamples) {
     const auto guest = instance();
     const auto made = chain("joint_blur,fxaa");
     set(made, 0, "samples", 32);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
+    prepare(guest, made, host.frame);
     set_budget(guest, made, budget_of(kTooLittle));
     run_until(guest, made, host.frame, 0.25f);
     EXPECT_EQ(state_of(guest, made).changes, 1u);
@@ -193,38 +171,33 @@ TEST(TimeBudget, FiltersWithAPartOfTheSamples) {
     EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(64, host.frame)));
 }
 
-// The chain's values stay the host's: another instance, and one made after this one is destroyed,
-// filter with all samples.
+// The chain's values stay the host's, and each instance has a budget of its own.
 TEST(TimeBudget, IsOfOneInstance) {
     const auto host = canonical_frame(40, 24);
     const auto made = chain("joint_blur,fxaa");
     set(made, 0, "samples", 32);
-    const ImageF all = with_samples(32, host.frame);
-    {
-        const auto guest = instance(), other = instance();
-        for (const auto* one : {&guest, &other})
-            ASSERT_EQ(pc_prepare(one->get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
-        set_budget(guest, made, budget_of(kTooLittle));
-        run_until(guest, made, host.frame, 0.25f);
-        EXPECT_EQ(samples(made), 32);
-        EXPECT_TRUE(equal_bits(filtered(other, made, host.frame), all));
-        set_budget(other, made, budget_of(kTooLittle, 0.5f));
-        run_until(other, made, host.frame, 0.5f);
-        EXPECT_TRUE(equal_bits(filtered(other, made, host.frame), with_samples(16, host.frame)));
-        EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(8, host.frame)));
-    }
-    EXPECT_EQ(samples(made), 32);
-    const auto later = instance();
-    EXPECT_TRUE(equal_bits(read(prepare_and_run(later, made, host.frame), 40, 24), all));
+    const auto guest = instance(), other = instance(), without = instance();
+    for (const auto* one : {&guest, &other, &without}) prepare(*one, made, host.frame);
+    set_budget(guest, made, budget_of(kTooLittle));
+    set_budget(other, made, budget_of(kTooLittle, 0.5f));
+    run_until(guest, made, host.frame, 0.25f);
+    run_until(other, made, host.frame, 0.5f);
+    EXPECT_TRUE(equal_bits(filtered(without, made, host.frame), with_samples(32, host.frame)));
+    EXPECT_TRUE(equal_bits(filtered(other, made, host.frame), with_samples(16, host.frame)));
+    EXPECT_TRUE(equal_bits(filtered(guest, made, host.frame), with_samples(8, host.frame)));
 }
+
+struct Masked {
+    HostFrameTextures host = canonical_frame(40, 24);
+    HostTexture mask{GL_R8, ImageF(40, 24, 1, 0.5f)};
+    pc_frame frame = host.frame;
+    Masked() { frame.mask = mask; }
+};
 
 // With a mask other samples are other programs: compiled if the chain is prepared with its budget,
 // and otherwise the samples stay.
 TEST(TimeBudget, WithAMask) {
-    const auto host = canonical_frame(40, 24);
-    const HostTexture mask(0x8229 /* GL_R8 */, ImageF(40, 24, 1, 0.5f));
-    pc_frame frame = host.frame;
-    frame.mask = mask;
+    const Masked masked;
     std::string said;
     auto info = pc::create_info();
     info.user = &said;
@@ -236,45 +209,35 @@ TEST(TimeBudget, WithAMask) {
         const auto made = chain("joint_blur");
         set(made, 0, "samples", 32);
         if (first) set_budget(guest, made, budget_of(kTooLittle));
-        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+        prepare(guest, made, masked.frame);
         if (first) {
-            run_until(guest, made, frame, 0.25f);
+            run_until(guest, made, masked.frame, 0.25f);
             EXPECT_EQ(said, "");
             continue;
         }
         set_budget(guest, made, budget_of(kTooLittle));
         run_until([&] { return said.starts_with("the budget is not kept"); },
-                  [&] { ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK); });
+                  [&] { run(guest, made, masked.frame); });
         EXPECT_EQ(state_of(guest, made).part, 1);
     }
 }
 
 // Its programs are among those that are announced.
 TEST(TimeBudget, NeedsThePrograms) {
-    const auto host = canonical_frame(40, 24);
-    const HostTexture mask(0x8229 /* GL_R8 */, ImageF(40, 24, 1, 0.5f));
-    pc_frame frame = host.frame;
-    frame.mask = mask;
+    const Masked masked;
     const auto guest = instance();
     const auto made = chain("joint_blur");
     const auto needs = [&] {
         auto found = pc::make<pc_frame_needs>();
-        EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &found), PC_OK) << pc_error();
+        EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &masked.frame, &found), PC_OK);
         return found;
     };
     const uint32_t without = needs().programs;
     set_budget(guest, made, budget_of(1));
     EXPECT_GT(needs().programs, without);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
-    auto counters = pc::make<pc_counters>();
-    ASSERT_EQ(pc_count(guest.get(), &counters), PC_OK);
-    EXPECT_EQ(counters.programs, needs().programs);
+    prepare(guest, made, masked.frame);
+    EXPECT_EQ(count(guest).programs, needs().programs);
     EXPECT_EQ(needs().programs_to_compile, 0u);
-    frame.width = frame.height = frame.color.width = frame.color.height = 1 << 20;
-    frame.depth = frame.motion = frame.mask = {};
-    auto large = pc::make<pc_frame_needs>();
-    EXPECT_EQ(pc_query_frame(guest.get(), made.get(), &frame, &large), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("this device's limit is"));
 }
 
 // Chains in turn on one instance, more than the clock remembers frames: each gets its own times.
@@ -284,50 +247,35 @@ TEST(TimeBudget, OfManyChains) {
     std::vector<pc::Chain> chains;
     for (int i = 0; i < 9; ++i) chains.push_back(chain(i % 2 ? "motion_blur" : "joint_blur"));
     for (const auto& made : chains) {
-        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
+        prepare(guest, made, host.frame);
         set_budget(guest, made, budget_of(kTooLittle));
     }
     const auto reduced = [&](const pc::Chain& made) { return state_of(guest, made).part < 1; };
     run_until([&] { return std::all_of(chains.begin(), chains.end(), reduced); },
               [&] {
-                  for (const auto& made : chains)
-                      ASSERT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK);
+                  for (const auto& made : chains) run(guest, made, host.frame);
               });
 }
 
 TEST(TimeBudget, BadValues) {
     const auto guest = instance();
-    const auto made = chain("joint_blur"), none = chain("fxaa");
-    auto budget = pc::make<pc_budget>();
-    const auto fails = [&](const pc::Chain& chain, pc_result result, const char* text) {
-        EXPECT_EQ(pc_set_budget(guest.get(), chain.get(), &budget), result);
-        EXPECT_THAT(pc_error(), HasSubstr(text));
+    const auto fails = [&](const pc::Chain& chain, const pc_budget& budget, pc_result code,
+                           const char* text) {
+        expect_error(pc_set_budget(guest.get(), chain.get(), &budget), code, text);
+        EXPECT_EQ(state_of(guest, chain).milliseconds, 0);
     };
-    budget.milliseconds = -1;
-    fails(made, PC_ERROR_ARGUMENT, "milliseconds: -1; give a time");
-    budget.milliseconds = 2;
-    budget.least = 0.1f;
-    fails(made, PC_ERROR_ARGUMENT, "least: 0.1 is not within 0.25 and 1");
-    budget.least = 0;
-    budget.reserved = 1;
-    fails(made, PC_ERROR_VERSION, "pc_budget.reserved is not 0");
-    budget.reserved = 0;
-    fails(none, PC_ERROR_CHAIN, "no pass of the chain reads a number of samples");
-    EXPECT_EQ(state_of(guest, none).part, 1);
-}
-
-// The method decides whether the pass reads its samples.
-TEST(TimeBudget, NeedsAPassThatReadsSamples) {
-    const auto guest = instance();
-    const auto made = chain("depth_of_field");
-    auto budget = pc::make<pc_budget>();
-    budget.milliseconds = 2;
-    ASSERT_EQ(pc_chain_set_text(made.get(), 0, "method", "gilham"), PC_OK) << pc_error();
-    EXPECT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("leave passes out, or choose a method that has samples"));
-    EXPECT_EQ(state_of(guest, made).milliseconds, 0);
-    ASSERT_EQ(pc_chain_set_text(made.get(), 0, "method", "inverse_warp"), PC_OK) << pc_error();
-    EXPECT_EQ(pc_set_budget(guest.get(), made.get(), &budget), PC_OK) << pc_error();
+    const auto made = chain("joint_blur"), dof = chain("depth_of_field");
+    fails(made, budget_of(-1), PC_ERROR_ARGUMENT, "milliseconds: -1; give a time");
+    fails(made, budget_of(2, 0.1f), PC_ERROR_ARGUMENT, "least: 0.1 is not within 0.25 and 1");
+    auto reserved = budget_of(2);
+    reserved.reserved = 1;
+    fails(made, reserved, PC_ERROR_VERSION, "pc_budget.reserved is not 0");
+    fails(chain("fxaa"), budget_of(2), PC_ERROR_CHAIN, "no pass of the chain reads a number");
+    // The method decides whether the pass reads its samples.
+    ASSERT_EQ(pc_chain_set_text(dof.get(), 0, "method", "gilham"), PC_OK);
+    fails(dof, budget_of(2), PC_ERROR_CHAIN, "choose a method that has samples");
+    ASSERT_EQ(pc_chain_set_text(dof.get(), 0, "method", "inverse_warp"), PC_OK);
+    set_budget(guest, dof, budget_of(2));
 }
 
 TEST(TimeBudget, OfADestroyedChainIsForgotten) {

@@ -47,11 +47,11 @@ TEST_F(Compatibility, TexturesAreValidated) {
     const auto made = chain("motion_blur,fxaa");
     GLint before = 0, after = 0;
     glGetIntegerv(GL_TEXTURE_BINDING_3D, &before);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK) << pc_error();
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    prepare(guest, made, host.frame);
+    run(guest, made, host.frame);
     pc_frame frame = host.frame;
     frame.color_slice.target = GL_TEXTURE_2D_ARRAY;
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    prepare(guest, made, frame);
     EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
     EXPECT_THAT(pc_error(), HasSubstr("is a GL_TEXTURE_2D; set color_slice.target to it"));
     GLuint volume = 0;

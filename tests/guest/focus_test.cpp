@@ -1,6 +1,5 @@
 // Focus at a place of the frame, whose depth stays on the device.
 #include <epoxy/gl.h>
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +11,6 @@
 namespace postchain::test::focus_test {
 namespace {
 
-using ::testing::HasSubstr;
-
 constexpr int kWidth = 96, kHeight = 60;
 
 pc::Chain focused(double x, double y) {
@@ -24,15 +21,13 @@ pc::Chain focused(double x, double y) {
 
 // The frame with one inverse depth left and another right of the middle.
 HostTexture two_depths(float left, float right) {
-    ImageF depth(kWidth, kHeight, 1, left);
-    for (int y = 0; y < kHeight; ++y)
-        for (int x = kWidth / 2; x < kWidth; ++x) depth.at(x, y) = right;
-    return HostTexture(GL_R32F, depth);
+    return HostTexture(GL_R32F, make_image(kWidth, kHeight, 1, [&](int x, int, int) {
+                           return x < kWidth / 2 ? left : right;
+                       }));
 }
 
 ImageF filtered(const pc::Instance& guest, const pc::Chain& chain, const pc_frame& frame) {
-    pc_texture result = {};
-    EXPECT_EQ(pc_run(guest.get(), chain.get(), &frame, &result), PC_OK) << pc_error();
+    const pc_texture result = run(guest, chain, frame);
     glFinish();  // the next frame knows this one's depth
     return read(result, kWidth, kHeight);
 }
@@ -64,25 +59,22 @@ TEST(Focus, FirstFrameIsInFocus) {
     const auto guest = instance(PC_VALIDATE);
     for (const double x : {0.2, 0.8, 1.0}) {
         const auto made = focused(x, 0.5);
-        ASSERT_EQ(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_OK) << pc_error();
+        prepare(guest, made, scene.frame);
         const double w = x < 0.5 ? 0.25 : double(0.05f);
         const ImageF found = filtered(guest, made, scene.frame);
         expect_focus(found, at_distance(guest, scene.frame, w));
         EXPECT_GT(compare(found, at_distance(guest, scene.frame, 0.3 - w), 1e-3).fraction, 0.2);
     }
     pc_frame up = scene.frame;
-    const HostTexture distance(GL_R32F, [&] {
-        ImageF pixels = read(scene.depth, kWidth, kHeight, 1);
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x)
-                pixels.at(x, y) = y < kHeight / 2 ? 4 : 20;  // the lower half, as stored, is near
-        return pixels;
-    }());
+    // The lower half, as stored, is near.
+    const HostTexture distance(GL_R32F, make_image(kWidth, kHeight, 1, [](int, int y, int) {
+                                   return y < kHeight / 2 ? 4 : 20;
+                               }));
     up.depth = distance;
     up.depth_encoding = PC_DEPTH_LINEAR;
     up.flags &= ~uint32_t(PC_TOP_LEFT);
     const auto made = focused(0.5, 0.9);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &up, 1), PC_OK) << pc_error();
+    prepare(guest, made, up);
     expect_focus(filtered(guest, made, up), at_distance(guest, up, 0.25));
 }
 
@@ -106,7 +98,7 @@ TEST(Focus, FollowsOverTime) {
     pc_frame frame = scene.frame;
     frame.focus_seconds = 0.5f;
     frame.frame_seconds = 0.1f;
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    prepare(guest, made, frame);
     filtered(guest, made, frame);
     frame.depth = far;
     // The depth of a frame is known when the next begins.
@@ -125,7 +117,7 @@ TEST(Focus, IsPulledToAnotherPlace) {
     pc_frame frame = scene.frame;
     frame.focus_seconds = 0.5f;
     frame.frame_seconds = 0.1f;
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    prepare(guest, made, frame);
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, 0.25));
     ASSERT_EQ(pc_chain_set_point(made.get(), 0, "focus_at", 0.8, 0.5), PC_OK) << pc_error();
     filtered(guest, made, frame);  // finds the depth there
@@ -143,7 +135,7 @@ TEST(Focus, RegionsTakeTheMedian) {
     frame.depth = twig;
     const auto guest = instance();
     const auto made = focused(0.2, 0.5);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    prepare(guest, made, frame);
     expect_focus(filtered(guest, made, frame), at_distance(guest, frame, double(0.9f)));
     frame.focus_radius = 0.25f;
     frame.flags |= PC_CAMERA_CUT;
@@ -200,12 +192,12 @@ TEST(Focus, LaterFramesCreateNothing) {
     const auto made = focused(0.2, 0.5);
     pc_frame frame = scene.frame;
     EXPECT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_ERROR_PREPARE);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &frame, 1), PC_OK) << pc_error();
+    prepare(guest, made, frame);
     filtered(guest, made, frame);
     GlCalls::start();
     for (int i = 0; i < 3; ++i) {
         ++frame.frame_number;
-        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK) << pc_error();
+        run(guest, made, frame);
     }
     auto calls = GlCalls::stop();
     for (const char* none : {"glFinish", "glCreateTextures", "glCreateBuffers", "glCompileShader"})
@@ -220,8 +212,8 @@ TEST(Focus, MorePlacesThanCanBeFollowed) {
         chain("depth_of_field,depth_of_field,depth_of_field,depth_of_field,depth_of_field");
     for (uint32_t i = 0; i < 5; ++i)
         ASSERT_EQ(pc_chain_set_point(made.get(), i, "focus_at", 0.1 * i, 0.5), PC_OK);
-    EXPECT_EQ(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("focus_at: the chain has 5 places; at most 4"));
+    expect_error(pc_prepare(guest.get(), made.get(), &scene.frame, 1), PC_ERROR_CHAIN,
+                 "focus_at: the chain has 5 places; at most 4");
 }
 
 }  // namespace

@@ -257,8 +257,8 @@ TEST_F(Handles, RectanglesBeyondTheIntegers) {
     const auto made = chain("motion_blur");
     pc_frame frame = host().frame;
     frame.color.x = INT32_MIN;
-    EXPECT_EQ(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("color: a frame of 2147483647x60 at -2147483648, 0 is not"));
+    expect_error(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_INPUT,
+                 "color: a frame of 2147483647x60 at -2147483648, 0 is not");
     ASSERT_EQ(pc_use_conventions("godot", &frame), PC_OK);
     EXPECT_EQ(frame.motion_scale[0], -2147483744.0f);
     int signs[2];
@@ -266,9 +266,8 @@ TEST_F(Handles, RectanglesBeyondTheIntegers) {
     for (const int32_t x : {INT32_MIN, -1}) {
         pc_texture other = host().color;
         other.x = x;
-        EXPECT_EQ(pc_check_motion(guest().get(), &host().frame, &other, signs, &margin),
-                  PC_ERROR_INPUT);
-        EXPECT_THAT(pc_error(), HasSubstr("it does not cover the frame"));
+        expect_error(pc_check_motion(guest().get(), &host().frame, &other, signs, &margin),
+                     PC_ERROR_INPUT, "it does not cover the frame");
     }
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
 }
@@ -299,15 +298,14 @@ TEST_F(Handles, ValidateRefusesMatricesAndOutputsThatCannotBe) {
     prepare_and_run(guest, made, frame);
     pc_frame singular = frame;
     std::copy_n(singular.other_view_projection, 4, singular.other_view_projection + 4);
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &singular, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("other_view_projection: is singular"));
+    expect_error(pc_run(guest.get(), made.get(), &singular, nullptr), PC_ERROR_INPUT,
+                 "other_view_projection: is singular");
     prepare_and_run(plain, made, singular);
     const HostTexture motion(GL_RGBA32F, kWidth, kHeight);
     pc_frame over = frame;
     over.motion = over.output = motion;
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &over, nullptr), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(),
-                HasSubstr("output: is the texture of motion, which it would overwrite"));
+    expect_error(pc_run(guest.get(), made.get(), &over, nullptr), PC_ERROR_INPUT,
+                 "output: is the texture of motion, which it would overwrite");
 }
 
 // PC_STATE_LEAVE leaves the last step's program in use. It is not current when it is deleted.
@@ -323,8 +321,8 @@ TEST_F(Handles, NoDeletedProgramStaysInUse) {
 TEST_F(Handles, MessagesAreForHosts) {
     pc_frame frame = host().frame;
     frame.f_stop = 0;
-    EXPECT_EQ(pc_prepare(guest().get(), chain("depth_of_field").get(), &frame, 1), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("f_stop: not known"));
+    expect_error(pc_prepare(guest().get(), chain("depth_of_field").get(), &frame, 1),
+                 PC_ERROR_CHAIN, "f_stop: not known");
     EXPECT_THAT(pc_error(), HasSubstr("in pc_frame"));
     EXPECT_THAT(pc_error(), ::testing::Not(HasSubstr("--camera")));
 }

@@ -160,14 +160,26 @@ ImageF by_executor(const TestFrame& frame, const char* passes, Precision precisi
     return by_executor(frame, chain, precision, plane);
 }
 
+void prepare(const pc::Instance& instance, const pc::Chain& chain, const pc_frame& frame) {
+    EXPECT_EQ(pc_prepare(instance.get(), chain.get(), &frame, 1), PC_OK) << pc_error();
+}
+
+pc_texture run(const pc::Instance& instance, const pc::Chain& chain, const pc_frame& frame) {
+    pc_texture result = {};
+    EXPECT_EQ(pc_run(instance.get(), chain.get(), &frame, &result), PC_OK) << pc_error();
+    return result;
+}
+
 pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
                            const pc_frame& frame) {
-    EXPECT_EQ(pc_prepare(instance.get(), chain.get(), &frame, 1), PC_OK)
-        << pc_last_error(instance.get());
-    pc_texture result = {};
-    EXPECT_EQ(pc_run(instance.get(), chain.get(), &frame, &result), PC_OK)
-        << pc_last_error(instance.get());
-    return result;
+    prepare(instance, chain, frame);
+    return run(instance, chain, frame);
+}
+
+void expect_error(pc_result found, pc_result code, const std::string& text) {
+    EXPECT_EQ(found, code) << text;
+    EXPECT_NE(std::string(pc_error()).find(text), std::string::npos)
+        << pc_error() << " without " << text;
 }
 
 pc_counters count(const pc::Instance& instance) {

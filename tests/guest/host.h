@@ -72,8 +72,12 @@ ImageF by_executor(const TestFrame& frame, const Chain& chain,
 ImageF by_executor(const TestFrame& frame, const char* passes,
                    Precision precision = Precision::fp32, Role plane = Role::color);
 
+void prepare(const pc::Instance& instance, const pc::Chain& chain, const pc_frame& frame);
+pc_texture run(const pc::Instance& instance, const pc::Chain& chain, const pc_frame& frame);
 pc_texture prepare_and_run(const pc::Instance& instance, const pc::Chain& chain,
                            const pc_frame& frame);
+// A call that failed with this code, and the thread's message with this part.
+void expect_error(pc_result found, pc_result code, const std::string& text);
 pc_counters count(const pc::Instance& instance);
 
 void expect_equal(const ImageF& found, const ImageF& expected);

@@ -14,8 +14,6 @@
 namespace postchain::test::inputs_test {
 namespace {
 
-using ::testing::HasSubstr;
-
 class Inputs : public SharedScene {};
 
 GLenum external(int channels) {
@@ -25,6 +23,8 @@ GLenum external(int channels) {
 // An array of three layers and two levels, 5 everywhere but in layer 2 of level 1.
 class ArrayTexture {
   public:
+    static constexpr pc_slice kSlice = {GL_TEXTURE_2D_ARRAY, 2, 1};
+
     ArrayTexture(unsigned format, const ImageF& pixels) : channels_(pixels.channels) {
         glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &texture_.name);
         glTextureStorage3D(texture_.name, 2, format, 2 * pixels.width, 2 * pixels.height, 3);
@@ -39,13 +39,11 @@ class ArrayTexture {
     }
     ~ArrayTexture() { glDeleteTextures(1, &texture_.name); }
     ArrayTexture(const ArrayTexture&) = delete;
-    ArrayTexture& operator=(const ArrayTexture&) = delete;
     operator pc_texture() const { return texture_; }
-    static constexpr pc_slice kSlice = {GL_TEXTURE_2D_ARRAY, 2, 1};
 
     ImageF layer(int level, int index) const {
-        ImageF pixels(texture_.width * (level == 0 ? 2 : 1), texture_.height * (level == 0 ? 2 : 1),
-                      channels_);
+        const int times = level == 0 ? 2 : 1;
+        ImageF pixels(texture_.width * times, texture_.height * times, channels_);
         glGetTextureSubImage(texture_.name, level, 0, 0, index, pixels.width, pixels.height, 1,
                              external(channels_), GL_FLOAT,
                              GLsizei(pixels.data.size() * sizeof(float)), pixels.data.data());
@@ -59,52 +57,49 @@ class ArrayTexture {
 
 // One eye of two, at a lower level: the bits of textures of their own, and nothing else is written.
 TEST_F(Inputs, LayersAndLevels) {
-    const auto& planes = host().test.planes;
-    const ArrayTexture color(GL_RGBA32F, planes.at(Role::color)),
-        depth(GL_R32F, planes.at(Role::inverse_depth)), motion(GL_RG32F, planes.at(Role::motion));
+    const ArrayTexture color(GL_RGBA32F, plane(Role::color)),
+        depth(GL_R32F, plane(Role::inverse_depth)), motion(GL_RG32F, plane(Role::motion));
     const ArrayTexture output(GL_RGBA32F, ImageF(kWidth, kHeight, 4, 9));
     for (const pc_state state : {PC_STATE_LEAVE, PC_STATE_RESTORE}) {
         const auto guest = instance(PC_VALIDATE, state);
-        pc_frame frame = host().frame;
-        frame.color = color;
-        frame.depth = depth;
-        frame.motion = motion;
-        frame.color_slice = frame.depth_slice = frame.motion_slice = ArrayTexture::kSlice;
-        expect_equal(read(prepare_and_run(guest, made(), frame), kWidth, kHeight), expected());
-        frame.output = output;
-        frame.output_slice = ArrayTexture::kSlice;
-        prepare_and_run(guest, made(), frame);
+        pc_frame all = host().frame;
+        const auto use = [](pc_frame& frame, const ArrayTexture& texture, pc_texture pc_frame::*of,
+                            pc_slice pc_frame::*slice) {
+            frame.*of = texture;
+            frame.*slice = ArrayTexture::kSlice;
+        };
+        // Each of them alone, beside planes that are read in place, and all.
+        const std::tuple<const ArrayTexture&, pc_texture pc_frame::*, pc_slice pc_frame::*>
+            inputs[] = {{color, &pc_frame::color, &pc_frame::color_slice},
+                        {depth, &pc_frame::depth, &pc_frame::depth_slice},
+                        {motion, &pc_frame::motion, &pc_frame::motion_slice}};
+        for (const auto& [texture, of, slice] : inputs) {
+            pc_frame one = host().frame;
+            use(one, texture, of, slice);
+            use(all, texture, of, slice);
+            expect_equal(read(prepare_and_run(guest, made(), one), kWidth, kHeight), expected());
+        }
+        expect_equal(read(prepare_and_run(guest, made(), all), kWidth, kHeight), expected());
+        use(all, output, &pc_frame::output, &pc_frame::output_slice);
+        prepare_and_run(guest, made(), all);
         expect_equal(output.layer(1, 2), expected());
         expect_equal(output.layer(1, 1), ImageF(kWidth, kHeight, 4, 5));
         expect_equal(output.layer(0, 2), ImageF(2 * kWidth, 2 * kHeight, 4, 5));
-        // Each of them alone, beside planes that are read in place.
-        for (pc_slice pc_frame::*slice :
-             {&pc_frame::color_slice, &pc_frame::depth_slice, &pc_frame::motion_slice}) {
-            pc_frame one = host().frame;
-            if (slice == &pc_frame::color_slice) one.color = color;
-            if (slice == &pc_frame::depth_slice) one.depth = depth;
-            if (slice == &pc_frame::motion_slice) one.motion = motion;
-            one.*slice = ArrayTexture::kSlice;
-            expect_equal(read(prepare_and_run(guest, made(), one), kWidth, kHeight), expected());
-        }
     }
 }
 
-// The color's own layer as output, and a level of a texture without layers.
+// The color's own layer as output, and another layer of it.
 TEST_F(Inputs, OneTextureInAndOut) {
-    const ArrayTexture both(GL_RGBA32F, plane(Role::color));
-    pc_frame frame = host().frame;
-    frame.color = frame.output = both;
-    frame.color_slice = frame.output_slice = ArrayTexture::kSlice;
-    prepare_and_run(guest(), made(), frame);
-    expect_equal(both.layer(1, 2), expected());
-    // Another layer of it.
-    const ArrayTexture other(GL_RGBA32F, plane(Role::color));
-    frame.color = frame.output = other;
-    frame.output_slice.layer = 0;
-    prepare_and_run(guest(), made(), frame);
-    expect_equal(other.layer(1, 0), expected());
-    expect_equal(other.layer(1, 2), plane(Role::color));
+    for (const int layer : {2, 0}) {
+        const ArrayTexture both(GL_RGBA32F, plane(Role::color));
+        pc_frame frame = host().frame;
+        frame.color = frame.output = both;
+        frame.color_slice = frame.output_slice = ArrayTexture::kSlice;
+        frame.output_slice.layer = layer;
+        prepare_and_run(guest(), made(), frame);
+        expect_equal(both.layer(1, layer), expected());
+        if (layer == 0) expect_equal(both.layer(1, 2), plane(Role::color));
+    }
 }
 
 // Another rectangle of color's texture, which overlaps it: also where the chain has nothing to do.
@@ -128,8 +123,8 @@ TEST_F(Inputs, OutputThatOverlapsColor) {
         const pc_texture result = prepare_and_run(guest(), made, frame);
         expect_equal(read(result, kWidth, kHeight), expected);
         frame.debug_view = "host.color";
-        EXPECT_EQ(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_ARGUMENT);
-        EXPECT_THAT(pc_error(), HasSubstr("debug_view: host.color cannot be drawn into another"));
+        expect_error(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_ARGUMENT,
+                     "debug_view: host.color cannot be drawn into another");
     }
 }
 
@@ -142,29 +137,22 @@ TEST_F(Inputs, SlicesThatAreNotThere) {
         frame.color_slice = slice;
         prepare_and_run(guest(), made, host().frame);
         pc_prepare(guest().get(), made.get(), &frame, 1);
-        EXPECT_EQ(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_INPUT) << text;
-        EXPECT_THAT(pc_error(), HasSubstr(text));
+        expect_error(pc_run(guest().get(), made.get(), &frame, nullptr), PC_ERROR_INPUT, text);
+        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << text;
     };
+    constexpr GLenum kArray = GL_TEXTURE_2D_ARRAY;
     refuses(color, {GL_TEXTURE_3D, 0, 0}, "color_slice.target: 0x806f is not GL_TEXTURE_2D_ARRAY");
-    refuses(color, {GL_TEXTURE_2D, 1, 0},
-            "color_slice.layer: 1; set target to GL_TEXTURE_2D_ARRAY");
-    refuses(color, {GL_TEXTURE_2D_ARRAY, -1, 0}, "color_slice.layer: -1 is below 0");
-    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 31}, "color_slice.level: 31 is not within 0 and 30");
-    refuses(color, {GL_TEXTURE_2D_ARRAY, 3, 1}, "has 3 layers, and color_slice.layer is 3");
-    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 2}, "has no level 2; set color_slice.level to one");
-    // Beyond those that a texture can have at all.
-    for (const int level : {15, 20, 30}) {
-        const std::string text = concat("has no level ", level, "; set color_slice.level to one");
-        refuses(color, {GL_TEXTURE_2D_ARRAY, 0, level}, text.c_str());
-        EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR)) << level;
-    }
+    refuses(color, {GL_TEXTURE_2D, 1, 0}, "color_slice.layer: 1; set target to");
+    refuses(color, {kArray, -1, 0}, "color_slice.layer: -1 is below 0");
+    refuses(color, {kArray, 0, 31}, "color_slice.level: 31 is not within 0 and 30");
+    refuses(color, {kArray, 3, 1}, "has 3 layers, and color_slice.layer is 3");
+    refuses(color, {kArray, 0, 2}, "has no level 2; set color_slice.level to one");
+    refuses(color, {kArray, 0, 30}, "has no level 30;");  // beyond those of any texture
     // A level that GL does not reach reads as black.
     glTextureParameteri(static_cast<pc_texture>(color).name, GL_TEXTURE_MAX_LEVEL, 0);
-    refuses(color, {GL_TEXTURE_2D_ARRAY, 0, 1},
-            "has GL_TEXTURE_MAX_LEVEL 0, below color_slice.level 1; raise it to that level");
+    refuses(color, {kArray, 0, 1}, "has GL_TEXTURE_MAX_LEVEL 0, below color_slice.level 1;");
     refuses(color, {}, "is a GL_TEXTURE_2D_ARRAY; set color_slice.target to it");
-    refuses(host().color, {GL_TEXTURE_2D_ARRAY, 0, 0},
-            "is a GL_TEXTURE_2D; set color_slice.target to it");
+    refuses(host().color, {kArray, 0, 0}, "is a GL_TEXTURE_2D; set color_slice.target to it");
 }
 
 // Depth and motion of fewer texels, each for 3 x 2 pixels, are the planes that repeat these texels.
@@ -243,33 +231,28 @@ TEST_F(Inputs, MotionOfLowerResolutionFollowsTheDepth) {
 // Depths 0 to 1 in another range; what is stored beyond an end counts as the end.
 TEST_F(Inputs, DepthRange) {
     const float near = 0.1f;
-    ImageF whole = plane(Role::inverse_depth);
-    for (float& value : whole.data) value *= near;
     pc_frame frame = host().frame;
     frame.depth_encoding = PC_DEPTH_REVERSE_INFINITE;
     frame.near_clip = near;
-    const auto with = [&](const ImageF& stored, float first, float last) {
+    const auto with = [&](const auto& store, float first, float last) {
+        ImageF stored = plane(Role::inverse_depth);
+        for (size_t i = 0; i < stored.data.size(); ++i)
+            stored.data[i] = store(near * stored.data[i], i);
         const HostTexture depth(GL_R32F, stored);
         frame.depth = depth;
         frame.depth_range[0] = first;
         frame.depth_range[1] = last;
         return filtered(made(), frame);
     };
-    const ImageF expected = with(whole, 0, 0);
-    ImageF part = whole;
-    for (float& value : part.data) value = 0.25f + 0.5f * value;
-    const Difference same = compare(with(part, 0.25f, 0.75f), expected, 1e-3);
-    EXPECT_LT(same.fraction, 2e-3) << same.text;
-    for (float& value : part.data) value = 1 - value;
-    const Difference turned = compare(with(part, 0.75f, 0.25f), expected, 1e-3);
-    EXPECT_LT(turned.fraction, 2e-3) << turned.text;
-    ImageF beyond = whole, clamped = whole;
-    for (size_t i = 0; i < beyond.data.size(); i += 7) {
-        beyond.data[i] = i % 2 ? 1.5f : -0.5f;
-        clamped.data[i] = i % 2 ? 1.0f : 0.0f;
-    }
-    frame.depth_range[1] = 1;
-    expect_equal(with(beyond, 0, 1), with(clamped, 0, 1));
+    const ImageF expected = with([](float z, size_t) { return z; }, 0, 0);
+    expect_near(with([](float z, size_t) { return 0.25f + z / 2; }, 0.25f, 0.75f), expected, 1e-3,
+                2e-3);
+    expect_near(with([](float z, size_t) { return 0.75f - z / 2; }, 0.75f, 0.25f), expected, 1e-3,
+                2e-3);
+    const auto some = [](float even, float odd) {
+        return [=](float z, size_t i) { return i % 7 ? z : i % 2 ? odd : even; };
+    };
+    expect_equal(with(some(-0.5f, 1.5f), 0, 1), with(some(0, 1), 0, 1));
 }
 
 // Color beyond the range of the output is the end of that range, not an infinity.
@@ -333,33 +316,31 @@ TEST_F(Inputs, HalfResolution) {
 
 // Negative color of wide gamuts, and alpha beyond 1, are no overshoot of the detail.
 TEST_F(Inputs, HalfResolutionKeepsTheRangeOfTheFrame) {
-    ImageF color(kWidth, kHeight, 4);
-    for (size_t i = 0; i < color.pixels(); ++i)
-        for (size_t c = 0; c < 4; ++c)
-            color.data[4 * i + c] = std::array{-0.25f, 0.5f, 2.0f, i % 2 ? 1.5f : -0.5f}[c];
-    auto host = canonical_frame(kWidth, kHeight);
+    const ImageF color = make_image(kWidth, kHeight, 4, [](int x, int, int c) {
+        return std::array{-0.25f, 0.5f, 2.0f, x % 2 ? 1.5f : -0.5f}[size_t(c)];
+    });
     const HostTexture given(GL_RGBA32F, color), output(GL_RGBA32F, kWidth, kHeight);
-    host.frame.color = given;
-    host.frame.output = output;
-    host.frame.flags |= PC_HALF_RESOLUTION | PC_GIVEN_SHUTTER;
-    host.frame.shutter_frames = 0;
-    const ImageF result = filtered(chain("motion_blur"), host.frame);
-    EXPECT_LE(compare(result, color, 0).max, 1e-6);
+    pc_frame frame = host().frame;
+    frame.color = given;
+    frame.output = output;
+    frame.flags |= PC_HALF_RESOLUTION | PC_GIVEN_SHUTTER;
+    frame.shutter_frames = 0;
+    expect_near(filtered(chain("motion_blur"), frame), color, 1e-6);
 }
 
 TEST_F(Inputs, HalfResolutionNeedsAnOutputOfItsOwn) {
     const auto made = chain("fxaa");
     pc_frame frame = host().frame;
     frame.flags |= PC_HALF_RESOLUTION;
-    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_INPUT);
-    EXPECT_THAT(pc_error(), HasSubstr("output: PC_HALF_RESOLUTION needs one"));
+    expect_error(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_INPUT,
+                 "output: PC_HALF_RESOLUTION needs one");
     frame.output = frame.color;
     EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_INPUT);
     const HostTexture output(GL_RGBA32F, kWidth, kHeight);
     frame.output = output;
     frame.debug_view = "input.color";
-    EXPECT_EQ(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT);
-    EXPECT_THAT(pc_error(), HasSubstr("debug_view: give it without PC_HALF_RESOLUTION"));
+    expect_error(pc_prepare(guest().get(), made.get(), &frame, 1), PC_ERROR_ARGUMENT,
+                 "debug_view: give it without PC_HALF_RESOLUTION");
 }
 
 // The mask is a matte of the frame: the bits of the executor with that matte.
@@ -421,12 +402,9 @@ TEST_F(Inputs, MaskOfEveryEffect) {
 
 TEST_F(Inputs, MaskEffectsThatAreRefused) {
     const auto made = chain("fxaa");
-    EXPECT_EQ(pc_chain_set_mask(made.get(), 1, PC_MASK_IGNORED), PC_ERROR_ARGUMENT);
-    EXPECT_THAT(pc_error(), HasSubstr("pass 1: the chain has 1 passes"));
-    EXPECT_EQ(pc_chain_set_mask(made.get(), 0, 3), PC_ERROR_ARGUMENT);
-    EXPECT_THAT(pc_error(), HasSubstr("effect: 3 is not a PC_MASK value"));
-    EXPECT_EQ(pc_chain_set_mask(made.get(), 0, PC_MASK_UNMOVED), PC_ERROR_CHAIN);
-    EXPECT_THAT(pc_error(), HasSubstr("fxaa"));
+    expect_error(pc_chain_set_mask(made.get(), 1, PC_MASK_IGNORED), PC_ERROR_ARGUMENT, "1 passes");
+    expect_error(pc_chain_set_mask(made.get(), 0, 3), PC_ERROR_ARGUMENT, "effect: 3 is not a");
+    expect_error(pc_chain_set_mask(made.get(), 0, PC_MASK_UNMOVED), PC_ERROR_CHAIN, "fxaa");
 }
 
 }  // namespace

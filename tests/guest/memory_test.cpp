@@ -10,8 +10,7 @@ namespace postchain::test::memory_test {
 namespace {
 
 void run(const pc::Instance& guest, const pc::Chain& chain, const pc_frame& frame, int times) {
-    for (int i = 0; i < times; ++i)
-        ASSERT_EQ(pc_run(guest.get(), chain.get(), &frame, nullptr), PC_OK) << pc_error();
+    for (int i = 0; i < times; ++i) test::run(guest, chain, frame);
 }
 
 // A shorter chain, another precision, a closed shutter, a debug view: after keep_frames (8) frames

@@ -201,19 +201,18 @@ TEST(Sizes, TheLargestFrameSeenCounts) {
     for (int i = 0; i < 40; ++i) {
         frame.width = kMaxWidth * (100 - i) / 100;
         frame.height = kMaxHeight * (100 - i) / 100;
-        ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+        run(guest, made, frame);
     }
     EXPECT_EQ(count(guest).texture_allocations, before.texture_allocations);
     // Half its sides, for longer than keep_frames: the memory goes.
     frame.width = kMaxWidth / 2;
     frame.height = kMaxHeight / 2;
-    for (int i = 0; i < 30; ++i) ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+    for (int i = 0; i < 30; ++i) run(guest, made, frame);
     EXPECT_LT(count(guest).texture_bytes, before.texture_bytes / 2);
     // Not with a stated size.
     const auto stated = instance_for(kMaxWidth, kMaxHeight);
     prepare_and_run(stated, made, frame);
-    for (int i = 0; i < 30; ++i)
-        ASSERT_EQ(pc_run(stated.get(), made.get(), &frame, nullptr), PC_OK);
+    for (int i = 0; i < 30; ++i) run(stated, made, frame);
     EXPECT_EQ(count(stated).texture_bytes, before.texture_bytes);
 }
 
@@ -260,7 +259,7 @@ TEST(Sizes, PreparingShrinksNothing) {
     const uint64_t before = count(guest).texture_allocations;
     for (int i = 0; i < 40; ++i)
         ASSERT_EQ(pc_prepare(guest.get(), made.get(), &other, 0), PC_OK) << pc_error();
-    ASSERT_EQ(pc_run(guest.get(), made.get(), &frame, nullptr), PC_OK);
+    run(guest, made, frame);
     EXPECT_EQ(count(guest).texture_allocations, before);
 }
 
@@ -292,8 +291,8 @@ TEST(Sizes, TheStatedSizeStaysWhenTheBudgetIsSpent) {
     uint64_t before = 0;
     for (int i = 0; i < 20; ++i) {
         if (i == 4) before = count(guest).texture_allocations;
-        ASSERT_EQ(pc_run(guest.get(), fxaa.get(), &halves, nullptr), PC_OK) << pc_error();
-        ASSERT_EQ(pc_run(guest.get(), blur.get(), &host.frame, nullptr), PC_OK) << pc_error();
+        run(guest, fxaa, halves);
+        run(guest, blur, host.frame);
     }
     EXPECT_EQ(count(guest).texture_allocations, before);
     info.texture_budget = bytes(fxaa, host.frame);

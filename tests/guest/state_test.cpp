@@ -262,7 +262,7 @@ TEST(State, PreparingChangesNone) {
     hostile.set();
     const State before = read_state();
     glEnable(0xffff);
-    ASSERT_EQ(pc_prepare(guest.get(), made.get(), &host.frame, 1), PC_OK);
+    prepare(guest, made, host.frame);
     EXPECT_EQ(glGetError(), GLenum(GL_INVALID_ENUM));
     EXPECT_EQ(differences(before, read_state()), "");
     float margin = 0;
@@ -283,7 +283,7 @@ TEST(State, LabelsLeaveTheGroupsOfTheHost) {
     glGetIntegerv(GL_MAX_DEBUG_GROUP_STACK_DEPTH, &most);
     for (GLint depth = before; depth < most; ++depth)
         glPushDebugGroup(GL_DEBUG_SOURCE_APPLICATION, 0, -1, "host");
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    run(guest, made, host.frame);
     glGetIntegerv(GL_DEBUG_GROUP_STACK_DEPTH, &after);
     EXPECT_EQ(after, most);
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
@@ -299,7 +299,7 @@ TEST(State, AProgramThatIsDeletedInUse) {
     const GLuint program = compute_program();
     glUseProgram(program);
     glDeleteProgram(program);
-    EXPECT_EQ(pc_run(guest.get(), made.get(), &host.frame, nullptr), PC_OK) << pc_error();
+    run(guest, made, host.frame);
     EXPECT_EQ(glGetError(), GLenum(GL_NO_ERROR));
     EXPECT_EQ(read_state().at("program")[0], 0);
 }

@@ -135,8 +135,8 @@ TEST(Flight, WhatIsGivenUpLivesUntilItsRunIsOver) {
     EXPECT_GT(count(vulkan).texture_allocations, count(alone).texture_allocations);
     info.texture_budget = 1000;
     const auto poor = vk_instance(info);
-    EXPECT_EQ(pc_vk_prepare(poor.get(), first.get(), &flights[0].frame->vk, 1), PC_ERROR_MEMORY);
-    EXPECT_THAT(pc_error(), ::testing::HasSubstr("the budget is 1000"));
+    expect_error(pc_vk_prepare(poor.get(), first.get(), &flights[0].frame->vk, 1), PC_ERROR_MEMORY,
+                 "the budget is 1000");
 }
 
 // Calls of the library that make something, by name.

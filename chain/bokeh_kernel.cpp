@@ -40,7 +40,7 @@ Status check(const std::vector<float>& values) {
 }  // namespace
 
 Result<BokehKernel> BokehKernel::make(std::vector<float> values, std::string file) {
-    if (Status status = check(values); !status.ok()) return status;
+    RETURN_IF_ERROR(check(values));
     Light light;
     const auto cell = [](double x) { return std::min(int((x + 1) / 2 * kSide), kSide - 1); };
     light.turned = {0};

@@ -164,9 +164,7 @@ Status convert_depth(ImageF& depth, const FrameDescription& frame, const Convert
                           "distance into depth; give them in the camera");
         f_px = *frame.camera.focal_length_mm * frame.display_width / *frame.camera.sensor_width_mm;
     } else if (!distance && options.depth != DepthEncoding::inverse) {
-        auto found = affine_depth(options.depth, frame.camera);
-        if (!found.ok()) return found.status();
-        affine = *found;
+        ASSIGN_OR_RETURN(affine, affine_depth(options.depth, frame.camera));
     }
     float low = std::numeric_limits<float>::infinity(), high = 0;
     for (size_t pixel = 0; pixel < depth.data.size(); ++pixel) {
@@ -280,7 +278,7 @@ Result<InputHealth> convert_frame(FramePlanes& planes, FrameDescription& frame,
                 convert_color(plane, options, findings);
                 break;
             case Role::inverse_depth:
-                if (Status s = convert_depth(plane, frame, options, findings); !s.ok()) return s;
+                RETURN_IF_ERROR(convert_depth(plane, frame, options, findings));
                 break;
             case Role::motion:
                 convert_motion(plane, options.motion, true, findings);

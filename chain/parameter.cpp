@@ -204,7 +204,7 @@ Status ParameterTable::set(ParameterRef parameters, std::string_view key,
                                              (near.empty() ? "; known are " + joined(known)
                                                            : " (did you mean '" + near + "'?)"));
     }
-    if (Status status = row->check(value); !status.ok()) return status;
+    RETURN_IF_ERROR(row->check(value));
     row->set(parameters, value);
     return Status();
 }

@@ -228,7 +228,7 @@ Result<Plan> make_plan(const Chain& chain, const FrameDescription& frame,
                        const PlanOptions& options) {
     const RuleNames rules = options.rules(chain);
     ResolvedChain resolved;
-    if (Status s = resolved.resolve(chain, frame, options, rules); !s.ok()) return s;
+    RETURN_IF_ERROR(resolved.resolve(chain, frame, options, rules));
     return make_plan(resolved);
 }
 
@@ -346,7 +346,7 @@ Result<ReferenceFrame> run_reference(const Chain& chain, const FrameDescription&
     const PlanOptions whole = whole_passes_of(chain, options);
     const RuleNames rules = whole.rules(chain);
     ResolvedChain resolved;
-    if (Status s = resolved.resolve(chain, frame, whole, rules); !s.ok()) return s;
+    RETURN_IF_ERROR(resolved.resolve(chain, frame, whole, rules));
     ReferenceFrame result;
     for (const auto& [role, plane] : planes) result.planes[role] = image_cast<double>(*plane);
     for (size_t i = 0; i < chain.links.size(); ++i) {

@@ -26,14 +26,13 @@ Status append(const std::string& file, const std::string& folder, std::vector<st
               std::vector<std::string>& files, std::string& out) {
     if (std::find(open.begin(), open.end(), file) != open.end())
         return Status(StatusCode::gl, "'" + file + "' includes itself");
-    auto source = read_source(file, folder);
-    if (!source.ok()) return source.status();
+    ASSIGN_OR_RETURN(auto source, read_source(file, folder));
     auto known = std::find(files.begin(), files.end(), file);
     const size_t number = size_t(known - files.begin());
     if (known == files.end()) files.push_back(file);
     open.push_back(file);
     if (open.size() > 1) out += concat("#line 1 ", number, "\n");
-    std::istringstream lines(*source);
+    std::istringstream lines(source);
     std::string line;
     for (int row = 1; std::getline(lines, line); ++row) {
         if (line.rfind("#include", 0) != 0) {
@@ -68,15 +67,13 @@ Result<std::string> resolve_includes(const std::string& file, const std::string&
                                      std::vector<std::string>* files) {
     std::vector<std::string> open, own;
     std::string out;
-    Status status = append(file, folder, open, files ? *files : own, out);
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(append(file, folder, open, files ? *files : own, out));
     return out;
 }
 
 Result<std::string> program_source(const ProgramKey& key, const std::string& folder) {
-    auto source = resolve_includes(key.file, folder);
-    if (!source.ok()) return source.status();
-    return with_defines(*source, key);
+    ASSIGN_OR_RETURN(auto source, resolve_includes(key.file, folder));
+    return with_defines(source, key);
 }
 
 }  // namespace postchain

@@ -47,7 +47,7 @@ std::string place_of(const Chain& chain, size_t link) {
 
 Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame) {
     const ChainLink& one = chain.links[link];
-    if (Status status = one.check_matte(); !status.ok()) return status;
+    RETURN_IF_ERROR(one.check_matte());
     const int matte = matte_of(frame, link);
     if (matte < 0 && !one.matte.empty() && !frame.without_mattes)
         return Status(
@@ -55,9 +55,8 @@ Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDe
             concat("matte ", one.matte, " was not handed in with frame ", frame.frame_number));
     if (matte < 0) return one.pass->resolve(frame);
     const auto [seen, effect] = matted(one, frame, matte);
-    auto pass = one.pass->resolve(*seen);
-    if (!pass.ok()) return pass.status();
-    return effect(std::move(*pass), seen, matte);
+    ASSIGN_OR_RETURN(auto pass, one.pass->resolve(*seen));
+    return effect(std::move(pass), seen, matte);
 }
 
 std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
@@ -112,7 +111,7 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
     frame_ = seen_by(chain, frame);
     if (!rules.contains(kRuleCameraCut)) frame_.bounds.camera_cut = false;
     shape_.passes.assign(chain.links.size(), {});
-    if (Status status = judge(); !status.ok()) return status;
+    RETURN_IF_ERROR(judge());
     find_wanted();
     find_available();
     return Status();

@@ -75,6 +75,23 @@ class [[nodiscard]] Result {
     std::variant<T, Status> state_;
 };
 
+// Returns from the function if the expression, a Status, is a failure.
+#define RETURN_IF_ERROR(...)                                                            \
+    do {                                                                                \
+        if (::postchain::Status status_ = (__VA_ARGS__); !status_.ok()) return status_; \
+    } while (false)
+
+// Assigns the value of the expression, a Result, to a declaration (`auto image`) or a variable;
+// returns its Status from the function if there is no value.
+#define ASSIGN_OR_RETURN(declaration, ...) \
+    POSTCHAIN_ASSIGN_OR_RETURN(POSTCHAIN_JOIN(result_, __LINE__), declaration, __VA_ARGS__)
+#define POSTCHAIN_ASSIGN_OR_RETURN(result, declaration, ...) \
+    auto result = (__VA_ARGS__);                             \
+    if (!result.ok()) return result.status();                \
+    declaration = std::move(*result)
+#define POSTCHAIN_JOIN(a, b) POSTCHAIN_JOIN_EXPANDED(a, b)
+#define POSTCHAIN_JOIN_EXPANDED(a, b) a##b
+
 // Text of all arguments put one after the other, numbers at the stream's default precision.
 template <class... Args>
 std::string concat(const Args&... args) {

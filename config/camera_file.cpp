@@ -117,11 +117,10 @@ class CameraParser {
     }
 
     static Status shutter_angle(const Parameter& row, const TextNode& node, Camera& camera) {
-        const Result<double> degrees = number_of(node);
-        if (!degrees.ok()) return degrees.status();
-        if (Status status = row.check(*degrees / 360); !status.ok())
-            return status.at(concat(*degrees, " degrees are ", *degrees / 360, " frames"));
-        row.set(&camera, *degrees / 360);
+        ASSIGN_OR_RETURN(const double degrees, number_of(node));
+        if (Status status = row.check(degrees / 360); !status.ok())
+            return status.at(concat(degrees, " degrees are ", degrees / 360, " frames"));
+        row.set(&camera, degrees / 360);
         return Status();
     }
 
@@ -406,9 +405,9 @@ CameraFile parse_camera(std::string_view text, const std::string& file_name) {
 }
 
 Result<CameraFile> load_camera(const std::string& path) try {
-    const Result<std::string> text = read_text_file(path, StatusCode::input, kCameraLimits);
-    if (!text.ok()) return text.status();
-    return parse_camera(*text, path);
+    ASSIGN_OR_RETURN(const std::string text,
+                     read_text_file(path, StatusCode::input, kCameraLimits));
+    return parse_camera(text, path);
 } catch (...) {
     return status_of_exception(path);
 }

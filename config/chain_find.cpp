@@ -67,9 +67,9 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
     if (is_name(name_or_path)) {
         const fs::path installed = installed_folder() / (name_or_path + ".yaml");
         if (fs::is_regular_file(installed, failed)) {
-            const auto text = read_text_file(installed.string(), StatusCode::chain);
-            if (!text.ok()) return text.status();
-            return ChainText{installed.string(), *text, true};
+            ASSIGN_OR_RETURN(const auto text,
+                             read_text_file(installed.string(), StatusCode::chain));
+            return ChainText{installed.string(), text, true};
         }
         if (auto embedded = embedded_chain(name_or_path)) return std::move(*embedded);
     }
@@ -84,9 +84,8 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
                       name_or_path + ": not a file and not a shipped chain; shipped chains are " +
                           joined(names) + (near.empty() ? "" : " (did you mean '" + near + "'?)"));
     }
-    const auto text = read_text_file(name_or_path, StatusCode::chain);
-    if (!text.ok()) return text.status();
-    return ChainText{name_or_path, *text, false};
+    ASSIGN_OR_RETURN(const auto text, read_text_file(name_or_path, StatusCode::chain));
+    return ChainText{name_or_path, text, false};
 }
 
 ChainFile parse_chain(const ChainText& chain, const PassRegistry& registry,
@@ -97,9 +96,8 @@ ChainFile parse_chain(const ChainText& chain, const PassRegistry& registry,
 
 Result<ChainFile> load_chain(const std::string& name_or_path, const PassRegistry& registry,
                              const std::vector<std::string>& overrides) try {
-    const Result<ChainText> found = find_chain(name_or_path);
-    if (!found.ok()) return found.status();
-    return parse_chain(*found, registry, overrides);
+    ASSIGN_OR_RETURN(const ChainText found, find_chain(name_or_path));
+    return parse_chain(found, registry, overrides);
 } catch (...) {
     return status_of_exception(name_or_path);
 }

@@ -207,9 +207,8 @@ Result<std::vector<size_t>> choose_layers(const std::vector<FileLayer>& layers,
             if (!take_all(word, ""))
                 return Status(StatusCode::usage, concat("no color layer matches '", word, "'"));
         } else {
-            const auto one = find_named(layers, word);
-            if (!one.ok()) return one.status();
-            chosen.insert(*one);
+            ASSIGN_OR_RETURN(const auto one, find_named(layers, word));
+            chosen.insert(one);
         }
     }
     return std::vector<size_t>(chosen.begin(), chosen.end());

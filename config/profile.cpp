@@ -272,10 +272,9 @@ Result<Profile> find_profile(const std::string& name_or_path) try {
     }
     if (name_or_path.find_first_of("/.") == std::string::npos)
         return Status(StatusCode::usage, unknown_word("profile", name_or_path, names));
-    const Result<std::string> text = read_text_file(name_or_path, StatusCode::usage);
-    if (!text.ok()) return text.status();
-    ProfileFile file = parse_profile(*text, name_or_path);
-    if (Status status = file.status(); !status.ok()) return status;
+    ASSIGN_OR_RETURN(const std::string text, read_text_file(name_or_path, StatusCode::usage));
+    ProfileFile file = parse_profile(text, name_or_path);
+    RETURN_IF_ERROR(file.status());
     return std::move(file.profile);
 } catch (...) {
     return status_of_exception(name_or_path);

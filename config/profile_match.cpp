@@ -304,9 +304,7 @@ Result<ProfileMatch> match_profile(const Profile& profile, const FileChannels& f
         return Status(StatusCode::input, text + " found: " + channels_found(file));
     }
     std::string note;
-    const Result<std::string> chosen = choose_layer(profile, names, match.layers, layer, note);
-    if (!chosen.ok()) return chosen.status();
-    match.layer = *chosen;
+    ASSIGN_OR_RETURN(match.layer, choose_layer(profile, names, match.layers, layer, note));
     if (!note.empty()) match.notes.push_back(note);
 
     for (const auto& [role, found] : find_roles(profile, match.layer, names)) {

@@ -162,10 +162,9 @@ Result<ParameterValue> value_of(const TextNode& node) {
 }
 
 Result<double> number_of(const TextNode& node) {
-    const Result<ParameterValue> value = value_of(node);
-    if (!value.ok()) return value.status();
-    if (const auto* integer = std::get_if<int64_t>(&*value)) return double(*integer);
-    if (const auto* number = std::get_if<double>(&*value)) return *number;
+    ASSIGN_OR_RETURN(const ParameterValue value, value_of(node));
+    if (const auto* integer = std::get_if<int64_t>(&value)) return double(*integer);
+    if (const auto* number = std::get_if<double>(&value)) return *number;
     return Status(StatusCode::chain, node.describe() + " is not a number");
 }
 

@@ -95,12 +95,11 @@ std::vector<DeviceInfo> list_devices() {
 // On `device`, or surfaceless for nullptr.
 Result<std::unique_ptr<Context>> Context::open(void* device, const ContextOptions& options) {
     EGLDisplay display = open_display(device);
-    auto context = open_context(display, options.debug);
-    if (!context.ok()) return context.status();
+    ASSIGN_OR_RETURN(auto context, open_context(display, options.debug));
     std::unique_ptr<Context> made(new Context);
     made->display_ = display;
-    made->context_ = *context;
-    if (Status status = made->make_current(); !status.ok()) return status;
+    made->context_ = context;
+    RETURN_IF_ERROR(made->make_current());
     made->device_ = gl::describe_current(options.log);
     if (epoxy_has_gl_extension("GL_KHR_parallel_shader_compile"))
         glMaxShaderCompilerThreadsKHR(~0u);  // as many as the driver likes
@@ -144,7 +143,7 @@ Result<std::unique_ptr<Context>> Context::create(const ContextOptions& options) 
         if (made.ok() && automatic && !software) software = std::move(*made);
     }
     if (software) {
-        if (Status status = software->make_current(); !status.ok()) return status;
+        RETURN_IF_ERROR(software->make_current());
         if (options.warn)
             options.warn(
                 concat("no GPU with OpenGL 4.5 was found (", tried,

@@ -54,9 +54,9 @@ Result<CompiledPlan> CompiledPlan::make(Plan plan, TexturePool& pool, ProgramCac
                                         RunObjects& objects, bool labels,
                                         const std::optional<Room>& room, Reads reads) {
     CompiledPlan compiled(std::move(plan), pool, objects.alignment(), reads);
-    if (Status s = compiled.take_programs(programs); !s.ok()) return s;
-    if (Status s = compiled.take_textures(labels, room); !s.ok()) return s;
-    if (Status s = objects.reserve(compiled.bytes().size()); !s.ok()) return s;
+    RETURN_IF_ERROR(compiled.take_programs(programs));
+    RETURN_IF_ERROR(compiled.take_textures(labels, room));
+    RETURN_IF_ERROR(objects.reserve(compiled.bytes().size()));
     return compiled;
 }
 
@@ -123,17 +123,16 @@ Status CompiledPlan::take_programs(ProgramCache& programs) {
     }
     for (size_t i = 0; i < keys.size(); ++i) {
         const Step& step = plan().steps[i];
-        auto program = programs.get(keys[i]);
-        if (!program.ok()) return program.status();
-        if (program->uniforms_type != step.uniforms_type ||
-            program->uniforms_bytes >
+        ASSIGN_OR_RETURN(auto program, programs.get(keys[i]));
+        if (program.uniforms_type != step.uniforms_type ||
+            program.uniforms_bytes >
                 step.uniforms.size())  // less: the driver left out unread members
             return Status(
                 StatusCode::internal,
                 concat(plan().name_of(step), ": the step brings ",
                        text(step.uniforms_type, step.uniforms.size()), ", ", step.program.file,
-                       " has ", text(program->uniforms_type, program->uniforms_bytes)));
-        commands_.push_back({program->name, 0, program->in_bands});
+                       " has ", text(program.uniforms_type, program.uniforms_bytes)));
+        commands_.push_back({program.name, 0, program.in_bands});
         for (const auto& binding : step.bindings) {
             const bool image = binding.access == Access::read || binding.access == Access::write;
             int& most = binding.access == Access::list ? used_.lists
@@ -208,13 +207,13 @@ Status CompiledPlan::dispatch(const Step& step, const Command& command, BandQueu
             columns = count_work(list);
         } else if (!command.in_bands || columns * taps_of_group(step) <= kBandTaps) {
             glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, list);
-            if (Status status = begins(); !status.ok()) return status;
+            RETURN_IF_ERROR(begins());
             glDispatchComputeIndirect(0);
             if (queue) queue->band_ends(columns);
             return Status();
         }
     } else if (!command.in_bands) {
-        if (Status status = begins(); !status.ok()) return status;
+        RETURN_IF_ERROR(begins());
         glDispatchCompute(columns, rows, GLuint(step.groups[2]));
         if (queue) queue->band_ends(columns * rows);
         return Status();

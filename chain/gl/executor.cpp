@@ -53,7 +53,7 @@ Status Executor::show(const Plan& plan, int step, const StageObserver& observer)
         auto pixels = transfers_.download(running_->name_of(binding.texture), texture.format,
                                           texture.width, texture.height, texture.layers);
         if (!pixels.ok()) return pixels.status().at(texture.name);
-        if (Status s = observer(plan.steps[size_t(step)], texture, *pixels); !s.ok()) return s;
+        RETURN_IF_ERROR(observer(plan.steps[size_t(step)], texture, *pixels));
     }
     return Status();
 }
@@ -62,10 +62,9 @@ Status Executor::execute(const Plan& plan, const std::map<Role, unsigned>& input
                          const StageObserver& observer, gl::BandQueue* queue) {
     work_done_.clear();
     running_.reset();
-    auto compiled =
-        gl::CompiledPlan::make(plan, pool_, programs_, objects_, options_.labels, {}, reads_);
-    if (!compiled.ok()) return compiled.status();
-    running_.emplace(std::move(*compiled));
+    ASSIGN_OR_RETURN(auto compiled, gl::CompiledPlan::make(plan, pool_, programs_, objects_,
+                                                           options_.labels, {}, reads_));
+    running_.emplace(std::move(compiled));
     for (size_t i = 0; i < plan.textures.size(); ++i) {
         const auto& texture = plan.textures[i];
         if (!texture.imported || texture.first_step < 0) continue;
@@ -96,7 +95,7 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
                                                const std::map<Role, unsigned>& inputs,
                                                const StageObserver& observer) {
     const PoolFrame frame(pool_, options_.frames_kept);
-    if (Status status = execute(plan, inputs, observer, nullptr); !status.ok()) return status;
+    RETURN_IF_ERROR(execute(plan, inputs, observer, nullptr));
     std::map<Role, unsigned> outputs;
     for (const auto& [role, id] : plan.outputs) {
         if (plan.textures[size_t(id)].imported) {
@@ -111,16 +110,15 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
 
 Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
                                      const StageObserver& observer) {
-    auto results = filter_outputs(plan, inputs, {plan.outputs}, observer);
-    if (!results.ok()) return results.status();
-    return std::move(results->front());
+    ASSIGN_OR_RETURN(auto results, filter_outputs(plan, inputs, {plan.outputs}, observer));
+    return std::move(results.front());
 }
 
 Result<std::array<FramePlanes, 2>> Executor::filter_both(const MergedPlan& merged,
                                                          PlaneView inputs) {
-    auto results = filter_outputs(merged.plan, inputs, {merged.outputs[0], merged.outputs[1]}, {});
-    if (!results.ok()) return results.status();
-    return std::array<FramePlanes, 2>{std::move((*results)[0]), std::move((*results)[1])};
+    ASSIGN_OR_RETURN(auto results, filter_outputs(merged.plan, inputs,
+                                                  {merged.outputs[0], merged.outputs[1]}, {}));
+    return std::array<FramePlanes, 2>{std::move(results[0]), std::move(results[1])};
 }
 
 Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, const PlaneView& inputs,
@@ -198,13 +196,13 @@ Result<gl::Texture*> Executor::fill_texture(const PlanTexture& texture, const Im
         if (!status.ok()) return status;
         return known;
     }
-    auto made = pool_.acquire(texture.format, texture.width, texture.height, texture.layers);
-    if (!made.ok()) return made.status();
-    if (Status status = transfers_.upload(**made, pixels); !status.ok()) {
-        pool_.release(*made);
+    ASSIGN_OR_RETURN(auto made,
+                     pool_.acquire(texture.format, texture.width, texture.height, texture.layers));
+    if (Status status = transfers_.upload(*made, pixels); !status.ok()) {
+        pool_.release(made);
         return status;
     }
-    return *made;
+    return made;
 }
 
 // A piece of the next run's planes; false: nothing can be done at present.

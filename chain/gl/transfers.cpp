@@ -113,7 +113,7 @@ bool Transfers::advance(Upload& upload) {
 Status Transfers::finish(Upload& upload) {
     if (!fits(upload))
         return Status(StatusCode::internal, "upload of an image that does not fit its texture");
-    if (Status status = up_.make(software_); !status.ok()) return status;
+    RETURN_IF_ERROR(up_.make(software_));
     while (upload.row < upload.pixels->height) {
         up_.fence(next_up_).wait();
         hand_over(upload);
@@ -128,7 +128,7 @@ Status Transfers::upload(const Texture& texture, const ImageF& pixels) {
 
 Result<ImageF> Transfers::download(unsigned texture, Format format, int width, int height,
                                    int layers, const Meanwhile& meanwhile) {
-    if (Status status = down_.make(software_); !status.ok()) return status;
+    RETURN_IF_ERROR(down_.make(software_));
     const Layout layout(format, width, height, layers);
     ImageF pixels(width, layout.rows(), layout.channels);
     const bool halves = layout.type == GL_HALF_FLOAT, direct = software_ && !halves;
@@ -161,7 +161,7 @@ Result<ImageF> Transfers::download(unsigned texture, Format format, int width, i
     }
     if (layout.type == GL_UNSIGNED_INT)
         for (float& value : pixels.data) value = float(std::bit_cast<uint32_t>(value));
-    if (Status status = check_error("reading a plane back"); !status.ok()) return status;
+    RETURN_IF_ERROR(check_error("reading a plane back"));
     return pixels;
 }
 

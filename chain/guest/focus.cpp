@@ -136,9 +136,9 @@ Failure Focus::prepare(const HostFrame& frame, gl::TexturePool& pool, gl::Progra
     }
     if (step_ && array_ == frame.depth.array) return {};
     step_.reset();
-    auto made = gl::CompiledPlan::make(one_step(program(frame)), pool, programs, run, false);
-    if (!made.ok()) return made.status();
-    step_.emplace(std::move(*made));
+    ASSIGN_OR_RETURN(auto made,
+                     gl::CompiledPlan::make(one_step(program(frame)), pool, programs, run, false));
+    step_.emplace(std::move(made));
     array_ = frame.depth.array;
     step_->import(kDepth, frame.depth.name);
     step_->import(kFound, buffer_);
@@ -159,7 +159,7 @@ Status Focus::follow(uint64_t chain, const Depths& places, const HostFrame& fram
     step_->import(kDepth, frame.depth.name);
     step_->import(kFound, buffer_);
     step_->set_uniforms(0, std::as_bytes(std::span(&uniforms, 1)));
-    if (Status status = step_->run(run); !status.ok()) return status;
+    RETURN_IF_ERROR(step_->run(run));
     glMemoryBarrier(GL_CLIENT_MAPPED_BUFFER_BARRIER_BIT);
     slot.fence = gl::Fence::here();
     slot.pending = true;

@@ -364,18 +364,16 @@ PlanOptions options_of(const HostFrame& frame) {
 }
 
 Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame) {
-    auto plan = make_plan(resolved);
-    if (!plan.ok()) return plan.status();
-    order_by_level(*plan);
-    return Builder(std::move(*plan), frame).build();
+    ASSIGN_OR_RETURN(auto plan, make_plan(resolved));
+    order_by_level(plan);
+    return Builder(std::move(plan), frame).build();
 }
 
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
     const PlanOptions options = options_of(frame);
     const RuleNames rules = options.rules(chain);
     ResolvedChain resolved;
-    if (Status s = resolved.resolve(chain, describe(frame, chain), options, rules); !s.ok())
-        return s;
+    RETURN_IF_ERROR(resolved.resolve(chain, describe(frame, chain), options, rules));
     return make_host_plan(resolved, frame);
 }
 

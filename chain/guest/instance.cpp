@@ -214,9 +214,8 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
     if (prepared_ != key || prepared_values_ != values) {
         prepared_.reset();
         prepared_programs_.clear();
-        auto host = make_host_plan(*chain.chain, frame);
-        if (!host.ok()) return host.status();
-        prepared_programs_ = programs_to_prepare(handle, frame, host->plan);
+        ASSIGN_OR_RETURN(auto host, make_host_plan(*chain.chain, frame));
+        prepared_programs_ = programs_to_prepare(handle, frame, host.plan);
         rooms_.restore(chain.id);
         prepared_ = key;
         prepared_values_ = values;
@@ -227,8 +226,7 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
     for (const ProgramKey& program_key : prepared_programs_) {
         if (objects_->programs.has(program_key)) continue;
         if (!wait && compiled > 0) return {PC_PENDING, ""};
-        if (auto program = objects_->programs.get(program_key); !program.ok())
-            return program.status();
+        RETURN_IF_ERROR(objects_->programs.get(program_key).status());
         ++compiled;
     }
     if (!wait && compiled > 0) return {PC_PENDING, ""};
@@ -314,39 +312,38 @@ Failure Instance::find_or_make(const ChainVersion& version, const HostFrame& fra
         entry || !failure.ok())
         return failure;
     Purpose purpose;
-    if (Status s = resolve(chain, frame, key, resolved_, purpose); !s.ok()) return s;
-    auto host = make_host_plan(resolved_, frame);
-    if (!host.ok()) return host.status();
+    RETURN_IF_ERROR(resolve(chain, frame, key, resolved_, purpose));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(resolved_, frame));
     ++plans_;
     for (const auto& known : objects_->entries) {
         const PlanKey& other = known->purpose.key;
         const bool replaced = other.chain == key.chain && other.revision != key.revision;
         if (!replaced && known->last_run + std::max(kept_frames(), kMaxEntries) >= frames_)
             continue;
-        if (other.room != key.room || !same_shape(known->compiled.plan(), host->plan)) continue;
-        known->compiled.take_values(std::move(host->plan));
+        if (other.room != key.room || !same_shape(known->compiled.plan(), host.plan)) continue;
+        known->compiled.take_values(std::move(host.plan));
         known->purpose = std::move(purpose);
-        known->host = std::move(*host);
+        known->host = std::move(host);
         entry = known.get();
         return {};
     }
-    for (const Step& step : host->plan.steps)
+    for (const Step& step : host.plan.steps)
         if (!objects_->programs.has(step.program))
             return {PC_ERROR_PREPARE,
                     difference_text(kind_of(frame, version.id, version.revision), prepared_kinds_)};
-    return make(std::move(purpose), frame, *host, entry);
+    return make(std::move(purpose), frame, host, entry);
 }
 
 Failure Instance::make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry) {
-    auto compiled =
+    ASSIGN_OR_RETURN(
+        auto compiled,
         gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs, objects_->run,
-                               (info_.flags & PC_LABELS) != 0, purpose.key.room);
-    if (!compiled.ok()) return compiled.status();
+                               (info_.flags & PC_LABELS) != 0, purpose.key.room));
     HostPlan about = host;
     about.plan = {};
-    const bool arrays = samples_arrays(compiled->plan(), frame);
+    const bool arrays = samples_arrays(compiled.plan(), frame);
     objects_->entries.push_back(std::unique_ptr<Entry>(
-        new Entry{std::move(purpose), std::move(about), std::move(*compiled), arrays, frames_}));
+        new Entry{std::move(purpose), std::move(about), std::move(compiled), arrays, frames_}));
     entry = objects_->entries.back().get();
     return {};
 }
@@ -391,13 +388,12 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     Focus::Depths focused;
     if (Failure failure = Focus::find_places(chain, focused); !failure.ok()) return failure;
     if (!focused.empty()) frame.focus = &focused;
-    auto host = make_host_plan(chain, frame);
-    if (!host.ok()) return host.status();
-    const StoragePlan storage = share_storage(host->plan, rooms_.expected(frame));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame));
+    const StoragePlan storage = share_storage(host.plan, rooms_.expected(frame));
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;
-    for (const ProgramKey& key : programs_to_prepare(handle, frame, host->plan)) {
+    for (const ProgramKey& key : programs_to_prepare(handle, frame, host.plan)) {
         ++out.programs;
         if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
     }

@@ -151,11 +151,10 @@ pc_result pc_chain_create(const char* names, pc_chain** chain) {
         *chain = nullptr;
         const std::string_view text = names ? names : "";
         constexpr std::string_view kTier = "tier:";
-        auto made = text.starts_with(kTier)
-                        ? make_tier(text.substr(kTier.size()), postchain::guest::passes())
-                        : ChainHandle::parse(text);
-        if (!made.ok()) return made.status();
-        *chain = new_chain(std::move(*made));
+        ASSIGN_OR_RETURN(auto made, text.starts_with(kTier) ? make_tier(text.substr(kTier.size()),
+                                                                        postchain::guest::passes())
+                                                            : ChainHandle::parse(text));
+        *chain = new_chain(std::move(made));
         return {};
     });
 }

@@ -6,9 +6,8 @@ Status resolve(const Chain& chain, const HostFrame& frame, const PlanKey& key,
                ResolvedChain& resolved, Purpose& purpose) {
     purpose = {key, options_of(frame), {}, {}, values_of(frame), frame.given->frame_number};
     purpose.rules = purpose.options.rules(chain);
-    if (Status s = resolved.resolve(chain, describe(frame, chain), purpose.options, purpose.rules);
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        resolved.resolve(chain, describe(frame, chain), purpose.options, purpose.rules));
     purpose.shape = resolved.shape();
     return Status();
 }

@@ -47,10 +47,8 @@ Failure find_entry(const std::vector<std::unique_ptr<Entry>>& entries, const Cha
         Purpose& purpose = known->purpose;
         if (purpose.key != key) continue;
         if (!is_resolved)
-            if (Status s =
-                    resolved.resolve(chain, describe(frame, chain), purpose.options, purpose.rules);
-                !s.ok())
-                return s;
+            RETURN_IF_ERROR(
+                resolved.resolve(chain, describe(frame, chain), purpose.options, purpose.rules));
         is_resolved = true;
         if (purpose.shape != resolved.shape()) continue;
         known->compiled.rewrite_values([&](Plan& plan) { write_values(resolved, plan); });

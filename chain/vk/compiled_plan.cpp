@@ -58,10 +58,10 @@ Status check_units(const Step& step, const Program& program) {
 Result<std::unique_ptr<CompiledPlan>> CompiledPlan::make(Plan plan, const Objects& objects,
                                                          const Room& room, uint64_t run) {
     std::unique_ptr<CompiledPlan> made(new CompiledPlan(std::move(plan), objects));
-    if (Status s = made->take_programs(); !s.ok()) return s;
-    if (Status s = made->take_images(room, run); !s.ok()) return s;
-    if (Status s = made->make_uniforms(); !s.ok()) return s;
-    if (Status s = made->make_sets(); !s.ok()) return s;
+    RETURN_IF_ERROR(made->take_programs());
+    RETURN_IF_ERROR(made->take_images(room, run));
+    RETURN_IF_ERROR(made->make_uniforms());
+    RETURN_IF_ERROR(made->make_sets());
     return made;
 }
 
@@ -86,12 +86,11 @@ Status CompiledPlan::take_programs() {
         if (step.first_layer != 0)
             return Status(StatusCode::internal,
                           plan().name_of(step) + ": a host's frame has one layer at most");
-        const auto program = objects_.programs.get(step.program);
-        if (!program.ok()) return program.status();
-        Command command{*program, 0, false};
+        ASSIGN_OR_RETURN(const auto program, objects_.programs.get(step.program));
+        Command command{program, 0, false};
         for (const Binding& binding : step.bindings)
             command.imports = command.imports || plan().textures[size_t(binding.texture)].imported;
-        if (Status s = check_units(step, **program); !s.ok()) return s.at(plan().name_of(step));
+        if (Status s = check_units(step, *program); !s.ok()) return s.at(plan().name_of(step));
         commands_.push_back(command);
     }
     return Status();
@@ -100,9 +99,7 @@ Status CompiledPlan::take_programs() {
 Status CompiledPlan::take_images(const Room& room, uint64_t run) {
     const size_t count = plan().textures.size();
     const StoragePlan shared = share_storage(plan(), room);
-    auto taken = objects_.pool.acquire(shared.all, run);
-    if (!taken.ok()) return taken.status();
-    images_ = std::move(*taken);
+    ASSIGN_OR_RETURN(images_, objects_.pool.acquire(shared.all, run));
     names_.assign(count, 0);
     image_of_.assign(count, nullptr);
     storage_ = shared.numbers();
@@ -114,15 +111,12 @@ Status CompiledPlan::take_images(const Room& room, uint64_t run) {
 
 Status CompiledPlan::make_uniforms() {
     if (bytes().empty()) return Status();
-    auto made =
+    ASSIGN_OR_RETURN(
+        uniforms_,
         Buffer::make(objects_.device, bytes().size() * objects_.runs_in_flight,
                      VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT,
-                     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT);
-    if (!made.ok()) return made.status();
-    uniforms_ = std::move(*made);
-    auto mapped = uniforms_.map();
-    if (!mapped.ok()) return mapped.status();
-    mapped_ = *mapped;
+                     VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT));
+    ASSIGN_OR_RETURN(mapped_, uniforms_.map());
     return Status();
 }
 
@@ -143,11 +137,9 @@ Status CompiledPlan::make_sets() {
     info.maxSets = uint32_t(commands_.size()) * runs;
     info.poolSizeCount = uint32_t(sizes.size());
     info.pPoolSizes = sizes.data();
-    if (Status s = status_of(
-            device.fn().CreateDescriptorPool(device.handle(), &info, nullptr, &sets_pool_),
-            "vkCreateDescriptorPool");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        status_of(device.fn().CreateDescriptorPool(device.handle(), &info, nullptr, &sets_pool_),
+                  "vkCreateDescriptorPool"));
     std::vector<VkDescriptorSetLayout> layouts;
     for (uint32_t run = 0; run < runs; ++run)
         for (const Command& command : commands_) layouts.push_back(command.program->set);
@@ -157,11 +149,9 @@ Status CompiledPlan::make_sets() {
     sets.descriptorPool = sets_pool_;
     sets.descriptorSetCount = uint32_t(layouts.size());
     sets.pSetLayouts = layouts.data();
-    if (Status s =
-            status_of(device.fn().AllocateDescriptorSets(device.handle(), &sets, sets_.data()),
-                      "vkAllocateDescriptorSets");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        status_of(device.fn().AllocateDescriptorSets(device.handle(), &sets, sets_.data()),
+                  "vkAllocateDescriptorSets"));
     for (size_t i = 0; i < sets_.size(); ++i) {
         const size_t step = i % commands_.size();
         if (!commands_[step].imports) write_set(step, sets_[i], HostViews());

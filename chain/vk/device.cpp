@@ -93,7 +93,7 @@ Status Device::open(const Handles& handles) {
             concat("physical_device has Vulkan ", VK_API_VERSION_MAJOR(properties.apiVersion), ".",
                    VK_API_VERSION_MINOR(properties.apiVersion), "; 1.2 is needed"));
     limits_ = properties.limits;
-    if (Status s = check_limits(limits_); !s.ok()) return s;
+    RETURN_IF_ERROR(check_limits(limits_));
     VkPhysicalDeviceFeatures features = {};
     GetPhysicalDeviceFeatures(handles.physical, &features);
     if (!features.shaderStorageImageWriteWithoutFormat)
@@ -130,10 +130,8 @@ Result<VkDeviceMemory> Device::allocate(const VkMemoryRequirements& needs,
             info.allocationSize = needs.size;
             info.memoryTypeIndex = i;
             VkDeviceMemory memory = VK_NULL_HANDLE;
-            if (Status s = status_of(fn_.AllocateMemory(handles_.device, &info, nullptr, &memory),
-                                     "vkAllocateMemory");
-                !s.ok())
-                return s;
+            RETURN_IF_ERROR(status_of(fn_.AllocateMemory(handles_.device, &info, nullptr, &memory),
+                                      "vkAllocateMemory"));
             return memory;
         }
         if (properties != VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT) break;
@@ -162,19 +160,13 @@ Result<Buffer> Buffer::make(const Device& device, VkDeviceSize bytes, VkBufferUs
     info.size = bytes;
     info.usage = usage;
     const Functions& fn = device.fn();
-    if (Status s = status_of(fn.CreateBuffer(device.handle(), &info, nullptr, &made.buffer_),
-                             "vkCreateBuffer");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(status_of(fn.CreateBuffer(device.handle(), &info, nullptr, &made.buffer_),
+                              "vkCreateBuffer"));
     VkMemoryRequirements needs = {};
     fn.GetBufferMemoryRequirements(device.handle(), made.buffer_, &needs);
-    auto memory = device.allocate(needs, properties);
-    if (!memory.ok()) return memory.status();
-    made.memory_ = *memory;
-    if (Status s = status_of(fn.BindBufferMemory(device.handle(), made.buffer_, made.memory_, 0),
-                             "vkBindBufferMemory");
-        !s.ok())
-        return s;
+    ASSIGN_OR_RETURN(made.memory_, device.allocate(needs, properties));
+    RETURN_IF_ERROR(status_of(fn.BindBufferMemory(device.handle(), made.buffer_, made.memory_, 0),
+                              "vkBindBufferMemory"));
     return made;
 }
 
@@ -197,11 +189,9 @@ Buffer::~Buffer() {
 
 Result<std::byte*> Buffer::map() {
     void* mapped = nullptr;
-    if (Status s = status_of(
-            device_->fn().MapMemory(device_->handle(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped),
-            "vkMapMemory");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        status_of(device_->fn().MapMemory(device_->handle(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped),
+                  "vkMapMemory"));
     return static_cast<std::byte*>(mapped);
 }
 

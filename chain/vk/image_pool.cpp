@@ -29,19 +29,13 @@ Status create(const Device& device, Image& made) {
     info.arrayLayers = layers;
     info.samples = VK_SAMPLE_COUNT_1_BIT;
     info.usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_STORAGE_BIT;
-    if (Status s = status_of(fn.CreateImage(device.handle(), &info, nullptr, &made.image),
-                             "vkCreateImage");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        status_of(fn.CreateImage(device.handle(), &info, nullptr, &made.image), "vkCreateImage"));
     VkMemoryRequirements needs = {};
     fn.GetImageMemoryRequirements(device.handle(), made.image, &needs);
-    auto memory = device.allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    if (!memory.ok()) return memory.status();
-    made.memory = *memory;
-    if (Status s = status_of(fn.BindImageMemory(device.handle(), made.image, made.memory, 0),
-                             "vkBindImageMemory");
-        !s.ok())
-        return s;
+    ASSIGN_OR_RETURN(made.memory, device.allocate(needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT));
+    RETURN_IF_ERROR(status_of(fn.BindImageMemory(device.handle(), made.image, made.memory, 0),
+                              "vkBindImageMemory"));
     auto view = info_of<VkImageViewCreateInfo>(VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO);
     view.image = made.image;
     view.viewType = storage.layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
@@ -98,12 +92,11 @@ Result<std::vector<Image*>> ImagePool::acquire(const std::vector<Storage>& all, 
             return Status(StatusCode::memory,
                           concat(text_of(storage), ": ", bytes_,
                                  " bytes are in use, and the budget is ", budget_));
-        auto made = make_image(device_, storage);
-        if (!made.ok()) return made.status();
+        ASSIGN_OR_RETURN(auto made, make_image(device_, storage));
         ++allocations_;
         bytes_ += bytes;
         bytes_peak_ = std::max(bytes_peak_, bytes_);
-        images_.push_back(std::move(*made));
+        images_.push_back(std::move(made));
         taken.push_back(images_.back().get());
     }
     for (Image* image : taken) {

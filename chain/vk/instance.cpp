@@ -38,24 +38,20 @@ Failure Instance::open() {
     if (info_.runs_in_flight > kMaxRuns)
         return {PC_ERROR_ARGUMENT,
                 concat("runs_in_flight: ", info_.runs_in_flight, " is more than ", kMaxRuns)};
-    if (Status s =
-            device_.open({info_.get_instance_proc_addr, info_.instance, info_.physical_device,
-                          info_.device, info_.pipeline_cache, info_.queue_family});
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        device_.open({info_.get_instance_proc_addr, info_.instance, info_.physical_device,
+                      info_.device, info_.pipeline_cache, info_.queue_family}));
     const uint32_t limit = device_.limits().maxImageDimension2D;
     if (info_.max_width == 0 || info_.max_height == 0 || info_.max_width > limit ||
         info_.max_height > limit)
         return {PC_ERROR_ARGUMENT,
                 concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
                        "; give the largest frame, 1 to ", limit, " a side")};
-    if (Status s = sampler_.make(device_); !s.ok()) return s;
+    RETURN_IF_ERROR(sampler_.make(device_));
     retired_.emplace(runs_of(info_));
     programs_.emplace(device_, sampler_.handle(), guest::store_of(info_));
     pool_.emplace(device_, info_.texture_budget);
-    auto unused = make_image(device_, {Format::rgba32f, 1, 1, 0});
-    if (!unused.ok()) return unused.status();
-    unused_ = std::move(*unused);
+    ASSIGN_OR_RETURN(unused_, make_image(device_, {Format::rgba32f, 1, 1, 0}));
     return {};
 }
 
@@ -87,9 +83,8 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bo
     const guest::FrameValues values = values_of(frame);
     if (prepared_ != key || prepared_values_ != values) {
         prepared_.reset();
-        auto host = make_host_plan(chain.chain(), frame);
-        if (!host.ok()) return host.status();
-        prepared_programs_ = host_programs(chain.chain(), frame, host->plan);
+        ASSIGN_OR_RETURN(auto host, make_host_plan(chain.chain(), frame));
+        prepared_programs_ = host_programs(chain.chain(), frame, host.plan);
         prepared_ = key;
         prepared_values_ = values;
     }
@@ -97,7 +92,7 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bo
     for (const ProgramKey& program : prepared_programs_) {
         if (programs_->has(program)) continue;
         if (!wait && compiled) return {PC_PENDING, ""};
-        if (const auto made = programs_->get(program); !made.ok()) return made.status();
+        RETURN_IF_ERROR(programs_->get(program).status());
         compiled = true;
     }
     const guest::FrameKind kind = kind_of(frame, chain.id(), chain.revision());
@@ -120,32 +115,31 @@ Failure Instance::find_or_make(const ChainHandle& handle, const HostFrame& frame
         entry || !failure.ok())
         return failure;
     guest::Purpose purpose;
-    if (Status s = resolve(chain, frame, key, resolved_, purpose); !s.ok()) return s;
-    auto host = make_host_plan(resolved_, frame);
-    if (!host.ok()) return host.status();
+    RETURN_IF_ERROR(resolve(chain, frame, key, resolved_, purpose));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(resolved_, frame));
     ++plans_;
     for (const auto& known : entries_) {
         const guest::PlanKey& other = known->purpose.key;
         const bool replaced = other.chain == key.chain && other.revision < key.revision;
         if (!replaced && known->last_run + kept_frames() >= runs_) continue;
-        if (!same_shape(known->compiled.plan(), host->plan)) continue;
-        known->compiled.take_values(std::move(host->plan));
+        if (!same_shape(known->compiled.plan(), host.plan)) continue;
+        known->compiled.take_values(std::move(host.plan));
         known->purpose = std::move(purpose);
-        known->host = std::move(*host);
+        known->host = std::move(host);
         entry = known.get();
         return {};
     }
-    for (const Step& step : host->plan.steps)
+    for (const Step& step : host.plan.steps)
         if (!programs_->has(step.program))
             return {PC_ERROR_PREPARE,
                     difference_text(kind_of(frame, handle.id(), handle.revision()), prepared_kinds_,
                                     "pc_vk_prepare()")};
-    Failure failure = make(purpose, *host, entry);
+    Failure failure = make(purpose, host, entry);
     if (failure.result != PC_ERROR_MEMORY || entries_.empty()) return failure;
     // Once more without what other plans hold.
     while (!entries_.empty()) forget_entry(entries_.size() - 1);
     pool_->trim(runs_, runs_, *retired_);
-    return make(std::move(purpose), *host, entry);
+    return make(std::move(purpose), host, entry);
 }
 
 Failure Instance::make(guest::Purpose purpose, HostPlan& host, Entry*& entry) {
@@ -211,13 +205,12 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_vk_frame& given,
                            pc_frame_needs& out) const {
     HostImages images;
     if (Failure failure = check(given, images); !failure.ok()) return failure;
-    auto host = make_host_plan(chain.chain(), images.frame);
-    if (!host.ok()) return host.status();
-    const StoragePlan storage = share_storage(host->plan, room(images.frame));
+    ASSIGN_OR_RETURN(auto host, make_host_plan(chain.chain(), images.frame));
+    const StoragePlan storage = share_storage(host.plan, room(images.frame));
     out.textures = uint32_t(storage.all.size());
     out.texture_bytes = storage.bytes();
     out.programs = out.programs_to_compile = 0;
-    for (const ProgramKey& key : host_programs(chain.chain(), images.frame, host->plan)) {
+    for (const ProgramKey& key : host_programs(chain.chain(), images.frame, host.plan)) {
         ++out.programs;
         if (!programs_->has(key)) ++out.programs_to_compile;
     }

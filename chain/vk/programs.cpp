@@ -40,9 +40,8 @@ void Programs::destroy(const Program& program) const {
 
 // An entry of the store: a hash of the words, and the words.
 Result<Spirv> Programs::spirv_of(const ProgramKey& key) {
-    const auto source = program_source(key);
-    if (!source.ok()) return source.status();
-    const std::string name = hex_of(hash_text(concat("SPIR-V ", POSTCHAIN_VERSION, "\n", *source)));
+    ASSIGN_OR_RETURN(const auto source, program_source(key));
+    const std::string name = hex_of(hash_text(concat("SPIR-V ", POSTCHAIN_VERSION, "\n", source)));
     if (store_.load) {
         const std::vector<std::byte> bytes = store_.load(name);
         uint64_t hash = 0;
@@ -57,17 +56,16 @@ Result<Spirv> Programs::spirv_of(const ProgramKey& key) {
             }
         }
     }
-    auto words = compile(*source, key.text());
-    if (!words.ok()) return words.status();
+    ASSIGN_OR_RETURN(auto words, compile(source, key.text()));
     if (store_.store) {
-        const auto bytes = std::as_bytes(std::span(*words));
+        const auto bytes = std::as_bytes(std::span(words));
         const uint64_t hash = hash_of(bytes);
         std::vector<std::byte> entry(sizeof(hash) + bytes.size());
         std::memcpy(entry.data(), &hash, sizeof(hash));
         std::memcpy(entry.data() + sizeof(hash), bytes.data(), bytes.size());
         store_.store(name, entry);
     }
-    return with_units(std::move(*words));
+    return with_units(std::move(words));
 }
 
 Status Programs::make(const Spirv& spirv, Program& program) const {
@@ -83,10 +81,8 @@ Status Programs::make(const Spirv& spirv, Program& program) const {
         VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO);
     set.bindingCount = uint32_t(bindings.size());
     set.pBindings = bindings.data();
-    if (Status s = status_of(fn.CreateDescriptorSetLayout(device, &set, nullptr, &program.set),
-                             "vkCreateDescriptorSetLayout");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(status_of(fn.CreateDescriptorSetLayout(device, &set, nullptr, &program.set),
+                              "vkCreateDescriptorSetLayout"));
     auto layout =
         info_of<VkPipelineLayoutCreateInfo>(VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO);
     layout.setLayoutCount = 1;
@@ -94,10 +90,8 @@ Status Programs::make(const Spirv& spirv, Program& program) const {
     const VkPushConstantRange pushed = {VK_SHADER_STAGE_COMPUTE_BIT, 0, kPushedBytes};
     layout.pushConstantRangeCount = 1;
     layout.pPushConstantRanges = &pushed;
-    if (Status s = status_of(fn.CreatePipelineLayout(device, &layout, nullptr, &program.layout),
-                             "vkCreatePipelineLayout");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(status_of(fn.CreatePipelineLayout(device, &layout, nullptr, &program.layout),
+                              "vkCreatePipelineLayout"));
     auto code = info_of<VkShaderModuleCreateInfo>(VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO);
     code.codeSize = 4 * spirv.words.size();
     code.pCode = spirv.words.data();
@@ -107,10 +101,8 @@ Status Programs::make(const Spirv& spirv, Program& program) const {
     info.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
     info.stage.pName = "main";
     info.layout = program.layout;
-    if (Status s = status_of(fn.CreateShaderModule(device, &code, nullptr, &info.stage.module),
-                             "vkCreateShaderModule");
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(status_of(fn.CreateShaderModule(device, &code, nullptr, &info.stage.module),
+                              "vkCreateShaderModule"));
     const VkResult made =
         fn.CreateComputePipelines(device, device_.cache(), 1, &info, nullptr, &program.pipeline);
     fn.DestroyShaderModule(device, info.stage.module, nullptr);

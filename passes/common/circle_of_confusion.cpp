@@ -83,34 +83,31 @@ Status all_known(const Parameters& p, const FrameDescription& frame) {
 
 Status resolve_lens(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
     const Camera& camera = frame.camera;
-    if (Status status = all_known(p, frame); !status.ok()) return status;
-    const auto focal =
-        lens_value("focal_length_mm", " mm", p.focal_length_mm, camera.focal_length_mm, frame);
-    if (!focal.ok()) return focal.status();
-    const auto f_stop = lens_value("f_stop", "", p.f_stop, camera.f_stop, frame);
-    if (!f_stop.ok()) return f_stop.status();
-    const auto focus = focus_distance("focus_distance", p.focus_distance, p, frame);
-    if (!focus.ok()) return focus.status();
-    const auto sensor =
-        lens_value("sensor_width_mm", " mm", p.sensor_width_mm, camera.sensor_width_mm, frame);
-    if (!sensor.ok()) return sensor.status();
+    RETURN_IF_ERROR(all_known(p, frame));
+    ASSIGN_OR_RETURN(const auto focal, lens_value("focal_length_mm", " mm", p.focal_length_mm,
+                                                  camera.focal_length_mm, frame));
+    ASSIGN_OR_RETURN(const auto f_stop, lens_value("f_stop", "", p.f_stop, camera.f_stop, frame));
+    ASSIGN_OR_RETURN(const auto focus,
+                     focus_distance("focus_distance", p.focus_distance, p, frame));
+    ASSIGN_OR_RETURN(const auto sensor, lens_value("sensor_width_mm", " mm", p.sensor_width_mm,
+                                                   camera.sensor_width_mm, frame));
     const double meters_per_unit = camera.meters_per_unit.value_or(kDefaultMetersPerUnit);
     if (!(meters_per_unit > 0))
         return Status(StatusCode::chain, concat("meters_per_unit: ", meters_per_unit,
                                                 " from the camera is not > 0; correct the camera"));
 
-    const double f = *focal / 1000 / meters_per_unit;  // scene units
-    const double s = *focus;
+    const double f = focal / 1000 / meters_per_unit;  // scene units
+    const double s = focus;
     if (!(s > f))
         return Status(
             StatusCode::chain,
-            concat("focus_distance: ", s, " scene units is not beyond the focal length (", *focal,
+            concat("focus_distance: ", s, " scene units is not beyond the focal length (", focal,
                    " mm = ", f, " scene units at ", meters_per_unit,
                    " m per unit); focus farther away, or correct focal_length_mm or the camera's "
                    "meters_per_unit"));
-    const double f_px = *focal * lens_width(frame) / *sensor;
+    const double f_px = focal * lens_width(frame) / sensor;
     coc.lens = true;
-    coc.gain_px = 0.5 * f_px * (f / *f_stop);
+    coc.gain_px = 0.5 * f_px * (f / f_stop);
     if (p.breathing) coc.gain_px /= 1 - f / s;
     coc.gain_px = std::min(coc.gain_px, kMaxGain);
     coc.focus_inverse = 1 / s;
@@ -135,16 +132,16 @@ Status resolve_planes(const Parameters& p, const FrameDescription& frame, Circle
 }
 
 Status resolve_range(const Parameters& p, const FrameDescription& frame, CircleOfConfusion& coc) {
-    const auto focus = focus_distance("focus", p.focus ? p.focus : p.focus_distance, p, frame);
-    if (!focus.ok()) return focus.status();
+    ASSIGN_OR_RETURN(const auto focus,
+                     focus_distance("focus", p.focus ? p.focus : p.focus_distance, p, frame));
     if (!(p.range > 0))
         return Status(StatusCode::chain,
                       concat("range: ", p.range, " scene units is not > 0; set a positive value"));
     coc.lens = false;
-    coc.near_sharp = coc.far_sharp = *focus;
+    coc.near_sharp = coc.far_sharp = focus;
     coc.near_span = coc.far_span = p.range;
     coc.near_radius_px = coc.far_radius_px = coc.max_radius_px;
-    if (std::isinf(*focus)) {  // nothing is behind the sky
+    if (std::isinf(focus)) {  // nothing is behind the sky
         coc.near_sharp = coc.far_sharp = kMaxDistance;
         coc.far_radius_px = 0;
     }

@@ -175,16 +175,16 @@ class DepthOfField final : public Pass {
     }
 
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
-        const auto coc = lens::circle_of_confusion(
-            parameters_.lens, frame,
-            warps() ? lens::kMaxRadiusFraction : lens::kSmallMaxRadiusFraction);
-        if (!coc.ok()) return coc.status();
+        ASSIGN_OR_RETURN(const auto coc,
+                         lens::circle_of_confusion(
+                             parameters_.lens, frame,
+                             warps() ? lens::kMaxRadiusFraction : lens::kSmallMaxRadiusFraction));
         if (warps()) {
             Status status = lens::check_aperture(parameters_.aperture, frame.camera);
-            return status.ok() ? Result<ResolvedPass>(warp(*coc, frame)) : status;
+            return status.ok() ? Result<ResolvedPass>(warp(coc, frame)) : status;
         }
-        const auto sizes = gilham_sizes(parameters_, *coc, frame);
-        return sizes.ok() ? Result<ResolvedPass>(gilham(*coc, frame, *sizes)) : sizes.status();
+        const auto sizes = gilham_sizes(parameters_, coc, frame);
+        return sizes.ok() ? Result<ResolvedPass>(gilham(coc, frame, *sizes)) : sizes.status();
     }
 
     std::vector<ResolvedPass> every_shape(const FrameDescription& frame) const override {

@@ -159,11 +159,10 @@ class JointBlur final : public Pass {
     }
 
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
-        const auto coc = lens::circle_of_confusion(parameters_.lens, frame);
-        if (!coc.ok()) return coc.status();
-        if (Status s = lens::check_aperture(parameters_.aperture, frame.camera); !s.ok()) return s;
+        ASSIGN_OR_RETURN(const auto coc, lens::circle_of_confusion(parameters_.lens, frame));
+        RETURN_IF_ERROR(lens::check_aperture(parameters_.aperture, frame.camera));
         return ResolvedPass(
-            JointBlurOnFrame(parameters_, settings_of(parameters_, *coc, frame), frame));
+            JointBlurOnFrame(parameters_, settings_of(parameters_, coc, frame), frame));
     }
 
     std::vector<ResolvedPass> every_shape(const FrameDescription& frame) const override {

@@ -32,9 +32,8 @@ struct ReadNeighbor {
 
 Result<ReadNeighbor> read_neighbor(const ChainObject& chain, const PlanOptions& options,
                                    const FramePtr& given, RoleSet read, const Frame& frame) {
-    const auto opened = given->with_mattes_of(chain.chain);
-    if (!opened.ok()) return opened.status();
-    const Frame& neighbor = **opened;
+    ASSIGN_OR_RETURN(const auto opened, given->with_mattes_of(chain.chain));
+    const Frame& neighbor = *opened;
     const io::Window &here = frame.header().window, &there = neighbor.header().window;
     if (here != there)
         return Status(
@@ -49,9 +48,8 @@ Result<ReadNeighbor> read_neighbor(const ChainObject& chain, const PlanOptions& 
         return Status(StatusCode::usage,
                       concat("has no ", lacking.text(),
                              ", which the chain reads of it; give it, or leave the frame out"));
-    auto source = neighbor.read(its);
-    if (!source.ok()) return source.status();
-    return ReadNeighbor{*opened, std::move(*source)};
+    ASSIGN_OR_RETURN(auto source, neighbor.read(its));
+    return ReadNeighbor{opened, std::move(source)};
 }
 
 Status add_neighbors(const ChainObject& chain, const PlanOptions& options,
@@ -174,9 +172,7 @@ std::shared_ptr<Frame> Frame::of_files(const std::string& input, const py::objec
 }
 
 Status Frame::open(io::OpenFrame files) {
-    auto header = sequence::header_of(settings_, std::move(files));
-    if (!header.ok()) return header.status();
-    header_ = std::move(*header);
+    ASSIGN_OR_RETURN(header_, sequence::header_of(settings_, std::move(files)));
     if (depth_encoding_) header_.match.options.depth = *depth_encoding_;
     return Status();
 }
@@ -196,7 +192,7 @@ Result<FramePtr> Frame::with_mattes_of(const Chain& chain) const {
     frame->settings_ = settings_;
     frame->settings_.layers.mattes = mattes;
     frame->depth_encoding_ = depth_encoding_;
-    if (const Status status = frame->open(header_.files); !status.ok()) return status;
+    RETURN_IF_ERROR(frame->open(header_.files));
     with_mattes_ = std::move(frame);
     return with_mattes_;
 }
@@ -208,9 +204,9 @@ bool Frame::has_alpha() const {
 Result<std::shared_ptr<const sequence::SourceFrame>> Frame::read(RoleSet wanted) const {
     const std::lock_guard lock(mutex_);
     if (source_ && read_ == wanted) return source_;
-    auto source = sequence::read_source_frame(settings_, header_, wanted, io::Keep::nothing);
-    if (!source.ok()) return source.status();
-    source_ = std::make_shared<const sequence::SourceFrame>(std::move(*source));
+    ASSIGN_OR_RETURN(auto source,
+                     sequence::read_source_frame(settings_, header_, wanted, io::Keep::nothing));
+    source_ = std::make_shared<const sequence::SourceFrame>(std::move(source));
     read_ = wanted;
     return source_;
 }
@@ -221,21 +217,16 @@ PlanOptions plan_options_of(const py::kwargs& settings) {
 
 Result<PlannedArrays> plan_arrays(const ChainObject& chain, const FrameWithNeighbors& frames,
                                   const PlanOptions& options) {
-    const auto opened = frames.frame->with_mattes_of(chain.chain);
-    if (!opened.ok()) return opened.status();
-    const Frame& frame = **opened;
+    ASSIGN_OR_RETURN(const auto opened, frames.frame->with_mattes_of(chain.chain));
+    const Frame& frame = *opened;
     const RoleSet planes = sequence::planes_to_read(
         frame.header(),
         sequence::planes_needed(chain.chain, frame.settings(), frame.header(), options));
-    const auto read = frame.read(planes);
-    if (!read.ok()) return read.status();
-    PlannedArrays planned{**read, {}};
-    if (const Status status = add_neighbors(chain, options, frames, frame, planes, planned.source);
-        !status.ok())
-        return status;
-    auto plan = sequence::plan_source_frame(chain.chain, planned.source, options);
-    if (!plan.ok()) return plan.status();
-    planned.plan = std::move(*plan);
+    ASSIGN_OR_RETURN(const auto read, frame.read(planes));
+    PlannedArrays planned{*read, {}};
+    RETURN_IF_ERROR(add_neighbors(chain, options, frames, frame, planes, planned.source));
+    ASSIGN_OR_RETURN(planned.plan,
+                     sequence::plan_source_frame(chain.chain, planned.source, options));
     return planned;
 }
 
@@ -251,17 +242,15 @@ FilteredArrays filtered_arrays(const ChainObject& chain, const FrameWithNeighbor
     std::vector<std::string> warnings;
     auto filtered =
         device.run("filtering a frame", [&](Call&, Executor& executor) -> Result<FilteredArrays> {
-            auto planned = plan_arrays(chain, frames, options);
-            if (!planned.ok()) return planned.status();
-            warnings = planning_warnings(chain, *planned);
-            auto view = sequence::filter_view(chain.chain, planned->plan, planned->source, options,
-                                              executor);
-            if (!view.ok()) return view.status();
-            const std::string& name = planned->source.input.files.color_file().path();
-            for (auto& line : sequence::lost_coverage(view->reports, name))
+            ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options));
+            warnings = planning_warnings(chain, planned);
+            ASSIGN_OR_RETURN(auto view, sequence::filter_view(chain.chain, planned.plan,
+                                                              planned.source, options, executor));
+            const std::string& name = planned.source.input.files.color_file().path();
+            for (auto& line : sequence::lost_coverage(view.reports, name))
                 warnings.push_back(std::move(line));
-            if (!frames.frame->has_alpha()) view->color = without_alpha(view->color);
-            return FilteredArrays{std::move(*view), std::move(planned->source.layers)};
+            if (!frames.frame->has_alpha()) view.color = without_alpha(view.color);
+            return FilteredArrays{std::move(view), std::move(planned.source.layers)};
         });
     if (!filtered.ok()) raise(filtered.status());
     warn(warnings);
@@ -310,12 +299,11 @@ py::object plan_chain(const ChainObject& chain, const FrameWithNeighbors& frames
                       const PlanOptions& options) {
     std::vector<std::string> warnings;
     auto json = in_background("planning a frame", [&](Call&) -> Result<io::Json> {
-        auto planned = plan_arrays(chain, frames, options);
-        if (!planned.ok()) return planned.status();
-        warnings = planning_warnings(chain, *planned);
-        io::Json plan = io::json_from(plan_json(planned->plan));
+        ASSIGN_OR_RETURN(auto planned, plan_arrays(chain, frames, options));
+        warnings = planning_warnings(chain, planned);
+        io::Json plan = io::json_from(plan_json(planned.plan));
         plan["resolved"] = sequence::resolved_json(
-            sequence::resolve_values(chain.chain, planned->source, planned->plan));
+            sequence::resolve_values(chain.chain, planned.source, planned.plan));
         return plan;
     });
     if (!json.ok()) raise(json.status());

@@ -83,9 +83,8 @@ class Comparer {
         metrics::ExposureRange range;
         for (const Picture& reference : references) {
             if (stop) return stopped();
-            auto pixels = read(reference);
-            if (!pixels.ok()) return pixels.status();
-            const auto image = metrics::rgb_image_of(*pixels);
+            ASSIGN_OR_RETURN(auto pixels, read(reference));
+            const auto image = metrics::rgb_image_of(pixels);
             if (!image.ok()) return image.status().at(reference.name());
             range =
                 metrics::joined(range, metrics::exposure_range(*image, settings_.flip.tone_mapper));
@@ -95,18 +94,15 @@ class Comparer {
     }
 
     Result<Frame> compare(const Picture& reference, const Picture& test) {
-        auto expected = read(reference);
-        if (!expected.ok()) return expected.status();
-        auto found = read(test);
-        if (!found.ok()) return found.status();
+        ASSIGN_OR_RETURN(auto expected, read(reference));
+        ASSIGN_OR_RETURN(auto found, read(test));
         const auto at = [&](const Status& status) {
             return status.at(reference.name() + " against " + test.name());
         };
-        auto pair = metrics::pair_of(*found, *expected);
+        auto pair = metrics::pair_of(found, expected);
         if (!pair.ok()) return at(pair.status());
-        auto compared = metrics::compare(*pair, settings_);
-        if (!compared.ok()) return compared.status();
-        Frame frame{std::move(compared->values), std::move(compared->map)};
+        ASSIGN_OR_RETURN(auto compared, metrics::compare(*pair, settings_));
+        Frame frame{std::move(compared.values), std::move(compared.map)};
         if (tde_) {
             if (const Status status = temporal_.add(*pair); !status.ok()) return at(status);
             frame.values.emplace_back(kTde, temporal_.last());
@@ -118,10 +114,10 @@ class Comparer {
     Result<ImageF> read(const Picture& picture) const {
         ImageF pixels = picture.pixels;
         if (!picture.path.empty()) {
-            auto color = sequence::read_color(source_, picture.path, picture.frame);
-            if (!color.ok()) return color.status();
-            const io::Window &data = color->input.window, &display = color->input.display_window;
-            pixels = io::placed(color->rgba(), data, display);
+            ASSIGN_OR_RETURN(auto color,
+                             sequence::read_color(source_, picture.path, picture.frame));
+            const io::Window &data = color.input.window, &display = color.input.display_window;
+            pixels = io::placed(color.rgba(), data, display);
         }
         if (request_.over && pixels.channels == 4) metrics::composite_over(pixels, *request_.over);
         return pixels;
@@ -193,14 +189,11 @@ py::dict diff(const py::object& reference, const py::object& test, const DiffReq
     std::vector<Comparer::Frame> frames;
     const Status status = in_background("diff", [&](Call& call) -> Status {
         Comparer comparer(source, request, settings, tde);
-        if (many)
-            if (Status found = comparer.find_exposures(a.pictures, call.stop()); !found.ok())
-                return found;
+        if (many) RETURN_IF_ERROR(comparer.find_exposures(a.pictures, call.stop()));
         for (size_t i = 0; i < a.pictures.size(); ++i) {
             if (call.stop()) return stopped();
-            auto frame = comparer.compare(a.pictures[i], b.pictures[i]);
-            if (!frame.ok()) return frame.status();
-            frames.push_back(std::move(*frame));
+            ASSIGN_OR_RETURN(auto frame, comparer.compare(a.pictures[i], b.pictures[i]));
+            frames.push_back(std::move(frame));
         }
         return Status();
     });
@@ -250,10 +243,9 @@ void write_scene(scenes::SceneRequest request, const py::object& frames,
     const Status status = in_background(
         "scene",
         [&](Call& call) -> Status {
-            auto renderer = scenes::SceneRenderer::create(context);
-            if (!renderer.ok()) return renderer.status();
+            ASSIGN_OR_RETURN(auto renderer, scenes::SceneRenderer::create(context));
             return scenes::write_scene(
-                **renderer, request, [&](const scenes::SceneProgress& progress) {
+                *renderer, request, [&](const scenes::SceneProgress& progress) {
                     if (!callbacks.progress.is_none())
                         call.send([&, progress] {
                             py::dict report;

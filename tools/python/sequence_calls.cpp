@@ -128,27 +128,26 @@ py::object inspect(const std::string& input, const py::object& camera, const py:
     const sequence::RunSettings settings = job_settings("inspect", input, "", camera, values);
     std::vector<std::string> warnings;
     auto json = in_background("inspect", [&](Call& call) -> Result<io::Json> {
-        auto list = io::find_frames(settings.input, settings.frames);
-        if (!list.ok()) return list.status();
-        std::vector<int> shown = list->frames;
+        ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
+        std::vector<int> shown = list.frames;
         if (!settings.frames) shown.resize(1);
         sequence::SequenceSurvey survey;
         io::Json frames = io::Json::array();
         for (int frame : shown) {
             if (call.stop()) return Status(StatusCode::canceled, "inspect: stopped");
-            if (list->is_missing(frame))
+            if (list.is_missing(frame))
                 return Status(StatusCode::input,
                               sequence::absent_files(frame, settings) + ": frame is not on disk");
-            auto found = sequence::inspect_frame(settings, list->files.at(frame), frame, survey);
+            auto found = sequence::inspect_frame(settings, list.files.at(frame), frame, survey);
             if (!found.status.ok()) return found.status;
             for (auto& warning : found.source->warnings) warnings.push_back(warning);
             frames.push_back(std::move(found.json));
         }
         io::Json all = {{"frames", std::move(frames)}};
-        if (list->files.size() < 2 || list->frames.size() < 2) return all;
+        if (list.files.size() < 2 || list.frames.size() < 2) return all;
         if (!settings.frames)
             if (const Status status =
-                    sequence::survey_others(settings, *list, sequence::frames_to_survey(*list),
+                    sequence::survey_others(settings, list, sequence::frames_to_survey(list),
                                             survey, [&](size_t) { return !call.stop(); });
                 !status.ok())
                 return status;

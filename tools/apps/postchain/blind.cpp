@@ -83,11 +83,10 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
     BlindWork work;
     std::set<std::string> names;
     for (const std::string& text : blind.sides) {
-        auto side = side_of(text);
-        if (!side.ok()) return side.status();
-        if (!names.insert(side->name).second)
-            return Status(StatusCode::usage, "two sides are named " + side->name);
-        work.sides.push_back(std::move(*side));
+        ASSIGN_OR_RETURN(auto side, side_of(text));
+        if (!names.insert(side.name).second)
+            return Status(StatusCode::usage, "two sides are named " + side.name);
+        work.sides.push_back(std::move(side));
     }
     if (work.sides.size() < 2)
         return Status(
@@ -97,17 +96,13 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
     Options with_view = options;
     with_view.job.input = work.sides.front().files.text();
     with_view.job.png = true;  // uses the view of previews
-    auto settings = run_settings_of(with_view);
-    if (!settings.ok()) return settings.status();
-    work.settings = std::move(*settings);
+    ASSIGN_OR_RETURN(work.settings, run_settings_of(with_view));
     if (!blind.truth.empty()) {
         auto truth = io::PathPattern::parse(blind.truth);
         if (!truth.ok()) return truth.status().at("--truth");
         work.truth = std::move(*truth);
     }
-    auto frames = frames_of(work);
-    if (!frames.ok()) return frames.status();
-    work.frames = std::move(*frames);
+    ASSIGN_OR_RETURN(work.frames, frames_of(work));
     work.files = io::OutputFiles(blind.on_existing);
     for (const Side& side : work.sides) work.files.read(side.files, "side " + side.name);
     if (work.truth) work.files.read(*work.truth, "the ground truth");
@@ -117,7 +112,7 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
     for (const char* name : {"index.html", "key.json"})
         work.files.write(io::OutputFile{blind.folder + "/" + name, "the comparison",
                                         "name another folder with --output"});
-    if (Status status = work.files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(work.files.check());
     work.files.remove_left_temporaries();
     return work;
 }
@@ -128,15 +123,15 @@ struct Shown {
 };
 // For display: the whole display window, black outside the data window.
 Result<Shown> shown(const BlindWork& work, const std::string& path, int frame) {
-    auto color = sequence::read_color(work.settings.source, path, frame);
-    if (!color.ok()) return color.status();
-    const io::Window &data = color->input.window, &display = color->input.display_window;
+    ASSIGN_OR_RETURN(auto color, sequence::read_color(work.settings.source, path, frame));
+    const io::Window &data = color.input.window, &display = color.input.display_window;
     io::PreviewOptions options;
     options.view = work.settings.view;
-    auto png = io::encode_png_preview(
-        data == display ? color->rgba() : io::placed(color->rgba(), data, display), options);
-    if (!png.ok()) return png.status();
-    return Shown{std::move(*png), display.width(), display.height()};
+    ASSIGN_OR_RETURN(
+        auto png,
+        io::encode_png_preview(
+            data == display ? color.rgba() : io::placed(color.rgba(), data, display), options));
+    return Shown{std::move(png), display.width(), display.height()};
 }
 
 Result<std::vector<blind::Picture>> pictures_of(const BlindWork& work, const StopOnSignal& stop) {
@@ -149,32 +144,30 @@ Result<std::vector<blind::Picture>> pictures_of(const BlindWork& work, const Sto
             log::progress(concat("frame ", frame));
             const auto& files = s < work.sides.size() ? work.sides[s].files : *work.truth;
             const std::string path = files.format(frame);
-            auto image = shown(work, path, frame);
-            if (!image.ok()) return image.status();
+            ASSIGN_OR_RETURN(auto image, shown(work, path, frame));
             if (s == 0) {
-                width = image->width;
-                height = image->height;
-            } else if (image->width != width || image->height != height) {
+                width = image.width;
+                height = image.height;
+            } else if (image.width != width || image.height != height) {
                 return Status(StatusCode::input,
-                              concat(path, ": is ", image->width, "x", image->height,
+                              concat(path, ": is ", image.width, "x", image.height,
                                      " and the first side's frame ", width, "x", height,
                                      "; render all sides at one size"));
             }
-            bytes += image->png.size();
+            bytes += image.png.size();
             if (bytes > kMaxBytes)
                 return Status(StatusCode::usage,
                               concat("the images are larger than ", kMaxBytes >> 20,
                                      " MiB together; choose fewer with --frames"));
-            pictures.push_back({frame, s, std::move(image->png)});
+            pictures.push_back({frame, s, std::move(image.png)});
         }
     }
     return pictures;
 }
 
 Status write(const BlindWork& work, const std::string& path, std::string_view text) {
-    const auto permit = work.files.permit(path);
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(path, text, *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, work.files.permit(path));
+    return io::atomic_write_text(path, text, permit).status();
 }
 
 int make_folder(const Options& options, const BlindOptions& blind) {

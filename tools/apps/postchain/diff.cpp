@@ -26,10 +26,9 @@ Status find_exposures(DiffWork& work, const StopOnSignal& stop) {
     for (size_t i = 0; i < work.frames.size() && !stop.asked(); ++i) {
         const DiffFrame& frame = work.frames[i];
         log::progress(concat("exposures of ", frame.a));
-        auto picture = read_reference(work, frame);
-        if (!picture.ok()) return picture.status();
-        range = metrics::joined(range,
-                                metrics::exposure_range(*picture, work.compare.flip.tone_mapper));
+        ASSIGN_OR_RETURN(auto picture, read_reference(work, frame));
+        range =
+            metrics::joined(range, metrics::exposure_range(picture, work.compare.flip.tone_mapper));
     }
     work.compare.exposures = range;
     return Status();
@@ -109,22 +108,20 @@ bool hides_nonfinite(const DiffWork& work, uint64_t pixels, const std::string& w
 // PNG: magma over 0..shown_max. EXR: the values.
 Status write_map(const DiffWork& work, const std::string& path, const ImageF& map) {
     const auto& row = *metrics::find_map(work.compare.map);
-    const auto permit = work.files.permit(path);
-    if (!permit.ok()) return permit.status();
-    if (path.ends_with(".exr")) return io::write_planes_exr(path, map, {"Y"}, *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, work.files.permit(path));
+    if (path.ends_with(".exr")) return io::write_planes_exr(path, map, {"Y"}, permit).status();
     ImageF shown = map;
     for (float& v : shown.data) v /= float(row.shown_max);
     const auto colors = io::magma_of(shown);
     if (!colors.ok()) return colors.status().at(path);
     const auto png = io::encode_png(*colors);
     if (!png.ok()) return png.status().at(path);
-    return io::atomic_write_text(path, *png, *permit).status();
+    return io::atomic_write_text(path, *png, permit).status();
 }
 
 Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& map) {
     for (const auto& pattern : work.maps)
-        if (Status status = write_map(work, pattern.format(frame.number), map); !status.ok())
-            return status;
+        RETURN_IF_ERROR(write_map(work, pattern.format(frame.number), map));
     return Status();
 }
 

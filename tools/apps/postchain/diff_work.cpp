@@ -24,11 +24,10 @@ Status check_metric(const char* option, const std::string& name, bool sequence) 
 }
 
 Result<metrics::MetricLimit> limit_of(const std::string& text) {
-    auto limit = metrics::parse_limit("--fail-above", text);
-    if (!limit.ok()) return limit.status();
-    const auto* row = metrics::find_metric(limit->metric);
+    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit("--fail-above", text));
+    const auto* row = metrics::find_metric(limit.metric);
     if (row && !row->is_error)
-        return Status(StatusCode::usage, "--fail-above: higher " + limit->metric +
+        return Status(StatusCode::usage, "--fail-above: higher " + limit.metric +
                                              " is better; use an error metric, e.g. mse=0.001");
     return limit;
 }
@@ -108,7 +107,7 @@ Status add_maps(const DiffOptions& diff, DiffWork& work) {
     }
     if (!work.maps.empty())
         work.compare.map = diff.map_metric.empty() ? kDefaultMap : diff.map_metric;
-    if (Status status = work.files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(work.files.check());
     work.files.remove_left_temporaries();
     return Status();
 }
@@ -139,9 +138,7 @@ Result<sequence::ColorFile> read_logged(const DiffWork& work, const std::string&
 Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     DiffWork work;
     work.files = io::OutputFiles(diff.on_existing);
-    auto frames = frames_of(options, diff, work);
-    if (!frames.ok()) return frames.status();
-    work.frames = std::move(*frames);
+    ASSIGN_OR_RETURN(work.frames, frames_of(options, diff, work));
     if (!options.job.profile.empty()) {
         auto profile = find_profile(options.job.profile);
         if (!profile.ok()) return profile.status().at("--profile");
@@ -149,28 +146,24 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     }
     work.source.layer = options.job.layer;
     work.source.view = options.job.view;
-    auto memory = sequence::memory_limit_of(options.job.max_memory);
-    if (!memory.ok()) return memory.status();
-    work.source.max_memory = *memory;
+    ASSIGN_OR_RETURN(work.source.max_memory, sequence::memory_limit_of(options.job.max_memory));
     const bool many = work.frames.size() > 1;
     for (const auto& row : metrics::metric_rows())
         if (diff.metrics.empty()) work.compare.metrics.insert(row.name);
     work.tde = diff.metrics.empty() && many;
     const auto want = [&](const char* option, const std::string& name) {
-        if (Status status = check_metric(option, name, many); !status.ok()) return status;
+        RETURN_IF_ERROR(check_metric(option, name, many));
         if (name == kTde)
             work.tde = true;
         else
             work.compare.metrics.insert(name);
         return Status();
     };
-    for (const auto& name : diff.metrics)
-        if (Status status = want("--metric", name); !status.ok()) return status;
+    for (const auto& name : diff.metrics) RETURN_IF_ERROR(want("--metric", name));
     for (const auto& text : diff.fail_above) {
-        auto limit = limit_of(text);
-        if (!limit.ok()) return limit.status();
-        if (Status status = want("--fail-above", limit->metric); !status.ok()) return status;
-        work.limits.push_back(std::move(*limit));
+        ASSIGN_OR_RETURN(auto limit, limit_of(text));
+        RETURN_IF_ERROR(want("--fail-above", limit.metric));
+        work.limits.push_back(std::move(limit));
     }
     // If only tde is requested, the set must not be empty: that would select all metrics.
     if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
@@ -180,8 +173,8 @@ Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
     if (!diff.tone_mapper.empty())
         work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
     work.compare.flip.threads = threads_of(options);
-    if (Status status = add_maps(diff, work); !status.ok()) return status;
-    if (Status status = check_read(diff, work); !status.ok()) return status;
+    RETURN_IF_ERROR(add_maps(diff, work));
+    RETURN_IF_ERROR(check_read(diff, work));
     return work;
 }
 
@@ -198,7 +191,7 @@ Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
                              wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
     };
     const io::Window& display = a->input.display_window;
-    if (Status s = same("display windows", display, b->input.display_window); !s.ok()) return s;
+    RETURN_IF_ERROR(same("display windows", display, b->input.display_window));
     if (a->input.window != b->input.window) {
         log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
                          b->input.window.text(), ": compared in the display window ",

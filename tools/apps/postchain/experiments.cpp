@@ -44,10 +44,9 @@ void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
 Status complete(experiment::ExperimentSettings& settings, const Options& o,
                 const std::vector<std::string>& chains, const std::vector<Camera>& cameras,
                 int argc, char** argv) {
-    auto run = run_settings_of(o);
-    if (!run.ok()) return run.status();
+    ASSIGN_OR_RETURN(auto run, run_settings_of(o));
     experiment::complete(
-        settings, {std::move(*run), o.job.input, chains, cameras, {argv, argv + argc}, o.threads});
+        settings, {std::move(run), o.job.input, chains, cameras, {argv, argv + argc}, o.threads});
     return Status();
 }
 

@@ -197,15 +197,14 @@ void add_device(CLI::App& subcommand, Options& o) {
 }
 
 Result<ChainFile> load_chain_of(const Options& options) {
-    Result<ChainFile> file =
-        options.recorded_chain.empty()
-            ? load_chain(options.chain, builtin_passes(), options.sets)
-            : parse_chain(options.recorded_chain, "the record of " + options.like, builtin_passes(),
-                          options.sets);
-    if (!file.ok()) return file.status();
-    if (Status status = say(file->diagnostics, log::Level::info); !status.ok()) return status;
+    ASSIGN_OR_RETURN(ChainFile file,
+                     options.recorded_chain.empty()
+                         ? load_chain(options.chain, builtin_passes(), options.sets)
+                         : parse_chain(options.recorded_chain, "the record of " + options.like,
+                                       builtin_passes(), options.sets));
+    RETURN_IF_ERROR(say(file.diagnostics, log::Level::info));
     io::ApertureFiles pictures;
-    if (Status status = pictures.read(file->chain.camera); !status.ok())
+    if (Status status = pictures.read(file.chain.camera); !status.ok())
         return status.at("camera.aperture_image");
     return file;
 }
@@ -213,7 +212,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
 Result<sequence::RunSettings> run_settings_of(const Options& options) {
     Diagnostics notes;
     auto settings = sequence::run_settings_of(options.job, builtin_passes(), notes);
-    if (Status status = say(notes, log::Level::detail); !status.ok()) return status;
+    RETURN_IF_ERROR(say(notes, log::Level::detail));
     if (settings.ok()) settings->version = kVersion;
     if (settings.ok() && !options.recorded_camera.empty())
         settings->source.camera =
@@ -235,9 +234,8 @@ Result<egl::ContextOptions> context_options_of(const Options& options) {
 }
 
 Result<std::unique_ptr<egl::Context>> context_of(const Options& options) {
-    auto context = context_options_of(options);
-    if (!context.ok()) return context.status();
-    return egl::Context::create(*context);
+    ASSIGN_OR_RETURN(auto context, context_options_of(options));
+    return egl::Context::create(context);
 }
 
 }  // namespace postchain

@@ -45,10 +45,9 @@ Result<std::vector<stress::Subject>> subjects() {
         all.push_back({type.name, std::move(chain)});
     }
     for (const char* name : {"paper", "dof_first"}) {
-        auto file = load_chain(name, builtin_passes());
-        if (!file.ok()) return file.status();
-        if (Status status = file->status(); !status.ok()) return status;
-        all.push_back({name, std::move(file->chain)});
+        ASSIGN_OR_RETURN(auto file, load_chain(name, builtin_passes()));
+        RETURN_IF_ERROR(file.status());
+        all.push_back({name, std::move(file.chain)});
     }
     return all;
 }
@@ -69,18 +68,15 @@ Status write_and_read(const std::string& path) {
     const ImageF image = frame_of_values();
     io::OutputFiles files(io::OnExisting::fail);
     files.write(io::OutputFile{path, "the file of the test", ""});
-    if (Status status = files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
-    const auto permit = files.permit(path);
-    if (!permit.ok()) return permit.status();
-    auto written = io::write_planes_exr(path, image, {"R", "G", "B", "A"}, *permit);
-    if (!written.ok()) return written.status();
+    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+    ASSIGN_OR_RETURN(auto written, io::write_planes_exr(path, image, {"R", "G", "B", "A"}, permit));
     const sequence::SourceSettings settings;
-    auto header = sequence::open_source_frame(settings, {{Role::color, path}}, 1);
-    if (!header.ok()) return header.status();
-    auto frame = sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);
-    if (!frame.ok()) return frame.status();
-    const ImageF& read = *frame->planes.at(Role::color);
+    ASSIGN_OR_RETURN(auto header, sequence::open_source_frame(settings, {{Role::color, path}}, 1));
+    ASSIGN_OR_RETURN(auto frame, sequence::read_source_frame(settings, std::move(header), {},
+                                                             io::Keep::nothing));
+    const ImageF& read = *frame.planes.at(Role::color);
     if (read.width != image.width || read.height != image.height || read.channels != 4)
         return Status(StatusCode::output, path + ": has a different size when read back");
     size_t different = 0;

@@ -38,9 +38,7 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     SheetWork work;
     Options with_view = options;
     with_view.job.png = true;  // uses the view of previews
-    auto settings = run_settings_of(with_view);
-    if (!settings.ok()) return settings.status();
-    work.settings = std::move(*settings);
+    ASSIGN_OR_RETURN(work.settings, run_settings_of(with_view));
     if (!sheet.output.ends_with(".png"))
         return Status(StatusCode::usage, "--output: " + sheet.output + " does not end in .png");
     std::vector<io::PathPattern> patterns = {work.settings.input.color()};
@@ -54,7 +52,7 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     }
     work.files.write(
         io::OutputFile{sheet.output, "the contact sheet", "name another with --output"});
-    if (Status status = work.files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(work.files.check());
     work.files.remove_left_temporaries();
 
     std::vector<std::map<int, std::string>> on_disk;
@@ -81,12 +79,11 @@ Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
 
 // The display window, black outside the data window.
 Result<ImageF> read_shown(const SheetWork& work, const std::string& path, int number) {
-    auto color = sequence::read_color(work.settings.source, path, number);
-    if (!color.ok()) return color.status();
-    log::detail(concat(path, ": profile ", color->profile));
-    const io::Window &data = color->input.window, &display = color->input.display_window;
-    if (data == display) return std::move(color->rgba());
-    return io::placed(color->rgba(), data, display);
+    ASSIGN_OR_RETURN(auto color, sequence::read_color(work.settings.source, path, number));
+    log::detail(concat(path, ": profile ", color.profile));
+    const io::Window &data = color.input.window, &display = color.input.display_window;
+    if (data == display) return std::move(color.rgba());
+    return io::placed(color.rgba(), data, display);
 }
 
 // Fitted to the cell, with the image's proportions.

@@ -27,9 +27,8 @@ constexpr const char* kBothOrders[] = {"paper", "dof_first"};
 Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
     std::vector<stress::Subject> subjects;
     if (!options.chain.empty()) {
-        auto file = load_chain_of(options);
-        if (!file.ok()) return file.status();
-        subjects.push_back({options.chain, std::move(file->chain)});
+        ASSIGN_OR_RETURN(auto file, load_chain_of(options));
+        subjects.push_back({options.chain, std::move(file.chain)});
         return subjects;
     }
     if (!options.sets.empty()) return Status(StatusCode::usage, "--set: needs a CHAIN");
@@ -39,10 +38,9 @@ Result<std::vector<stress::Subject>> subjects_of(const Options& options) {
         subjects.push_back({type.name, std::move(chain)});
     }
     for (const char* name : kBothOrders) {
-        auto file = load_chain(name, builtin_passes());
-        if (!file.ok()) return file.status();
-        if (Status status = file->status(); !status.ok()) return status;
-        subjects.push_back({name, std::move(file->chain)});
+        ASSIGN_OR_RETURN(auto file, load_chain(name, builtin_passes()));
+        RETURN_IF_ERROR(file.status());
+        subjects.push_back({name, std::move(file.chain)});
     }
     return subjects;
 }
@@ -101,9 +99,8 @@ io::OutputFiles files_of(const Options& options, const StressOptions& stress,
 }
 
 Status write_file(const io::OutputFiles& files, const std::string& path, const std::string& text) {
-    const auto permit = files.permit(path);
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(path, text, *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+    return io::atomic_write_text(path, text, permit).status();
 }
 
 // The command line, without options that do not affect the figures.

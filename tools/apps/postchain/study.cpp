@@ -20,10 +20,9 @@ namespace postchain {
 namespace {
 
 Result<study::Study> study_of(const std::string& path) {
-    const auto text = read_text_file(path, StatusCode::usage);
-    if (!text.ok()) return text.status();
+    ASSIGN_OR_RETURN(const auto text, read_text_file(path, StatusCode::usage));
     auto file =
-        study::read_study(*text, path, builtin_passes(), study::paths_beside(path), kVersion);
+        study::read_study(text, path, builtin_passes(), study::paths_beside(path), kVersion);
     for (const auto& one : file.diagnostics)
         log::write_as_is(one.severity == Severity::error     ? log::Level::error
                          : one.severity == Severity::warning ? log::Level::warning

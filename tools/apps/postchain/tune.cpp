@@ -31,9 +31,8 @@ Result<io::OutputFiles> files_of(const tune::TuneSettings& settings) {
 
 Status write_chain_file(const tune::Tuning& tuning, const std::string& path,
                         const io::OutputFiles& files) {
-    const auto permit = files.permit(path);
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(path, tune::tuned_chain_file(tuning), *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+    return io::atomic_write_text(path, tune::tuned_chain_file(tuning), permit).status();
 }
 
 }  // namespace

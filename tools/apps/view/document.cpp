@@ -149,13 +149,12 @@ Status Document::set(size_t link, std::string_view key, const ParameterValue& va
     DocumentState next = state().clone();
     ChainLink& one = next.chain.links[link];
     if (link_parameters().find(key)) {
-        if (Status status = link_parameters().set(&one, key, value); !status.ok()) return status;
-        if (Status status = one.check_matte(); !status.ok()) return status;
+        RETURN_IF_ERROR(link_parameters().set(&one, key, value));
+        RETURN_IF_ERROR(one.check_matte());
     } else {
         const ParameterTable& table = *one.type->parameters;
-        if (Status status = table.set(one.pass->parameters(), key, value); !status.ok())
-            return status;
-        if (Status status = table.check(one.pass->parameters()); !status.ok()) return status;
+        RETURN_IF_ERROR(table.set(one.pass->parameters(), key, value));
+        RETURN_IF_ERROR(table.check(one.pass->parameters()));
     }
     push(std::move(next), concat(one.type->name, ".", key));
     return Status();
@@ -167,8 +166,7 @@ Status Document::set_in_all(std::string_view key, const ParameterValue& value) {
         const ParameterTable& table = *link.type->parameters;
         const Parameter* row = table.find(key);
         if (!row || !table.unread(*row, link.pass->parameters()).empty()) continue;
-        if (Status status = table.set(link.pass->parameters(), key, value); !status.ok())
-            return status;
+        RETURN_IF_ERROR(table.set(link.pass->parameters(), key, value));
     }
     push(std::move(next), std::string(key));
     return Status();
@@ -176,12 +174,11 @@ Status Document::set_in_all(std::string_view key, const ParameterValue& value) {
 
 Status Document::set_camera(std::string_view key, const ParameterValue& value) {
     DocumentState next = state().clone();
-    if (Status status = camera_parameters().set(&next.chain.camera, key, value); !status.ok())
-        return status;
-    if (Status status = camera_parameters().check(&next.chain.camera); !status.ok()) return status;
+    RETURN_IF_ERROR(camera_parameters().set(&next.chain.camera, key, value));
+    RETURN_IF_ERROR(camera_parameters().check(&next.chain.camera));
     if (key == "aperture_image") {
         io::ApertureFiles pictures;
-        if (Status status = pictures.read(next.chain.camera); !status.ok()) return status;
+        RETURN_IF_ERROR(pictures.read(next.chain.camera));
     }
     unset_in_passes(next.chain, key);
     if (key == "focus_distance") next.focus_keys.clear();

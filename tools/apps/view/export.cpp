@@ -30,35 +30,29 @@ class FrameFilter {
 
     Result<Image<uint8_t>> shown(int number, const io::PreviewOptions& options,
                                  const std::function<ImageF(const ImageF&)>& change = {}) {
-        auto color = filtered(number);
-        if (!color.ok()) return color.status();
-        return io::shown_image(change ? change(*color) : *color, options);
+        ASSIGN_OR_RETURN(auto color, filtered(number));
+        return io::shown_image(change ? change(color) : color, options);
     }
 
   private:
     Result<ImageF> filtered(int number) {
         const Chain& chain = *job_.chains.at(number);
         const sequence::RunSettings settings = sequence::settings_for(job_.run, {&chain});
-        auto list = io::find_frames(settings.input, io::FrameRange{{number}});
-        if (!list.ok()) return list.status();
-        const auto files = list->files.find(number);
-        if (files == list->files.end())
+        ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, io::FrameRange{{number}}));
+        const auto files = list.files.find(number);
+        if (files == list.files.end())
             return Status(StatusCode::input,
                           sequence::absent_files(number, settings) + ": frame is not on disk");
         sequence::SequenceReader reader(
             settings.source, settings.input, [&](const sequence::FrameHeader& header) {
                 return sequence::planes_needed(chain, settings.source, header, settings.plan);
             });
-        auto inputs = reader.open(number, files->second);
-        if (!inputs.ok()) return inputs.status();
-        auto source = reader.read(*inputs);
-        if (!source.ok()) return source.status();
-        source->description.frame_number = number;
-        auto plan = sequence::plan_source_frame(chain, *source, settings.plan);
-        if (!plan.ok()) return plan.status();
-        auto planes = executor_.filter(*plan, source->planes);
-        if (!planes.ok()) return planes.status();
-        return std::move(planes->at(Role::color));
+        ASSIGN_OR_RETURN(auto inputs, reader.open(number, files->second));
+        ASSIGN_OR_RETURN(auto source, reader.read(inputs));
+        source.description.frame_number = number;
+        ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, source, settings.plan));
+        ASSIGN_OR_RETURN(auto planes, executor_.filter(plan, source.planes));
+        return std::move(planes.at(Role::color));
     }
 
     const ExportJob& job_;
@@ -67,20 +61,18 @@ class FrameFilter {
 
 Status write_frames(const ExportJob& job, Executor& executor, const std::string& renderer,
                     const std::atomic<bool>& stop, const std::function<void(int)>& progress) {
-    auto output = io::PathPattern::parse(job.path);
-    if (!output.ok()) return output.status();
+    ASSIGN_OR_RETURN(auto output, io::PathPattern::parse(job.path));
     sequence::RunSettings settings = job.run;
-    settings.output = std::move(*output);
+    settings.output = std::move(output);
     settings.on_existing = on_existing(job.replace);
     settings.watch.reset();
     // No frame is written if one cannot be.
     settings.frames = io::FrameRange{job.frames};
     std::vector<int> gaps;
-    const auto tasks = sequence::plan_tasks(settings, true, gaps);
-    if (!tasks.ok()) return tasks.status();
+    ASSIGN_OR_RETURN(const auto tasks, sequence::plan_tasks(settings, true, gaps));
     const io::OutputFiles files =
-        sequence::files_of_run(*job.chains.at(job.frames[0]), settings, *tasks);
-    if (Status status = files.check(); !status.ok()) return status;
+        sequence::files_of_run(*job.chains.at(job.frames[0]), settings, tasks);
+    RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
     int done = 0;
     for (const int frame : job.frames) {
@@ -113,17 +105,16 @@ Status write_sheet(const ExportJob& job, FrameFilter& filter, const std::atomic<
     for (size_t i = 0; i < chosen.size(); ++i) {
         if (stop) return stopped(job);
         const int frame = job.frames[chosen[i]];
-        const auto shown = filter.shown(frame, job.display, shrink);
-        if (!shown.ok()) return shown.status();
+        ASSIGN_OR_RETURN(const auto shown, filter.shown(frame, job.display, shrink));
         if (!sheet) {
             layout.cells = int(chosen.size());
             layout.columns = std::max(1, int(std::ceil(std::sqrt(double(chosen.size())))));
-            layout.width = shown->width;
-            layout.height = shown->height;
+            layout.width = shown.width;
+            layout.height = shown.height;
             sheet.emplace(layout);
         }
-        if (shown->width <= layout.width && shown->height <= layout.height)
-            sheet->put(int(i), 0, *shown);
+        if (shown.width <= layout.width && shown.height <= layout.height)
+            sheet->put(int(i), 0, shown);
         else
             sheet->say(int(i), 0, "another size");
         sheet->label(int(i), concat(frame));
@@ -137,23 +128,20 @@ Status write_sheet(const ExportJob& job, FrameFilter& filter, const std::atomic<
 
 Status write_movie(const ExportJob& job, FrameFilter& filter, const std::atomic<bool>& stop,
                    const std::function<void(int)>& progress) {
-    auto made = new_file(job.run, job.path, "the movie", job.replace);
-    if (!made.ok()) return made.status();
+    ASSIGN_OR_RETURN(auto made, new_file(job.run, job.path, "the movie", job.replace));
     std::unique_ptr<Movie> movie;
     int done = 0;
     for (const int frame : job.frames) {
         if (stop) return stopped(job);
-        const auto shown = filter.shown(frame, job.display);
-        if (!shown.ok()) return shown.status();
+        ASSIGN_OR_RETURN(const auto shown, filter.shown(frame, job.display));
         if (!movie) {
-            auto opened = Movie::open(std::move(made->file), shown->width, shown->height, job.fps);
-            if (!opened.ok()) return opened.status();
-            movie = std::move(*opened);
+            ASSIGN_OR_RETURN(movie,
+                             Movie::open(std::move(made.file), shown.width, shown.height, job.fps));
         }
-        if (Status status = movie->add(*shown); !status.ok()) return status;
+        RETURN_IF_ERROR(movie->add(shown));
         progress(++done);
     }
-    return movie->finish(made->on_existing);
+    return movie->finish(made.on_existing);
 }
 
 }  // namespace
@@ -161,19 +149,17 @@ Status write_movie(const ExportJob& job, FrameFilter& filter, const std::atomic<
 Status run_export(const ExportJob& job, const std::atomic<bool>& stop,
                   const std::function<void(int done)>& progress) try {
     if (job.frames.empty()) return Status(StatusCode::usage, "there is no frame to write");
-    auto context = egl::Context::create(job.context);
-    if (!context.ok()) return context.status();
-    Executor executor((*context)->device());
+    ASSIGN_OR_RETURN(auto context, egl::Context::create(job.context));
+    Executor executor(context->device());
     const StopScope stops(executor, &stop);
     if (job.kind == ExportKind::frames)
-        return write_frames(job, executor, sequence::renderer_text((*context)->device()), stop,
+        return write_frames(job, executor, sequence::renderer_text(context->device()), stop,
                             progress);
     FrameFilter filter(job, executor);
     if (job.kind == ExportKind::sheet) return write_sheet(job, filter, stop, progress);
     if (job.kind == ExportKind::movie) return write_movie(job, filter, stop, progress);
-    const auto shown = filter.shown(job.frames[0], job.display);
-    if (!shown.ok()) return shown.status();
-    const auto png = io::encode_png(*shown);
+    ASSIGN_OR_RETURN(const auto shown, filter.shown(job.frames[0], job.display));
+    const auto png = io::encode_png(shown);
     if (!png.ok()) return png.status().at(job.path);
     return save_text(job.run, job.path, *png, "the image", job.replace);
 } catch (...) {

@@ -145,9 +145,8 @@ Status FilterWorker::filter_into(FilterResult& result) {
         sequence::reduce_lengths(smaller, request.scale);
     }
     const Chain& chain = request.scale < 1 ? smaller : *request.chain;
-    auto plan = sequence::plan_source_frame(chain, *source, plan_);
-    if (!plan.ok()) return plan.status();
-    result.resolved = sequence::resolve_values(chain, *source, *plan);
+    ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, *source, plan_));
+    result.resolved = sequence::resolve_values(chain, *source, plan);
     StageObserver observer;
     if (!request.texture.empty() && request.texture != kFillMask)
         observer = [&](const Step&, const PlanTexture& texture, const ImageF& pixels) {
@@ -155,14 +154,12 @@ Status FilterWorker::filter_into(FilterResult& result) {
                 result.texture = std::make_shared<const ImageF>(first_layer(pixels, texture));
             return Status();
         };
-    result.plan = std::make_shared<const Plan>(std::move(*plan));
-    auto planes = executor_->filter(*result.plan, source->planes, observer);
-    if (!planes.ok()) return planes.status();
-    result.color = std::make_shared<const ImageF>(std::move(planes->at(Role::color)));
+    result.plan = std::make_shared<const Plan>(std::move(plan));
+    ASSIGN_OR_RETURN(auto planes, executor_->filter(*result.plan, source->planes, observer));
+    result.color = std::make_shared<const ImageF>(std::move(planes.at(Role::color)));
     result.times = executor_->pass_times();
     result.work_done = executor_->work_done();
-    if (request.texture == kFillMask)
-        if (Status status = read_fill_mask(chain, *source, result); !status.ok()) return status;
+    if (request.texture == kFillMask) RETURN_IF_ERROR(read_fill_mask(chain, *source, result));
     result.counters = executor_->counters();
     return Status();
 }
@@ -173,13 +170,11 @@ Status FilterWorker::read_fill_mask(const Chain& chain, const sequence::SourceFr
         sequence::with_fill_mask(sequence::planned_description(chain, source));
     PlanOptions options = plan_;
     options.outputs.add(Role::layers);
-    auto plan = make_plan(chain, frame, options);
-    if (!plan.ok()) return plan.status();
-    auto planes = executor_->filter(
-        *plan, sequence::planes_with_fill_mask(source.planes, source.description));
-    if (!planes.ok()) return planes.status();
+    ASSIGN_OR_RETURN(auto plan, make_plan(chain, frame, options));
+    ASSIGN_OR_RETURN(auto planes, executor_->filter(plan, sequence::planes_with_fill_mask(
+                                                              source.planes, source.description)));
     result.texture = std::make_shared<const ImageF>(
-        sequence::take_fill_mask(planes->at(Role::layers), frame.height));
+        sequence::take_fill_mask(planes.at(Role::layers), frame.height));
     return Status();
 }
 

@@ -40,13 +40,12 @@ class RenderedScene {
         request.folder = folder_ + "/scene";
         request.frames = {1, 2, 3, 4, 5, 6};
         request.sharp_samples = 1;  // `gbuf` is shown
-        if (auto model = scenes::model_for(request); !model.ok()) return model.status();
-        auto renderer = scenes::SceneRenderer::create(context);
-        if (!renderer.ok()) return renderer.status();
+        RETURN_IF_ERROR(scenes::model_for(request).status());
+        ASSIGN_OR_RETURN(auto renderer, scenes::SceneRenderer::create(context));
         options.job.input = request.folder + "/gbuf.####.exr";
         if (options.job.camera.empty()) options.job.camera = request.folder + "/camera.json";
         const Status status =
-            scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
+            scenes::write_scene(*renderer, request, [&](const scenes::SceneProgress& progress) {
                 log::progress(concat("rendering ", request.name, ", frame ", progress.frame));
                 return !stop;
             });
@@ -62,20 +61,16 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
                                          const egl::ContextOptions& context) {
     view::SessionSettings session;
     session.context = context;
-    auto text = find_chain(options.chain);
-    if (!text.ok()) return text.status();
-    auto chain = load_chain_of(options);
-    if (!chain.ok()) return chain.status();
+    ASSIGN_OR_RETURN(auto text, find_chain(options.chain));
+    ASSIGN_OR_RETURN(auto chain, load_chain_of(options));
     session.chain_name = options.chain;
-    session.chain_text = text->text;
-    session.chain_is_file = !text->shipped;
+    session.chain_text = text.text;
+    session.chain_is_file = !text.shipped;
     session.sets = options.sets;
-    session.chain = std::move(chain->chain);
+    session.chain = std::move(chain.chain);
     Options with_view = options;
     with_view.job.png = true;  // uses the view of previews
-    auto run = run_settings_of(with_view);
-    if (!run.ok()) return run.status();
-    session.run = std::move(*run);
+    ASSIGN_OR_RETURN(session.run, run_settings_of(with_view));
     session.run.preview = false;
     if (session.chain_is_file)
         session.run.other_inputs.push_back({options.chain, "the chain file"});
@@ -92,9 +87,8 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     if (!view.other.empty()) {
         Options other = options;
         other.chain = view.other;
-        auto loaded = load_chain_of(other);
-        if (!loaded.ok()) return loaded.status();
-        session.other = std::move(loaded->chain);
+        ASSIGN_OR_RETURN(auto loaded, load_chain_of(other));
+        session.other = std::move(loaded.chain);
     }
     if (!view.shaders.empty()) {
         if (!std::filesystem::is_directory(view.shaders))

@@ -94,27 +94,22 @@ Status compare_images(const PaintJob& job, Painted& painted) {
     if (job.image->width != job.other->width || job.image->height != job.other->height)
         return Status();
     const bool part = !job.visible.empty();
-    auto pair =
-        part ? metrics::pair_of(part_of(*job.image, job.visible), part_of(*job.other, job.visible))
-             : metrics::pair_of(*job.image, *job.other);
-    if (!pair.ok()) return pair.status();
+    ASSIGN_OR_RETURN(auto pair, part ? metrics::pair_of(part_of(*job.image, job.visible),
+                                                        part_of(*job.other, job.visible))
+                                     : metrics::pair_of(*job.image, *job.other));
     metrics::CompareSettings settings;
     settings.metrics = {shown_metrics().begin(), shown_metrics().end()};
-    auto measured = metrics::compare(*pair, settings);
-    if (!measured.ok()) return measured.status();
-    painted.metrics = std::move(measured->values);
+    ASSIGN_OR_RETURN(auto measured, metrics::compare(pair, settings));
+    painted.metrics = std::move(measured.values);
     const metrics::MapRow* row = metrics::find_map(job.map);
     if (!row) return Status();
-    auto whole = metrics::pair_of(*job.image, *job.other);
-    if (!whole.ok()) return whole.status();
+    ASSIGN_OR_RETURN(auto whole, metrics::pair_of(*job.image, *job.other));
     settings.metrics = {"psnr"};
     settings.map = job.map;
-    auto mapped = metrics::compare(*whole, settings);
-    if (!mapped.ok()) return mapped.status();
-    for (float& value : mapped->map.data) value /= float(row->shown_max);
-    const auto colors = io::magma_of(mapped->map);
-    if (!colors.ok()) return colors.status();
-    painted.map = std::make_shared<const Rgba>(with_alpha(*colors));
+    ASSIGN_OR_RETURN(auto mapped, metrics::compare(whole, settings));
+    for (float& value : mapped.map.data) value /= float(row->shown_max);
+    ASSIGN_OR_RETURN(const auto colors, io::magma_of(mapped.map));
+    painted.map = std::make_shared<const Rgba>(with_alpha(colors));
     painted.legend = concat(row->name, ": black 0 .. bright ", row->shown_max);
     return Status();
 }
@@ -130,9 +125,8 @@ Result<Rgba> painted(const ImageF& image, Look look, const io::PreviewOptions& v
     if (look == Look::values) return gray_of(image, legend);
     if (look == Look::vectors) return hues_of(image, legend);
     if (look == Look::shares) return shares_of(image, legend);
-    const auto bytes = io::shown_image(image, view);
-    if (!bytes.ok()) return bytes.status();
-    return with_alpha(*bytes);
+    ASSIGN_OR_RETURN(const auto bytes, io::shown_image(image, view));
+    return with_alpha(bytes);
 }
 
 Rgba sharpness_limits(const ImageF& inverse_depth, double from, double to) {

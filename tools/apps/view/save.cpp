@@ -15,21 +15,18 @@ Result<NewFile> new_file(const sequence::RunSettings& settings, const std::strin
     for (const auto& [role, pattern] : settings.input.patterns) files.read(pattern, "the input");
     for (const io::InputFile& file : settings.other_inputs) files.read(file);
     files.write(io::OutputFile{path, what, "name another file"});
-    if (Status status = files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
-    const auto permitted = files.permit(path);
-    if (!permitted.ok()) return permitted.status();
-    auto file = io::AtomicFile::create(path);
-    if (!file.ok()) return file.status();
-    return NewFile{std::move(*file), *permitted};
+    ASSIGN_OR_RETURN(const auto permitted, files.permit(path));
+    ASSIGN_OR_RETURN(auto file, io::AtomicFile::create(path));
+    return NewFile{std::move(file), permitted};
 }
 
 Status save_text(const sequence::RunSettings& settings, const std::string& path,
                  const std::string& text, const std::string& what, bool replace) {
-    auto made = new_file(settings, path, what, replace);
-    if (!made.ok()) return made.status();
-    if (Status status = made->file.write(text.data(), text.size()); !status.ok()) return status;
-    return made->file.commit(made->on_existing).status();
+    ASSIGN_OR_RETURN(auto made, new_file(settings, path, what, replace));
+    RETURN_IF_ERROR(made.file.write(text.data(), text.size()));
+    return made.file.commit(made.on_existing).status();
 }
 
 Result<std::string> camera_with_focus(const std::string& camera, const Camera& values,

@@ -64,9 +64,7 @@ Result<std::unique_ptr<Session>> Session::open(SessionSettings settings,
                                                std::function<void()> wake) {
     std::unique_ptr<Session> session(new Session(std::move(settings), wake));
     const SessionSettings& given = session->settings_;
-    auto worker = FilterWorker::start(given.context, given.run.plan, wake);
-    if (!worker.ok()) return worker.status();
-    session->worker_ = std::move(*worker);
+    ASSIGN_OR_RETURN(session->worker_, FilterWorker::start(given.context, given.run.plan, wake));
     const uint64_t memory = given.memory > 0 ? given.memory : sequence::default_memory_limit() / 4;
     session->store_ = std::make_unique<FrameStore>(given.run, memory, wake);
     if (given.truth) session->truth_ = std::make_unique<FrameStore>(*given.truth, memory / 4, wake);
@@ -430,9 +428,7 @@ Status Session::save_chain(const std::string& path, bool replace) {
         const auto text = read_text_file(path, StatusCode::chain);
         own = !text.ok() || *text == chain_text_;
     }
-    if (Status status = save_text(settings, path, saved.text, "the chain file", replace || own);
-        !status.ok())
-        return status;
+    RETURN_IF_ERROR(save_text(settings, path, saved.text, "the chain file", replace || own));
     chain_text_ = saved.text;
     settings_.chain_name = path;
     settings_.chain_is_file = true;

@@ -157,18 +157,14 @@ Status save_camera(Session& session, const std::string& path, bool replace) {
         focus[frame] = focus_at(session.document().state().focus_keys, frame);
     std::string text;
     if (const auto& file = session.settings().run.source.camera; file && !file->file_name.empty()) {
-        auto read = read_text_file(file->file_name, StatusCode::input);
-        if (!read.ok()) return read.status();
-        text = std::move(*read);
+        ASSIGN_OR_RETURN(text, read_text_file(file->file_name, StatusCode::input));
     }
-    const auto json = camera_with_focus(text, camera_of(session), focus);
-    if (!json.ok()) return json.status();
+    ASSIGN_OR_RETURN(const auto json, camera_with_focus(text, camera_of(session), focus));
     sequence::RunSettings settings = session.settings().run;
     if (const auto& file = settings.source.camera; file && file->file_name == path && replace)
         std::erase_if(settings.other_inputs,
                       [&](const io::InputFile& input) { return input.path == path; });
-    if (Status status = save_text(settings, path, *json, "the camera file", replace); !status.ok())
-        return status;
+    RETURN_IF_ERROR(save_text(settings, path, json, "the camera file", replace));
     session.document().keys_saved();
     return Status();
 }

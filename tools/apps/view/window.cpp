@@ -131,7 +131,7 @@ class Loop {
                 const std::chrono::duration<double, std::milli> taken = Clock::now() - start;
                 ui_.add_interface_ms(taken.count());
             }
-            if (Status status = write_state(); !status.ok()) return status;
+            RETURN_IF_ERROR(write_state());
         }
         return Status();
     }

@@ -26,7 +26,7 @@ class AbRun {
         : chains_{&a, &b}, settings_(settings), executor_(executor), stop_(stop) {}
 
     Result<report::Report> run(const ProgressCallback& callback) {
-        if (Status status = start(); !status.ok()) return status;
+        RETURN_IF_ERROR(start());
         // Timing one chain counts as much as one frame.
         ProgressMeter progress(report_.frames.size() + 2, 0, callback);
         progress_ = &progress;
@@ -45,8 +45,8 @@ class AbRun {
         if (!summary.ok()) return summary.status();
         if (stop_ && *stop_) return Status(StatusCode::canceled, "stopped");
         if (!summary->first_failure.ok()) return summary->first_failure;
-        if (Status status = time_both(); !status.ok()) return status;
-        if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
+        RETURN_IF_ERROR(time_both());
+        RETURN_IF_ERROR(io::check_unchanged(basis_.stamps));
         for (report::Variant& variant : report_.variants) find_means(variant.metrics);
         find_means(report_.input_metrics);
         // Drops metrics that only filtered frames have, and metrics without any value.
@@ -64,15 +64,11 @@ class AbRun {
   private:
     Status start() {
         report_.title = chains_[0]->name + " against " + chains_[1]->name;
-        auto basis = open_basis(report::Kind::ab, settings_, report_);
-        if (!basis.ok()) return basis.status();
-        basis_ = std::move(*basis);
+        ASSIGN_OR_RETURN(basis_, open_basis(report::Kind::ab, settings_, report_));
         if (!basis_.truth)
             note("without a ground truth the metrics measure the distance of " + chains_[1]->name +
                  " from " + chains_[0]->name + ", not which is more accurate");
-        auto files = prepare_folder(settings_);
-        if (!files.ok()) return files.status();
-        report_.files = std::move(*files);
+        ASSIGN_OR_RETURN(report_.files, prepare_folder(settings_));
         stability_frames_ = spread_frames(report_.frames, settings_.stability_frames);
         for (const NamedChain* chain : chains_) {
             report::Variant variant;
@@ -161,62 +157,48 @@ class AbRun {
         const auto found = std::find(report_.frames.begin(), report_.frames.end(), number);
         const auto index = size_t(found - report_.frames.begin());
         const bool kept = contains(report_.page_frames, number);
-        auto input = metrics::rgb_image_of(*frame.planes.at(Role::color));
-        if (!input.ok()) return input.status();
+        ASSIGN_OR_RETURN(auto input, metrics::rgb_image_of(*frame.planes.at(Role::color)));
         auto results = filter(frame);
         std::optional<metrics::RgbImage> reference;
         if (basis_.truth && !basis_.truth->has(number)) {
             // Filtered but not measured.
         } else if (basis_.truth) {
-            auto loaded = basis_.truth->load(number);
-            if (!loaded.ok()) return loaded.status();
-            reference = std::move(*loaded);
+            ASSIGN_OR_RETURN(reference, basis_.truth->load(number));
         } else if (results[0]) {
-            auto image = metrics::rgb_image_of(*results[0]);
-            if (!image.ok()) return image.status();
-            reference = std::move(*image);
+            ASSIGN_OR_RETURN(reference, metrics::rgb_image_of(*results[0]));
         }
         if (kept) {
-            if (Status s = store(report::ImageKind::input, -1, number, "input", input->rgb);
-                !s.ok())
-                return s;
+            RETURN_IF_ERROR(store(report::ImageKind::input, -1, number, "input", input.rgb));
             if (basis_.truth)
-                if (Status s = store(report::ImageKind::truth, -1, number, "truth", reference->rgb);
-                    !s.ok())
-                    return s;
+                RETURN_IF_ERROR(
+                    store(report::ImageKind::truth, -1, number, "truth", reference->rgb));
         }
         std::array<std::map<std::string, ImageF>, 2> maps;
         for (size_t v = basis_.truth ? 0 : 1; v < 2 && reference; ++v) {
             if (!results[v]) continue;
-            auto pair = metrics::pair_of(*results[v], reference->rgb);
-            if (!pair.ok()) return pair.status();
-            Status status = judge(report_.variants[v].metrics, steps_in_time_[v], index, *pair,
-                                  basis_.truth ? &*input : nullptr, maps[v]);
-            if (!status.ok()) return status;
+            ASSIGN_OR_RETURN(auto pair, metrics::pair_of(*results[v], reference->rgb));
+            RETURN_IF_ERROR(judge(report_.variants[v].metrics, steps_in_time_[v], index, pair,
+                                  basis_.truth ? &input : nullptr, maps[v]));
         }
         if (basis_.truth && reference)
-            if (Status s = score_input(*input, *reference, index, number, kept); !s.ok()) return s;
+            RETURN_IF_ERROR(score_input(input, *reference, index, number, kept));
         for (size_t v = 0; v < 2 && contains(stability_frames_, number); ++v) {
             if (!results[v]) continue;
-            auto stability = temporal_stability(chains_[v]->chain, frame, *results[v],
-                                                settings_.run.plan, executor_);
-            if (!stability.ok()) return stability.status();
+            ASSIGN_OR_RETURN(auto stability,
+                             temporal_stability(chains_[v]->chain, frame, *results[v],
+                                                settings_.run.plan, executor_));
             const size_t count = report_.frames.size();
-            set_value(report_.variants[v].metrics, "flicker", index, count, stability->flicker);
-            set_value(report_.variants[v].metrics, "grid", index, count, stability->grid);
+            set_value(report_.variants[v].metrics, "flicker", index, count, stability.flicker);
+            set_value(report_.variants[v].metrics, "grid", index, count, stability.grid);
         }
         for (size_t v = 0; v < 2 && kept; ++v) {
             if (!results[v]) continue;
             const std::string name = v == 0 ? "a" : "b";
-            if (Status s = store(report::ImageKind::color, int(v), number, name, *results[v]);
-                !s.ok())
-                return s;
+            RETURN_IF_ERROR(store(report::ImageKind::color, int(v), number, name, *results[v]));
             if (maps[v].empty()) continue;
             for (const char* map : kStoredMaps)
-                if (Status s = store(report::ImageKind::error, int(v), number,
-                                     concat(name, ".", map), maps[v].at(map), map);
-                    !s.ok())
-                    return s;
+                RETURN_IF_ERROR(store(report::ImageKind::error, int(v), number,
+                                      concat(name, ".", map), maps[v].at(map), map));
             worst_.emplace_back(worst_tile(maps[v].at("hdr_flip"), number, kCropPx),
                                 report_.variants[v].name);
         }
@@ -238,23 +220,23 @@ class AbRun {
     Status judge(report::Metrics& metrics, StepsInTime& steps, size_t index,
                  const metrics::Pair& pair, const metrics::RgbImage* input,
                  std::map<std::string, ImageF>& maps) {
-        auto measured = measure(pair, input, basis_.exposures, settings_.flip, true);
-        if (!measured.ok()) return measured.status();
+        ASSIGN_OR_RETURN(auto measured,
+                         measure(pair, input, basis_.exposures, settings_.flip, true));
         const size_t count = report_.frames.size();
         for (const auto& column : report_.metrics) {
-            const auto value = measured->values.find(column.name);
+            const auto value = measured.values.find(column.name);
             set_value(metrics, column.name, index, count,
-                      value == measured->values.end() ? std::nullopt
-                                                      : std::optional<double>(value->second));
+                      value == measured.values.end() ? std::nullopt
+                                                     : std::optional<double>(value->second));
         }
         // Differences over time need consecutive frame numbers.
         const bool follows = index > 0 && report_.frames[index] == report_.frames[index - 1] + 1 &&
                              steps.last_index == int(index) - 1;
         if (!follows) steps.error = metrics::TemporalError();
-        if (Status status = steps.error.add(pair); !status.ok()) return status;
+        RETURN_IF_ERROR(steps.error.add(pair));
         steps.last_index = int(index);
         set_value(metrics, "tde", index, count, follows ? steps.error.last() : std::nullopt);
-        maps = std::move(measured->maps);
+        maps = std::move(measured.maps);
         return Status();
     }
 
@@ -262,14 +244,12 @@ class AbRun {
     // ground truth.
     Status score_input(const metrics::RgbImage& input, const metrics::RgbImage& truth, size_t index,
                        int number, bool kept) {
-        auto pair = metrics::pair_of(input, truth);
-        if (!pair.ok()) return pair.status();
+        ASSIGN_OR_RETURN(auto pair, metrics::pair_of(input, truth));
         std::map<std::string, ImageF> maps;
         Status status =
-            judge(report_.input_metrics, steps_in_time_of_input_, index, *pair, &input, maps);
-        auto noise = noise_of_truth(truth, input);
-        if (!noise.ok()) return noise.status();
-        for (const auto& [name, value] : *noise)
+            judge(report_.input_metrics, steps_in_time_of_input_, index, pair, &input, maps);
+        ASSIGN_OR_RETURN(auto noise, noise_of_truth(truth, input));
+        for (const auto& [name, value] : noise)
             set_value(report_.truth_noise, name, index, report_.frames.size(), value);
         for (const char* map : kStoredMaps)
             if (status.ok() && kept)
@@ -290,14 +270,12 @@ class AbRun {
         for (size_t v = 0; v < 2; ++v) {
             progress_->at("timing " + report_.variants[v].name);
             const Chain& chain = chains_[v]->chain;
-            auto source =
-                read_frame(basis_, settings_.run, frame, chain.required() | chain.optional());
-            if (!source.ok()) return source.status();
-            auto plan = sequence::plan_source_frame(chain, *source, settings_.run.plan);
+            ASSIGN_OR_RETURN(auto source, read_frame(basis_, settings_.run, frame,
+                                                     chain.required() | chain.optional()));
+            auto plan = sequence::plan_source_frame(chain, source, settings_.run.plan);
             if (plan.ok()) {
-                auto timing = time_plan(executor_, *plan, source->planes, settings_.repeats);
-                if (!timing.ok()) return timing.status();
-                report_.variants[v].timing = std::move(*timing);
+                ASSIGN_OR_RETURN(report_.variants[v].timing,
+                                 time_plan(executor_, *plan, source.planes, settings_.repeats));
             }
             if (stop_ && *stop_) return Status(StatusCode::canceled, "stopped");
             progress_->finished();

@@ -14,9 +14,8 @@ Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
                   const egl::ContextOptions& context,
                   const std::function<bool(const std::string&)>& progress) {
     if (!settings.truth.empty()) return Status();
-    auto survey = survey_input(settings.run, settings.flip.tone_mapper, false);
-    if (!survey.ok()) return survey.status();
-    const SceneOfInput scene = find_scene(settings.run, *survey);
+    ASSIGN_OR_RETURN(auto survey, survey_input(settings.run, settings.flip.tone_mapper, false));
+    const SceneOfInput scene = find_scene(settings.run, survey);
     if (!scene.request) {
         settings.no_truth = scene.why_not;
         return Status();
@@ -28,10 +27,9 @@ Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
                                                   frame, ", ", int(100 * share), " %"));
                        });
     if (!pattern.ok()) return pattern.status();
-    const auto model = scenes::model_for(*scene.request);
-    if (!model.ok()) return model.status();
+    ASSIGN_OR_RETURN(const auto model, scenes::model_for(*scene.request));
     for (int frame : scene.request->frames)
-        settings.truth_cameras[frame] = scenes::camera_at(*model, frame);
+        settings.truth_cameras[frame] = scenes::camera_at(model, frame);
     settings.truth = *pattern;
     settings.truth_is = concat("generated: ", scene.request->name, ", ", settings.truth_samples,
                                " samples per pixel");
@@ -64,9 +62,9 @@ Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,
                                                    report::Kind kind, bool with_truth) {
     std::vector<report::MetricLimit> limits;
     for (const auto& text : texts) {
-        auto limit = report::parse_limit(option, text, metric_columns(kind, with_truth));
-        if (!limit.ok()) return limit.status();
-        limits.push_back(std::move(*limit));
+        ASSIGN_OR_RETURN(auto limit,
+                         report::parse_limit(option, text, metric_columns(kind, with_truth)));
+        limits.push_back(std::move(limit));
     }
     return limits;
 }

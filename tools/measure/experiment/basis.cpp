@@ -31,25 +31,22 @@ Result<Basis> open_basis(report::Kind kind, const ExperimentSettings& settings,
     state_conditions(settings, report);
     const auto mapper = settings.flip.tone_mapper;
     Basis basis;
-    auto list = io::find_frames(settings.run.input, settings.run.frames);
-    if (!list.ok()) return list.status();
-    basis.files = std::move(list->files);
+    ASSIGN_OR_RETURN(auto list, io::find_frames(settings.run.input, settings.run.frames));
+    basis.files = std::move(list.files);
     for (const auto& [frame, files] : basis.files)
         for (const auto& [role, path] : files) basis.stamps.push_back(io::FileStamp::of(path));
-    auto survey = survey_input(settings.run, mapper, settings.truth.empty());
-    if (!survey.ok()) return survey.status();
-    report.frames = survey->frames;
-    report.width = survey->width;
-    report.height = survey->height;
-    basis.exposures = survey->exposures;
+    ASSIGN_OR_RETURN(auto survey, survey_input(settings.run, mapper, settings.truth.empty()));
+    report.frames = survey.frames;
+    report.width = survey.width;
+    report.height = survey.height;
+    basis.exposures = survey.exposures;
     if (!settings.truth.empty()) {
-        auto truth = Truth::open(settings.truth, report.frames);
-        if (!truth.ok()) return truth.status();
-        for (const std::string& path : truth->paths())
+        ASSIGN_OR_RETURN(auto truth, Truth::open(settings.truth, report.frames));
+        for (const std::string& path : truth.paths())
             basis.stamps.push_back(io::FileStamp::of(path));
-        if (Status status = truth->survey(settings.run, mapper); !status.ok()) return status;
-        basis.exposures = truth->exposures();
-        basis.truth = std::move(*truth);
+        RETURN_IF_ERROR(truth.survey(settings.run, mapper));
+        basis.exposures = truth.exposures();
+        basis.truth = std::move(truth);
         report.truth = settings.truth_is.empty() ? settings.truth : settings.truth_is;
         report.reference = "truth";
     } else {
@@ -79,9 +76,8 @@ Result<sequence::SourceFrame> read_frame(const Basis& basis, const sequence::Run
                                          int frame, RoleSet wanted) {
     sequence::SequenceReader reader(run.source, run.input,
                                     [&](const sequence::FrameHeader&) { return wanted; });
-    const auto inputs = reader.open(frame, basis.files.at(frame));
-    if (!inputs.ok()) return inputs.status();
-    auto source = reader.read(*inputs);
+    ASSIGN_OR_RETURN(const auto inputs, reader.open(frame, basis.files.at(frame)));
+    auto source = reader.read(inputs);
     if (source.ok()) source->description.frame_number = frame;
     return source;
 }

@@ -31,14 +31,14 @@ class BenchRun {
           stop_(stop) {}
 
     Result<report::Report> run(const ProgressCallback& callback) {
-        if (Status status = start(); !status.ok()) return status;
+        RETURN_IF_ERROR(start());
         const std::vector<int> open = frames_to_do();
         ProgressMeter progress(report_.frames.size() * variants_.size() + variants_.size(), done_,
                                callback);
         progress_ = &progress;
-        if (Status status = measure_frames(open); !status.ok()) return status;
-        if (Status status = time_all(); !status.ok()) return status;
-        if (Status status = finish(); !status.ok()) return status;
+        RETURN_IF_ERROR(measure_frames(open));
+        RETURN_IF_ERROR(time_all());
+        RETURN_IF_ERROR(finish());
         return std::move(report_);
     }
 
@@ -46,9 +46,7 @@ class BenchRun {
     // ------------------------------------------------------------------------ conditions
     Status start() {
         report_.title = settings_.chain_name + ": error against run time";
-        auto basis = open_basis(report::Kind::bench, settings_, report_);
-        if (!basis.ok()) return basis.status();
-        basis_ = std::move(*basis);
+        ASSIGN_OR_RETURN(basis_, open_basis(report::Kind::bench, settings_, report_));
         if (!basis_.truth)
             report_.notes.push_back(
                 "no model error: " + report_.no_truth +
@@ -69,7 +67,7 @@ class BenchRun {
                 settings_.truth_cameras.empty())
                 note("variants differ in camera but share one ground truth");
         }
-        if (Status status = warn_of_cameras(); !status.ok()) return status;
+        RETURN_IF_ERROR(warn_of_cameras());
         for (const auto& seed : seeds_of(variants_[0].chain)) report_.seeds.push_back(seed);
         report_.files = files_;
         store_.emplace(settings_.folder, conditions_of(report_, settings_, variants_), files_);
@@ -81,12 +79,12 @@ class BenchRun {
     Status warn_of_cameras() {
         std::set<const BenchVariant*> named;
         for (const auto& [frame, camera] : settings_.truth_cameras) {
-            const auto header =
-                sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame);
-            if (!header.ok()) return header.status();
+            ASSIGN_OR_RETURN(
+                const auto header,
+                sequence::open_source_frame(settings_.run.source, basis_.files.at(frame), frame));
             for (const BenchVariant& variant : variants_) {
                 if (named.contains(&variant)) continue;
-                const auto texts = differences_from_truth(variant.chain, *header, camera);
+                const auto texts = differences_from_truth(variant.chain, header, camera);
                 if (texts.empty()) continue;
                 named.insert(&variant);
                 report_.warnings.push_back(
@@ -222,33 +220,32 @@ class BenchRun {
 
     // `stamps`: of the files the frame was made from.
     Status visit(const sequence::SourceFrame& source, const std::vector<io::FileStamp>& stamps) {
-        auto frame = BenchFrame::open(settings_, basis_, executor_, wanted_, source,
-                                      basis_.follows(source.description.frame_number));
-        if (!frame.ok()) return frame.status();
-        const int number = frame->number();
+        ASSIGN_OR_RETURN(auto frame,
+                         BenchFrame::open(settings_, basis_, executor_, wanted_, source,
+                                          basis_.follows(source.description.frame_number)));
+        const int number = frame.number();
         for (const auto& text : notes_on_neighbors(source)) note(text);
         if (kept(number)) {
             Status status = report::store_image(
                 report_, report::stored_image(report::ImageKind::input, -1, number, "input"),
-                frame->input().rgb);
-            if (status.ok() && frame->truth())
+                frame.input().rgb);
+            if (status.ok() && frame.truth())
                 status = report::store_image(
                     report_, report::stored_image(report::ImageKind::truth, -1, number, "truth"),
-                    frame->truth()->rgb);
+                    frame.truth()->rgb);
             if (!status.ok()) return status;
         }
-        if (frame->truth() && !input_results_.count(number))
-            if (Status status = score_input(*frame, stamps); !status.ok()) return status;
+        if (frame.truth() && !input_results_.count(number))
+            RETURN_IF_ERROR(score_input(frame, stamps));
         for (size_t v = 0; v < variants_.size(); ++v) {
             if (stopped()) return Status(StatusCode::canceled, "stopped");
             if (results_[v].count(number)) continue;
             progress_->at(concat("frame ", number, ", ", variants_[v].name));
-            auto found = frame->measure(variants_[v].chain, split(number),
-                                        contains(stability_frames_, number));
+            auto found = frame.measure(variants_[v].chain, split(number),
+                                       contains(stability_frames_, number));
             if (found.ok()) {
                 // If one result cannot be written, neither can the others.
-                if (Status status = keep(v, number, std::move(*found), stamps); !status.ok())
-                    return status;
+                RETURN_IF_ERROR(keep(v, number, std::move(*found), stamps));
             } else {
                 std::string& failure = report_.variants[v].failure;
                 failure += concat(failure.empty() ? "" : "; ", "frame ", number, ": ",
@@ -261,24 +258,19 @@ class BenchRun {
 
     Status score_input(const BenchFrame& frame, const std::vector<io::FileStamp>& stamps) {
         const int number = frame.number();
-        auto found = frame.measure_input();
-        if (!found.ok()) return found.status();
+        ASSIGN_OR_RETURN(auto found, frame.measure_input());
         for (const char* map : kStoredMaps)
             if (kept(number))
-                if (Status status = report::store_image(report_, input_error_entry(number, map),
-                                                        found->maps.at(map));
-                    !status.ok())
-                    return status;
-        auto noise = noise_of_truth(*frame.truth(), frame.input());
-        if (!noise.ok()) return noise.status();
+                RETURN_IF_ERROR(report::store_image(report_, input_error_entry(number, map),
+                                                    found.maps.at(map)));
+        ASSIGN_OR_RETURN(auto noise, noise_of_truth(*frame.truth(), frame.input()));
         FrameResult of_truth;
-        of_truth.metrics = std::move(*noise);
-        auto work = work_of_input(number);
-        if (!work.ok()) return work.status();
-        Status status = keep_result(report::kInputName, number, *work, found->result, stamps);
-        if (status.ok()) status = keep_result(kTruthName, number, *work, of_truth, stamps);
+        of_truth.metrics = std::move(noise);
+        ASSIGN_OR_RETURN(auto work, work_of_input(number));
+        Status status = keep_result(report::kInputName, number, work, found.result, stamps);
+        if (status.ok()) status = keep_result(kTruthName, number, work, of_truth, stamps);
         if (!status.ok()) return status;
-        input_results_[number] = std::move(found->result);
+        input_results_[number] = std::move(found.result);
         truth_results_[number] = std::move(of_truth);
         return Status();
     }
@@ -287,7 +279,7 @@ class BenchRun {
     Status keep_result(const std::string& name, int number, const std::string& work,
                        const FrameResult& result, const std::vector<io::FileStamp>& stamps) {
         for (const auto& files : {stamps, basis_.stamps})
-            if (Status status = io::check_unchanged(files); !status.ok()) return status;
+            RETURN_IF_ERROR(io::check_unchanged(files));
         return store_->keep(name, number, work, result);
     }
 
@@ -310,11 +302,8 @@ class BenchRun {
         FrameResult& result = found.result;
         if (result.split && !basis_.truth)
             result.split->notes.push_back("no model error: " + report_.no_truth);
-        auto work = work_of(v, number);
-        if (!work.ok()) return work.status();
-        if (Status status = keep_result(name_of_variant(v), number, *work, result, stamps);
-            !status.ok())
-            return status;
+        ASSIGN_OR_RETURN(auto work, work_of(v, number));
+        RETURN_IF_ERROR(keep_result(name_of_variant(v), number, work, result, stamps));
         results_[v][number] = std::move(result);
         return Status();
     }
@@ -331,14 +320,11 @@ class BenchRun {
                 progress_->finished();
             } else if (!variant.timing) {
                 progress_->at("timing " + variant.name);
-                auto work = work_of(v, frame);
-                if (!work.ok()) return work.status();
-                if (Status status = time_one(v, frame, source); !status.ok()) return status;
-                if (Status status = io::check_unchanged(basis_.stamps); !status.ok()) return status;
+                ASSIGN_OR_RETURN(auto work, work_of(v, frame));
+                RETURN_IF_ERROR(time_one(v, frame, source));
+                RETURN_IF_ERROR(io::check_unchanged(basis_.stamps));
                 if (variant.timing)
-                    if (Status status = store_->keep(name_of_variant(v), *work, *variant.timing);
-                        !status.ok())
-                        return status;
+                    RETURN_IF_ERROR(store_->keep(name_of_variant(v), work, *variant.timing));
                 progress_->finished();
             }
         }
@@ -349,9 +335,7 @@ class BenchRun {
 
     Status time_one(size_t v, int frame, std::optional<sequence::SourceFrame>& source) {
         if (!source) {
-            auto read = read_frame(basis_, settings_.run, frame, wanted_);
-            if (!read.ok()) return read.status();
-            source = std::move(*read);
+            ASSIGN_OR_RETURN(source, read_frame(basis_, settings_.run, frame, wanted_));
         }
         report::Variant& variant = report_.variants[v];
         auto plan = sequence::plan_source_frame(variants_[v].chain, *source, settings_.run.plan);
@@ -388,9 +372,8 @@ class BenchRun {
                 const report::StoredImage* map =
                     report_.find(report::ImageKind::error, int(v), frame, "hdr_flip");
                 if (!map) continue;
-                auto pixels = report::load_image(report_, *map);
-                if (!pixels.ok()) return pixels.status();
-                worst.emplace_back(worst_tile(*pixels, frame, kCropPx), variant.name);
+                ASSIGN_OR_RETURN(auto pixels, report::load_image(report_, *map));
+                worst.emplace_back(worst_tile(pixels, frame, kCropPx), variant.name);
             }
         }
         for (size_t i = 0; i < count; ++i) {

@@ -11,17 +11,14 @@ Result<BenchFrame> BenchFrame::open(const BenchSettings& settings, const Basis& 
                                     const sequence::SourceFrame& frame, bool after) {
     BenchFrame made(settings, basis, executor);
     made.frame_ = &frame;
-    auto input = metrics::rgb_image_of(*frame.planes.at(Role::color));
-    if (!input.ok()) return input.status();
-    made.input_ = std::move(*input);
+    ASSIGN_OR_RETURN(made.input_, metrics::rgb_image_of(*frame.planes.at(Role::color)));
     if (!basis.truth || !basis.truth->has(made.number())) return made;
     auto truth = basis.truth->load(made.number());
     if (!truth.ok()) return truth.status();
     made.truth_ = std::move(*truth);
     if (!after) return made;
-    auto before = read_frame(basis, settings.run, made.number() - 1, wanted);
-    if (!before.ok()) return before.status();
-    made.frame_before_ = std::move(*before);
+    ASSIGN_OR_RETURN(made.frame_before_,
+                     read_frame(basis, settings.run, made.number() - 1, wanted));
     truth = basis.truth->load(made.number() - 1);
     if (!truth.ok()) return truth.status();
     made.truth_before_ = std::move(*truth);
@@ -30,15 +27,13 @@ Result<BenchFrame> BenchFrame::open(const BenchSettings& settings, const Basis& 
 
 Result<ImageF> BenchFrame::filtered(const Chain& chain, const sequence::SourceFrame& frame,
                                     std::vector<Elision>* elisions) {
-    auto plan = sequence::plan_source_frame(chain, frame, settings_->run.plan);
-    if (!plan.ok()) return plan.status();
-    auto result = executor_->filter(*plan, frame.planes);
-    if (!result.ok()) return result.status();
+    ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, frame, settings_->run.plan));
+    ASSIGN_OR_RETURN(auto result, executor_->filter(plan, frame.planes));
     if (elisions)
-        for (const Elision& elision : plan->elisions)
-            if (const auto found = found_in(elision, *plan, executor_->work_done()))
+        for (const Elision& elision : plan.elisions)
+            if (const auto found = found_in(elision, plan, executor_->work_done()))
                 elisions->push_back(*found);
-    return std::move(result->at(Role::color));
+    return std::move(result.at(Role::color));
 }
 
 // Variants that differ only in converging rows share one converged image.
@@ -46,10 +41,9 @@ Result<const Converged*> BenchFrame::converge_once(const Chain& chain) {
     const std::string text = converged_chain(chain, nullptr).text();
     auto found = converged_.find(text);
     if (found == converged_.end()) {
-        auto made =
-            converge(chain, frame_->description, frame_->planes, settings_->run.plan, *executor_);
-        if (!made.ok()) return made.status();
-        found = converged_.emplace(text, std::move(*made)).first;
+        ASSIGN_OR_RETURN(auto made, converge(chain, frame_->description, frame_->planes,
+                                             settings_->run.plan, *executor_));
+        found = converged_.emplace(text, std::move(made)).first;
     }
     // The list of changes belongs to the first variant only.
     found->second.changes.clear();
@@ -60,70 +54,57 @@ Result<const Converged*> BenchFrame::converge_once(const Chain& chain) {
 // tde: the difference to the previous frame, from which `before` was made.
 Status BenchFrame::measure_step(const ImageF& before, const metrics::Pair& pair,
                                 FrameResult& result) const {
-    auto pair_before = metrics::pair_of(before, truth_before_->rgb);
-    if (!pair_before.ok()) return pair_before.status();
+    ASSIGN_OR_RETURN(auto pair_before, metrics::pair_of(before, truth_before_->rgb));
     metrics::TemporalError temporal;
-    Status status = temporal.add(*pair_before);
+    Status status = temporal.add(pair_before);
     if (status.ok()) status = temporal.add(pair);
     if (status.ok()) result.metrics["tde"] = *temporal.last();
     return status;
 }
 
 Result<Findings> BenchFrame::measure_input() const {
-    auto pair = metrics::pair_of(input_, *truth_);
-    if (!pair.ok()) return pair.status();
-    auto measured = experiment::measure(*pair, &input_, basis_->exposures, settings_->flip, false);
-    if (!measured.ok()) return measured.status();
+    ASSIGN_OR_RETURN(auto pair, metrics::pair_of(input_, *truth_));
+    ASSIGN_OR_RETURN(auto measured,
+                     experiment::measure(pair, &input_, basis_->exposures, settings_->flip, false));
     Findings found;
-    found.result.metrics = std::move(measured->values);
-    found.maps = std::move(measured->maps);
+    found.result.metrics = std::move(measured.values);
+    found.maps = std::move(measured.maps);
     if (frame_before_)
-        if (Status status =
-                measure_step(*frame_before_->planes.at(Role::color), *pair, found.result);
-            !status.ok())
-            return status;
+        RETURN_IF_ERROR(measure_step(*frame_before_->planes.at(Role::color), pair, found.result));
     return found;
 }
 
 Result<Findings> BenchFrame::measure(const Chain& chain, bool split, bool stability) {
     Findings found;
-    auto color = filtered(chain, *frame_, &found.result.elisions);
-    if (!color.ok()) return color.status();
-    found.color = std::move(*color);
+    ASSIGN_OR_RETURN(found.color, filtered(chain, *frame_, &found.result.elisions));
     if (stability) {
-        auto measures =
-            temporal_stability(chain, *frame_, found.color, settings_->run.plan, *executor_);
-        if (!measures.ok()) return measures.status();
-        if (measures->flicker) found.result.metrics["flicker"] = *measures->flicker;
-        if (measures->grid) found.result.metrics["grid"] = *measures->grid;
+        ASSIGN_OR_RETURN(auto measures, temporal_stability(chain, *frame_, found.color,
+                                                           settings_->run.plan, *executor_));
+        if (measures.flicker) found.result.metrics["flicker"] = *measures.flicker;
+        if (measures.grid) found.result.metrics["grid"] = *measures.grid;
     }
     // Filtered but not measured: only other frames have a ground truth.
     if (!truth_ && basis_->truth) return found;
     if (!truth_ || split) {
-        auto converged = converge_once(chain);
-        if (!converged.ok()) return converged.status();
-        found.converged = *converged;
+        ASSIGN_OR_RETURN(found.converged, converge_once(chain));
     }
-    auto pair = metrics::pair_of(found.color, truth_ ? truth_->rgb : found.converged->rgb);
-    if (!pair.ok()) return pair.status();
-    auto measured = experiment::measure(*pair, truth_ ? &input_ : nullptr, basis_->exposures,
-                                        settings_->flip, false);
-    if (!measured.ok()) return measured.status();
-    found.result.metrics.merge(measured->values);
-    found.maps = std::move(measured->maps);
+    ASSIGN_OR_RETURN(auto pair,
+                     metrics::pair_of(found.color, truth_ ? truth_->rgb : found.converged->rgb));
+    ASSIGN_OR_RETURN(auto measured, experiment::measure(pair, truth_ ? &input_ : nullptr,
+                                                        basis_->exposures, settings_->flip, false));
+    found.result.metrics.merge(measured.values);
+    found.maps = std::move(measured.maps);
     if (frame_before_) {
-        auto before = filtered(chain, *frame_before_, nullptr);
-        if (!before.ok()) return before.status();
-        if (Status status = measure_step(*before, *pair, found.result); !status.ok()) return status;
+        ASSIGN_OR_RETURN(auto before, filtered(chain, *frame_before_, nullptr));
+        RETURN_IF_ERROR(measure_step(before, pair, found.result));
     }
     if (!split) return found;
-    auto reference = run_reference(chain, frame_->description, frame_->planes, settings_->run.plan);
-    if (!reference.ok()) return reference.status();
-    auto parts =
-        split_error(number(), found.color, reference->planes.at(Role::color), *found.converged,
-                    truth_ ? &*truth_ : nullptr, basis_->exposures, settings_->flip);
-    if (!parts.ok()) return parts.status();
-    found.result.split = std::move(*parts);
+    ASSIGN_OR_RETURN(auto reference, run_reference(chain, frame_->description, frame_->planes,
+                                                   settings_->run.plan));
+    ASSIGN_OR_RETURN(
+        found.result.split,
+        split_error(number(), found.color, reference.planes.at(Role::color), *found.converged,
+                    truth_ ? &*truth_ : nullptr, basis_->exposures, settings_->flip));
     return found;
 }
 

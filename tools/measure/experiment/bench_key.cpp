@@ -13,9 +13,8 @@ Result<std::string> files_of(const Chain& chain, int frame, const BenchSettings&
         settings.run.source, settings.run.input, [&](const sequence::FrameHeader& header) {
             return sequence::planes_needed(chain, settings.run.source, header, settings.run.plan);
         });
-    const auto inputs = reader.open(frame, basis.files.at(frame));
-    if (!inputs.ok()) return inputs.status();
-    std::string work = sequence::fingerprint_of(chain, settings.run, *inputs);
+    ASSIGN_OR_RETURN(const auto inputs, reader.open(frame, basis.files.at(frame)));
+    std::string work = sequence::fingerprint_of(chain, settings.run, inputs);
     if (basis.has_truth(frame)) work += " truth " + basis.truth->identity(frame);
     return work;
 }
@@ -37,12 +36,10 @@ std::string conditions_of(const report::Report& report, const BenchSettings& set
 
 Result<std::string> work_on(const Chain& chain, int frame, const std::string& more,
                             const BenchSettings& settings, const Basis& basis) {
-    auto work = files_of(chain, frame, settings, basis);
-    if (!work.ok()) return work.status();
-    if (!basis.follows(frame)) return *work + more;
-    auto before = files_of(chain, frame - 1, settings, basis);
-    if (!before.ok()) return before.status();
-    return *work + more + " after " + *before;
+    ASSIGN_OR_RETURN(auto work, files_of(chain, frame, settings, basis));
+    if (!basis.follows(frame)) return work + more;
+    ASSIGN_OR_RETURN(auto before, files_of(chain, frame - 1, settings, basis));
+    return work + more + " after " + before;
 }
 
 }  // namespace postchain::experiment

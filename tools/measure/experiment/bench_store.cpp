@@ -24,9 +24,8 @@ BenchStore::BenchStore(std::string folder, std::string conditions, io::OutputFil
     : folder_(folder + "/results"), conditions_(std::move(conditions)), files_(std::move(files)) {}
 
 Status BenchStore::save(const std::string& path, const std::string& text) const {
-    const auto permit = files_.permit(path);
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(path, text, *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
+    return io::atomic_write_text(path, text, permit).status();
 }
 
 Status BenchStore::prepare() const {

@@ -56,8 +56,7 @@ Result<bool> choose_under(report::Report& report, const std::vector<report::Metr
                                       report::figure(*mean_of(*cheapest, limit.metric)), " in ",
                                       report::figure(cheapest->timing->total.median_ms, 3),
                                       " ms; its chain is ", file));
-        const Status written = report.write(report.folder + "/" + file, cheapest->chain_text);
-        if (!written.ok()) return written;
+        RETURN_IF_ERROR(report.write(report.folder + "/" + file, cheapest->chain_text));
     }
     return all;
 }

@@ -24,16 +24,14 @@ const std::vector<std::string>& side_by_side() {
 Result<std::map<std::string, double>> measure_part(const ImageF& test, const ImageF& reference,
                                                    const metrics::ExposureRange& exposures,
                                                    const metrics::FlipSettings& flip) {
-    auto pair = metrics::pair_of(test, reference);
-    if (!pair.ok()) return pair.status();
+    ASSIGN_OR_RETURN(auto pair, metrics::pair_of(test, reference));
     metrics::CompareSettings settings;
     settings.metrics = {side_by_side().begin(), side_by_side().end()};
     settings.exposures = exposures;
     settings.flip = flip;
-    auto compared = metrics::compare(*pair, settings);
-    if (!compared.ok()) return compared.status();
+    ASSIGN_OR_RETURN(auto compared, metrics::compare(pair, settings));
     std::map<std::string, double> values;
-    for (const auto& [name, value] : compared->values)
+    for (const auto& [name, value] : compared.values)
         if (value) values[name] = *value;
     return values;
 }
@@ -110,11 +108,9 @@ Result<Converged> converge(const Chain& chain, const FrameDescription& frame, Pl
     ImageD mean, squares;  // Welford's running mean and sum of squares
     ImageF first;
     for (int i = 0; i < count; ++i) {
-        auto plan = make_plan(with_seed_offset(many, i), known, exact);
-        if (!plan.ok()) return plan.status();
-        auto result = executor.filter(*plan, planes);
-        if (!result.ok()) return result.status();
-        const ImageF& color = result->at(Role::color);
+        ASSIGN_OR_RETURN(auto plan, make_plan(with_seed_offset(many, i), known, exact));
+        ASSIGN_OR_RETURN(auto result, executor.filter(plan, planes));
+        const ImageF& color = result.at(Role::color);
         if (i == 0) {
             mean = squares = ImageD(color.width, color.height, 3);
             first = color;
@@ -162,9 +158,8 @@ Result<report::ErrorSplit> split_error(int frame, const ImageF& gpu, const Image
         split.notes.push_back("no pass of this chain samples: sampling error 0 by definition");
     const auto side = [&](const ImageF& test, const ImageF& against,
                           std::optional<double> report::ErrorParts::*part) {
-        auto values = measure_part(test, against, exposures, flip);
-        if (!values.ok()) return values.status();
-        for (const auto& [name, value] : *values) split.others[name].*part = value;
+        ASSIGN_OR_RETURN(auto values, measure_part(test, against, exposures, flip));
+        for (const auto& [name, value] : values) split.others[name].*part = value;
         return Status();
     };
     Status status = side(gpu, rounded, &report::ErrorParts::precision);

@@ -94,20 +94,18 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::RgbImage* inp
     settings.map = "hdr_flip";
     for (const auto& row : metrics::metric_rows())
         if (row.name != "flip") settings.metrics.insert(row.name);
-    auto most = metrics::compare(pair, settings);
-    if (!most.ok()) return most.status();
-    for (const auto& [name, value] : most->values)
+    ASSIGN_OR_RETURN(auto most, metrics::compare(pair, settings));
+    for (const auto& [name, value] : most.values)
         if (value) measured.values[name] = *value;
-    measured.maps["hdr_flip"] = std::move(most->map);
+    measured.maps["hdr_flip"] = std::move(most.map);
     metrics::FlipResult ldr = metrics::flip(pair, flip);
     measured.values["flip"] = ldr.mean;
     measured.maps["flip"] = std::move(ldr.map);
     if (input) {
-        auto sharp = metrics::sharpness(pair, *input);
-        if (!sharp.ok()) return sharp.status();
-        if (sharp->edges_in_blurred) measured.values["edges_in_blurred"] = *sharp->edges_in_blurred;
-        if (sharp->sharpness_in_focus)
-            measured.values["sharpness_in_focus"] = *sharp->sharpness_in_focus;
+        ASSIGN_OR_RETURN(auto sharp, metrics::sharpness(pair, *input));
+        if (sharp.edges_in_blurred) measured.values["edges_in_blurred"] = *sharp.edges_in_blurred;
+        if (sharp.sharpness_in_focus)
+            measured.values["sharpness_in_focus"] = *sharp.sharpness_in_focus;
     }
     if (!maps) return measured;
     measured.maps["relmse"] = metrics::relmse_map(pair);
@@ -118,10 +116,9 @@ Result<Measured> measure(const metrics::Pair& pair, const metrics::RgbImage* inp
 
 Result<std::map<std::string, double>> noise_of_truth(const metrics::RgbImage& truth,
                                                      const metrics::RgbImage& input) {
-    auto noise = metrics::truth_noise(truth, input);
-    if (!noise.ok()) return noise.status();
-    std::map<std::string, double> values = std::move(noise->of_no_error);
-    values[report::kNoiseSigma] = noise->sigma;
+    ASSIGN_OR_RETURN(auto noise, metrics::truth_noise(truth, input));
+    std::map<std::string, double> values = std::move(noise.of_no_error);
+    values[report::kNoiseSigma] = noise.sigma;
     return values;
 }
 

@@ -134,11 +134,11 @@ Status remove_report(const std::string& folder) {
 Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings) {
     auto files = files_of(settings);
     if (!files.ok()) return files;
-    if (Status status = files->check(); !status.ok()) return status;
+    RETURN_IF_ERROR(files->check());
     files->remove_left_temporaries();
     if (settings.on_existing == io::OnExisting::overwrite)
-        if (Status status = remove_report(settings.folder); !status.ok()) return status;
-    if (Status status = files->make_folders(); !status.ok()) return status;
+        RETURN_IF_ERROR(remove_report(settings.folder));
+    RETURN_IF_ERROR(files->make_folders());
     return files;
 }
 

@@ -9,9 +9,8 @@ namespace postchain::experiment {
 namespace {
 
 Result<metrics::RgbImage> filtered_with(const Plan& plan, PlaneView planes, Executor& executor) {
-    auto result = executor.filter(plan, planes);
-    if (!result.ok()) return result.status();
-    return metrics::rgb_image_of(result->at(Role::color));
+    ASSIGN_OR_RETURN(auto result, executor.filter(plan, planes));
+    return metrics::rgb_image_of(result.at(Role::color));
 }
 
 }  // namespace
@@ -45,17 +44,15 @@ Result<TemporalStability> temporal_stability(const Chain& chain, const sequence:
                                              const ImageF& filtered, const PlanOptions& options,
                                              Executor& executor) {
     TemporalStability result;
-    auto image = metrics::rgb_image_of(filtered);
-    if (!image.ok()) return image.status();
+    ASSIGN_OR_RETURN(auto image, metrics::rgb_image_of(filtered));
     if (has_seeds(chain)) {
         metrics::Flicker flicker;
-        if (Status status = flicker.add(*image); !status.ok()) return status;
+        RETURN_IF_ERROR(flicker.add(image));
         for (int i = 1; i < kFlickerSeeds; ++i) {
-            auto plan = sequence::plan_source_frame(with_seed_offset(chain, i), frame, options);
-            if (!plan.ok()) return plan.status();
-            auto other = filtered_with(*plan, frame.planes, executor);
-            if (!other.ok()) return other.status();
-            if (Status status = flicker.add(*other); !status.ok()) return status;
+            ASSIGN_OR_RETURN(
+                auto plan, sequence::plan_source_frame(with_seed_offset(chain, i), frame, options));
+            ASSIGN_OR_RETURN(auto other, filtered_with(plan, frame.planes, executor));
+            RETURN_IF_ERROR(flicker.add(other));
         }
         result.flicker = flicker.mean();
     }
@@ -63,16 +60,14 @@ Result<TemporalStability> temporal_stability(const Chain& chain, const sequence:
     const auto shifts = grid_shifts(tile, filtered.width, filtered.height);
     if (shifts.empty()) return result;
     // The plan's facts are bounds over the frame, so they hold for shifted pixels.
-    auto plan = sequence::plan_source_frame(chain, frame, options);
-    if (!plan.ok()) return plan.status();
+    ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, frame, options));
     metrics::GridError grid(grid_margin_px(tile, filtered.width, filtered.height));
     for (const int shift : shifts) {
         FramePlanes moved;
         for (const auto& [role, plane] : frame.planes)
             moved[role] = metrics::shifted(*plane, shift, shift);
-        auto there = filtered_with(*plan, moved, executor);
-        if (!there.ok()) return there.status();
-        if (Status status = grid.add(*there, *image, shift, shift); !status.ok()) return status;
+        ASSIGN_OR_RETURN(auto there, filtered_with(plan, moved, executor));
+        RETURN_IF_ERROR(grid.add(there, image, shift, shift));
     }
     result.grid = grid.mean();
     return result;

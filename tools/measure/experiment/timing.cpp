@@ -59,11 +59,10 @@ Result<report::Timing> time_plan(Executor& executor, const Plan& plan, PlaneView
     std::vector<std::vector<double>> of_pass(plan.passes.size());
     std::vector<double> totals;
     executor.set_timing(true);
-    for (int i = 0; i < warm_ups; ++i)
-        if (auto result = executor.filter(plan, planes); !result.ok()) return result.status();
+    for (int i = 0; i < warm_ups; ++i) RETURN_IF_ERROR(executor.filter(plan, planes).status());
     const BusyMeter busy;
     for (int i = 0; i < repeats; ++i) {
-        if (auto result = executor.filter(plan, planes); !result.ok()) return result.status();
+        RETURN_IF_ERROR(executor.filter(plan, planes).status());
         const auto times = executor.pass_times();
         if (times.empty() && !plan.steps.empty())
             return Status(StatusCode::gl, "the timers were not ready after the read-back");

@@ -70,12 +70,10 @@ Result<sequence::SourceFrame> Truth::read(sequence::FrameHeader header) {
 }
 
 Result<metrics::RgbImage> Truth::load(int frame) const {
-    auto header = open_frame(frame);
-    if (!header.ok()) return header.status();
-    auto source = read(std::move(*header));
-    if (!source.ok()) return source.status();
+    ASSIGN_OR_RETURN(auto header, open_frame(frame));
+    ASSIGN_OR_RETURN(auto source, read(std::move(header)));
     return metrics::rgb_image_of(
-        io::placed(*source->planes.at(Role::color), source->input.window, windows_.at(frame)));
+        io::placed(*source.planes.at(Role::color), source.input.window, windows_.at(frame)));
 }
 
 std::vector<std::string> Truth::paths() const {
@@ -91,24 +89,22 @@ std::string Truth::identity(int frame) const {
 }
 
 Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper mapper) {
-    auto list = io::find_frames(input.input, input.frames);
-    if (!list.ok()) return list.status();
+    ASSIGN_OR_RETURN(auto list, io::find_frames(input.input, input.frames));
     exposures_ = {};
     for (int frame : frames_) {
         const std::string& path = files_.at(frame).at(Role::color);
-        auto filtered = sequence::open_source_frame(input.source, list->files.at(frame), frame);
-        if (!filtered.ok()) return filtered.status();
-        auto header = open_frame(frame);
-        if (!header.ok()) return header.status();
-        const io::ExrPart& part_of_input = sequence::color_part(*filtered);
-        const io::ExrPart& part_of_truth = sequence::color_part(*header);
-        const io::Window of_input = filtered->window, of_truth = header->window;
+        ASSIGN_OR_RETURN(auto filtered,
+                         sequence::open_source_frame(input.source, list.files.at(frame), frame));
+        ASSIGN_OR_RETURN(auto header, open_frame(frame));
+        const io::ExrPart& part_of_input = sequence::color_part(filtered);
+        const io::ExrPart& part_of_truth = sequence::color_part(header);
+        const io::Window of_input = filtered.window, of_truth = header.window;
         const auto differ = [&](const char* what, const io::Window& its, const io::Window& own) {
             return Status(
                 StatusCode::input,
                 concat(path, ": the ", what, " of the ground truth is ", size_text(its),
-                       ", but that of ", filtered->files.color_file().path(), " is ",
-                       size_text(own), "; render the ground truth with the input's region"));
+                       ", but that of ", filtered.files.color_file().path(), " is ", size_text(own),
+                       "; render the ground truth with the input's region"));
         };
         const bool one_display = part_of_truth.display_window == part_of_input.display_window;
         if (of_truth != of_input && !(one_display && of_truth.contains(of_input)))
@@ -117,15 +113,14 @@ Status Truth::survey(const sequence::RunSettings& input, metrics::ToneMapper map
         if (!part_of_truth.data_window.contains(part_of_input.data_window))
             return differ("data window", part_of_truth.data_window, part_of_input.data_window);
         windows_[frame] = of_input;
-        auto source = read(std::move(*header));
-        if (!source.ok()) return source.status();
-        if (const auto bad = source->health.nonfinite_color)
+        ASSIGN_OR_RETURN(auto source, read(std::move(header)));
+        if (const auto bad = source.health.nonfinite_color)
             return Status(StatusCode::input,
                           concat(path, ": the ground truth has ", report::counted(bad, "pixel"),
-                                 " with NaN or Inf, the first at ", source->first_nonfinite_text(),
+                                 " with NaN or Inf, the first at ", source.first_nonfinite_text(),
                                  "; cannot measure against it"));
         auto image =
-            metrics::rgb_image_of(io::placed(*source->planes.at(Role::color), of_truth, of_input));
+            metrics::rgb_image_of(io::placed(*source.planes.at(Role::color), of_truth, of_input));
         if (!image.ok()) return image.status().at(path);
         if (black(*image))
             return Status(StatusCode::input, path + ": the ground truth is black; check the file");
@@ -146,17 +141,16 @@ Result<io::FrameList> frames_on_disk(const sequence::RunSettings& input) {
 
 Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::ToneMapper mapper,
                                  bool with_exposures) {
-    auto list = frames_on_disk(input);
-    if (!list.ok()) return list.status();
+    ASSIGN_OR_RETURN(auto list, frames_on_disk(input));
     InputSurvey survey;
-    survey.frames = list->frames;
+    survey.frames = list.frames;
     io::Window first;
     std::string first_path;
-    for (int frame : list->frames) {
-        auto header = sequence::open_source_frame(input.source, list->files.at(frame), frame);
-        if (!header.ok()) return header.status();
-        const io::Window window = header->window;
-        const std::string path = header->files.color_file().path();
+    for (int frame : list.frames) {
+        ASSIGN_OR_RETURN(auto header,
+                         sequence::open_source_frame(input.source, list.files.at(frame), frame));
+        const io::Window window = header.window;
+        const std::string path = header.files.color_file().path();
         if (first_path.empty()) {
             first = window;
             first_path = path;
@@ -166,10 +160,9 @@ Result<InputSurvey> survey_input(const sequence::RunSettings& input, metrics::To
                                                     first_path, " is ", size_text(first),
                                                     "; all frames of a report must have one size"));
         if (!with_exposures) continue;
-        auto source =
-            sequence::read_source_frame(input.source, std::move(*header), {}, io::Keep::nothing);
-        if (!source.ok()) return source.status();
-        auto image = metrics::rgb_image_of(*source->planes.at(Role::color));
+        ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(input.source, std::move(header),
+                                                                  {}, io::Keep::nothing));
+        auto image = metrics::rgb_image_of(*source.planes.at(Role::color));
         if (!image.ok()) return image.status().at(path);
         survey.exposures =
             metrics::joined(survey.exposures, metrics::exposure_range(*image, mapper));
@@ -272,26 +265,22 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
     if (error)
         return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
     const std::string pattern = folder + "/both.####.exr";
-    auto name = io::PathPattern::parse(pattern);
-    if (!name.ok()) return name.status();
+    ASSIGN_OR_RETURN(auto name, io::PathPattern::parse(pattern));
     std::unique_ptr<scenes::SceneRenderer> renderer;
     for (int frame : request.frames) {
-        const std::string path = name->format(frame);
+        const std::string path = name.format(frame);
         if (io::ExrFile::open(path).ok())
             continue;  // from an interrupted run: files appear complete
         if (!renderer) {
-            auto made = scenes::SceneRenderer::create(context);
-            if (!made.ok()) return made.status();
-            renderer = std::move(*made);
+            ASSIGN_OR_RETURN(renderer, scenes::SceneRenderer::create(context));
         }
         auto planes =
             scenes::render_frame(*renderer, request, frame, scenes::Picture::both,
                                  [&](double share) { return !progress || progress(frame, share); });
         if (!planes.ok()) return planes.status();
-        const auto permit = files.permit(path);
-        if (!permit.ok()) return permit.status();
-        auto written = io::write_planes_exr(path, planes->color, {"R", "G", "B", "A"}, *permit);
-        if (!written.ok()) return written.status();
+        ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+        ASSIGN_OR_RETURN(auto written,
+                         io::write_planes_exr(path, planes->color, {"R", "G", "B", "A"}, permit));
     }
     return pattern;
 }

@@ -70,12 +70,10 @@ Result<TruthNoise> truth_noise(const RgbImage& truth, const RgbImage& input) {
     TruthNoise noise;
     const ImageF of_luma = noise_variance(display_luma(truth));
     noise.sigma = std::sqrt(mean_of(of_luma));
-    auto sharpness = sharpness_without_error(truth, of_luma, input);
-    if (!sharpness.ok()) return sharpness.status();
+    ASSIGN_OR_RETURN(auto sharpness, sharpness_without_error(truth, of_luma, input));
     auto& values = noise.of_no_error;
-    if (sharpness->edges_in_blurred) values["edges_in_blurred"] = *sharpness->edges_in_blurred;
-    if (sharpness->sharpness_in_focus)
-        values["sharpness_in_focus"] = *sharpness->sharpness_in_focus;
+    if (sharpness.edges_in_blurred) values["edges_in_blurred"] = *sharpness.edges_in_blurred;
+    if (sharpness.sharpness_in_focus) values["sharpness_in_focus"] = *sharpness.sharpness_in_focus;
     double linear = 0, displayed = 0;
     for (size_t c = 0; c < 3; ++c) {
         linear += mean_of(noise_variance(channel_of(truth, c, [](float v) { return v; }))) / 3;

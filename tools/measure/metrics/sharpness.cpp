@@ -90,7 +90,7 @@ Sharpness over_regions(const RgbImage& truth_image, const RgbImage& input,
 }  // namespace
 
 Result<Sharpness> sharpness(const Pair& truth_pair, const RgbImage& input) {
-    if (Status status = check_sizes(truth_pair.reference, input); !status.ok()) return status;
+    RETURN_IF_ERROR(check_sizes(truth_pair.reference, input));
     const ImageF test = energy_around(truth_pair.test);
     return over_regions(truth_pair.reference, input,
                         [&](size_t i, double) { return double(test.data[i]); });
@@ -98,7 +98,7 @@ Result<Sharpness> sharpness(const Pair& truth_pair, const RgbImage& input) {
 
 Result<Sharpness> sharpness_without_error(const RgbImage& truth, const ImageF& variance,
                                           const RgbImage& input) {
-    if (Status status = check_sizes(truth, input); !status.ok()) return status;
+    RETURN_IF_ERROR(check_sizes(truth, input));
     return over_regions(truth, input, [&](size_t i, double energy) {
         return std::max(0.0, energy - double(variance.data[i]));
     });

@@ -21,7 +21,7 @@ Status TemporalError::add(const Pair& pair) {
     for (size_t i = 0; i < now.data.size(); ++i)
         now.data[i] = pair.test.rgb.data[i] - pair.reference.rgb.data[i];
     if (!before_.empty()) {
-        if (Status status = same_size(now, before_); !status.ok()) return status;
+        RETURN_IF_ERROR(same_size(now, before_));
         double sum = 0;
         for (size_t i = 0; i < now.data.size(); ++i)
             sum += std::abs(double(now.data[i]) - double(before_.data[i]));
@@ -43,7 +43,7 @@ Status Flicker::add(const RgbImage& image) {
         mean_ = ImageD(image.rgb.width, image.rgb.height, 3);
         squares_ = mean_;
     }
-    if (Status status = same_size(image.rgb, mean_); !status.ok()) return status;
+    RETURN_IF_ERROR(same_size(image.rgb, mean_));
     ++seeds_;
     for (size_t i = 0; i < mean_.data.size(); ++i) {
         const double v = double(image.rgb.data[i]);
@@ -76,7 +76,7 @@ Status GridError::add(const RgbImage& filtered_of_shifted, const RgbImage& filte
                       int dy) {
     const ImageF& a = filtered_of_shifted.rgb;
     const ImageF& b = filtered.rgb;
-    if (Status status = same_size(a, b); !status.ok()) return status;
+    RETURN_IF_ERROR(same_size(a, b));
     // The pixel of a and its counterpart in b are both away from the edges.
     const int x0 = margin_ + std::max(dx, 0), x1 = a.width - margin_ + std::min(dx, 0);
     const int y0 = margin_ + std::max(dy, 0), y1 = a.height - margin_ + std::min(dy, 0);

@@ -45,13 +45,12 @@ Status store_image(Report& report, StoredImage entry, const ImageF& pixels) {
         return Status(StatusCode::output, folder + ": cannot be created: " + error.message());
     const bool rgb = pixels.channels >= 3;
     const std::string path = report.folder + "/" + entry.path;
-    const auto permit = report.files.permit(path);
-    if (!permit.ok()) return permit.status();
-    const auto written =
+    ASSIGN_OR_RETURN(const auto permit, report.files.permit(path));
+    ASSIGN_OR_RETURN(
+        const auto written,
         rgb ? io::write_planes_exr(path, pixels.channels == 3 ? pixels : first_three(pixels),
-                                   {"R", "G", "B"}, *permit)
-            : io::write_planes_exr(path, pixels, {"Y"}, *permit);
-    if (!written.ok()) return written.status();
+                                   {"R", "G", "B"}, permit)
+            : io::write_planes_exr(path, pixels, {"Y"}, permit));
     entry.width = pixels.width;
     entry.height = pixels.height;
     entry.channels = rgb ? 3 : 1;
@@ -71,10 +70,9 @@ bool take_stored_image(Report& report, StoredImage entry) {
 }
 
 Result<ImageF> load_image(const Report& report, const StoredImage& image) {
-    auto file = io::ExrFile::open(report.folder + "/" + image.path);
-    if (!file.ok()) return file.status();
-    if (image.channels == 1) return file->read_channels(0, {"Y"});
-    return file->read_channels(0, {"R", "G", "B"});
+    ASSIGN_OR_RETURN(auto file, io::ExrFile::open(report.folder + "/" + image.path));
+    if (image.channels == 1) return file.read_channels(0, {"Y"});
+    return file.read_channels(0, {"R", "G", "B"});
 }
 
 }  // namespace postchain::report

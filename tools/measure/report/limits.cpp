@@ -8,22 +8,21 @@ namespace postchain::report {
 
 Result<MetricLimit> parse_limit(const std::string& option, const std::string& text,
                                 const std::vector<MetricInfo>& columns) {
-    auto limit = metrics::parse_limit(option, text);
-    if (!limit.ok()) return limit.status();
+    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit(option, text));
     const auto column = std::find_if(columns.begin(), columns.end(), [&](const MetricInfo& info) {
-        return info.name == limit->metric;
+        return info.name == limit.metric;
     });
     if (column == columns.end()) {
         std::vector<std::string> names;
         for (const auto& info : columns) names.push_back(info.name);
-        const std::string near = nearest_word(limit->metric, names);
+        const std::string near = nearest_word(limit.metric, names);
         return Status(StatusCode::usage,
-                      option + ": no metric '" + limit->metric + "'" +
+                      option + ": no metric '" + limit.metric + "'" +
                           (near.empty() ? "" : "; did you mean '" + near + "'?"));
     }
     if (column->better != Better::lower)
-        return Status(StatusCode::usage, option + ": " + limit->metric +
-                                             " is not an error; give one, as in flip=0.05");
+        return Status(StatusCode::usage,
+                      option + ": " + limit.metric + " is not an error; give one, as in flip=0.05");
     return limit;
 }
 

@@ -3,9 +3,8 @@
 namespace postchain::report {
 
 Status Report::write(const std::string& path, std::string_view text) const {
-    const auto permit = files.permit(path);
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(path, text, *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+    return io::atomic_write_text(path, text, permit).status();
 }
 
 const char* name_of(Kind kind) {

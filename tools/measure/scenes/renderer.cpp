@@ -133,10 +133,9 @@ const gl::Device& SceneRenderer::device() const {
 }
 
 Result<std::unique_ptr<SceneRenderer>> SceneRenderer::create(const egl::ContextOptions& options) {
-    auto context = egl::Context::create(options);
-    if (!context.ok()) return context.status();
+    ASSIGN_OR_RETURN(auto context, egl::Context::create(options));
     std::unique_ptr<SceneRenderer> renderer(new SceneRenderer);
-    renderer->impl_->context = std::move(*context);
+    renderer->impl_->context = std::move(context);
     glCreateBuffers(kStorages, renderer->impl_->storage.data());
     glCreateBuffers(1, &renderer->impl_->block);
     glCreateTextures(GL_TEXTURE_2D, 1, &renderer->impl_->aperture);
@@ -155,10 +154,10 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
         return Status(StatusCode::usage,
                       concat("a scene's samples must be 1 to ", kMaxSamples, ", not ", samples));
     Impl& gl = *impl_;
-    if (Status status = gl.context->make_current(); !status.ok()) return status;
-    const auto program =
-        gl.programs.get(program_for(model, settings.vectors, settings.lens, settings.behind));
-    if (!program.ok()) return program.status();
+    RETURN_IF_ERROR(gl.context->make_current());
+    ASSIGN_OR_RETURN(
+        const auto program,
+        gl.programs.get(program_for(model, settings.vectors, settings.lens, settings.behind)));
 
     const Instant now = instant_of(model, settings.time);
     ImageGeometry picture{width, height, model.sensor_width_mm, 0, now.camera.focus_distance};
@@ -192,9 +191,9 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
     gl.reserve(color_sums, pixels * sizeof(glm::vec4));
     gl.reserve(vector_sums, settings.vectors ? pixels * sizeof(glm::vec4) : sizeof(glm::vec4));
     gl.reserve(depths, settings.vectors ? pixels * sizeof(float) : sizeof(float));
-    if (Status status = gl::check_error("allocating a scene"); !status.ok()) return status;
+    RETURN_IF_ERROR(gl::check_error("allocating a scene"));
 
-    glUseProgram(program->name);
+    glUseProgram(program.name);
     for (GLuint i = 0; i < kStorages; ++i)
         glBindBufferBase(GL_SHADER_STORAGE_BUFFER, i, gl.storage[i]);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, gl.block);
@@ -239,7 +238,7 @@ Result<ScenePlanes> SceneRenderer::render(const SceneModel& model, const RenderS
         planes.vectors = gl.mean(vector_sums, width, height, 4, samples);
         planes.depth = gl.mean(depths, width, height, 1, 1);
     }
-    if (Status status = gl::check_error("rendering a scene"); !status.ok()) return status;
+    RETURN_IF_ERROR(gl::check_error("rendering a scene"));
     return planes;
 }
 

@@ -86,9 +86,8 @@ Result<ScenePlanes> render_image(SceneRenderer& renderer, const SceneRequest& re
     // Depth is that of the pixel center, not of the last of many samples.
     RenderSettings center = settings;
     center.samples = 1;
-    auto one = renderer.render(model, center);
-    if (!one.ok()) return one.status();
-    planes->depth = std::move(one->depth);
+    ASSIGN_OR_RETURN(auto one, renderer.render(model, center));
+    planes->depth = std::move(one.depth);
     return planes;
 }
 
@@ -215,7 +214,7 @@ Result<SceneModel> model_for(const SceneRequest& request) {
         return Status(StatusCode::usage,
                       "unknown scene '" + request.name + "'; known are " + names);
     const Camera& camera = request.camera;
-    if (Status status = check_camera(camera); !status.ok()) return status;
+    RETURN_IF_ERROR(check_camera(camera));
     SceneModel model = found->make();
     model.f_stop = camera.f_stop.value_or(model.f_stop);
     model.sensor_width_mm = camera.sensor_width_mm.value_or(model.sensor_width_mm);
@@ -264,9 +263,8 @@ Camera camera_at(const SceneModel& model, double frame) {
 
 Result<ScenePlanes> render_frame(SceneRenderer& renderer, const SceneRequest& request, int frame,
                                  Picture picture, const Progress& progress) {
-    auto model = model_for(request);
-    if (!model.ok()) return model.status();
-    return render_image(renderer, request, *model, frame, picture, progress);
+    ASSIGN_OR_RETURN(auto model, model_for(request));
+    return render_image(renderer, request, model, frame, picture, progress);
 }
 
 std::string camera_json(const SceneRequest& request, const SceneModel& model) {
@@ -323,8 +321,7 @@ std::string camera_json(const SceneRequest& request, const SceneModel& model) {
 
 Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                    const SceneCallback& callback) {
-    auto model = model_for(request);
-    if (!model.ok()) return model.status();
+    ASSIGN_OR_RETURN(auto model, model_for(request));
     if (request.frames.empty()) return Status(StatusCode::usage, "no frames given");
     if (request.truth_samples < 0)
         return Status(StatusCode::usage, concat("ground truth samples must be 0 or more, not ",
@@ -335,7 +332,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
     if (request.truth_samples > 0)
         pictures.insert(pictures.end(), {Picture::mb, Picture::dof, Picture::both});
     const io::OutputFiles files = files_of(request, pictures);
-    if (Status status = files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
     std::error_code error;
     std::filesystem::create_directory(request.folder, error);
@@ -344,7 +341,7 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
                       request.folder + ": cannot be created: " + error.message());
     double total = 0, before = 0;
     const auto cost = [&](Picture picture) {
-        return double(settings_of(request, *model, 0, picture).samples);
+        return double(settings_of(request, model, 0, picture).samples);
     };
     for (Picture picture : pictures) total += cost(picture);
     total *= double(request.frames.size());
@@ -360,36 +357,30 @@ Status write_scene(SceneRenderer& renderer, const SceneRequest& request,
             if (progress && !progress(0))
                 return Status(StatusCode::canceled, "stopped while writing a scene");
             const bool rendered = picture == Picture::deep && request.behind;
-            auto planes = rendered
-                              ? Result<ScenePlanes>(std::move(behind))
-                              : render_image(renderer, request, *model, frame, picture, progress);
-            if (!planes.ok()) return planes.status();
+            ASSIGN_OR_RETURN(auto planes, rendered ? Result<ScenePlanes>(std::move(behind))
+                                                   : render_image(renderer, request, model, frame,
+                                                                  picture, progress));
             const std::string path = picture_path(request, picture, frame);
-            const auto permit = files.permit(path);
-            if (!permit.ok()) return permit.status();
-            if (Status status = picture == Picture::deep
-                                    ? io::write_deep_exr(path, deep_samples(sharp, *planes),
-                                                         {.on_existing = *permit})
-                                          .status()
-                                    : write_picture(path, *planes, picture, *permit);
-                !status.ok())
-                return status;
-            if (picture == Picture::sharp) sharp = std::move(*planes);
-            if (picture == Picture::behind) behind = std::move(*planes);
+            ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+            RETURN_IF_ERROR(
+                picture == Picture::deep
+                    ? io::write_deep_exr(path, deep_samples(sharp, planes), {.on_existing = permit})
+                          .status()
+                    : write_picture(path, planes, picture, permit));
+            if (picture == Picture::sharp) sharp = std::move(planes);
+            if (picture == Picture::behind) behind = std::move(planes);
             before += cost(picture);
         }
     }
-    if (model->aperture_image) {
+    if (model.aperture_image) {
         ImageF values(BokehKernel::kSide, BokehKernel::kSide, 1);
-        values.data = model->aperture_image.values();
-        const auto permit = files.permit(aperture_path(request));
-        if (!permit.ok()) return permit.status();
-        const auto written = io::write_planes_exr(aperture_path(request), values, {"Y"}, *permit);
-        if (!written.ok()) return written.status();
+        values.data = model.aperture_image.values();
+        ASSIGN_OR_RETURN(const auto permit, files.permit(aperture_path(request)));
+        ASSIGN_OR_RETURN(const auto written,
+                         io::write_planes_exr(aperture_path(request), values, {"Y"}, permit));
     }
-    const auto permit = files.permit(camera_path(request));
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(camera_path(request), camera_json(request, *model), *permit)
+    ASSIGN_OR_RETURN(const auto permit, files.permit(camera_path(request)));
+    return io::atomic_write_text(camera_path(request), camera_json(request, model), permit)
         .status();
 }
 

@@ -27,8 +27,7 @@ Result<Cell> at_precision(const Cell& cell, Precision precision) {
     for (float& value : stored.planes.at(Role::color).data) value = as_half(value);
     ConvertOptions options;  // for the bounds of these colors
     options.depth = DepthEncoding::inverse;
-    if (auto found = convert_frame(stored.planes, stored.frame, options); !found.ok())
-        return found.status();
+    RETURN_IF_ERROR(convert_frame(stored.planes, stored.frame, options).status());
     return stored;
 }
 
@@ -110,9 +109,8 @@ Subject with_cells_camera(Subject subject) {
 Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
                              Precision precision, std::vector<Exhibit>* exhibits,
                              const std::set<std::string>& only) {
-    const auto stored = at_precision(cell, precision);
-    if (!stored.ok()) return stored.status();
-    return CellMeasurement(executor, subject, *stored, precision, exhibits, only).all();
+    ASSIGN_OR_RETURN(const auto stored, at_precision(cell, precision));
+    return CellMeasurement(executor, subject, stored, precision, exhibits, only).all();
 }
 
 }  // namespace postchain::stress

@@ -43,11 +43,9 @@ Status CellMeasurement::turns() {
     for (const auto& [turn, symmetry, check] : rows) {
         const auto chain = wants(check) ? chain_with(symmetry) : std::nullopt;
         if (!chain) continue;
-        auto straight = filter(*chain, cell_.frame, cell_.planes);
-        if (!straight.ok()) return straight.status();
-        auto filtered = filter_anew(*chain, turned(cell_.planes, turn));
-        if (!filtered.ok()) return filtered.status();
-        add_mean(check, color(), turned_back(*filtered, turn), *straight,
+        ASSIGN_OR_RETURN(auto straight, filter(*chain, cell_.frame, cell_.planes));
+        ASSIGN_OR_RETURN(auto filtered, filter_anew(*chain, turned(cell_.planes, turn)));
+        add_mean(check, color(), turned_back(filtered, turn), straight,
                  "result of the unchanged frame");
     }
     return Status();
@@ -71,9 +69,8 @@ Status CellMeasurement::shift() {
         const int mx = along_x ? margin : 0, my = along_x ? 0 : margin;
         const int sx = along_x ? s : 0, sy = along_x ? 0 : s;
         const Window window = {-mx - sx, -my - sy, width + 2 * mx, height + 2 * my};
-        auto out = filter_anew(*chain, seen_through(cell_.planes, window));
-        if (!out.ok()) return out.status();
-        return cut(*out, mx + sx, my + sy, width, height);
+        ASSIGN_OR_RETURN(auto out, filter_anew(*chain, seen_through(cell_.planes, window)));
+        return cut(out, mx + sx, my + sy, width, height);
     };
 
     // The moves by parts of a tile (1 px, a quarter, a half, all but 1), and the one with the
@@ -87,28 +84,25 @@ Status CellMeasurement::shift() {
     Measured grid;
     std::pair<ImageF, ImageF> shown;
     for (bool along_x : {true, false}) {
-        auto still = filtered(along_x, 0);
-        if (!still.ok()) return still.status();
-        auto moved = filtered(along_x, tile);
-        if (!moved.ok()) return moved.status();
-        const double mean = mean_of(*still);
+        ASSIGN_OR_RETURN(auto still, filtered(along_x, 0));
+        ASSIGN_OR_RETURN(auto moved, filtered(along_x, tile));
+        const double mean = mean_of(still);
         for (const Move& move : moves) {
             if (move.along_x != along_x || move.s < 1 || move.s >= tile) continue;
-            auto part = filtered(along_x, move.s);
-            if (!part.ok()) return part.status();
+            ASSIGN_OR_RETURN(auto part, filtered(along_x, move.s));
             double sum = 0;
-            for (size_t i = 0; i < part->data.size(); ++i)
-                sum += std::abs(double(part->data[i]) - double(still->data[i]));
-            const double most = std::max(mean, mean_of(*part)) * double(part->data.size());
+            for (size_t i = 0; i < part.data.size(); ++i)
+                sum += std::abs(double(part.data[i]) - double(still.data[i]));
+            const double most = std::max(mean, mean_of(part)) * double(part.data.size());
             const double value = most > 0 ? sum / most : sum;
             if (shown.first.empty() || !(value <= grid.value)) {
                 grid.value = value;
                 grid.note = concat("of the colors, after a move by ", move.s, " px ",
                                    along_x ? "to the right" : "down");
-                shown = {std::move(*part), *still};
+                shown = {std::move(part), still};
             }
         }
-        whole[along_x ? 0 : 1] = {std::move(*moved), std::move(*still)};
+        whole[along_x ? 0 : 1] = {std::move(moved), std::move(still)};
     }
     // Both directions in one image, stacked.
     const auto stacked = [](const ImageF& a, const ImageF& b) {
@@ -131,9 +125,7 @@ Status CellMeasurement::shift() {
 Result<std::array<double, 4>> CellMeasurement::light_left(const Chain& chain,
                                                           const FramePlanes& dot, float value,
                                                           ImageF& out) {
-    auto filtered = filter_anew(chain, dot);
-    if (!filtered.ok()) return filtered.status();
-    out = std::move(*filtered);
+    ASSIGN_OR_RETURN(out, filter_anew(chain, dot));
     std::array<double, 4> left = {};
     for (size_t i = 0; i < out.data.size(); ++i) left[i % 4] += out.data[i] / double(value);
     return left;
@@ -167,18 +159,16 @@ Status CellMeasurement::dot() {
     ImageF out;
     double worst = 0, kept = 1;
     if (!keeping.links.empty()) {
-        const auto left = light_left(keeping, planes, value, out);
-        if (!left.ok()) return left.status();
-        for (double part : *left) {
+        ASSIGN_OR_RETURN(const auto left, light_left(keeping, planes, value, out));
+        for (double part : left) {
             if (!is_worse(std::abs(part - 1), worst)) continue;
             worst = std::abs(part - 1);
             kept = part;
         }
     }
     if (keeping.links.size() < chain.links.size()) {
-        const auto left = light_left(chain, planes, value, out);
-        if (!left.ok()) return left.status();
-        for (double part : *left) {
+        ASSIGN_OR_RETURN(const auto left, light_left(chain, planes, value, out));
+        for (double part : left) {
             if (!is_worse(part - 1, worst)) continue;
             worst = part - 1;
             kept = part;

@@ -95,19 +95,17 @@ Measurement::Measurement(Executor& executor, const Subject& subject, const Cell&
       only_(std::move(only)) {}
 
 Result<CellMeasures> Measurement::all() {
-    auto complete = plan(subject_.chain, cell_.frame, false);
-    if (!complete.ok()) return complete.status();
-    auto out = run(*complete, cell_.planes);
-    if (!out.ok()) return out.status();
-    plan_ = std::move(*complete);
-    out_ = std::move(*out);
+    ASSIGN_OR_RETURN(auto complete, plan(subject_.chain, cell_.frame, false));
+    ASSIGN_OR_RETURN(auto out, run(complete, cell_.planes));
+    plan_ = std::move(complete);
+    out_ = std::move(out);
     measures_.bits = hash_of(out_);
     if (wants("finite")) finite();
     for (auto check :
          {&Measurement::hold, &Measurement::range, &Measurement::constant, &Measurement::elided,
           &Measurement::repeat, &Measurement::turns, &Measurement::shift, &Measurement::dot,
           &Measurement::reference, &Measurement::continuity})
-        if (Status status = (this->*check)(); !status.ok()) return status;
+        RETURN_IF_ERROR((this->*check)());
     if (wants("identity")) identity();
     if (cell_.checks_counts && wants("counted"))
         add("counted", std::abs(double(cell_.nonfinite_placed) - double(cell_.nonfinite_counted)),
@@ -124,31 +122,28 @@ Result<Plan> Measurement::plan(const Chain& chain, const FrameDescription& frame
 }
 
 Result<ImageF> Measurement::run(const Plan& plan, const FramePlanes& planes) {
-    auto out = executor_.filter(plan, planes);
-    if (!out.ok()) return out.status();
-    return std::move(out->at(Role::color));
+    ASSIGN_OR_RETURN(auto out, executor_.filter(plan, planes));
+    return std::move(out.at(Role::color));
 }
 
 Result<ImageF> Measurement::filter(const Chain& chain, const FrameDescription& frame,
                                    const FramePlanes& planes, bool elide) {
-    auto wanted = plan(chain, frame, elide);
-    if (!wanted.ok()) return wanted.status();
-    if (*wanted == plan_ && planes == cell_.planes) return out_;
-    return run(*wanted, planes);
+    ASSIGN_OR_RETURN(auto wanted, plan(chain, frame, elide));
+    if (wanted == plan_ && planes == cell_.planes) return out_;
+    return run(wanted, planes);
 }
 
 Result<FrameDescription> Measurement::described(FramePlanes& planes) const {
     FrameDescription frame = cell_.frame;
     ConvertOptions options;
     options.depth = DepthEncoding::inverse;
-    if (auto found = convert_frame(planes, frame, options); !found.ok()) return found.status();
+    RETURN_IF_ERROR(convert_frame(planes, frame, options).status());
     return frame;
 }
 
 Result<ImageF> Measurement::filter_anew(const Chain& chain, FramePlanes planes) {
-    auto frame = described(planes);
-    if (!frame.ok()) return frame.status();
-    return filter(chain, *frame, planes);
+    ASSIGN_OR_RETURN(auto frame, described(planes));
+    return filter(chain, frame, planes);
 }
 
 double Measurement::held(double value) const {
@@ -239,12 +234,8 @@ void Measurement::finite() {
 Status Measurement::hold() {
     held_planes_ = cell_.planes;
     for (float& value : held_planes_[Role::color].data) value = float(held(value));
-    auto frame = described(held_planes_);
-    if (!frame.ok()) return frame.status();
-    held_frame_ = std::move(*frame);
-    auto out = filter(subject_.chain, held_frame_, held_planes_);
-    if (!out.ok()) return out.status();
-    held_out_ = std::move(*out);
+    ASSIGN_OR_RETURN(held_frame_, described(held_planes_));
+    ASSIGN_OR_RETURN(held_out_, filter(subject_.chain, held_frame_, held_planes_));
     return Status();
 }
 
@@ -253,8 +244,7 @@ Status Measurement::range() {
     const auto convex = subject_.chain.that_guarantees(
         [](const Guarantees& one) { return one.convex.has_value(); });
     if (!convex) return Status();
-    auto of_convex = filter(*convex, held_frame_, held_planes_);
-    if (!of_convex.ok()) return of_convex.status();
+    ASSIGN_OR_RETURN(auto of_convex, filter(*convex, held_frame_, held_planes_));
     const ImageF& in = held_planes_[Role::color];
     ImageF map(in.width, in.height, 1);
     double worst = 0;
@@ -267,7 +257,7 @@ Status Measurement::range() {
         }
         const double scale = std::max({std::abs(low), std::abs(high), 1e-30});
         for (size_t i = c; i < in.data.size(); i += 4) {
-            const double value = of_convex->data[i];
+            const double value = of_convex.data[i];
             const double off = std::max(value - high, low - value) / scale;
             // Skips NaN, which `finite` counts.
             if (off > double(map.data[i / 4])) map.data[i / 4] = float(off);
@@ -277,7 +267,7 @@ Status Measurement::range() {
         }
     }
     add("range", worst, *convex->guarantees().convex, place_of(in, at));
-    exhibit(in, *of_convex, in, std::move(map), "input",
+    exhibit(in, of_convex, in, std::move(map), "input",
             "distance from the channel's input range, relative to its largest");
     return Status();
 }
@@ -291,27 +281,23 @@ Status Measurement::constant() {
     for (size_t i = 0; i < flat.data.size(); ++i)
         if (std::abs(flat.data[i]) > std::abs(most[i % 4])) most[i % 4] = flat.data[i];
     for (size_t i = 0; i < flat.data.size(); ++i) flat.data[i] = most[i % 4];
-    auto out = filter_anew(subject_.chain, planes);
-    if (!out.ok()) return out.status();
-    add_equal("constant", flat, *out, flat, "the constant");
+    ASSIGN_OR_RETURN(auto out, filter_anew(subject_.chain, planes));
+    add_equal("constant", flat, out, flat, "the constant");
     return Status();
 }
 
 Status Measurement::elided() {
     if (!wants("elided")) return Status();
-    auto out = filter(subject_.chain, cell_.frame, cell_.planes, true);
-    if (!out.ok()) return out.status();
-    add_equal("elided", color(), *out, out_, "result of the complete run");
+    ASSIGN_OR_RETURN(auto out, filter(subject_.chain, cell_.frame, cell_.planes, true));
+    add_equal("elided", color(), out, out_, "result of the complete run");
     return Status();
 }
 
 Status Measurement::repeat() {
     if (!wants("repeat")) return Status();
-    auto second = plan(subject_.chain, cell_.frame, false);
-    if (!second.ok()) return second.status();
-    auto out = run(*second, cell_.planes);
-    if (!out.ok()) return out.status();
-    add_equal("repeat", color(), *out, out_, "result of the first run");
+    ASSIGN_OR_RETURN(auto second, plan(subject_.chain, cell_.frame, false));
+    ASSIGN_OR_RETURN(auto out, run(second, cell_.planes));
+    add_equal("repeat", color(), out, out_, "result of the first run");
     return Status();
 }
 
@@ -326,10 +312,9 @@ Status Measurement::reference() {
     PlanOptions options;
     options.precision = precision_;
     options.elide = false;
-    auto run = run_reference(subject_.chain, held_frame_, held_planes_, options);
-    if (!run.ok()) return run.status();
+    ASSIGN_OR_RETURN(auto run, run_reference(subject_.chain, held_frame_, held_planes_, options));
     add_mean("reference", held_planes_.at(Role::color), held_out_,
-             image_cast<float>(run->planes.at(Role::color)), "double-precision reference");
+             image_cast<float>(run.planes.at(Role::color)), "double-precision reference");
     return Status();
 }
 
@@ -361,15 +346,14 @@ Status Measurement::continuity() {
     for (const auto& [role, check, bound, compared_is] : rows) {
         if (!wants(check)) continue;
         const double eps = role == Role::inverse_depth ? eps_of_depth : bounds_.eps;
-        auto out = filter_anew(subject_.chain, changed(role, eps));
-        if (!out.ok()) return out.status();
+        ASSIGN_OR_RETURN(auto out, filter_anew(subject_.chain, changed(role, eps)));
         // Pixels that jump are excluded if they are few; otherwise they count as change.
         double change = 0, jumped = 0, jump = 0;
         size_t jumps = 0;
         for (size_t pixel = 0; pixel < out_.pixels(); ++pixel) {
             double sum = 0, worst = 0;
             for (size_t i = 4 * pixel; i < 4 * pixel + 4; ++i) {
-                const double d = std::abs(double(out->data[i]) - double(out_.data[i]));
+                const double d = std::abs(double(out.data[i]) - double(out_.data[i]));
                 sum += d;
                 worst = std::max(worst, d);
             }
@@ -383,7 +367,7 @@ Status Measurement::continuity() {
         add(check, mean > 0 ? change / (eps * mean) : change, bound,
             concat("times the input's change of ", eps, ", largest jump ", jump / most,
                    " of the largest color"));
-        exhibit(color(), out_, *out, changes_of(out_, *out, most), compared_is,
+        exhibit(color(), out_, out, changes_of(out_, out, most), compared_is,
                 "change relative to the largest color");
     }
     return Status();

@@ -38,10 +38,9 @@ void put_pixel(Image<uint8_t>& image, int x, int y, uint8_t r, uint8_t g, uint8_
 
 Status add_png(ImagedCheck& all, std::string title, std::string scale,
                const Image<uint8_t>& image) {
-    auto png = io::encode_png(image);
-    if (!png.ok()) return png.status();
+    ASSIGN_OR_RETURN(auto png, io::encode_png(image));
     all.pictures.push_back(
-        {std::move(title), std::move(scale), std::move(*png), image.width, image.height});
+        {std::move(title), std::move(scale), std::move(png), image.width, image.height});
     return Status();
 }
 
@@ -74,13 +73,12 @@ Status add_error(ImagedCheck& all, const Exhibit& exhibit, const Part& part) {
             const float e = exhibit.error.at(part.x + x, part.y + y);
             map.at(x, y) = std::isfinite(e) && most > 0 ? float(double(e) / most) : 0;
         }
-    auto image = io::magma_of(map);
-    if (!image.ok()) return image.status();
+    ASSIGN_OR_RETURN(auto image, io::magma_of(map));
     for (int y = 0; y < part.height; ++y)
         for (int x = 0; x < part.width; ++x)
             if (!std::isfinite(exhibit.error.at(part.x + x, part.y + y)))
-                put_pixel(*image, x, y, 255, 0, 255);
-    return add_png(all, exhibit.error_is, "magma, 0 to " + number_text(most), *image);
+                put_pixel(image, x, y, 255, 0, 255);
+    return add_png(all, exhibit.error_is, "magma, 0 to " + number_text(most), image);
 }
 
 }  // namespace
@@ -111,13 +109,12 @@ Result<ImagedCheck> imaged(const Exhibit& exhibit) {
         }
         if (low == high) high = 1;
         for (const auto& color : group) {
-            Status status = add_png(all, color.title,
+            RETURN_IF_ERROR(add_png(all, color.title,
                                     "black is " + number_text(low) + ", white " + number_text(high),
-                                    shown(*color.image, part, low, high));
-            if (!status.ok()) return status;
+                                    shown(*color.image, part, low, high)));
         }
     }
-    if (Status status = add_error(all, exhibit, part); !status.ok()) return status;
+    RETURN_IF_ERROR(add_error(all, exhibit, part));
     return all;
 }
 

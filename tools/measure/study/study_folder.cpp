@@ -62,7 +62,7 @@ Status remove_scene(const std::string& folder) {
     const std::string mark = experiment::kFolderMark;
     std::error_code error;
     if (!fs::exists(folder + "/" + mark, error)) return Status();
-    if (Status status = experiment::remove_report(folder); !status.ok()) return status;
+    RETURN_IF_ERROR(experiment::remove_report(folder));
     size_t others = 0;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
         others += it->path().filename() != mark;
@@ -103,15 +103,14 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
     for (const Scene& scene : study.scenes) {
         sequence::read_inputs(scene.measured.run, files);
         if (scene.measured.truth.empty()) continue;
-        const auto truth = io::PathPattern::parse(scene.measured.truth);
-        if (!truth.ok()) return truth.status();
-        files.read(*truth, "the truth of " + scene.name);
+        ASSIGN_OR_RETURN(const auto truth, io::PathPattern::parse(scene.measured.truth));
+        files.read(truth, "the truth of " + scene.name);
     }
     files.read(io::InputFile{study.file, "the study's file"});
     files.write(io::OutputFolder{path, "a study", kStudyMark,
                                  "This folder is a study of postchain.\n",
                                  "name another folder with --output"});
-    if (Status status = files.check(); !status.ok()) return status;
+    RETURN_IF_ERROR(files.check());
     std::error_code error;
     if (fs::exists(path + "/units", error))
         return Status(StatusCode::usage,
@@ -119,15 +118,14 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
                           ": was begun by postchain 0.1, which keeps results in units/; finish "
                           "it with that version, or name another folder with --output");
     files.remove_left_temporaries();
-    if (on_existing == io::OnExisting::overwrite)
-        if (Status status = remove_study(study, path); !status.ok()) return status;
-    if (Status status = files.make_folders(); !status.ok()) return status;
+    if (on_existing == io::OnExisting::overwrite) RETURN_IF_ERROR(remove_study(study, path));
+    RETURN_IF_ERROR(files.make_folders());
     fs::create_directories(path + "/tasks", error);
     if (error)
         return Status(StatusCode::output, path + "/tasks: cannot be created: " + error.message());
     io::remove_dead_temporaries(path + "/tasks", [](const std::string&) { return true; });
     StudyFolder folder(path, std::move(files));
-    if (Status status = folder.check_results(study); !status.ok()) return status;
+    RETURN_IF_ERROR(folder.check_results(study));
     return folder;
 }
 
@@ -136,7 +134,7 @@ Status StudyFolder::check_results(const Study& study) const {
     std::set<std::string> known;
     for (const Task& task : tasks_of(study)) {
         known.insert(task.name + ".json");
-        if (const auto found = result(study, task); !found.ok()) return found.status();
+        RETURN_IF_ERROR(result(study, task).status());
     }
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(path_ + "/tasks", error)) {
@@ -156,9 +154,8 @@ Result<std::optional<TaskResult>> StudyFolder::result(const Study& study, const 
     const std::string path = path_ + "/" + result_path(task);
     std::error_code error;
     if (!fs::exists(path, error)) return std::optional<TaskResult>();
-    const auto text = read_text_file(path, StatusCode::input, kResultLimits);
-    if (!text.ok()) return text.status();
-    auto result = task_result_from(*text);
+    ASSIGN_OR_RETURN(const auto text, read_text_file(path, StatusCode::input, kResultLimits));
+    auto result = task_result_from(text);
     if (!result)
         return Status(StatusCode::input,
                       path + ": is not a result of a study; remove it, and it is made again");
@@ -179,9 +176,8 @@ Status StudyFolder::keep(const Task& task, const TaskResult& result) const {
 
 Status StudyFolder::write(const std::string& name, std::string_view text) const {
     const std::string path = path_ + "/" + name;
-    const auto permit = files_.permit(path);
-    if (!permit.ok()) return permit.status();
-    return io::atomic_write_text(path, text, *permit).status();
+    ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
+    return io::atomic_write_text(path, text, permit).status();
 }
 
 }  // namespace postchain::study

@@ -219,12 +219,11 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
 Result<StudyReport> read_report(const Study& study, const StudyFolder& folder) {
     std::vector<TaskResult> results;
     for (const Task& task : tasks_of(study)) {
-        auto result = folder.result(study, task);
-        if (!result.ok()) return result.status();
-        if (!*result)
+        ASSIGN_OR_RETURN(auto result, folder.result(study, task));
+        if (!result)
             return Status(StatusCode::input, concat(folder.path(), "/", result_path(task),
                                                     ": is not there; the study is not complete"));
-        results.push_back(std::move(**result));
+        results.push_back(std::move(*result));
     }
     return make_report(study, results);
 }

@@ -85,20 +85,18 @@ Result<report::Report> measured_bench(const Study& study, experiment::BenchSetti
                                       const Machine& machine,
                                       const experiment::ProgressCallback& progress,
                                       const std::atomic<bool>* stop) {
-    const auto files = experiment::prepare_folder(settings);
-    if (!files.ok()) return files.status();
+    ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
     const Status found =
-        experiment::find_truth(settings, *files, machine.options, [&](const std::string& what) {
+        experiment::find_truth(settings, files, machine.options, [&](const std::string& what) {
             if (progress) progress({what, 0, 0, 0, 0});
             return !(stop && *stop);
         });
-    if (Status status = machine.make_current(); !status.ok()) return status;
+    RETURN_IF_ERROR(machine.make_current());
     if (stop && *stop) return Status(StatusCode::canceled, "stopped");
     if (!found.ok()) return found;
     if (settings.truth.empty())
         return Status(StatusCode::input, "has no ground truth: " + settings.no_truth);
-    return experiment::run_bench(study.variants, settings, *files, machine.executor, progress,
-                                 stop);
+    return experiment::run_bench(study.variants, settings, files, machine.executor, progress, stop);
 }
 
 }  // namespace

@@ -31,9 +31,8 @@ Result<WorkDone> work_on_tasks(const Study& study, const StudyFolder& folder,
     const auto [first, end] = chunk.of(tasks.size());
     std::set<size_t> failed_before;
     for (size_t i = first; i < end; ++i) {
-        auto result = folder.result(study, tasks[i]);
-        if (!result.ok()) return result.status();
-        if (*result && !(*result)->failure.empty()) failed_before.insert(i);
+        ASSIGN_OR_RETURN(auto result, folder.result(study, tasks[i]));
+        if (result && !result->failure.empty()) failed_before.insert(i);
     }
     WorkDone work;
     work.tasks = tasks.size();
@@ -42,30 +41,28 @@ Result<WorkDone> work_on_tasks(const Study& study, const StudyFolder& folder,
         size_t done = 0;
         for (size_t i = first; i < end; ++i, ++done) {
             if (stop && *stop) return Status(StatusCode::canceled, "stopped");
-            auto claim = io::Claim::take(folder.path() + "/" + claim_path(tasks[i]));
-            if (!claim.ok()) return claim.status();
-            if (!*claim) continue;
+            ASSIGN_OR_RETURN(auto claim,
+                             io::Claim::take(folder.path() + "/" + claim_path(tasks[i])));
+            if (!claim) continue;
             // Another process has made it meanwhile.
-            auto result = folder.result(study, tasks[i]);
-            if (!result.ok()) return result.status();
-            if (*result && !failed_before.contains(i)) {
-                (*claim)->finish();
+            ASSIGN_OR_RETURN(auto result, folder.result(study, tasks[i]));
+            if (result && !failed_before.contains(i)) {
+                claim->finish();
                 continue;
             }
             failed_before.erase(i);
-            auto made = measure_task(study, tasks[i], folder.path(), machine,
-                                     inside(progress, tasks[i], done, end - first), stop);
-            if (!made.ok()) return made.status();
-            if (Status status = folder.keep(tasks[i], *made); !status.ok()) return status;
-            (*claim)->finish();
+            ASSIGN_OR_RETURN(auto made,
+                             measure_task(study, tasks[i], folder.path(), machine,
+                                          inside(progress, tasks[i], done, end - first), stop));
+            RETURN_IF_ERROR(folder.keep(tasks[i], made));
+            claim->finish();
             ++work.made;
             again = true;
         }
     }
     for (const Task& task : tasks) {
-        auto result = folder.result(study, task);
-        if (!result.ok()) return result.status();
-        work.results += result->has_value();
+        ASSIGN_OR_RETURN(auto result, folder.result(study, task));
+        work.results += result.has_value();
     }
     return work;
 }

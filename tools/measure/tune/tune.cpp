@@ -41,65 +41,56 @@ class Shot final : public Laboratory {
                 const Chain& converging) {
         exposures_ = basis.exposures;
         for (const int number : numbers) {
-            auto source = experiment::read_frame(basis, settings_.run, number, wanted);
-            if (!source.ok()) return source.status();
-            for (const auto& note : experiment::notes_on_neighbors(*source)) notes_.push_back(note);
+            ASSIGN_OR_RETURN(auto source,
+                             experiment::read_frame(basis, settings_.run, number, wanted));
+            for (const auto& note : experiment::notes_on_neighbors(source)) notes_.push_back(note);
             metrics::RgbImage reference;
             if (basis.truth) {
-                auto truth = basis.truth->load(number);
-                if (!truth.ok()) return truth.status();
-                reference = std::move(*truth);
+                ASSIGN_OR_RETURN(reference, basis.truth->load(number));
             } else {
                 say(concat("frame ", number, ": the converged image"));
                 // plan_source_frame() explains what a frame lacks.
-                auto plan = sequence::plan_source_frame(converging, *source, settings_.run.plan);
-                if (!plan.ok()) return plan.status();
-                auto converged =
-                    experiment::converge(converging, source->description, source->planes,
-                                         settings_.run.plan, executor_, kReferenceSeeds);
-                if (!converged.ok()) return converged.status();
-                auto image = metrics::rgb_image_of(converged->rgb);
-                if (!image.ok()) return image.status();
-                reference = std::move(*image);
-                changes_ = converged->changes;
+                ASSIGN_OR_RETURN(
+                    auto plan, sequence::plan_source_frame(converging, source, settings_.run.plan));
+                ASSIGN_OR_RETURN(
+                    auto converged,
+                    experiment::converge(converging, source.description, source.planes,
+                                         settings_.run.plan, executor_, kReferenceSeeds));
+                ASSIGN_OR_RETURN(reference, metrics::rgb_image_of(converged.rgb));
+                changes_ = converged.changes;
             }
-            frames_.push_back({std::move(*source), std::move(reference)});
+            frames_.push_back({std::move(source), std::move(reference)});
         }
         return Status();
     }
 
     Result<Measured> measure(const Chain& chain) override {
         say(knobs_text(chain));
-        auto plans = plans_of(chain);
-        if (!plans.ok()) return plans.status();
+        ASSIGN_OR_RETURN(auto plans, plans_of(chain));
         for (const auto& [known, measured] : known_)
-            if (std::equal(plans->begin(), plans->end(), known.begin(), same_work)) return measured;
+            if (std::equal(plans.begin(), plans.end(), known.begin(), same_work)) return measured;
         Measured measured;
         double error = 0;
         for (size_t i = 0; i < frames_.size(); ++i) {
             // Warms up too: it compiles.
-            auto filtered = executor_.filter((*plans)[i], frames_[i].source.planes);
-            if (!filtered.ok()) return filtered.status();
+            ASSIGN_OR_RETURN(auto filtered, executor_.filter(plans[i], frames_[i].source.planes));
             if (i == 0 && goal_.budget_s) {
-                auto once = times_of({&(*plans)[0], 1}, 1);
-                if (!once.ok()) return once.status();
-                if (once->seconds > kGiveUp * *goal_.budget_s)
-                    return keep(std::move(*plans), {.times = std::move(*once), .error = {}});
+                ASSIGN_OR_RETURN(auto once, times_of({&plans[0], 1}, 1));
+                if (once.seconds > kGiveUp * *goal_.budget_s)
+                    return keep(std::move(plans), {.times = std::move(once), .error = {}});
             }
-            auto of_frame = error_of(filtered->at(Role::color), frames_[i].reference);
-            if (!of_frame.ok()) return of_frame.status();
-            error += *of_frame / double(frames_.size());
+            ASSIGN_OR_RETURN(auto of_frame,
+                             error_of(filtered.at(Role::color), frames_[i].reference));
+            error += of_frame / double(frames_.size());
         }
-        auto times = times_of(*plans, settings_.repeats);
-        if (!times.ok()) return times.status();
-        return keep(std::move(*plans), {.times = std::move(*times), .error = error});
+        ASSIGN_OR_RETURN(auto times, times_of(plans, settings_.repeats));
+        return keep(std::move(plans), {.times = std::move(times), .error = error});
     }
 
     Result<Times> time_again(const Chain& chain) override {
         say("timing again: " + knobs_text(chain));
-        auto plans = plans_of(chain);
-        if (!plans.ok()) return plans.status();
-        return times_of(*plans, kConfirmingRepeats * settings_.repeats);
+        ASSIGN_OR_RETURN(auto plans, plans_of(chain));
+        return times_of(plans, kConfirmingRepeats * settings_.repeats);
     }
 
     const std::vector<std::string>& notes() const { return notes_; }
@@ -120,9 +111,9 @@ class Shot final : public Laboratory {
     Result<std::vector<Plan>> plans_of(const Chain& chain) const {
         std::vector<Plan> plans;
         for (const ShotFrame& frame : frames_) {
-            auto plan = sequence::plan_source_frame(chain, frame.source, settings_.run.plan);
-            if (!plan.ok()) return plan.status();
-            plans.push_back(std::move(*plan));
+            ASSIGN_OR_RETURN(auto plan,
+                             sequence::plan_source_frame(chain, frame.source, settings_.run.plan));
+            plans.push_back(std::move(plan));
         }
         return plans;
     }
@@ -132,28 +123,25 @@ class Shot final : public Laboratory {
         Times times;
         times.repeats = repeats;
         for (size_t i = 0; i < plans.size(); ++i) {
-            auto timing =
-                experiment::time_plan(executor_, plans[i], frames_[i].source.planes, repeats, 0);
-            if (!timing.ok()) return timing.status();
-            times.seconds += 1e-3 * timing->total.median_ms / double(plans.size());
-            times.spread_s += 1e-3 * timing->total.spread_ms / double(plans.size());
-            if (!timing->trustworthy) times.doubt = timing->why_not;
+            ASSIGN_OR_RETURN(
+                auto timing,
+                experiment::time_plan(executor_, plans[i], frames_[i].source.planes, repeats, 0));
+            times.seconds += 1e-3 * timing.total.median_ms / double(plans.size());
+            times.spread_s += 1e-3 * timing.total.spread_ms / double(plans.size());
+            if (!timing.trustworthy) times.doubt = timing.why_not;
         }
         return times;
     }
 
     Result<double> error_of(const ImageF& color, const metrics::RgbImage& reference) const {
-        auto test = metrics::rgb_image_of(color);
-        if (!test.ok()) return test.status();
-        auto pair = metrics::pair_of(std::move(*test), reference);
-        if (!pair.ok()) return pair.status();
+        ASSIGN_OR_RETURN(auto test, metrics::rgb_image_of(color));
+        ASSIGN_OR_RETURN(auto pair, metrics::pair_of(std::move(test), reference));
         metrics::CompareSettings compare;
         compare.metrics = {kMetric};
         compare.flip = settings_.flip;
         compare.exposures = exposures_;
-        auto compared = metrics::compare(*pair, compare);
-        if (!compared.ok()) return compared.status();
-        return *compared->value(kMetric);
+        ASSIGN_OR_RETURN(auto compared, metrics::compare(pair, compare));
+        return *compared.value(kMetric);
     }
 
     Measured keep(std::vector<Plan> plans, Measured measured) {
@@ -175,13 +163,11 @@ class Shot final : public Laboratory {
 
 // A few frames of those that have a ground truth.
 Result<std::vector<int>> frames_to_measure(const TuneSettings& settings) {
-    auto list = experiment::frames_on_disk(settings.run);
-    if (!list.ok()) return list.status();
+    ASSIGN_OR_RETURN(auto list, experiment::frames_on_disk(settings.run));
     if (settings.truth.empty())
-        return experiment::spread_frames(list->frames, settings.measure_frames);
-    auto truth = experiment::Truth::open(settings.truth, list->frames);
-    if (!truth.ok()) return truth.status();
-    return experiment::spread_frames(truth->frames(), settings.measure_frames);
+        return experiment::spread_frames(list.frames, settings.measure_frames);
+    ASSIGN_OR_RETURN(auto truth, experiment::Truth::open(settings.truth, list.frames));
+    return experiment::spread_frames(truth.frames(), settings.measure_frames);
 }
 
 RoleSet planes_of(const std::vector<Start>& starts) {
@@ -209,8 +195,7 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
                         const TuneSettings& given, Executor& executor,
                         const experiment::ProgressCallback& progress,
                         const std::atomic<bool>* stop) {
-    auto goal = goal_of(given);
-    if (!goal.ok()) return goal.status();
+    ASSIGN_OR_RETURN(auto goal, goal_of(given));
     if (given.truth.empty() && starts.size() != 1)
         return Status(StatusCode::usage,
                       concat("without a ground truth a chain is measured against its own converged "
@@ -220,35 +205,30 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     std::vector<const Chain*> chains;
     for (const Start& start : starts) chains.push_back(&start.chain);
     settings.run = sequence::settings_for(settings.run, chains);
-    auto numbers = frames_to_measure(settings);
-    if (!numbers.ok()) return numbers.status();
-    settings.run.frames = io::FrameRange{*numbers};
+    ASSIGN_OR_RETURN(auto numbers, frames_to_measure(settings));
+    settings.run.frames = io::FrameRange{numbers};
     report::Report conditions;
-    auto basis = experiment::open_basis(report::Kind::bench, settings, conditions);
-    if (!basis.ok()) return basis.status();
+    ASSIGN_OR_RETURN(auto basis, experiment::open_basis(report::Kind::bench, settings, conditions));
 
     const StopScope within_a_frame(executor, stop);
-    Shot shot(settings, *goal, executor, progress);
-    if (Status status =
-            shot.open(*basis, *numbers, planes_of(starts), without_shortcuts(starts.front().chain));
-        !status.ok())
-        return status;
+    Shot shot(settings, goal, executor, progress);
+    RETURN_IF_ERROR(
+        shot.open(basis, numbers, planes_of(starts), without_shortcuts(starts.front().chain)));
     Tuning tuning;
-    tuning.with_truth = basis->truth.has_value();
+    tuning.with_truth = basis.truth.has_value();
     tuning.reference = tuning.with_truth ? "ground truth " + *conditions.truth
                                          : converged_words(starts.front(), shot.changes());
     const auto steps = [&](const Chain& chain) {
         return steps_from(chain, fixed, tuning.with_truth);
     };
-    auto walked = walk(std::move(starts), steps, *goal, settings.max_chains, shot);
-    if (!walked.ok()) return walked.status();
-    if (Status status = io::check_unchanged(basis->stamps); !status.ok()) return status;
-    tuning.goal = *goal;
-    tuning.walk = std::move(*walked);
+    ASSIGN_OR_RETURN(auto walked, walk(std::move(starts), steps, goal, settings.max_chains, shot));
+    RETURN_IF_ERROR(io::check_unchanged(basis.stamps));
+    tuning.goal = goal;
+    tuning.walk = std::move(walked);
     tuning.version = conditions.version;
     tuning.input = settings.input;
-    tuning.frames = concat(sequence::frames_text(*numbers), " (", conditions.width, "x",
-                           conditions.height, ")");
+    tuning.frames =
+        concat(sequence::frames_text(numbers), " (", conditions.width, "x", conditions.height, ")");
     tuning.device = concat(conditions.renderer, ", ", conditions.precision);
     if (conditions.software) tuning.device += concat(", ", conditions.threads, " threads");
     tuning.timing = executor.timing_source();

@@ -34,14 +34,11 @@ class Walker {
         : steps_(steps), goal_(goal), most_(size_t(most)), laboratory_(laboratory) {}
 
     Result<Walk> run(std::vector<Start> starts) {
-        for (Start& start : starts)
-            if (Status status = attempt(std::move(start.chain), start.name); !status.ok())
-                return status;
+        for (Start& start : starts) RETURN_IF_ERROR(attempt(std::move(start.chain), start.name));
         // A time that does not hold may leave no chain within the budget; then the walk goes on.
         do {
-            while (const auto next = next_to_expand())
-                if (Status status = expand(*next); !status.ok()) return status;
-            if (Status status = confirm(); !status.ok()) return status;
+            while (const auto next = next_to_expand()) RETURN_IF_ERROR(expand(*next));
+            RETURN_IF_ERROR(confirm());
         } while (!walk_.chosen && next_to_expand());
         walk_.complete = !stopped_early_;
         return std::move(walk_);
@@ -52,9 +49,8 @@ class Walker {
 
     Status attempt(Chain chain, const std::string& name) {
         if (!known_.insert(chain.text()).second) return Status();
-        auto measured = laboratory_.measure(chain);
-        if (!measured.ok()) return measured.status();
-        walk_.tried.push_back({std::move(chain), name, std::move(*measured)});
+        ASSIGN_OR_RETURN(auto measured, laboratory_.measure(chain));
+        walk_.tried.push_back({std::move(chain), name, std::move(measured)});
         return Status();
     }
 
@@ -94,7 +90,7 @@ class Walker {
         for (Step& step : steps_(walk_.tried[i].chain)) {
             if (!worthwhile(from, step.cost)) continue;
             if (full() && !known_.contains(step.chain.text())) return Status();
-            if (Status status = attempt(std::move(step.chain), ""); !status.ok()) return status;
+            RETURN_IF_ERROR(attempt(std::move(step.chain), ""));
         }
         walk_.tried[i].expanded = true;
         return Status();
@@ -112,9 +108,7 @@ class Walker {
     Status confirm() {
         while ((walk_.chosen = choice()) && !walk_.tried[*walk_.chosen].confirmed) {
             Tried& chosen = walk_.tried[*walk_.chosen];
-            auto times = laboratory_.time_again(chosen.chain);
-            if (!times.ok()) return times.status();
-            chosen.measured.times = std::move(*times);
+            ASSIGN_OR_RETURN(chosen.measured.times, laboratory_.time_again(chosen.chain));
             chosen.confirmed = true;
         }
         return Status();

@@ -138,16 +138,14 @@ class DeepReader {
         const Window area = layout_.area(chunk);
         uint64_t at = source_.offsets[chunk];
         std::array<uint64_t, 3> sizes;  // counts and samples, packed; samples, unpacked
-        if (Status s = source_.check_place(layout_, chunk, at); !s.ok()) return s;
+        RETURN_IF_ERROR(source_.check_place(layout_, chunk, at));
         if (!source_.read_at(at, sizes.data(), sizeof(sizes))) return chunk_is_cut();
         at += sizeof(sizes);
         const size_t count_bytes = size_t(area.pixels()) * sizeof(int32_t);
         const std::byte* counted = nullptr;
-        if (Status s =
-                unpack(at, sizes[0], count_bytes, layout_.whole_chunk_pixels * sizeof(int32_t),
-                       buffers, buffers.counts, counted);
-            !s.ok())
-            return s;
+        RETURN_IF_ERROR(unpack(at, sizes[0], count_bytes,
+                               layout_.whole_chunk_pixels * sizeof(int32_t), buffers,
+                               buffers.counts, counted));
         std::vector<int32_t>& ends = buffers.ends;
         ends.resize(size_t(area.pixels()));
         std::memcpy(ends.data(), counted, count_bytes);
@@ -157,10 +155,8 @@ class DeepReader {
         if (samples * channels_.sample_bytes != sizes[2])
             return chunk_is_damaged("its sample counts and the size of its samples differ");
         const std::byte* values = nullptr;
-        if (Status s = unpack(at + sizes[0], sizes[1], size_t(sizes[2]), sizes[2], buffers,
-                              buffers.samples, values);
-            !s.ok())
-            return s;
+        RETURN_IF_ERROR(unpack(at + sizes[0], sizes[1], size_t(sizes[2]), sizes[2], buffers,
+                               buffers.samples, values));
         // A chunk is one line, or a tile: all of it is in the window, which has whole tiles.
         const size_t width = size_t(area.width());
         for (int y = area.min_y; y <= area.max_y; ++y) {

@@ -35,7 +35,7 @@ class ChunkReader {
         const size_t bytes = layout_.bytes(area);
         uint64_t at = source_.offsets[chunk];
         size_t packed = 0;
-        if (Status s = read_head(chunk, bytes, at, packed); !s.ok()) return s;
+        RETURN_IF_ERROR(read_head(chunk, bytes, at, packed));
         if (!source_.read_at(at, scratch.packed.get(), packed)) return chunk_is_cut();
         const auto* from = reinterpret_cast<const uint8_t*>(scratch.packed.get());
         if (packed == bytes) {
@@ -60,7 +60,7 @@ class ChunkReader {
   private:
     // Reads and checks the header of a chunk. Moves `at` behind it.
     Status read_head(size_t chunk, size_t bytes, uint64_t& at, size_t& packed) const {
-        if (Status s = source_.check_place(layout_, chunk, at); !s.ok()) return s;
+        RETURN_IF_ERROR(source_.check_place(layout_, chunk, at));
         int32_t size;
         if (!source_.read_at(at, &size, sizeof(size))) return chunk_is_cut();
         at += sizeof(size);

@@ -254,7 +254,7 @@ Result<HeaderFacts> scan_header(int fd, uint64_t file_bytes, const ReadLimits& l
     while (true) {
         PartSizes part;
         bool empty = false;
-        if (Status s = read_header(in, limits, part, empty); !s.ok()) return s;
+        RETURN_IF_ERROR(read_header(in, limits, part, empty));
         if (empty) break;
         if (parts.size() >= kMaxParts) return input_error("damaged header: too many parts");
         // As in OpenEXR: in a single flat part the flag overrides the type.

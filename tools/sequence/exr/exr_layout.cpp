@@ -56,7 +56,7 @@ Result<std::vector<std::string>> check_settings(const std::vector<ExrPart>& part
                                                 const std::vector<std::string>& color,
                                                 const ExrSettings& settings) {
     if (!settings.channels.empty())
-        if (Status s = check_channels(parts, color_part, color, settings); !s.ok()) return s;
+        RETURN_IF_ERROR(check_channels(parts, color_part, color, settings));
     std::vector<std::string> notes;
     if (!settings.compression) return notes;
     std::vector<std::string> data, layers;

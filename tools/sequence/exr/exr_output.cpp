@@ -58,13 +58,12 @@ void write_lines(auto&& to, const Imf::FrameBuffer& buffer) {
 // Appends the chunks of a part and fills in its table, which OpenEXR left empty.
 Status append_chunks(Imf::OStream& stream, const ChunkLayout& layout, const PartPlanes& planes,
                      std::optional<int> part, int level, uint64_t table) {
-    const auto offsets = write_chunks(stream, layout, planes, part, level);
-    if (!offsets.ok()) return offsets.status();
+    ASSIGN_OR_RETURN(const auto offsets, write_chunks(stream, layout, planes, part, level));
     const uint64_t end = stream.tellp();
     stream.seekp(table);
     // A ChunkLayout exists only on little-endian machines.
-    stream.write(reinterpret_cast<const char*>(offsets->data()),
-                 int(offsets->size() * sizeof(uint64_t)));
+    stream.write(reinterpret_cast<const char*>(offsets.data()),
+                 int(offsets.size() * sizeof(uint64_t)));
     stream.seekp(end);
     return {};
 }
@@ -90,9 +89,8 @@ Result<Packer> write_single_part(Imf::OStream& stream, const Imf::Header& header
     else
         Imf::OutputFile(stream, header, 0);
     const uint64_t table = stream.tellp() - layout->count() * sizeof(uint64_t);
-    if (Status s = append_chunks(stream, *layout, planes, {}, header.zipCompressionLevel(), table);
-        !s.ok())
-        return s;
+    RETURN_IF_ERROR(
+        append_chunks(stream, *layout, planes, {}, header.zipCompressionLevel(), table));
     return Packer::own;
 }
 
@@ -138,10 +136,8 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
         // OpenEXR writes one part as a single-part file, whose chunks have no part number.
         const std::optional<int> number =
             headers.size() > 1 ? std::optional<int>(part) : std::nullopt;
-        if (Status s = append_chunks(stream, how.layout, planes.at(part), number,
-                                     headers[size_t(part)].zipCompressionLevel(), how.table);
-            !s.ok())
-            return s;
+        RETURN_IF_ERROR(append_chunks(stream, how.layout, planes.at(part), number,
+                                      headers[size_t(part)].zipCompressionLevel(), how.table));
     }
     return Packer::openexr;
 }
@@ -152,7 +148,7 @@ namespace {
 // OpenEXR 3.1 compresses lines, it skips them without an error. Errors (memory), (output). Passes
 // on OpenEXR's exceptions.
 Status check_complete(AtomicFile& file) {
-    if (Status s = file.flush(); !s.ok()) return s;
+    RETURN_IF_ERROR(file.flush());
     FdIStream stream(file.temporary());
     const int fd = ::open(file.temporary().c_str(), O_RDONLY | O_CLOEXEC);
     if (fd < 0)
@@ -172,26 +168,22 @@ Status check_complete(AtomicFile& file) {
 
 Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
                       const std::function<Result<Packer>(Imf::OStream&)>& write) {
-    Result<AtomicFile> file = AtomicFile::create(path);
-    if (!file.ok()) return file.status();
-    AtomicOStream stream(*file);
+    ASSIGN_OR_RETURN(AtomicFile file, AtomicFile::create(path));
+    AtomicOStream stream(file);
     try {
         const Result<Packer> packer = write(stream);
         if (!packer.ok()) return packer.status().at(path);
-        if (*packer == Packer::openexr)
-            if (Status s = check_complete(*file); !s.ok()) return s;
+        if (*packer == Packer::openexr) RETURN_IF_ERROR(check_complete(file));
         // The file keeps write errors that OpenEXR's destructors dropped.
-        if (Status s = file->flush(); !s.ok()) return s;
+        RETURN_IF_ERROR(file.flush());
     } catch (...) {
         if (!stream.status.ok()) return stream.status;
         return status_of_exr_exception(StatusCode::output, path);
     }
-    report.bytes = file->size();
-    if (options.before_commit)
-        if (Status s = options.before_commit(); !s.ok()) return s;
-    Result<bool> written = file->commit(options.on_existing);
-    if (!written.ok()) return written.status();
-    report.skipped = !*written;
+    report.bytes = file.size();
+    if (options.before_commit) RETURN_IF_ERROR(options.before_commit());
+    ASSIGN_OR_RETURN(bool written, file.commit(options.on_existing));
+    report.skipped = !written;
     return {};
 }
 

@@ -49,12 +49,10 @@ Status write_exr_file(const std::string& path, const WriteOptions& options, Writ
 template <class Write>  // Status(WriteReport&)
 Result<WriteReport> write_unless_kept(const std::string& path, OnExisting on_existing,
                                       const Write& write) try {
-    const Result<bool> kept = skipped_already(path, on_existing);
-    if (!kept.ok()) return kept.status();
+    ASSIGN_OR_RETURN(const bool kept, skipped_already(path, on_existing));
     WriteReport report;
-    report.skipped = *kept;
-    if (!*kept)
-        if (Status s = write(report); !s.ok()) return s;
+    report.skipped = kept;
+    if (!kept) RETURN_IF_ERROR(write(report));
     return report;
 } catch (...) {
     return status_of_exception(path);

@@ -133,12 +133,11 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
     if (!part.tiled) {
         needs.chunks = up(height, compression->lines);
         // OpenEXR's buffers hold a whole block even if the part has fewer lines.
-        const Status status = check_chunk(
-            concat("a block of ", std::to_string(compression->lines), " lines of ",
-                   name_of(ExrMethod(part.compression))),
-            compression->lines * width * bytes, limits, "write it with fewer channels or as zip");
-        if (!status.ok()) return status;
-        if (Status s = check_chunk_count(part, needs); !s.ok()) return s;
+        RETURN_IF_ERROR(check_chunk(concat("a block of ", std::to_string(compression->lines),
+                                           " lines of ", name_of(ExrMethod(part.compression))),
+                                    compression->lines * width * bytes, limits,
+                                    "write it with fewer channels or as zip"));
+        RETURN_IF_ERROR(check_chunk_count(part, needs));
         return needs;
     }
     if (!part.tile || part.tile->width < 1 || part.tile->height < 1) {
@@ -156,10 +155,9 @@ Result<PartNeeds> check_part(const PartSizes& part, const ReadLimits& limits) {
                                   " a side; write it with smaller tiles"));
     }
     needs.chunks = count_tiles(width, height, *part.tile);
-    const Status status = check_chunk(tile, uint64_t(tile_width) * tile_height * bytes, limits,
-                                      "write it with smaller tiles");
-    if (!status.ok()) return status;
-    if (Status s = check_chunk_count(part, needs); !s.ok()) return s;
+    RETURN_IF_ERROR(check_chunk(tile, uint64_t(tile_width) * tile_height * bytes, limits,
+                                "write it with smaller tiles"));
+    RETURN_IF_ERROR(check_chunk_count(part, needs));
     return needs;
 }
 

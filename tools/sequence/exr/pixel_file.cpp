@@ -125,7 +125,7 @@ Status PixelFile::explain_no_color() const try {
 Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>& channels,
                                         const std::optional<Window>& area) try {
     if (part < 0 || size_t(part) >= parts().size() || parts()[size_t(part)].deep)
-        if (Status s = check_channels(part, {}); !s.ok()) return s;
+        RETURN_IF_ERROR(check_channels(part, {}));
     const ExrPart& info = parts()[size_t(part)];
     PartPixels pixels;
     pixels.part = part;
@@ -148,17 +148,16 @@ Result<PartPixels> PixelFile::read_part(int part, const std::vector<std::string>
     for (const std::string& name : channels) {
         if (pixels.find(name) == nullptr) return check_channels(part, {name});
     }
-    if (Status s = read_planes(pixels); !s.ok()) return s;
+    RETURN_IF_ERROR(read_planes(pixels));
     return pixels;
 } catch (...) {
     return status_of_exception(path());
 }
 
 Result<ImageF> PixelFile::read_channels(int part, const std::vector<std::string>& channels) try {
-    if (Status s = check_channels(part, channels); !s.ok()) return s;
-    Result<PartPixels> pixels = read_part(part, channels);
-    if (!pixels.ok()) return pixels.status();
-    return pixels->interleaved(channels, pixels->window);
+    RETURN_IF_ERROR(check_channels(part, channels));
+    ASSIGN_OR_RETURN(PartPixels pixels, read_part(part, channels));
+    return pixels.interleaved(channels, pixels.window);
 } catch (...) {
     return status_of_exception(path());
 }

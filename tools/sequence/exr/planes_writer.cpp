@@ -49,7 +49,7 @@ Result<EncodedPlanes> encode_planes(const std::string& path, const PlanesFile& f
     }
     encoded.counts = encode_channels(targets);
     encoded.counts.narrowed = options.exr.half;
-    if (Status s = check_counts(path, encoded.counts, options.overflow); !s.ok()) return s;
+    RETURN_IF_ERROR(check_counts(path, encoded.counts, options.overflow));
     return encoded;
 }
 
@@ -91,12 +91,11 @@ PlanesFile file_of(const ImageF& image, const std::vector<std::string>& names) {
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
                                      const WriteOptions& options) {
     return write_unless_kept(path, options.on_existing, [&](WriteReport& report) -> Status {
-        const auto encoded = encode_planes(path, file, options);
-        if (!encoded.ok()) return encoded.status();
-        report.overflow_pixels = encoded->counts.overflow_pixels;
-        report.nonfinite_pixels = encoded->counts.nonfinite_pixels;
+        ASSIGN_OR_RETURN(const auto encoded, encode_planes(path, file, options));
+        report.overflow_pixels = encoded.counts.overflow_pixels;
+        report.nonfinite_pixels = encoded.counts.nonfinite_pixels;
         return write_exr_file(path, options, report, [&](Imf::OStream& stream) {
-            return write_encoded(stream, *encoded, file, options);
+            return write_encoded(stream, encoded, file, options);
         });
     });
 }
@@ -105,10 +104,9 @@ Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std:
     const std::string place = "an EXR in memory";
     try {
         const PlanesFile file = file_of(image, names);
-        const auto encoded = encode_planes(place, file, WriteOptions());
-        if (!encoded.ok()) return encoded.status();
+        ASSIGN_OR_RETURN(const auto encoded, encode_planes(place, file, WriteOptions()));
         Imf::StdOSStream stream;
-        const auto packer = write_encoded(stream, *encoded, file, {});
+        const auto packer = write_encoded(stream, encoded, file, {});
         if (!packer.ok()) return packer.status().at(place);
         return stream.str();
     } catch (...) {

@@ -286,7 +286,7 @@ Status AtomicFile::flush() try {
 Status AtomicFile::write(const void* bytes, size_t count) try {
     if (!failed_.ok()) return failed_;
     if (buffer_.size() + count > kBufferBytes) {
-        if (Status s = flush(); !s.ok()) return s;
+        RETURN_IF_ERROR(flush());
     }
     buffer_.append(static_cast<const char*>(bytes), count);
     position_ += count;
@@ -307,7 +307,7 @@ Status AtomicFile::seek(uint64_t position) try {
 }
 
 Result<bool> AtomicFile::commit(OnExisting on_existing) try {
-    if (Status s = flush(); !s.ok()) return s;
+    RETURN_IF_ERROR(flush());
     if (::fsync(fd_) != 0) return fail("cannot write", errno);
     // Opened before the rename, so that a failure leaves no file. A folder that can be written but
     // not read cannot be synced.
@@ -437,10 +437,9 @@ void remove_live_temporaries() {
 
 Result<bool> atomic_write_text(const std::string& path, std::string_view text,
                                OnExisting on_existing) try {
-    Result<AtomicFile> file = AtomicFile::create(path);
-    if (!file.ok()) return file.status();
-    if (Status s = file->write(text.data(), text.size()); !s.ok()) return s;
-    return file->commit(on_existing);
+    ASSIGN_OR_RETURN(AtomicFile file, AtomicFile::create(path));
+    RETURN_IF_ERROR(file.write(text.data(), text.size()));
+    return file.commit(on_existing);
 } catch (...) {
     return status_of_exception(path);
 }

@@ -30,8 +30,7 @@ Status FileStamp::unchanged() const {
 }
 
 Status check_unchanged(const std::vector<FileStamp>& stamps) {
-    for (const FileStamp& stamp : stamps)
-        if (Status status = stamp.unchanged(); !status.ok()) return status;
+    for (const FileStamp& stamp : stamps) RETURN_IF_ERROR(stamp.unchanged());
     return Status();
 }
 

@@ -189,8 +189,7 @@ Status OutputFiles::check_names() const {
                      concat("would be written twice, as ", files_[first].what, " and as ",
                             files_[second].what, "; ", files_[second].remedy));
     }
-    for (const OutputFamily& family : families_)
-        if (Status status = family_names(family); !status.ok()) return status;
+    for (const OutputFamily& family : families_) RETURN_IF_ERROR(family_names(family));
     for (const OutputFolder& folder : folders_)
         if (const std::string input = input_in(folder_names_.name(folder.path)); !input.empty())
             return usage(folder.path, concat("is the folder of ", folder.what, ", and ", input,
@@ -250,20 +249,19 @@ Status OutputFiles::check_existing(const std::vector<std::string>& paths) const 
 Status OutputFiles::check_existing() const {
     std::vector<const OutputFile*> files;
     for (const OutputFile& file : files_) files.push_back(&file);
-    if (Status status = existing(files); !status.ok()) return status;
+    RETURN_IF_ERROR(existing(files));
     for (const OutputFamily& family : families_)
         for (const std::string& name : names_in(family.folder))
             if (on_existing_ == OnExisting::fail && family.has(name))
                 return refused(resolved_path(family.folder, name),
                                concat("exists; it could be replaced by ", family.what, " (",
                                       choice(), family.remedy, ")"));
-    for (const OutputFolder& folder : folders_)
-        if (Status status = folder_state(folder); !status.ok()) return status;
+    for (const OutputFolder& folder : folders_) RETURN_IF_ERROR(folder_state(folder));
     return Status();
 }
 
 Status OutputFiles::check() const {
-    if (Status status = check_names(); !status.ok()) return status;
+    RETURN_IF_ERROR(check_names());
     return check_existing();
 }
 
@@ -292,9 +290,8 @@ Status OutputFiles::make_folders() const {
         std::error_code ignored;  // the reason is why it could not be made
         if (!fs::is_directory(folder.path, ignored))
             return refused(folder.path, concat("folder cannot be created: ", error.message()));
-        const auto marked =
-            atomic_write_text(folder.path + "/" + folder.mark, folder.owner, OnExisting::skip);
-        if (!marked.ok()) return marked.status();
+        ASSIGN_OR_RETURN(const auto marked, atomic_write_text(folder.path + "/" + folder.mark,
+                                                              folder.owner, OnExisting::skip));
     }
     return Status();
 }

@@ -299,9 +299,8 @@ Result<InputSpec> InputSpec::parse(std::string_view text) {
     };
     InputSpec spec;
     if (!key_of(text)) {
-        Result<PathPattern> pattern = PathPattern::parse(text);
-        if (!pattern.ok()) return pattern.status();
-        spec.patterns.emplace(Role::color, std::move(*pattern));
+        ASSIGN_OR_RETURN(PathPattern pattern, PathPattern::parse(text));
+        spec.patterns.emplace(Role::color, std::move(pattern));
         return spec;
     }
     std::string_view rest = text;

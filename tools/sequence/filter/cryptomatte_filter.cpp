@@ -299,11 +299,9 @@ Result<FramePlanes> CryptomatteFilter::filter(const CoverageRun& run,
             planes[role_of(neighbor, Role::layers)] =
                 std::make_shared<const ImageF>(stacked(run, neighbor));
     }
-    auto plan = make_plan(chain_, described(run, frame_, description_), options_);
-    if (!plan.ok()) return plan.status();
-    auto result = executor_.filter(*plan, planes, observer);
-    if (!result.ok()) return result.status();
-    ImageF& layers = result->at(Role::layers);
+    ASSIGN_OR_RETURN(auto plan, make_plan(chain_, described(run, frame_, description_), options_));
+    ASSIGN_OR_RETURN(auto result, executor_.filter(plan, planes, observer));
+    ImageF& layers = result.at(Role::layers);
     const int own = run.with_color ? own_layers(frame_) : 0;
     const int width = frame_.input.window.width(), height = frame_.input.window.height();
     for (size_t slot = 0; slot < run.slots.size(); ++slot) {
@@ -315,7 +313,7 @@ Result<FramePlanes> CryptomatteFilter::filter(const CoverageRun& run,
                 (own + int(slot / 4)) * height);
     }
     if (own == 0) {
-        result->erase(Role::layers);
+        result.erase(Role::layers);
     } else {
         layers.height = own * height;
         layers.data.resize(layers.pixels() * 4);

@@ -21,22 +21,17 @@ Result<FilteredView> filter_view(const Chain& chain, const Plan& plan, const Sou
         chain, plan, source,
         masked ? planes_with_fill_mask(source.planes, source.description) : source.planes, options,
         executor);
-    auto result = cryptomattes.filter_color(observer);
-    if (!result.ok()) return result.status();
+    ASSIGN_OR_RETURN(auto result, cryptomattes.filter_color(observer));
     FilteredView view;
-    view.color = std::move(result->at(Role::color));
-    if (const auto layers = result->find(Role::layers); layers != result->end())
+    view.color = std::move(result.at(Role::color));
+    if (const auto layers = result.find(Role::layers); layers != result.end())
         view.layers = std::move(layers->second);
     if (masked) view.fill_mask = take_fill_mask(view.layers, view.color.height);
     if (color_is_done) color_is_done();
     if (!source.layers_apart.empty()) {
-        auto layers = filter_apart(chain, source, options, executor, view.layers);
-        if (!layers.ok()) return layers.status();
-        view.layers = std::move(*layers);
+        ASSIGN_OR_RETURN(view.layers, filter_apart(chain, source, options, executor, view.layers));
     }
-    auto filtered = cryptomattes.filter_rest(view.reports);
-    if (!filtered.ok()) return filtered.status();
-    view.cryptomattes = std::move(*filtered);
+    ASSIGN_OR_RETURN(view.cryptomattes, cryptomattes.filter_rest(view.reports));
     return view;
 }
 

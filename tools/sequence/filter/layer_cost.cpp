@@ -28,8 +28,7 @@ Result<std::optional<LayerCost>> layer_cost(const Chain& chain, const Plan& plan
     const std::vector<CoverageRun> coverage = coverage_runs(chain, plan, frame, options);
     if (coverage.empty() && frame.layers.filtered.empty()) return std::optional<LayerCost>();
     const FrameDescription description = planned_description(chain, frame);
-    const auto alone = make_plan(chain, without_layers(description), options);
-    if (!alone.ok()) return alone.status();
+    ASSIGN_OR_RETURN(const auto alone, make_plan(chain, without_layers(description), options));
     LayerCost cost;
     cost.layers = int(frame.layers.filtered.size());
     uint64_t taps = 0;
@@ -44,20 +43,19 @@ Result<std::optional<LayerCost>> layer_cost(const Chain& chain, const Plan& plan
         with_color = with_color || run.with_color;
         cost.layers += run.layers();
         for (const CoverageSlot& slot : run.slots) cost.ids += slot.ids.size();
-        const auto planned = make_plan(chain, described(run, frame, description), options);
-        if (!planned.ok()) return planned.status();
-        add(*planned);
+        ASSIGN_OR_RETURN(const auto planned,
+                         make_plan(chain, described(run, frame, description), options));
+        add(planned);
     }
     if (!with_color) add(plan);
     for (const LayersApart& group : frame.layers_apart) {
         FrameDescription apart = without_layers(description);
         for (const auto& [role, plane] : group.planes) apart.planes.add(role);
         apart.layers = int(group.layers.size());
-        const auto planned = make_plan(chain, apart, options);
-        if (!planned.ok()) return planned.status();
-        add(*planned);
+        ASSIGN_OR_RETURN(const auto planned, make_plan(chain, apart, options));
+        add(planned);
     }
-    cost.fetches = double(taps) / double(std::max<uint64_t>(taps_of(*alone), 1));
+    cost.fetches = double(taps) / double(std::max<uint64_t>(taps_of(alone), 1));
     return std::optional(cost);
 }
 

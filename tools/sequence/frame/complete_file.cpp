@@ -43,21 +43,20 @@ std::optional<uint64_t> chunk_bytes(int fd, uint64_t offset, const HeaderFacts& 
 }
 
 Status check_exr(int fd, uint64_t file_bytes) {
-    const auto facts = scan_header(fd, file_bytes, ReadLimits());
-    if (!facts.ok()) return facts.status();
-    for (size_t part = 0; part < facts->chunks.size(); ++part) {
-        const std::vector<uint64_t>& chunks = facts->chunks[part];
+    ASSIGN_OR_RETURN(const auto facts, scan_header(fd, file_bytes, ReadLimits()));
+    for (size_t part = 0; part < facts.chunks.size(); ++part) {
+        const std::vector<uint64_t>& chunks = facts.chunks[part];
         const std::string place =
-            facts->chunks.size() > 1 ? concat(" of part ", part) : std::string();
+            facts.chunks.size() > 1 ? concat(" of part ", part) : std::string();
         size_t absent = 0;
         for (const uint64_t offset : chunks) absent += offset == 0;
         if (absent > 0)
             return not_whole(
                 concat(absent, " of ", chunks.size(), " chunks", place, " are not written"));
-        const ChunkForm form = facts->forms[part];
+        const ChunkForm form = facts.forms[part];
         if (!form.known || form.deep) continue;  // scan_header() has checked deep chunks
         for (const uint64_t offset : chunks) {
-            const auto bytes = chunk_bytes(fd, offset, *facts, form);
+            const auto bytes = chunk_bytes(fd, offset, facts, form);
             if (!bytes || *bytes > file_bytes - offset)
                 return not_whole(concat("a chunk", place, " ends behind the file's end"));
         }
@@ -66,11 +65,9 @@ Status check_exr(int fd, uint64_t file_bytes) {
 }
 
 Status check_image(const std::string& path, const ImageFormat& format) {
-    const auto calls = image_module(StatusCode::input);
-    if (!calls.ok()) return calls.status();
-    const auto info = (*calls)->describe(path, format.name);
-    if (!info.ok()) return info.status();
-    return (*calls)->read_stored(path, *info).status();
+    ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::input));
+    ASSIGN_OR_RETURN(const auto info, calls->describe(path, format.name));
+    return calls->read_stored(path, info).status();
 }
 
 }  // namespace

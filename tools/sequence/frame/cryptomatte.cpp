@@ -136,7 +136,7 @@ void find_levels(const PixelFile& file, const CryptoView& view, Cryptomatte& cry
 Status check_levels(const PixelFile& file, const Cryptomatte& cryptomatte) {
     for (const CryptoLevel& level : cryptomatte.levels) {
         const std::vector<std::string> names(level.channels.begin(), level.channels.end());
-        if (Status status = file.check_channels(level.part, names); !status.ok()) return status;
+        RETURN_IF_ERROR(file.check_channels(level.part, names));
         for (const std::string& name : names)
             if (const auto type = file.parts()[size_t(level.part)].find(name)->type;
                 type != PixelType::float32)
@@ -289,9 +289,8 @@ Result<RankedCoverage> read_ranks(PixelFile& file, const Cryptomatte& cryptomatt
     for (size_t level = 0; level < cryptomatte.levels.size(); ++level) {
         const auto& source = cryptomatte.levels[level];
         const std::vector<std::string> names(source.channels.begin(), source.channels.end());
-        const auto pixels = file.read_part(source.part, names, area);
-        if (!pixels.ok()) return pixels.status();
-        const ImageF values = pixels->interleaved(names, area);
+        ASSIGN_OR_RETURN(const auto pixels, file.read_part(source.part, names, area));
+        const ImageF values = pixels.interleaved(names, area);
         for (size_t pixel = 0; pixel < values.pixels(); ++pixel) {
             const float* value = values.data.data() + 4 * pixel;
             const size_t to = pixel * size_t(all.ranks) + 2 * level;

@@ -61,9 +61,7 @@ Result<OpenFrame> open_frame(const std::map<Role, std::string>& files, int frame
     for (const auto& [role, path] : files) {
         std::shared_ptr<PixelFile>& file = opened[path];
         if (file == nullptr) {
-            auto result = open_pixels(path, limits, transfer);
-            if (!result.ok()) return result.status();
-            file = std::move(*result);
+            ASSIGN_OR_RETURN(file, open_pixels(path, limits, transfer));
         }
         if (role != Role::color && picture_of(*file))
             return Status(StatusCode::input,
@@ -139,7 +137,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
         const auto it = assignment.find(role);
         if (it == assignment.end()) {
             if (role == Role::color) {
-                if (Status s = file.explain_no_color(); !s.ok()) return s;
+                RETURN_IF_ERROR(file.explain_no_color());
             }
             return Status(StatusCode::input,
                           concat(file.path(), ": no channels for ", name_of(role)));
@@ -150,7 +148,7 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
                           concat(file.path(), ": ", name_of(role), " cannot be made of ",
                                  source.channels.size(), " channels"));
         }
-        if (Status s = file.check_channels(source.part, source.channels); !s.ok()) return s;
+        RETURN_IF_ERROR(file.check_channels(source.part, source.channels));
         auto job = std::find_if(jobs.begin(), jobs.end(), [&](const Job& j) {
             return j.file == &file && j.part == source.part;
         });
@@ -184,20 +182,19 @@ Result<InputFrame> read_frame(OpenFrame files, const ChannelAssignment& assignme
         if (is_color && keep == Keep::all) job.channels.clear();  // all of them
         std::optional<Window> rows;
         if (keep == Keep::nothing) rows = frame.window;
-        Result<PartPixels> pixels = job.file->read_part(job.part, job.channels, rows);
-        if (!pixels.ok()) return pixels.status();
+        ASSIGN_OR_RETURN(PartPixels pixels, job.file->read_part(job.part, job.channels, rows));
         for (const Role role : job.roles) {
             const std::vector<std::string>& names = assignment.at(role).channels;
             const float outside =
-                outside_value(role, convention, pixels->find(names[0])->channel.type);
+                outside_value(role, convention, pixels.find(names[0])->channel.type);
             frame.planes[role] =
-                pixels->interleaved(names, frame.window, channels_of(role), 1, outside);
+                pixels.interleaved(names, frame.window, channels_of(role), 1, outside);
             if (role == Role::inverse_depth) {
-                frame.half_depth = pixels->find(names[0])->channel.type == PixelType::half;
+                frame.half_depth = pixels.find(names[0])->channel.type == PixelType::half;
             }
         }
         if (is_color && keep == Keep::all) {
-            frame.kept = std::make_shared<PartPixels>(std::move(*pixels));
+            frame.kept = std::make_shared<PartPixels>(std::move(pixels));
         }
     }
 

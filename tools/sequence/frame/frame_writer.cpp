@@ -263,15 +263,13 @@ Status write_new(const std::string& path, InputFrame& frame, const ImageF& color
     }
     const int color_part = frame.kept->part;
     const RoleChannels& source = frame.assignment.at(Role::color);
-    if (Status s = check_rewritable(frame.files.color_file(), source, options); !s.ok()) return s;
+    RETURN_IF_ERROR(check_rewritable(frame.files.color_file(), source, options));
     const std::vector<ExrPart>& parts = frame.files.color_file().parts();
-    auto said = check_settings(parts, source.part, source.channels, options.exr);
-    if (!said.ok()) return said.status();
-    report.notes = std::move(*said);
+    ASSIGN_OR_RETURN(report.notes,
+                     check_settings(parts, source.part, source.channels, options.exr));
 
     const FilteredLayer own{color_part, source.channels, &color, false};
-    const auto replaced = by_part(path, frame, own, layers);
-    if (!replaced.ok()) return replaced.status();
+    ASSIGN_OR_RETURN(const auto replaced, by_part(path, frame, own, layers));
     const bool grown = options.window && *options.window != frame.kept->window;
     ExrFile& file = exr_of(frame.files.color_file());
     ExrFile::Impl& input = file.impl();
@@ -287,13 +285,11 @@ Status write_new(const std::string& path, InputFrame& frame, const ImageF& color
     }
     std::map<int, RewrittenPart> rewritten;
     EncodeCounts counts;
-    for (const auto& [part, of_part] : *replaced) {
+    for (const auto& [part, of_part] : replaced) {
         if (std::find(copied.begin(), copied.end(), part) == copied.end()) continue;
         RewrittenPart& next = rewritten[part];
         if (part != color_part) {
-            auto read = file.read_part(part);
-            if (!read.ok()) return read.status();
-            next.read = std::move(*read);
+            ASSIGN_OR_RETURN(next.read, file.read_part(part));
         }
         const PartPixels& kept = part == color_part ? *frame.kept : next.read;
         const Window window = grown ? aligned(*options.window, kept) : kept.window;
@@ -336,7 +332,7 @@ Status write_new(const std::string& path, InputFrame& frame, const ImageF& color
                                 : "tiles of a file of one part are not copied (zip would change "
                                   "nothing)"));
     }
-    if (Status s = check_counts(path, counts, options.overflow); !s.ok()) return s;
+    RETURN_IF_ERROR(check_counts(path, counts, options.overflow));
     report.overflow_pixels = counts.overflow_pixels;
     report.nonfinite_pixels = counts.nonfinite_pixels;
 

@@ -45,11 +45,9 @@ Result<BokehKernel> read(const std::string& path) {
     std::error_code error;
     if (!std::filesystem::exists(path, error)) return input_error("no such file");
     if (!std::filesystem::is_regular_file(path, error)) return input_error("is not a file");
-    const auto pictures = image_module(StatusCode::input);
-    if (!pictures.ok()) return pictures.status();
-    const auto gray = (*pictures)->read_gray(path, kMaxApertureSide);
-    if (!gray.ok()) return gray.status();
-    return BokehKernel::make(table_of(*gray), path);
+    ASSIGN_OR_RETURN(const auto pictures, image_module(StatusCode::input));
+    ASSIGN_OR_RETURN(const auto gray, pictures->read_gray(path, kMaxApertureSide));
+    return BokehKernel::make(table_of(gray), path);
 }
 
 }  // namespace
@@ -72,9 +70,8 @@ Status ApertureFiles::read(Camera& camera) try {
     if (camera.aperture_image.is_read() || path.empty()) return Status();
     auto known = read_.find(path);
     if (known == read_.end()) {
-        auto image = read_aperture_image(path);
-        if (!image.ok()) return image.status();
-        known = read_.emplace(path, std::move(*image)).first;
+        ASSIGN_OR_RETURN(auto image, read_aperture_image(path));
+        known = read_.emplace(path, std::move(image)).first;
     }
     camera.aperture_image = known->second;
     return Status();

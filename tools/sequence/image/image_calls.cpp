@@ -95,7 +95,7 @@ Result<ImageF> read_gray(const std::string& path, int max_side) {
     const auto file = OIIO::ImageInput::open(path);
     if (!file) return input_error("cannot be read: " + OIIO::geterror());
     const OIIO::ImageSpec spec = file->spec();
-    if (Status status = check(spec, max_side); !status.ok()) return status;
+    RETURN_IF_ERROR(check(spec, max_side));
     return gray_of(*file, spec);
 }
 

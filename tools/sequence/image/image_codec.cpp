@@ -157,16 +157,15 @@ OIIO::TypeDesc type_of(const ImageInfo& info) {
 }  // namespace
 
 Result<ImageInfo> describe_image(const std::string& path, const std::string& format) {
-    if (Status s = check_content(path, format); !s.ok()) return s;
-    const auto file = open_as_stored(path, format);
-    if (!file.ok()) return file.status();
-    const OIIO::ImageSpec& spec = (*file)->spec();
+    RETURN_IF_ERROR(check_content(path, format));
+    ASSIGN_OR_RETURN(const auto file, open_as_stored(path, format));
+    const OIIO::ImageSpec& spec = file->spec();
     if (spec.deep || spec.depth > 1) return input_error("is deep or a volume; flatten it");
     if (spec.nchannels < 3 || spec.nchannels > 4)
         return input_error(
             concat("has ", spec.nchannels,
                    " channels; color has three, or four with alpha: write it as RGB"));
-    if (Status s = check_sizes(path, format, spec); !s.ok()) return s;
+    RETURN_IF_ERROR(check_sizes(path, format, spec));
     std::string space = spec.get_string_attribute("tiff:ColorSpace");
     for (char& c : space) c = c >= 'a' && c <= 'z' ? char(c - 'a' + 'A') : c;
     if (space.ends_with("LAB") || space.starts_with("LOGL"))
@@ -214,14 +213,13 @@ Result<ImageInfo> describe_image(const std::string& path, const std::string& for
                                      : spec.metadata_val(attribute, false);
         info.attributes[attribute.name().string()] = text.substr(0, kMaxAttribute);
     }
-    info.has_more = (*file)->seek_subimage(1, 0);
+    info.has_more = file->seek_subimage(1, 0);
     return info;
 }
 
 Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info) {
-    const auto opened = open_as_stored(path, info.format);
-    if (!opened.ok()) return opened.status();
-    OIIO::ImageInput* file = opened->get();
+    ASSIGN_OR_RETURN(const auto opened, open_as_stored(path, info.format));
+    OIIO::ImageInput* file = opened.get();
     const OIIO::ImageSpec& spec = file->spec();
     if (spec.width != info.width || spec.height != info.height || spec.nchannels != info.channels)
         return input_error("has changed while it was read");
@@ -254,7 +252,7 @@ Result<ImageF> read_stored_image(const std::string& path, const ImageInfo& info)
 Result<std::string> encode_image(const ImageToWrite& picture) {
     const ImageInfo& info = picture.info;
     OIIO::ImageSpec spec(info.width, info.height, info.channels, type_of(info));
-    if (Status s = add_metadata(picture, spec); !s.ok()) return s;
+    RETURN_IF_ERROR(add_metadata(picture, spec));
     if (info.channels == 4) spec.alpha_channel = 3;
     if (!info.is_float) spec.attribute("oiio:BitsPerSample", info.bits);
     if (info.unassociated) spec.attribute("oiio:UnassociatedAlpha", 1);

@@ -83,7 +83,7 @@ Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& lim
     // Reports an unusable configuration before pixels are decoded.
     if (const auto* space = std::get_if<OcioSpace>(&file.transfer_)) {
         ImageF pixel(1, 1, 3);
-        if (Status s = (*calls)->from_space(pixel, *space); !s.ok()) return s;
+        RETURN_IF_ERROR((*calls)->from_space(pixel, *space));
     }
     file.parts_ = {file.part()};
     return file;
@@ -114,8 +114,7 @@ Status ImageFile::read_planes(PartPixels& pixels) {
         if (!calls.ok()) return calls.status().at(path_);
         auto stored = (*calls)->read_stored(path_, info_);
         if (!stored.ok()) return stored.status().at(path_);
-        if (space)
-            if (Status s = decode_space(**calls, *space, *stored); !s.ok()) return s;
+        if (space) RETURN_IF_ERROR(decode_space(**calls, *space, *stored));
         stored_ = std::make_shared<const ImageF>(std::move(*stored));
     }
     const ImageF& stored = *stored_;

@@ -62,15 +62,11 @@ Status apply(const OIIO::ColorProcessorHandle& processor, const std::string& wha
 }
 
 Status convert_space(ImageF& color, const OcioSpace& space, const char* option, bool to_working) {
-    const auto config = ocio_config(space.config);
-    if (!config.ok()) return config.status();
-    OIIO::ColorConfig& c = **config;
-    const auto working = working_space(c, space.config, space.working);
-    if (!working.ok()) return working.status();
-    const auto stored = space_of(c, option, space.space);
-    if (!stored.ok()) return stored.status();
-    const std::string &from = to_working ? *stored : *working,
-                      &to = to_working ? *working : *stored;
+    ASSIGN_OR_RETURN(const auto config, ocio_config(space.config));
+    OIIO::ColorConfig& c = *config;
+    ASSIGN_OR_RETURN(const auto working, working_space(c, space.config, space.working));
+    ASSIGN_OR_RETURN(const auto stored, space_of(c, option, space.space));
+    const std::string &from = to_working ? stored : working, &to = to_working ? working : stored;
     return apply(c.createColorProcessor(from, to),
                  concat(space.config, ": the way from ", from, " to ", to), c, color);
 }
@@ -86,19 +82,16 @@ Status to_ocio_space(ImageF& color, const OcioSpace& space) {
 }
 
 Status to_ocio_view(ImageF& color, const DisplayView& view) {
-    const auto config = ocio_config(view.config);
-    if (!config.ok()) return config.status();
-    OIIO::ColorConfig& c = **config;
-    const auto display =
-        chosen("--ocio-display", view.display, c.getDefaultDisplayName(), c.getDisplayNames());
-    if (!display.ok()) return display.status();
-    const auto name =
-        chosen("--ocio-view", view.view, c.getDefaultViewName(*display), c.getViewNames(*display));
-    if (!name.ok()) return name.status();
-    const auto working = working_space(c, view.config, view.working);
-    if (!working.ok()) return working.status();
-    return apply(c.createDisplayTransform(*display, *name, *working),
-                 concat(view.config, ": the view ", *name, " of ", *display), c, color);
+    ASSIGN_OR_RETURN(const auto config, ocio_config(view.config));
+    OIIO::ColorConfig& c = *config;
+    ASSIGN_OR_RETURN(const auto display, chosen("--ocio-display", view.display,
+                                                c.getDefaultDisplayName(), c.getDisplayNames()));
+    ASSIGN_OR_RETURN(
+        const auto name,
+        chosen("--ocio-view", view.view, c.getDefaultViewName(display), c.getViewNames(display)));
+    ASSIGN_OR_RETURN(const auto working, working_space(c, view.config, view.working));
+    return apply(c.createDisplayTransform(display, name, working),
+                 concat(view.config, ": the view ", name, " of ", display), c, color);
 }
 
 }  // namespace postchain::io

@@ -45,16 +45,14 @@ uint16_t spread(uint32_t code, int bits) {
 // Color converted by a configuration of OpenColorIO; empty for a curve.
 Result<ImageF> converted(const ImageF& color, const Transfer& transfer) {
     if (std::holds_alternative<Curve>(transfer)) return ImageF();
-    const auto calls = image_module(StatusCode::output);
-    if (!calls.ok()) return calls.status();
+    ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::output));
     constexpr float kMax = 65504;  // largest half; leaves headroom for transforms
     ImageF stored = color;
     for (float& v : stored.data)
         if (!std::isfinite(v)) v = std::isnan(v) ? 0 : std::copysign(kMax, v);
     const auto* space = std::get_if<OcioSpace>(&transfer);
-    const Status status = space ? (*calls)->to_space(stored, *space)
-                                : (*calls)->to_view(stored, std::get<DisplayView>(transfer));
-    if (!status.ok()) return status;
+    RETURN_IF_ERROR(space ? calls->to_space(stored, *space)
+                          : calls->to_view(stored, std::get<DisplayView>(transfer)));
     return stored;
 }
 
@@ -177,11 +175,9 @@ Result<ImageEncoding> image_encoding(const std::string& path, const PixelFile& c
 Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
                                   const ImageEncoding& encoding, const std::string& metadata_of,
                                   int metadata_part, const WriteOptions& options) try {
-    const auto calls = image_module(StatusCode::output);
-    if (!calls.ok()) return calls.status();
-    const auto stored = converted(color, encoding.transfer);
-    if (!stored.ok()) return stored.status();
-    const Encoded encoded = encode_pixels(color, *stored, encoding);
+    ASSIGN_OR_RETURN(const auto calls, image_module(StatusCode::output));
+    ASSIGN_OR_RETURN(const auto stored, converted(color, encoding.transfer));
+    const Encoded encoded = encode_pixels(color, stored, encoding);
     if (encoded.outside > 0 && options.overflow == HalfOverflow::refuse)
         return Status(
             StatusCode::output,
@@ -211,17 +207,14 @@ Result<WriteReport> write_picture(const std::string& path, const ImageF& color,
     picture.same_transfer = encoding.same_transfer;
     picture.compression = encoding.compression;
     picture.attributes = options.attributes;
-    const auto bytes = (*calls)->encode(picture);
+    const auto bytes = calls->encode(picture);
     if (!bytes.ok()) return bytes.status().at(path);
-    Result<AtomicFile> file = AtomicFile::create(path);
-    if (!file.ok()) return file.status();
-    if (Status s = file->write(bytes->data(), bytes->size()); !s.ok()) return s;
+    ASSIGN_OR_RETURN(AtomicFile file, AtomicFile::create(path));
+    RETURN_IF_ERROR(file.write(bytes->data(), bytes->size()));
     report.bytes = bytes->size();
-    if (options.before_commit)
-        if (Status s = options.before_commit(); !s.ok()) return s;
-    Result<bool> written = file->commit(options.on_existing);
-    if (!written.ok()) return written.status();
-    report.skipped = !*written;
+    if (options.before_commit) RETURN_IF_ERROR(options.before_commit());
+    ASSIGN_OR_RETURN(bool written, file.commit(options.on_existing));
+    report.skipped = !written;
     return report;
 } catch (...) {
     return status_of_exception(path);

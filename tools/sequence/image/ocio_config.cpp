@@ -137,28 +137,25 @@ Result<Kept*> kept_of(const std::string& path) {
         all.erase(known);
         ocio::ClearAllCaches();  // OpenColorIO keeps tables by their names
     }
-    auto kept = read(path);
-    if (!kept.ok()) return kept.status();
-    return &all.emplace(path, std::move(*kept)).first->second;
+    ASSIGN_OR_RETURN(auto kept, read(path));
+    return &all.emplace(path, std::move(kept)).first->second;
 }
 
 }  // namespace
 
 Result<OcioSources> ocio_sources(const std::string& path) {
     const std::lock_guard lock(mutex);
-    const auto kept = kept_of(path);
-    if (!kept.ok()) return kept.status();
+    ASSIGN_OR_RETURN(const auto kept, kept_of(path));
     OcioSources sources;
-    for (const FileStamp& stamp : (*kept)->stamps) sources.files.push_back(stamp.path);
-    sources.variables = (*kept)->variables;
+    for (const FileStamp& stamp : kept->stamps) sources.files.push_back(stamp.path);
+    sources.variables = kept->variables;
     return sources;
 }
 
 Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path) {
     const std::lock_guard lock(mutex);
-    const auto kept = kept_of(path);
-    if (!kept.ok()) return kept.status();
-    std::shared_ptr<OIIO::ColorConfig>& config = (*kept)->config;
+    ASSIGN_OR_RETURN(const auto kept, kept_of(path));
+    std::shared_ptr<OIIO::ColorConfig>& config = kept->config;
     if (!config) {
         auto made = std::make_shared<OIIO::ColorConfig>(path);
         if (made->has_error()) return unusable(path, made->geterror());

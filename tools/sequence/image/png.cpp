@@ -23,9 +23,8 @@ Result<std::string> encode_png(const Image<uint8_t>& pixels) try {
 }
 
 Result<Image<uint8_t>> magma_of(const ImageF& values) try {
-    const auto pictures = image_module(StatusCode::output);
-    if (!pictures.ok()) return pictures.status();
-    return (*pictures)->magma_of(values);
+    ASSIGN_OR_RETURN(const auto pictures, image_module(StatusCode::output));
+    return pictures->magma_of(values);
 } catch (...) {
     return status_of_exception("colors of an error map");
 }

@@ -33,10 +33,9 @@ Result<Image<uint8_t>> shown_image(const ImageF& color, const PreviewOptions& op
     if (color.empty()) return Status(StatusCode::internal, "no pixels");
     const float gain = float(std::exp2(options.exposure_stops));
     if (options.view) {
-        const auto pictures = image_module(StatusCode::output);
-        if (!pictures.ok()) return pictures.status();
+        ASSIGN_OR_RETURN(const auto pictures, image_module(StatusCode::output));
         ImageF rgb = finite_rgb(color, gain);
-        if (Status s = (*pictures)->to_view(rgb, *options.view); !s.ok()) return s;
+        RETURN_IF_ERROR(pictures->to_view(rgb, *options.view));
         Image<uint8_t> bytes(rgb.width, rgb.height, 3);
         for (size_t i = 0; i < bytes.data.size(); ++i) {
             const float v = rgb.data[i];
@@ -62,9 +61,8 @@ Result<Image<uint8_t>> shown_image(const ImageF& color, const PreviewOptions& op
 }
 
 Result<std::string> encode_png_preview(const ImageF& color, const PreviewOptions& options) {
-    const auto shown = shown_image(color, options);
-    if (!shown.ok()) return shown.status();
-    auto png = encode_png(*shown);
+    ASSIGN_OR_RETURN(const auto shown, shown_image(color, options));
+    auto png = encode_png(shown);
     if (!png.ok() || options.provenance.empty()) return png;
     return with_png_text(*png, kProvenance, options.provenance);
 }

@@ -67,8 +67,7 @@ class MatteFinder {
                               concat(status.message(), "; and ", faulty->fault.message()));
             }
         }
-        Status status = find_channel(source);
-        if (!status.ok()) return status;
+        RETURN_IF_ERROR(find_channel(source));
         return source;
     }
 
@@ -117,8 +116,7 @@ class MatteFinder {
         const std::vector<std::string> words = words_of_list(names);
         if (words.empty()) return fault(matte, "give a name after the colon");
         for (const std::string& word : words)
-            if (Status status = find_id(matte, word, candidates, source); !status.ok())
-                return status;
+            RETURN_IF_ERROR(find_id(matte, word, candidates, source));
         for (auto& [cryptomatte, ids] : source.ids) {
             RoleChannels channels{layers_.cryptomattes[cryptomatte].levels[0].part, {}};
             if (const std::string why = obstacle(file_, channels, match_); !why.empty())
@@ -174,9 +172,9 @@ Result<ImageF> pixels_of(const io::InputFrame& input, const RoleChannels& source
                          const io::Window& area, int channels) {
     if (input.kept && input.kept->part == source.part)
         return input.kept->interleaved(source.channels, area, channels, 0);
-    const auto pixels = input.files.color_file().read_part(source.part, source.channels, area);
-    if (!pixels.ok()) return pixels.status();
-    return pixels->interleaved(source.channels, area, channels, 0);
+    ASSIGN_OR_RETURN(const auto pixels,
+                     input.files.color_file().read_part(source.part, source.channels, area));
+    return pixels.interleaved(source.channels, area, channels, 0);
 }
 
 // The attributes, not the names, mark cryptomattes as data.
@@ -271,20 +269,21 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
                                       const io::PixelFile& file, const ProfileMatch& match) try {
     FrameLayers result;
     std::vector<FileLayer> layers = find_layers(io::channels_of(file), match, data);
-    auto cryptomattes = io::find_cryptomattes(
-        file,
-        settings.mattes.empty() && settings.ids.empty() ? io::Manifests::not_read
-                                                        : io::Manifests::read,
-        settings.hold, {match.view, !match.views.empty() && match.view == match.views[0]});
-    if (!cryptomattes.ok()) return cryptomattes.status();
-    mark_cryptomattes(*cryptomattes, layers);
+    ASSIGN_OR_RETURN(
+        auto cryptomattes,
+        io::find_cryptomattes(
+            file,
+            settings.mattes.empty() && settings.ids.empty() ? io::Manifests::not_read
+                                                            : io::Manifests::read,
+            settings.hold, {match.view, !match.views.empty() && match.view == match.views[0]}));
+    mark_cryptomattes(cryptomattes, layers);
     std::vector<std::string> notes;
-    const auto ids = ids_of_names(settings.ids, *cryptomattes, notes);
+    const auto ids = ids_of_names(settings.ids, cryptomattes, notes);
     if (!ids.ok()) return ids.status().at(file.path() + ": --cryptomatte");
     for (const std::string& note : notes) result.warnings.push_back(file.path() + ": " + note);
     std::vector<io::Cryptomatte> kept, faulty;
-    for (size_t i = 0; i < cryptomattes->size(); ++i) {
-        io::Cryptomatte& one = (*cryptomattes)[i];
+    for (size_t i = 0; i < cryptomattes.size(); ++i) {
+        io::Cryptomatte& one = cryptomattes[i];
         const bool asked = settings.cryptomatte == CryptomatteChoice::filter &&
                            (settings.ids.empty() || !(*ids)[i].empty());
         const bool filtered = asked && is_written(one, settings.written);
@@ -343,9 +342,8 @@ Result<FrameLayers> find_frame_layers(const LayerSettings& settings,
     }
     MatteFinder finder(file, match, faulty, result);
     for (const std::string& name : settings.mattes) {
-        auto matte = finder.find(name);
-        if (!matte.ok()) return matte.status();
-        result.mattes.push_back(std::move(*matte));
+        ASSIGN_OR_RETURN(auto matte, finder.find(name));
+        result.mattes.push_back(std::move(matte));
     }
     result.fill_mask = settings.fill_mask;
     const io::ExrPart& color_part = file.parts()[size_t(match.roles.at(Role::color).part)];
@@ -368,9 +366,8 @@ Result<ImageF> read_layers(const FrameLayers& layers, const io::InputFrame& inpu
                            const io::Window& area) {
     std::vector<ImageF> planes;
     for (const FileLayer& layer : layers.filtered) {
-        auto plane = pixels_of(input, layer.channels, area, 4);
-        if (!plane.ok()) return plane.status();
-        planes.push_back(std::move(*plane));
+        ASSIGN_OR_RETURN(auto plane, pixels_of(input, layer.channels, area, 4));
+        planes.push_back(std::move(plane));
     }
     return stack_planes(planes);
 }
@@ -397,9 +394,7 @@ Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& inpu
     for (const MatteSource& matte : layers.mattes) {
         ImageF plane(area.width(), area.height(), 1);
         if (!matte.channel.channels.empty()) {
-            auto read = pixels_of(input, matte.channel, area, 1);
-            if (!read.ok()) return read.status();
-            plane = std::move(*read);
+            ASSIGN_OR_RETURN(plane, pixels_of(input, matte.channel, area, 1));
             const auto bad = std::ranges::count_if(
                 plane.data, [](float value) { return !std::isfinite(value); });
             if (bad > 0)
@@ -410,10 +405,9 @@ Result<ImageF> read_mattes(const FrameLayers& layers, const io::InputFrame& inpu
         for (const auto& [cryptomatte, ids] : matte.ids) {
             const io::Cryptomatte& source = layers.cryptomattes[cryptomatte];
             if (!ranks.contains(cryptomatte)) {
-                auto read = io::read_ranks(input.files.color_file(), source, area);
-                if (!read.ok()) return read.status();
-                findings.add_cryptomatte(path, source, *read);
-                ranks[cryptomatte] = std::move(*read);
+                ASSIGN_OR_RETURN(auto read, io::read_ranks(input.files.color_file(), source, area));
+                findings.add_cryptomatte(path, source, read);
+                ranks[cryptomatte] = std::move(read);
             }
             const ImageF coverage = io::coverage_of(ranks.at(cryptomatte), ids);
             for (size_t i = 0; i < plane.data.size(); ++i) plane.data[i] += coverage.data[i];

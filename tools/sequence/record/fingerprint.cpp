@@ -81,7 +81,7 @@ std::string preview_provenance_of(const std::string& fingerprint, const RunSetti
 Status check_whole(io::ExrFile& file) {
     for (size_t part = 0; part < file.parts().size(); ++part) {
         if (file.parts()[part].deep) continue;
-        if (const auto read = file.read_part(int(part)); !read.ok()) return read.status();
+        RETURN_IF_ERROR(file.read_part(int(part)).status());
     }
     return Status();
 }

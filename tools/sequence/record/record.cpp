@@ -85,9 +85,8 @@ std::string record_text(const Chain& chain, const RunSettings& settings,
 }
 
 Result<Record> read_record(const std::string& path) {
-    auto file = io::open_pixels(path);
-    if (!file.ok()) return file.status();
-    for (const auto& part : (*file)->parts()) {
+    ASSIGN_OR_RETURN(auto file, io::open_pixels(path));
+    for (const auto& part : file->parts()) {
         const auto found = part.attributes.find(kRecordAttribute);
         if (found == part.attributes.end()) continue;
         try {

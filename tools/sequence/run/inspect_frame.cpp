@@ -113,10 +113,9 @@ Result<SourceFrame> look_at(const RunSettings& settings, const FrameHeader& head
 }  // namespace
 
 Result<Json> inspect_folder(const std::string& folder) {
-    const auto found = io::scan_folder(folder);
-    if (!found.ok()) return found.status();
+    ASSIGN_OR_RETURN(const auto found, io::scan_folder(folder));
     Json list = Json::array();
-    for (const auto& sequence : *found)
+    for (const auto& sequence : found)
         list.push_back({{"input", sequence.pattern},
                         {"first", sequence.frames.front()},
                         {"last", sequence.frames.back()},

@@ -92,9 +92,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
                                      const std::vector<io::FilteredLayer>& layers,
                                      const RunSettings& settings, const io::OutputFiles& files,
                                      io::WriteOptions options) {
-    const auto permit = files.permit(path);
-    if (!permit.ok()) return permit.status();
-    options.on_existing = *permit;
+    ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
     const io::InputFrame& input = source.input;
     const io::PixelFile& color_file = input.files.color_file();
     const bool stored_unassociated = source.conversion.unpremultiplied;
@@ -106,10 +104,9 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
         return io::write_filtered(path, source.input, result, options, layers);
     }
     const RoleChannels& color = input.assignment.at(Role::color);
-    const auto encoding =
-        io::image_encoding(path, color_file, color.channels.size(), settings.picture);
-    if (!encoding.ok()) return encoding.status();
-    if (encoding->unassociated) {
+    ASSIGN_OR_RETURN(const auto encoding,
+                     io::image_encoding(path, color_file, color.channels.size(), settings.picture));
+    if (encoding.unassociated) {
         ConvertOptions unassociated;
         unassociated.unpremultiplied = true;
         to_file_convention(
@@ -117,7 +114,7 @@ Result<io::WriteReport> write_output(const std::string& path, SourceFrame& sourc
             stored_unassociated ? stored_color(input) : ImageF(result.width, result.height, 4));
     }
     const ImageF shown = io::placed(result, input.window, input.display_window);
-    auto report = io::write_picture(path, shown, *encoding, color_file.path(), color.part, options);
+    auto report = io::write_picture(path, shown, encoding, color_file.path(), color.part, options);
     return with_notes(std::move(report), color_file, color.channels.size());
 }
 

@@ -11,34 +11,29 @@ namespace postchain::sequence {
 
 Status plan_sequence(const Chain& chain, const RunSettings& asked, const PlanVisitor& visitor) {
     const RunSettings settings = settings_for(asked, {&chain});
-    auto list = io::find_frames(settings.input, settings.frames);
-    if (!list.ok()) return list.status();
+    ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
     SequenceReader reader(settings.source, settings.input, [&](const FrameHeader& header) {
         return planes_needed(chain, settings.source, header, settings.plan);
     });
     const auto plan_of = [&](int frame, PlannedFrame& planned) -> Result<Plan> {
-        const auto files = list->files.find(frame);
-        if (files == list->files.end())
+        const auto files = list.files.find(frame);
+        if (files == list.files.end())
             return Status(StatusCode::input,
                           absent_files(frame, settings) + ": frame is not on disk");
-        auto inputs = reader.open(frame, files->second);
-        if (!inputs.ok()) return inputs.status();
-        auto source = reader.read(*inputs);
-        if (!source.ok()) return source.status();
-        planned.warnings = source->warnings;
-        planned.layers = source->layers;
-        auto plan = plan_source_frame(chain, *source, settings.plan);
+        ASSIGN_OR_RETURN(auto inputs, reader.open(frame, files->second));
+        ASSIGN_OR_RETURN(auto source, reader.read(inputs));
+        planned.warnings = source.warnings;
+        planned.layers = source.layers;
+        auto plan = plan_source_frame(chain, source, settings.plan);
         if (!plan.ok()) return plan;
-        for (auto& warning : plan_warnings(chain, *plan, *source))
+        for (auto& warning : plan_warnings(chain, *plan, source))
             planned.warnings.push_back(std::move(warning));
-        planned.resolved = resolve_values(chain, *source, *plan);
-        auto cost = layer_cost(chain, *plan, *source, settings.plan);
-        if (!cost.ok()) return cost.status();
-        planned.layer_cost = *cost;
-        planned.memory = memory_of(*inputs, *plan, list->frames.size());
+        planned.resolved = resolve_values(chain, source, *plan);
+        ASSIGN_OR_RETURN(planned.layer_cost, layer_cost(chain, *plan, source, settings.plan));
+        planned.memory = memory_of(inputs, *plan, list.frames.size());
         return plan;
     };
-    for (int frame : list->frames) {
+    for (int frame : list.frames) {
         PlannedFrame planned{frame, Status(StatusCode::internal, "not planned"), {}, {}, {}, {},
                              {}};
         planned.plan = plan_of(frame, planned);

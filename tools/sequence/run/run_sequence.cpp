@@ -103,27 +103,23 @@ class FilterJob final : public FrameJob {
 
     Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
                        FrameReport& report) override {
-        if (Status status = files_.check_existing(outputs_of(task, settings_)); !status.ok())
-            return status;
+        RETURN_IF_ERROR(files_.check_existing(outputs_of(task, settings_)));
         report.renderer = renderer_;
         const std::string fingerprint = fingerprint_of(chain_, settings_, inputs);
         report.provenance = provenance_of(fingerprint, settings_.strict);
         if (settings_.preview)
             report.preview_provenance = preview_provenance_of(fingerprint, settings_);
         const FrameHeader& header = inputs.frame->header;
-        if (Status status = check_output(header, task.output, settings_, write_options(report, ""));
-            !status.ok())
-            return status;
+        RETURN_IF_ERROR(check_output(header, task.output, settings_, write_options(report, "")));
         std::error_code error;
         return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
                !is_done(task.output, fingerprint, settings_);
     }
 
     Status prepare(const SourceFrame& source, FrameReport& report) override {
-        auto plan = plan_source_frame(chain_, source, settings_.plan);
-        if (!plan.ok()) return plan.status();
-        report.resolved = resolve_values(chain_, source, *plan);
-        report.plan = std::move(*plan);
+        ASSIGN_OR_RETURN(auto plan, plan_source_frame(chain_, source, settings_.plan));
+        report.resolved = resolve_values(chain_, source, plan);
+        report.plan = std::move(plan);
         report.window = written_window(chain_, *report.plan, source);
         report.layers = source.layers;
         for (auto& warning : plan_warnings(chain_, *report.plan, source))
@@ -146,12 +142,11 @@ class FilterJob final : public FrameJob {
             };
         // The first view last: what the report says of the run is its.
         for (SourceFrame& view : frame.source->other_views) {
-            auto plan = plan_source_frame(chain_, view, settings_.plan);
-            if (!plan.ok()) return plan.status();
-            for (const std::string& warning : plan_warnings(chain_, *plan, view))
+            ASSIGN_OR_RETURN(auto plan, plan_source_frame(chain_, view, settings_.plan));
+            for (const std::string& warning : plan_warnings(chain_, plan, view))
                 report.warnings.push_back(concat("view ", view.match.view, ": ", warning));
-            report.window = report.window.united(written_window(chain_, *plan, view));
-            if (Status status = filter(*plan, view, {}, report, frame.other_views.emplace_back());
+            report.window = report.window.united(written_window(chain_, plan, view));
+            if (Status status = filter(plan, view, {}, report, frame.other_views.emplace_back());
                 !status.ok())
                 return status.at(concat(report.inputs.at(Role::color), ": view ", view.match.view));
         }
@@ -178,19 +173,17 @@ class FilterJob final : public FrameJob {
         // own.
         std::optional<io::ReplaceLock> lock;
         options.before_commit = [&]() -> Status {
-            if (Status status = io::check_unchanged(report.stamps); !status.ok()) return status;
-            auto taken = io::ReplaceLock::take(report.output);
-            if (!taken.ok()) return taken.status();
-            lock.emplace(std::move(*taken));
+            RETURN_IF_ERROR(io::check_unchanged(report.stamps));
+            ASSIGN_OR_RETURN(auto taken, io::ReplaceLock::take(report.output));
+            lock.emplace(std::move(taken));
             if (const std::string sidecar = sidecar_path(report.output);
                 settings_.on_existing != io::OnExisting::fail && is_sidecar(sidecar))
                 return lock->set_aside(sidecar);
             return Status();
         };
-        auto written = write_output(report.output, *frame.source, frame.filtered.color, layers,
-                                    settings_, files_, std::move(options));
-        if (!written.ok()) return written.status();
-        report.write = std::move(*written);
+        ASSIGN_OR_RETURN(report.write,
+                         write_output(report.output, *frame.source, frame.filtered.color, layers,
+                                      settings_, files_, std::move(options)));
         if (const uint64_t clamped = report.write.overflow_pixels)
             report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
                                              largest_text(report.output)));
@@ -199,9 +192,7 @@ class FilterJob final : public FrameJob {
                                              " result pixels are non-finite: Inf clamped to "
                                              "the channel's largest value, NaN to 0"));
         report.write_ms = milliseconds_since(start);
-        if (settings_.preview)
-            if (Status status = write_preview(report, frame.filtered.color); !status.ok())
-                return status;
+        if (settings_.preview) RETURN_IF_ERROR(write_preview(report, frame.filtered.color));
         return settings_.sidecar ? write_sidecar(report) : Status();
     }
 
@@ -236,10 +227,9 @@ class FilterJob final : public FrameJob {
 
     Status write_preview(const FrameReport& report, const ImageF& color) const {
         const std::string path = io::preview_path(report.output);
-        const auto permit = files_.permit(path);
-        if (!permit.ok()) return permit.status();
+        ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
         io::PreviewOptions options;
-        options.on_existing = *permit;
+        options.on_existing = permit;
         options.view = settings_.view;
         options.provenance = report.preview_provenance;
         return io::write_png_preview(path, color, options);
@@ -247,19 +237,17 @@ class FilterJob final : public FrameJob {
 
     Status write_sidecar(const FrameReport& report) const {
         const std::string path = sidecar_path(report.output);
-        const auto permit = files_.permit(path);
-        if (!permit.ok()) return permit.status();
-        return io::atomic_write_text(path, sidecar_json(report, settings_.version), *permit)
+        ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
+        return io::atomic_write_text(path, sidecar_json(report, settings_.version), permit)
             .status();
     }
 
     Status dump_stage(const PlanTexture& texture, const ImageF& pixels, FrameReport& report) const {
         static const std::vector<std::string> names = {"R", "G", "B", "A"};
         const std::string path = stage_path(settings_.dump_folder, texture.name, report.frame);
-        const auto permit = files_.permit(path);
-        if (!permit.ok()) return permit.status();
+        ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
         const auto written = io::write_planes_exr(
-            path, pixels, {names.begin(), names.begin() + pixels.channels}, *permit);
+            path, pixels, {names.begin(), names.begin() + pixels.channels}, permit);
         if (written.ok()) report.stage_bytes += written->bytes;
         return written.status();
     }
@@ -288,16 +276,14 @@ Status have_folder(const RunSettings& settings) {
 Status check_images(const RunSettings& settings) {
     const auto& stored = settings.picture.transfer;
     if (!settings.view && !(stored && !io::config_of(*stored).empty())) return Status();
-    const auto module = io::image_module(StatusCode::output);
-    if (!module.ok()) return module.status();
+    ASSIGN_OR_RETURN(const auto module, io::image_module(StatusCode::output));
     ImageF pixel(1, 1, 3);
-    const auto show = [&](const io::DisplayView& view) { return (*module)->to_view(pixel, view); };
-    if (settings.view)
-        if (Status status = show(*settings.view); !status.ok()) return status;
+    const auto show = [&](const io::DisplayView& view) { return module->to_view(pixel, view); };
+    if (settings.view) RETURN_IF_ERROR(show(*settings.view));
     if (!stored) return Status();
     if (const auto* view = std::get_if<io::DisplayView>(&*stored)) return show(*view);
     if (const auto* space = std::get_if<io::OcioSpace>(&*stored))
-        return (*module)->to_space(pixel, *space);
+        return module->to_space(pixel, *space);
     return Status();
 }
 
@@ -310,15 +296,13 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
     RunSettings settings = settings_for(asked, {&chain});
     settings.source.all_views = true;
     std::vector<int> gaps;
-    auto tasks = plan_tasks(settings, true, gaps);
-    if (!tasks.ok()) return tasks.status();
-    const io::OutputFiles files = files_of_run(chain, settings, *tasks);
-    if (Status status = files.check_names(); !status.ok()) return status;
+    ASSIGN_OR_RETURN(auto tasks, plan_tasks(settings, true, gaps));
+    const io::OutputFiles files = files_of_run(chain, settings, tasks);
+    RETURN_IF_ERROR(files.check_names());
     // With ErrorPolicy::keep_going each frame is refused separately.
-    if (settings.on_error == ErrorPolicy::stop)
-        if (Status status = files.check_existing(); !status.ok()) return status;
+    if (settings.on_error == ErrorPolicy::stop) RETURN_IF_ERROR(files.check_existing());
     std::error_code error;
-    if (Status status = have_folder(settings); !status.ok()) return status;
+    RETURN_IF_ERROR(have_folder(settings));
     files.remove_left_temporaries();
     if (!settings.dump_folder.empty()) {
         fs::create_directories(settings.dump_folder, error);
@@ -327,14 +311,14 @@ Result<RunSummary> run_sequence(const Chain& chain, const RunSettings& asked, Ex
                           settings.dump_folder +
                               ": folder of --dump-stages cannot be created: " + error.message());
     }
-    if (Status status = check_images(settings); !status.ok()) return status;
+    RETURN_IF_ERROR(check_images(settings));
     const StopScope within_a_frame(executor, stop);
     FilterJob job(chain, settings, files, executor, renderer);
     std::unique_ptr<FrameFeed> feed;
     if (settings.watch)
-        feed = std::make_unique<WatchFeed>(std::move(*tasks), settings);
+        feed = std::make_unique<WatchFeed>(std::move(tasks), settings);
     else
-        feed = std::make_unique<ListFeed>(std::move(*tasks), settings);
+        feed = std::make_unique<ListFeed>(std::move(tasks), settings);
     auto summary = walk_sequence(job, settings, *feed, observer, stop, start, waits, steps);
     if (!summary.ok()) return summary;
     if (frames_are_unknown(settings) && summary->total == 0 && !(stop && *stop))

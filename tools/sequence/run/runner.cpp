@@ -125,71 +125,63 @@ class Walk {
         const FrameTask& task = fed.task;
         FrameInFlight& frame = next.frame;
         FrameReport& report = frame.report;
-        if (frame_start_)
-            if (Status status = frame_start_(task); !status.ok()) return status;
+        if (frame_start_) RETURN_IF_ERROR(frame_start_(task));
         if (!fed.missing.ok()) {
             report.outcome = Outcome::missing;
             report.status = fed.missing;
             return Status();
         }
-        auto inputs = reader_.open(task.source, task.files);
-        if (!inputs.ok()) return inputs.status();
-        report.profile = inputs->frame->header.match.profile;
-        report.stamps = inputs->frame->stamps;
-        for (const auto& [neighbor, other] : inputs->neighbors)
+        ASSIGN_OR_RETURN(auto inputs, reader_.open(task.source, task.files));
+        report.profile = inputs.frame->header.match.profile;
+        report.stamps = inputs.frame->stamps;
+        for (const auto& [neighbor, other] : inputs.neighbors)
             report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
-        if (inputs->behind)
-            report.stamps.insert(report.stamps.end(), inputs->behind->stamps.begin(),
-                                 inputs->behind->stamps.end());
-        const auto begun = job_.begin(task, *inputs, report);
-        if (!begun.ok()) return begun.status();
-        if (!*begun) {
+        if (inputs.behind)
+            report.stamps.insert(report.stamps.end(), inputs.behind->stamps.begin(),
+                                 inputs.behind->stamps.end());
+        ASSIGN_OR_RETURN(const auto begun, job_.begin(task, inputs, report));
+        if (!begun) {
             report.outcome = Outcome::skipped;
             return Status();
         }
-        auto views = open_views(task, *inputs);
-        if (!views.ok()) return views.status();
-        uint64_t bytes = bytes_of(*inputs);
-        for (const ViewInputs& view : *views) bytes += bytes_of(view.inputs);
-        if (Status status =
-                check_memory(task.files.at(Role::color), bytes, settings_.source.max_memory);
-            !status.ok())
-            return status;
+        ASSIGN_OR_RETURN(auto views, open_views(task, inputs));
+        uint64_t bytes = bytes_of(inputs);
+        for (const ViewInputs& view : views) bytes += bytes_of(view.inputs);
+        RETURN_IF_ERROR(
+            check_memory(task.files.at(Role::color), bytes, settings_.source.max_memory));
         step(FrameStep::read, report.frame, false);
         gate_.enter(bytes);
         step(FrameStep::read, report.frame, true);
         next.bytes = bytes;
-        auto source = reader_.read(*inputs);
-        if (!source.ok()) return source.status();
-        for (const ViewInputs& view : *views) {
-            auto other = view.reader->read(view.inputs);
-            if (!other.ok()) return other.status();
-            other->description.frame_number = task.source;
-            if (source->strict_fault.ok()) source->strict_fault = other->strict_fault;
-            for (std::string& warning : other->warnings)
-                source->warnings.push_back(concat("view ", view.name, ": ", warning));
-            source->other_views.push_back(std::move(*other));
+        ASSIGN_OR_RETURN(auto source, reader_.read(inputs));
+        for (const ViewInputs& view : views) {
+            ASSIGN_OR_RETURN(auto other, view.reader->read(view.inputs));
+            other.description.frame_number = task.source;
+            if (source.strict_fault.ok()) source.strict_fault = other.strict_fault;
+            for (std::string& warning : other.warnings)
+                source.warnings.push_back(concat("view ", view.name, ": ", warning));
+            source.other_views.push_back(std::move(other));
         }
-        for (const auto& [neighbor, other] : inputs->neighbors)
+        for (const auto& [neighbor, other] : inputs.neighbors)
             for (const auto& [role, path] : other->files)
-                if (!source->description.missing_neighbors.count(neighbor))
+                if (!source.description.missing_neighbors.count(neighbor))
                     report.inputs[role_of(neighbor, role)] = path;
-        report.warnings = source->warnings;
-        if (!views->empty()) {
-            report.views.push_back(inputs->frame->header.match.view);
-            for (const ViewInputs& view : *views) report.views.push_back(view.name);
+        report.warnings = source.warnings;
+        if (!views.empty()) {
+            report.views.push_back(inputs.frame->header.match.view);
+            for (const ViewInputs& view : views) report.views.push_back(view.name);
         }
-        report.bounds = source->description.bounds;
-        report.health = source->health;
-        report.surface_health = source->surface_health;
-        report.read_ms = source->read_ms;
-        report.convert_ms = source->convert_ms;
-        if (settings_.strict && !source->strict_fault.ok()) return source->strict_fault;
-        source->description.frame_number = task.source;
-        if (Status status = job_.prepare(*source, report); !status.ok()) return status;
+        report.bounds = source.description.bounds;
+        report.health = source.health;
+        report.surface_health = source.surface_health;
+        report.read_ms = source.read_ms;
+        report.convert_ms = source.convert_ms;
+        if (settings_.strict && !source.strict_fault.ok()) return source.strict_fault;
+        source.description.frame_number = task.source;
+        RETURN_IF_ERROR(job_.prepare(source, report));
         report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
         report.held_from = task.source;
-        frame.source = std::move(*source);
+        frame.source = std::move(source);
         return Status();
     }
 

@@ -29,9 +29,8 @@ Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
                                   const FrameVisitor& visitor, const FrameObserver& observer,
                                   const std::atomic<bool>* stop) {
     std::vector<int> gaps;
-    auto tasks = plan_tasks(settings, false, gaps);
-    if (!tasks.ok()) return tasks.status();
-    ListFeed feed(std::move(*tasks), settings);
+    ASSIGN_OR_RETURN(auto tasks, plan_tasks(settings, false, gaps));
+    ListFeed feed(std::move(tasks), settings);
     VisitJob job(wanted, visitor);
     auto summary = walk_sequence(job, settings, feed, observer, stop);
     if (summary.ok()) summary->gaps = std::move(gaps);

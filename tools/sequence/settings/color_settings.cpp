@@ -40,10 +40,9 @@ Result<std::optional<io::Transfer>> transfer_of(const JobSettings& job, const st
     }
     const bool is_space = text.starts_with(kSpace) && text.size() > kSpace.size();
     if (is_space || (takes_view && text == kView)) {
-        const auto config = config_for(job, option_name(key));
-        if (!config.ok()) return config.status();
-        if (!is_space) return Chosen(view_by(job, *config));
-        return Chosen(io::OcioSpace{*config, text.substr(kSpace.size()), job.ocio_colorspace});
+        ASSIGN_OR_RETURN(const auto config, config_for(job, option_name(key)));
+        if (!is_space) return Chosen(view_by(job, config));
+        return Chosen(io::OcioSpace{config, text.substr(kSpace.size()), job.ocio_colorspace});
     }
     return Status(
         StatusCode::usage,
@@ -87,9 +86,8 @@ Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
     const char* said = !job.ocio_view.empty()      ? "ocio_view"
                        : !job.ocio_display.empty() ? "ocio_display"
                                                    : "ocio_colorspace";
-    const auto config = config_for(job, option_name(said));
-    if (!config.ok()) return config.status();
-    return std::optional(view_by(job, *config));
+    ASSIGN_OR_RETURN(const auto config, config_for(job, option_name(said)));
+    return std::optional(view_by(job, config));
 }
 
 }  // namespace postchain::sequence

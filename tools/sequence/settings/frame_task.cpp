@@ -77,34 +77,32 @@ bool frames_are_unknown(const RunSettings& settings) {
 
 Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
                                           std::vector<int>& gaps) {
-    if (writes)
-        if (Status status = check_output_name(settings); !status.ok()) return status;
-    auto list = settings.watch ? frames_to_come(settings)
-                               : io::find_frames(settings.input, settings.frames);
-    if (!list.ok()) return list.status();
-    list->keep(settings.chunk);
-    gaps = list->gaps;
-    const bool many = list->frames.size() > 1 || frames_are_unknown(settings);
-    if (!list->missing.empty() && settings.missing == MissingPolicy::error)
-        return Status(StatusCode::input, missing_text(list->missing, settings));
+    if (writes) RETURN_IF_ERROR(check_output_name(settings));
+    ASSIGN_OR_RETURN(auto list, settings.watch ? frames_to_come(settings)
+                                               : io::find_frames(settings.input, settings.frames));
+    list.keep(settings.chunk);
+    gaps = list.gaps;
+    const bool many = list.frames.size() > 1 || frames_are_unknown(settings);
+    if (!list.missing.empty() && settings.missing == MissingPolicy::error)
+        return Status(StatusCode::input, missing_text(list.missing, settings));
     if (writes && many && !settings.output.has_token())
         return Status(StatusCode::usage,
                       concat(settings.output.text(), ": the output name is the same for ",
-                             list->frames.empty() ? "all" : std::to_string(list->frames.size()),
+                             list.frames.empty() ? "all" : std::to_string(list.frames.size()),
                              " frames; add #### to the name"));
     // A frame may be held from any frame on disk, requested or not, so that a part of a sequence
     // gives the same result as the whole.
-    decltype(list->files) on_disk;
-    if (!list->missing.empty() && settings.missing == MissingPolicy::hold)
+    decltype(list.files) on_disk;
+    if (!list.missing.empty() && settings.missing == MissingPolicy::hold)
         if (auto all = io::find_frames(settings.input, std::nullopt); all.ok())
             on_disk = std::move(all->files);
     std::vector<FrameTask> tasks;
-    for (int frame : list->frames) {
+    for (int frame : list.frames) {
         FrameTask task;
         task.frame = task.source = frame;
         if (writes) task.output = settings.output.format(frame);
-        auto found = list->files.find(frame);
-        if (found != list->files.end()) {
+        auto found = list.files.find(frame);
+        if (found != list.files.end()) {
             task.files = found->second;
         } else if (!on_disk.empty()) {
             found = on_disk.upper_bound(frame);

@@ -56,12 +56,10 @@ Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& 
         plan.elide = false;
         return plan;
     }
-    auto off = rules_of(registry, "no_elide", job.no_elide, true, notes);
-    if (!off.ok()) return off.status();
-    auto on = rules_of(registry, "elide", job.elide, false, notes);
-    if (!on.ok()) return on.status();
-    plan.rules_off = std::move(*off);
-    plan.rules_on = std::move(*on);
+    ASSIGN_OR_RETURN(auto off, rules_of(registry, "no_elide", job.no_elide, true, notes));
+    ASSIGN_OR_RETURN(auto on, rules_of(registry, "elide", job.elide, false, notes));
+    plan.rules_off = std::move(off);
+    plan.rules_on = std::move(on);
     return plan;
 }
 
@@ -89,18 +87,13 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.nonfinite_color = job.nonfinite;
     source.data_window = job.data_window;
     source.camera_motion = job.camera_motion;
-    auto transfer = input_transfer_of(job);
-    if (!transfer.ok()) return transfer.status();
-    source.input_transfer = std::move(*transfer);
+    ASSIGN_OR_RETURN(source.input_transfer, input_transfer_of(job));
     source.layers.layers = job.layers;
-    if (Status status = set_cryptomatte(job.cryptomatte, source.layers); !status.ok())
-        return status;
+    RETURN_IF_ERROR(set_cryptomatte(job.cryptomatte, source.layers));
     if (Status status = check_fill_mask(job.fill_mask); !status.ok())
         return status.at(option_name("fill_mask"));
     source.layers.fill_mask = job.fill_mask;
-    auto memory = memory_limit_of(job.max_memory);
-    if (!memory.ok()) return memory.status();
-    source.max_memory = *memory;
+    ASSIGN_OR_RETURN(source.max_memory, memory_limit_of(job.max_memory));
     if (!job.cuts.empty()) {
         auto cuts = io::FrameRange::parse(job.cuts);
         if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
@@ -112,12 +105,11 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
         source.profile = std::move(*profile);
     }
     if (!job.camera.empty()) {
-        auto camera = load_camera(job.camera);
-        if (!camera.ok()) return camera.status();
-        notes = camera->diagnostics;
-        if (Status status = camera->status(); !status.ok()) return status;
-        if (Status status = read_aperture_images(*camera); !status.ok()) return status;
-        source.camera = std::move(*camera);
+        ASSIGN_OR_RETURN(auto camera, load_camera(job.camera));
+        notes = camera.diagnostics;
+        RETURN_IF_ERROR(camera.status());
+        RETURN_IF_ERROR(read_aperture_images(camera));
+        source.camera = std::move(camera);
     }
     return source;
 }
@@ -433,12 +425,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
         if (!chunk.ok()) return chunk.status().at(option_name("chunk"));
         settings.chunk = *chunk;
     }
-    auto watch = watch_of(job, settings);
-    if (!watch.ok()) return watch.status();
-    settings.watch = *watch;
-    auto source = source_settings_of(job, notes);
-    if (!source.ok()) return source.status();
-    settings.source = std::move(*source);
+    ASSIGN_OR_RETURN(settings.watch, watch_of(job, settings));
+    ASSIGN_OR_RETURN(settings.source, source_settings_of(job, notes));
     settings.source.color_frames = settings.input.color();
     if (!job.camera.empty()) settings.other_inputs.push_back({job.camera, "the camera file"});
     if (!job.profile.empty()) settings.other_inputs.push_back({job.profile, "the profile"});
@@ -449,9 +437,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
             for (auto& picture : io::inputs_of(camera))
                 settings.other_inputs.push_back(std::move(picture));
     }
-    auto plan = plan_options_of(job, registry, notes);
-    if (!plan.ok()) return plan.status();
-    settings.plan = std::move(*plan);
+    ASSIGN_OR_RETURN(settings.plan, plan_options_of(job, registry, notes));
     if (!job.output.empty()) {
         auto output = io::PathPattern::parse(job.output);
         if (!output.ok()) return output.status().at(option_name("output"));
@@ -462,18 +448,13 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
     settings.missing = job.missing;
     settings.on_error = job.on_error;
     settings.overflow = job.overflow;
-    auto exr = exr_settings_of(job);
-    if (!exr.ok()) return exr.status();
-    settings.exr = std::move(*exr);
-    auto transfer = output_transfer_of(job);
-    if (!transfer.ok()) return transfer.status();
-    settings.picture = {std::move(*transfer), bits_of(job.bits)};
+    ASSIGN_OR_RETURN(settings.exr, exr_settings_of(job));
+    ASSIGN_OR_RETURN(auto transfer, output_transfer_of(job));
+    settings.picture = {std::move(transfer), bits_of(job.bits)};
     settings.strict = job.strict;
     settings.sidecar = job.sidecar;
     settings.preview = job.png;
-    auto view = preview_view_of(job);
-    if (!view.ok()) return view.status();
-    settings.view = std::move(*view);
+    ASSIGN_OR_RETURN(settings.view, preview_view_of(job));
     for (const std::string& config : settings.ocio_configs())
         settings.other_inputs.push_back({config, "the OpenColorIO configuration"});
     settings.dump_folder = job.dump_stages;

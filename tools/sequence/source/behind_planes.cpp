@@ -48,13 +48,13 @@ Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::strin
     behind.number = frame.number;
     behind.files = {{Role::color, path}};
     behind.stamps.push_back(io::FileStamp::of(path));
-    auto header = open_source_frame(settings_of_behind(settings), behind.files, frame.number);
-    if (!header.ok()) return header.status();
-    if (!header->match.view.empty() && header->match.view != frame.header.match.view)
+    ASSIGN_OR_RETURN(auto header,
+                     open_source_frame(settings_of_behind(settings), behind.files, frame.number));
+    if (!header.match.view.empty() && header.match.view != frame.header.match.view)
         return Status(StatusCode::input,
                       concat(path, ": the layer behind has no view ", frame.header.match.view));
     const io::Window own = color_part(frame.header).display_window,
-                     its = color_part(*header).display_window;
+                     its = color_part(header).display_window;
     if (own != its)
         return Status(StatusCode::input,
                       concat(path, ": the layer behind has display window ", its.text(),
@@ -62,16 +62,15 @@ Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::strin
     constexpr RoleSet kPlanes = {Role::inverse_depth, Role::motion, Role::motion_back,
                                  Role::layers};
     const RoleSet needed = (frame.planes & kPlanes) | RoleSet{Role::inverse_depth};
-    if (Status status = check_roles(path, *header, frame.header, needed); !status.ok())
-        return status;
+    RETURN_IF_ERROR(check_roles(path, header, frame.header, needed));
     FrameLayers layers = frame.header.layers;
     layers.filtered_cryptomattes = 0;
-    if (const auto lacking = layers_lacking(layers, header->layers); !lacking.empty())
+    if (const auto lacking = layers_lacking(layers, header.layers); !lacking.empty())
         return Status(StatusCode::input,
                       concat(path, ": the layer behind lacks these layers of the frame: ",
                              joined(lacking), "; render them too, or leave out --layers"));
     behind.planes = needed | RoleSet{Role::color};
-    behind.header = std::move(*header);
+    behind.header = std::move(header);
     return behind;
 }
 
@@ -91,16 +90,15 @@ Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
         frame.warnings.push_back(concat("filtered without the layer behind: ", why));
         return Status();
     }
-    auto source = read_source_frame(settings_of_behind(settings), behind.header, behind.planes,
-                                    io::Keep::nothing);
-    if (!source.ok()) return source.status();
-    if (frame.strict_fault.ok()) frame.strict_fault = source->strict_fault;
+    ASSIGN_OR_RETURN(auto source, read_source_frame(settings_of_behind(settings), behind.header,
+                                                    behind.planes, io::Keep::nothing));
+    if (frame.strict_fault.ok()) frame.strict_fault = source.strict_fault;
     // Those of the header concern layers and cryptomattes, which are the frame's.
     const auto& of_header = behind.header.warnings;
-    for (const std::string& warning : source->warnings)
+    for (const std::string& warning : source.warnings)
         if (std::ranges::find(of_header, warning) == of_header.end())
             frame.warnings.push_back("the layer behind: " + warning);
-    SharedPlanes planes = std::move(source->planes);
+    SharedPlanes planes = std::move(source.planes);
     if (frame.description.layers == 0)
         planes.erase(Role::layers);
     else if (const auto layers = planes.find(Role::layers); layers != planes.end())

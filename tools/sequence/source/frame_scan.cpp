@@ -29,28 +29,25 @@ Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const Fram
     const int height = header.window.height();
     SourceFrame frame;
     SourceFindings all;
-    if (Status status =
-            check_memory(header.files.color_file().path(),
-                         frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
-                         settings.max_memory);
-        !status.ok())
-        return status;
+    RETURN_IF_ERROR(
+        check_memory(header.files.color_file().path(),
+                     frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
+                     settings.max_memory));
     for (int first = 0; first < height; first += rows) {
         const int end = std::min(height, first + rows);
-        auto strip = read_source_strip(settings, header, planes_of(header, wanted),
-                                       io::Keep::nothing, first, end);
-        if (!strip.ok()) return strip.status();
-        frame.read_ms += strip->read_ms;
-        frame.convert_ms += strip->convert_ms;
-        if (observer) observer(strip->planes, first);
+        ASSIGN_OR_RETURN(auto strip, read_source_strip(settings, header, planes_of(header, wanted),
+                                                       io::Keep::nothing, first, end));
+        frame.read_ms += strip.read_ms;
+        frame.convert_ms += strip.convert_ms;
+        if (observer) observer(strip.planes, first);
         if (first == 0)
-            all = strip->findings;
+            all = strip.findings;
         else
-            all.add(strip->findings);
+            all.add(strip.findings);
         if (end < height) continue;
-        strip->findings = all;
-        strip->planes.clear();
-        conclude(frame, settings, header, std::move(*strip));
+        strip.findings = all;
+        strip.planes.clear();
+        conclude(frame, settings, header, std::move(strip));
     }
     return frame;
 }
@@ -71,27 +68,27 @@ Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& 
     SignChecker checker;
     for (int first = 0; first < window.height(); first += rows) {
         const int end = std::min(window.height(), first + rows);
-        auto strip = read_source_strip(
-            settings, header,
-            planes_of(header, {Role::inverse_depth, Role::motion, Role::motion_back}),
-            io::Keep::nothing, first, end);
-        if (!strip.ok()) return strip.status();
+        ASSIGN_OR_RETURN(auto strip,
+                         read_source_strip(settings, header,
+                                           planes_of(header, {Role::inverse_depth, Role::motion,
+                                                              Role::motion_back}),
+                                           io::Keep::nothing, first, end));
         io::Window around = window;
         around.min_y = window.min_y + std::max(0, first - margin);
         around.max_y = window.min_y + std::min(window.height(), end + margin) - 1;
         const io::Window there = around.intersected(next.window);
         ImageF color(around.width(), around.height(), 4);
         if (!there.empty()) {
-            auto rows_of_next = read_source_strip(settings, next, {Role::color}, io::Keep::nothing,
-                                                  there.min_y - next.window.min_y,
-                                                  there.max_y + 1 - next.window.min_y);
-            if (!rows_of_next.ok()) return rows_of_next.status();
+            ASSIGN_OR_RETURN(auto rows_of_next,
+                             read_source_strip(settings, next, {Role::color}, io::Keep::nothing,
+                                               there.min_y - next.window.min_y,
+                                               there.max_y + 1 - next.window.min_y));
             io::Window read = next.window;
             read.min_y = there.min_y;
             read.max_y = there.max_y;
-            color = io::placed(rows_of_next->planes.at(Role::color), read, around);
+            color = io::placed(rows_of_next.planes.at(Role::color), read, around);
         }
-        checker.add(strip->planes, {first, first, end, window.height()}, color,
+        checker.add(strip.planes, {first, first, end, window.height()}, color,
                     around.min_y - window.min_y);
     }
     return checker.result();

@@ -34,10 +34,10 @@ Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& fi
         const FileChannels more = io::channels_of(*file);
         all.parts.insert(all.parts.end(), more.parts.begin(), more.parts.end());
     }
-    auto match = detect_profile(builtin_profiles(), all, settings.layer, settings.view);
-    if (!match.ok()) return match.status();
+    ASSIGN_OR_RETURN(auto match,
+                     detect_profile(builtin_profiles(), all, settings.layer, settings.view));
     for (const Profile& profile : builtin_profiles())
-        if (profile.name == match->profile) return Writer{profile, true, match->why};
+        if (profile.name == match.profile) return Writer{profile, true, match.why};
     return Status(StatusCode::internal, "a detected profile is not among those detected from");
 }
 
@@ -227,9 +227,8 @@ Result<FrameHeader> open_source_frame(const SourceSettings& settings,
     // The layer behind is a frame of its own (behind_planes.h).
     std::map<Role, std::string> own = files;
     const bool has_behind = own.erase(Role::behind) > 0;
-    auto opened = io::open_frame(own, frame, {}, settings.input_transfer);
-    if (!opened.ok()) return opened.status();
-    auto header = header_of(settings, std::move(*opened));
+    ASSIGN_OR_RETURN(auto opened, io::open_frame(own, frame, {}, settings.input_transfer));
+    auto header = header_of(settings, std::move(opened));
     if (header.ok() && has_behind) header->has_behind = true;
     return header;
 }
@@ -242,12 +241,12 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
     const io::PixelFile& color_file = header.files.color_file();
     auto writer = writer_of(settings, header.files);
     if (!writer.ok()) {
-        if (Status why = color_file.explain_no_color(); !why.ok()) return why;
+        RETURN_IF_ERROR(color_file.explain_no_color());
         return writer.status().at(color_file.path());
     }
     auto match = match_file(settings, *writer, color_file);
     if (!match.ok() || !match->roles.count(Role::color)) {
-        if (Status why = color_file.explain_no_color(); !why.ok()) return why;
+        RETURN_IF_ERROR(color_file.explain_no_color());
         if (!match.ok()) return match.status().at(color_file.path());
         return Status(StatusCode::input, concat(color_file.path(), ": no color; looked for ",
                                                 match->missing[Role::color], "\n", match->text()));
@@ -255,9 +254,7 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
     header.match = std::move(*match);
     for (const auto& [role, file] : header.files.files) {
         if (role == Role::color) continue;
-        if (Status status = add_own_file(settings, *writer, *file, role, header.match);
-            !status.ok())
-            return status;
+        RETURN_IF_ERROR(add_own_file(settings, *writer, *file, role, header.match));
     }
     if (const io::ImageFile* picture = picture_of(color_file))
         header.match.options.unpremultiplied = picture->info().unassociated;
@@ -265,19 +262,16 @@ Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame file
         header.assignment[role] = {where.part, where.channels};
     keep_motion_of_shot(settings.cuts.contains(frame - 1), settings.cuts.contains(frame), header);
 
-    auto layers =
+    ASSIGN_OR_RETURN(
+        header.layers,
         find_frame_layers(settings.layers, data_names(profile_of(settings, *writer, header.match)),
-                          color_file, header.match);
-    if (!layers.ok()) return layers.status();
-    header.layers = std::move(*layers);
+                          color_file, header.match));
     header.warnings = header.layers.warnings;
 
-    if (Status status = check_displays(header); !status.ok()) return status;
+    RETURN_IF_ERROR(check_displays(header));
     const auto& part = color_part(header);
     if (part.deep) {
-        if (Status status = set_flattening(profile_of(settings, *writer, header.match), header);
-            !status.ok())
-            return status;
+        RETURN_IF_ERROR(set_flattening(profile_of(settings, *writer, header.match), header));
         header.has_behind = !settings.behind;
     }
     header.window = part.data_window;
@@ -367,18 +361,16 @@ SharedPlanes shared(FramePlanes planes) {
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep) {
     const RoleSet present = planes_of(header, wanted);
-    if (Status status = check_memory(header.files.color_file().path(),
-                                     frame_bytes(header, present, keep, header.window.height()),
-                                     settings.max_memory);
-        !status.ok())
-        return status;
-    auto strip = read_source_strip(settings, header, present, keep, 0, header.window.height());
-    if (!strip.ok()) return strip.status();
+    RETURN_IF_ERROR(check_memory(header.files.color_file().path(),
+                                 frame_bytes(header, present, keep, header.window.height()),
+                                 settings.max_memory));
+    ASSIGN_OR_RETURN(auto strip,
+                     read_source_strip(settings, header, present, keep, 0, header.window.height()));
     SourceFrame frame;
-    frame.read_ms = strip->read_ms;
-    frame.convert_ms = strip->convert_ms;
-    frame.planes = shared(std::move(strip->planes));
-    conclude(frame, settings, std::move(header), std::move(*strip));
+    frame.read_ms = strip.read_ms;
+    frame.convert_ms = strip.convert_ms;
+    frame.planes = shared(std::move(strip.planes));
+    conclude(frame, settings, std::move(header), std::move(strip));
     return frame;
 }
 

@@ -123,12 +123,10 @@ Result<ImageF> filter_apart(const Chain& chain, const SourceFrame& frame,
             planes[role] = plane->second;
             description.planes.add(role);
         }
-        const auto plan = make_plan(chain, description, options);
-        if (!plan.ok()) return plan.status();
-        const auto result = executor.filter(*plan, planes, {});
-        if (!result.ok()) return result.status();
+        ASSIGN_OR_RETURN(const auto plan, make_plan(chain, description, options));
+        ASSIGN_OR_RETURN(const auto result, executor.filter(plan, planes, {}));
         for (size_t i = 0; i < group.layers.size(); ++i)
-            filtered[group.layers[i]] = plane_of_stack(result->at(Role::layers), int(i), height);
+            filtered[group.layers[i]] = plane_of_stack(result.at(Role::layers), int(i), height);
     }
     int next = 0;
     for (ImageF& layer : filtered)

@@ -56,10 +56,9 @@ Result<FrameInputs> SequenceReader::open(int number, const std::map<Role, std::s
         return entry.first < number - 1 || entry.first > number + 1 ||
                (entry.first == number && entry.second->is_neighbor_only);
     });
-    auto entry = enter(number, files);
-    if (!entry.ok()) return entry.status();
+    ASSIGN_OR_RETURN(auto entry, enter(number, files));
     FrameInputs inputs;
-    inputs.frame = *entry;
+    inputs.frame = entry;
     for (Neighbor neighbor : kNeighbors)
         if (!inputs.frame->planes.of(neighbor).empty()) find_neighbor(neighbor, inputs);
     // A file of its own, or the deep file of color.
@@ -96,11 +95,10 @@ Result<std::shared_ptr<SequenceReader::Entry>> SequenceReader::enter(
     // A neighbor needs none, so a frame's own is opened apart.
     entry->files.erase(Role::behind);
     for (const auto& [role, path] : entry->files) entry->stamps.push_back(io::FileStamp::of(path));
-    auto header = open_source_frame(settings_, entry->files, number);
-    if (!header.ok()) return header.status();
-    if (input_.patterns.contains(Role::behind)) header->has_behind = true;
-    entry->planes = planes_to_read(*header, planes_of_(*header));
-    entry->header = std::move(*header);
+    ASSIGN_OR_RETURN(auto header, open_source_frame(settings_, entry->files, number));
+    if (input_.patterns.contains(Role::behind)) header.has_behind = true;
+    entry->planes = planes_to_read(header, planes_of_(header));
+    entry->header = std::move(header);
     window_[number] = entry;
     return entry;
 }
@@ -205,7 +203,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
     Entry& entry = *window_.at(inputs.frame->number);
     // A held frame replaces several frames: it is read for each of them.
     if (entry.status.ok() && !entry.source) entry.is_decoded = false;
-    if (Status status = decode(entry); !status.ok()) return status;
+    RETURN_IF_ERROR(decode(entry));
     SourceFrame frame = std::move(*entry.source);
     entry.source.reset();
     frame.description.missing_neighbors = inputs.missing;
@@ -226,10 +224,7 @@ Result<SourceFrame> SequenceReader::read(const FrameInputs& inputs) {
         if (frame.strict_fault.ok()) frame.strict_fault = other.strict_fault;
     }
     add_neighbors(neighbors, entry.planes, entry.header.window, frame);
-    if (inputs.behind)
-        if (Status status = add_behind(settings_, *inputs.behind, entry.header, frame);
-            !status.ok())
-            return status;
+    if (inputs.behind) RETURN_IF_ERROR(add_behind(settings_, *inputs.behind, entry.header, frame));
     if (inputs.neighbors.empty()) {
         entry.pixels.clear();
         entry.cryptomattes.reset();

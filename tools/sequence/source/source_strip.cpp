@@ -106,42 +106,39 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     area.window.max_y = window.min_y + bottom - 1;
     const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
     constexpr RoleSet kApart = {Role::layers, Role::mattes, Role::behind};
-    auto read =
-        io::read_frame(header.files, header.assignment, present - kApart - made, keep, area);
-    if (!read.ok()) return read.status();
+    ASSIGN_OR_RETURN(auto read, io::read_frame(header.files, header.assignment,
+                                               present - kApart - made, keep, area));
     for (Role role : {Role::motion, Role::motion_back})
         if (made.has(role) && present.has(role)) {
-            const ImageF& color = read->planes.at(Role::color);
-            read->planes[role] = ImageF(color.width, color.height, channels_of(role));
+            const ImageF& color = read.planes.at(Role::color);
+            read.planes[role] = ImageF(color.width, color.height, channels_of(role));
         }
     if (present.has(Role::layers) && !header.layers.filtered.empty()) {
-        auto layers = read_layers(header.layers, *read, area.window);
-        if (!layers.ok()) return layers.status();
-        read->planes[Role::layers] = std::move(*layers);
+        ASSIGN_OR_RETURN(auto layers, read_layers(header.layers, read, area.window));
+        read.planes[Role::layers] = std::move(layers);
     }
     if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
         auto cryptomattes = std::make_shared<FrameCryptomattes>();
         cryptomattes->window = area.window;
         for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i) {
-            auto ranks = io::read_ranks(header.files.color_file(), header.layers.cryptomattes[i],
-                                        area.window);
-            if (!ranks.ok()) return ranks.status();
+            ASSIGN_OR_RETURN(
+                auto ranks, io::read_ranks(header.files.color_file(), header.layers.cryptomattes[i],
+                                           area.window));
             strip.mattes.add_cryptomatte(header.files.color_file().path(),
-                                         header.layers.cryptomattes[i], *ranks);
+                                         header.layers.cryptomattes[i], ranks);
             cryptomattes->names.push_back(header.layers.cryptomattes[i].name);
-            cryptomattes->ranks.push_back(std::move(*ranks));
+            cryptomattes->ranks.push_back(std::move(ranks));
         }
         strip.cryptomattes = std::move(cryptomattes);
     }
     if (present.has(Role::mattes)) {
-        auto mattes = read_mattes(header.layers, *read, area.window, strip.mattes);
-        if (!mattes.ok()) return mattes.status();
-        read->planes[Role::mattes] = std::move(*mattes);
+        ASSIGN_OR_RETURN(auto mattes, read_mattes(header.layers, read, area.window, strip.mattes));
+        read.planes[Role::mattes] = std::move(mattes);
     }
     strip.read_ms = milliseconds_since(start);
 
     start = Clock::now();
-    strip.input = std::move(*read);
+    strip.input = std::move(read);
     FramePlanes planes = std::move(strip.input.planes);
     const auto convert = [&](FramePlanes& rows, int from,
                              FrameDescription& description) -> Result<InputHealth> {
@@ -156,21 +153,20 @@ Result<SourceStrip> read_strip(const SourceSettings& settings, const FrameHeader
     const bool with_context = top < first || bottom > end;
     FramePlanes core = with_context ? rows_of(planes, first - top, end - top) : FramePlanes();
     FramePlanes& own = with_context ? core : planes;
-    auto health = convert(own, first, strip.description);
-    if (!health.ok()) return health.status();
+    ASSIGN_OR_RETURN(auto health, convert(own, first, strip.description));
     if (with_context) {
         put_rows(core, planes, first - top);
         FrameDescription ignored;
         for (const auto& [from, to] : {std::pair{top, first}, std::pair{end, bottom}}) {
             if (from >= to) continue;
             FramePlanes context = rows_of(planes, from - top, to - top);
-            if (auto faults = convert(context, from, ignored); !faults.ok()) return faults.status();
+            RETURN_IF_ERROR(convert(context, from, ignored).status());
             put_rows(context, planes, from - top);
         }
     }
     SourceFindings& findings = strip.findings;
     findings.half_depth = strip.input.half_depth;
-    findings.health = *health;
+    findings.health = health;
     if (auto& place = findings.health.first_nonfinite) (*place)[1] += first;
     const Strip rows = {top, first, end, height};
     findings.edges = count_mixed_edges(planes, rows);

@@ -89,11 +89,10 @@ class ZipSource final : public BodySource {
             offsets_[at_] = sent_;
             text = local(files_[at_]);
         }
-        auto part = open_->next();
-        if (!part.ok()) return part.status();
-        crcs_[at_] = crc_after(crcs_[at_], *part);
-        text += *part;
-        if (part->empty()) {
+        ASSIGN_OR_RETURN(auto part, open_->next());
+        crcs_[at_] = crc_after(crcs_[at_], part);
+        text += part;
+        if (part.empty()) {
             put(text, 0x08074b50, 4);
             put(text, crcs_[at_], 4);
             put(text, files_[at_].bytes, 8);

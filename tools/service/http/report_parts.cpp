@@ -38,17 +38,16 @@ Result<std::string> page_without_pictures(const std::string& path) {
 }
 
 Result<std::string> PagePictures::get(const std::string& path, const std::string& id) {
-    const auto page = indexed(io::FileStamp::of(path));
-    if (!page.ok()) return page.status();
-    const auto found = (*page)->places.find(id);
-    if (found == (*page)->places.end())
+    ASSIGN_OR_RETURN(const auto page, indexed(io::FileStamp::of(path)));
+    const auto found = page->places.find(id);
+    if (found == page->places.end())
         return Status(StatusCode::input, "the report does not have the picture '" + id + "'");
     const auto [at, bytes] = found->second;
     std::string picture(bytes, 0);
     std::ifstream file(path, std::ios::binary);
     if (!file.seekg(std::streamoff(at)).read(picture.data(), std::streamsize(bytes)))
         return Status(StatusCode::input, path + ": cannot be read");
-    if (Status status = (*page)->stamp.unchanged(); !status.ok()) return status;
+    RETURN_IF_ERROR(page->stamp.unchanged());
     return picture;
 }
 

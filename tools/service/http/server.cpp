@@ -179,8 +179,7 @@ Result<std::unique_ptr<Server>> Server::open(const ServerSettings& settings, Ser
     if (error)
         return Status(StatusCode::output, concat("--port ", settings.port, ": ", error.message(),
                                                  "; choose another port, or 0 for any free one"));
-    for (HelperThreads* pool : {&shared->pool, &shared->disk_pool})
-        if (Status status = pool->begin(); !status.ok()) return status;
+    for (HelperThreads* pool : {&shared->pool, &shared->disk_pool}) RETURN_IF_ERROR(pool->begin());
     return std::unique_ptr<Server>(new Server(std::move(shared)));
 }
 

@@ -49,7 +49,7 @@ std::pair<dev_t, ino_t> identity_of(const std::string& path) {
 Status StoreFile::take() {
     try {
         database_.emplace(path_);
-        if (Status status = lock_.take(path_); !status.ok()) return status;
+        RETURN_IF_ERROR(lock_.take(path_));
         prepare(*database_, path_);
         file_ = identity_of(path_);
         return Status();
@@ -60,7 +60,7 @@ Status StoreFile::take() {
 
 Status StoreFile::commit(const std::function<void(Database&)>& work) {
     std::vector<Event> events;
-    if (Status status = in_place(); !status.ok()) return status;
+    RETURN_IF_ERROR(in_place());
     try {
         const std::lock_guard lock(mutex_);
         said_.clear();

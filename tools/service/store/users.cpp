@@ -167,9 +167,8 @@ std::shared_ptr<Users> Users::of_token(const std::string& token) {
 }
 
 Result<std::shared_ptr<Users>> Users::of_token_file(const std::string& path) {
-    auto token = read_token(path);
-    if (!token.ok()) return token.status();
-    auto users = of_token(*token);
+    ASSIGN_OR_RETURN(auto token, read_token(path));
+    auto users = of_token(token);
     users->path_ = path;
     return users;
 }
@@ -180,28 +179,25 @@ Result<std::shared_ptr<Users>> Users::of_file(const std::string& path,
     users->users_path_ = path;
     users->check_folder_ = check_folder;
     users->users_.clear();
-    if (Status status = users->reload(); !status.ok()) return status;
+    RETURN_IF_ERROR(users->reload());
     return users;
 }
 
 Result<Users::List> Users::read() const {
     if (users_path_.empty()) {
-        const auto token = read_token(path_);
-        if (!token.ok()) return token.status();
-        return of_token(*token)->list();
+        ASSIGN_OR_RETURN(const auto token, read_token(path_));
+        return of_token(token)->list();
     }
-    const auto text = read_text_file(users_path_, StatusCode::usage);
-    if (!text.ok()) return text.status();
-    return UsersReader(users_path_, check_folder_).read(*text, users_path_);
+    ASSIGN_OR_RETURN(const auto text, read_text_file(users_path_, StatusCode::usage));
+    return UsersReader(users_path_, check_folder_).read(text, users_path_);
 }
 
 Status Users::reload() {
     if (path_.empty() && users_path_.empty()) return Status();
-    auto found = read();
-    if (!found.ok()) return found.status();
+    ASSIGN_OR_RETURN(auto found, read());
     const std::lock_guard lock(mutex_);
     // Sessions last as long as the token.
-    for (KnownUser& user : *found)
+    for (KnownUser& user : found)
         for (const KnownUser& former : users_)
             if (former->name == user->name && former->token == user->token) {
                 User kept = *user;
@@ -209,7 +205,7 @@ Status Users::reload() {
                 user = std::make_shared<const User>(std::move(kept));
                 break;
             }
-    users_ = std::move(*found);
+    users_ = std::move(found);
     return Status();
 }
 

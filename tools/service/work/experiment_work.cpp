@@ -68,14 +68,12 @@ class ExperimentWork {
         const Status found = experiment::find_truth(
             request_.bench, files, place_.device,
             [&](const std::string& what) { return events_.say(what, 0, 0); });
-        if (Status status = place_.gl.make_current(); !status.ok()) return status;
+        RETURN_IF_ERROR(place_.gl.make_current());
         if (!found.ok()) return found;
         auto report = experiment::run_bench(request_.variants, request_.bench, files,
                                             place_.gl.executor(), progress(), &place_.stop);
         if (!report.ok()) return report;
-        const auto chosen = experiment::choose_under(*report, request_.under);
-        if (!chosen.ok()) return chosen.status();
-        met = *chosen;
+        ASSIGN_OR_RETURN(met, experiment::choose_under(*report, request_.under));
         return report;
     }
 
@@ -116,14 +114,12 @@ class ExperimentWork {
 }  // namespace
 
 Status check_paths(const experiment::ExperimentSettings& settings, const Roots& roots) {
-    if (Status status = check_inputs(settings.run.input, roots); !status.ok()) return status;
+    RETURN_IF_ERROR(check_inputs(settings.run.input, roots));
     if (!settings.truth.empty()) {
-        auto truth = io::InputSpec::parse(settings.truth);
-        if (!truth.ok()) return truth.status();
-        if (Status status = check_inputs(*truth, roots); !status.ok()) return status;
+        ASSIGN_OR_RETURN(auto truth, io::InputSpec::parse(settings.truth));
+        RETURN_IF_ERROR(check_inputs(truth, roots));
     }
-    if (!settings.assets.empty())
-        if (Status status = check_folder(settings.assets, roots); !status.ok()) return status;
+    if (!settings.assets.empty()) RETURN_IF_ERROR(check_folder(settings.assets, roots));
     // The camera file beside a generated scene is read to find its truth.
     const std::string beside = settings.run.input.color().folder() + "/camera.json";
     auto camera = load_camera(beside);

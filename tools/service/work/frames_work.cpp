@@ -113,8 +113,7 @@ class FramesWork {
 
     Status work_on(const Batch& batch) {
         place_.progress.does("the input's folder was not listed");
-        if (Status status = check_run_paths(settings_, place_.reader.roots()); !status.ok())
-            return status;
+        RETURN_IF_ERROR(check_run_paths(settings_, place_.reader.roots()));
         if (place_.lost) return Status();
         RunSettings settings = sequence::settings_for(settings_, {&chain_});
         settings.frames = io::FrameRange{batch.frames};
@@ -281,23 +280,21 @@ Result<std::vector<FrameTask>> tasks_of(const RunSettings& settings) {
 }
 
 Status check_run_paths(const RunSettings& settings, const Roots& roots) {
-    if (Status status = check_inputs(settings.input, roots); !status.ok()) return status;
-    if (Status status = check_folder(settings.output.folder(), roots); !status.ok()) return status;
+    RETURN_IF_ERROR(check_inputs(settings.input, roots));
+    RETURN_IF_ERROR(check_folder(settings.output.folder(), roots));
     return settings.dump_folder.empty() ? Status() : check_folder(settings.dump_folder, roots);
 }
 
 Result<std::vector<JobFrame>> begin_frames(const JobRequest& request, const Roots& roots) {
-    const auto tasks = tasks_of(request.run);
-    if (!tasks.ok()) return tasks.status();
-    const io::OutputFiles files = sequence::files_of_run(request.chain.chain, request.run, *tasks);
-    if (Status status = files.check_names(); !status.ok()) return status;
+    ASSIGN_OR_RETURN(const auto tasks, tasks_of(request.run));
+    const io::OutputFiles files = sequence::files_of_run(request.chain.chain, request.run, tasks);
+    RETURN_IF_ERROR(files.check_names());
     // With `on_error: continue` each frame is refused separately.
     const bool stops = request.run.on_error == sequence::ErrorPolicy::stop;
-    if (stops)
-        if (Status status = files.check_existing(); !status.ok()) return status;
-    if (Status status = check_run_paths(request.run, roots); !status.ok()) return status;
+    if (stops) RETURN_IF_ERROR(files.check_existing());
+    RETURN_IF_ERROR(check_run_paths(request.run, roots));
     std::vector<JobFrame> frames;
-    for (const FrameTask& task : *tasks) {
+    for (const FrameTask& task : tasks) {
         JobFrame frame;
         frame.frame = task.frame;
         frame.output = task.output;

@@ -10,13 +10,12 @@ namespace postchain::service {
 Result<std::unique_ptr<GlDevice>> GlDevice::create(const egl::ContextOptions& options,
                                                    const PassRegistry& registry) {
     try {
-        auto context = egl::Context::create(options);
-        if (!context.ok()) return context.status();
+        ASSIGN_OR_RETURN(auto context, egl::Context::create(options));
         std::unique_ptr<GlDevice> made(new GlDevice(registry));
-        made->context_ = std::move(*context);
+        made->context_ = std::move(context);
         made->executor_ = std::make_unique<Executor>(made->context_->device());
         made->renderer_ = sequence::renderer_text(made->context_->device());
-        if (Status status = made->test(); !status.ok()) return status;
+        RETURN_IF_ERROR(made->test());
         return made;
     } catch (...) {
         return status_of_exception("the GL context");
@@ -33,14 +32,12 @@ Status GlDevice::test() try {
     frame.planes = {Role::color};
     PlanOptions options;
     options.elide = false;
-    auto plan = make_plan(chain, frame, options);
-    if (!plan.ok()) return plan.status();
+    ASSIGN_OR_RETURN(auto plan, make_plan(chain, frame, options));
     FramePlanes planes;
     planes.emplace(Role::color, ImageF(kSide, kSide, 4, kValue));
-    auto result = executor_->filter(*plan, planes);
-    if (!result.ok()) return result.status();
+    ASSIGN_OR_RETURN(auto result, executor_->filter(plan, planes));
     // An anti-aliasing filter keeps a uniform image.
-    for (const float value : result->at(Role::color).data)
+    for (const float value : result.at(Role::color).data)
         if (!(std::abs(value - kValue) < 1e-3f))
             return Status(StatusCode::gl, concat("a test dispatch returned ", value, " instead of ",
                                                  kValue, "; the device is not reliable"));

@@ -39,16 +39,14 @@ io::PathHold hold_of(const Roots& roots) {
 Result<io::PathPattern> resolve_pattern(const io::PathPattern& pattern, const Roots& roots) {
     std::string path = pattern.text();
     if (!pattern.has_token()) {
-        auto resolved = roots.resolve(path);
-        if (!resolved.ok()) return resolved.status();
-        return io::PathPattern::parse(*resolved);
+        ASSIGN_OR_RETURN(auto resolved, roots.resolve(path));
+        return io::PathPattern::parse(resolved);
     }
     // Checks the file name too.
-    if (auto whole = roots.resolve(path); !whole.ok()) return whole.status();
-    auto folder = roots.resolve(pattern.folder());
-    if (!folder.ok()) return folder.status();
+    RETURN_IF_ERROR(roots.resolve(path).status());
+    ASSIGN_OR_RETURN(auto folder, roots.resolve(pattern.folder()));
     return io::PathPattern::parse(
-        joined_path(*folder, std::filesystem::path(path).filename().string()));
+        joined_path(folder, std::filesystem::path(path).filename().string()));
 }
 
 Status check_folder(const std::string& folder, const Roots& roots) {
@@ -63,8 +61,7 @@ Status check_inputs(const io::InputSpec& input, const Roots& roots) {
             return Status(StatusCode::input,
                           pattern.folder() + ": links outside the folders of this service");
         for (const auto& [frame, path] : pattern.discover())
-            if (Status status = check_link(path, roots, StatusCode::input); !status.ok())
-                return status;
+            RETURN_IF_ERROR(check_link(path, roots, StatusCode::input));
     }
     return Status();
 }

@@ -104,8 +104,7 @@ HelperThreads::~HelperThreads() {
 
 Status HelperThreads::begin() {
     const std::lock_guard lock(inside_->mutex);
-    for (size_t i = 0; i < inside_->threads; ++i)
-        if (Status status = Inside::add(inside_); !status.ok()) return status;
+    for (size_t i = 0; i < inside_->threads; ++i) RETURN_IF_ERROR(Inside::add(inside_));
     return Status();
 }
 

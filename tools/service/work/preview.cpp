@@ -20,10 +20,9 @@ struct NamedFrame {
 };
 Result<NamedFrame> named_frame(const JobRequest& request, sequence::RunSettings settings) {
     settings.frames = io::FrameRange{{request.frame}};
-    auto list = io::find_frames(settings.input, settings.frames);
-    if (!list.ok()) return list.status();
-    const auto files = list->files.find(request.frame);
-    if (files == list->files.end())
+    ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
+    const auto files = list.files.find(request.frame);
+    if (files == list.files.end())
         return Status(StatusCode::input,
                       sequence::absent_files(request.frame, settings) + ": frame is not on disk");
     return NamedFrame{std::move(settings), files->second};
@@ -42,41 +41,37 @@ ImageF first_channels(const ImageF& image, int channels) {
 
 Result<PreparedPreview> prepare_preview(JobRequest& request) {
     Chain& chain = request.chain.chain;
-    const auto named = named_frame(request, sequence::settings_for(request.run, {&chain}));
-    if (!named.ok()) return named.status();
-    const sequence::RunSettings& settings = named->settings;
+    ASSIGN_OR_RETURN(const auto named,
+                     named_frame(request, sequence::settings_for(request.run, {&chain})));
+    const sequence::RunSettings& settings = named.settings;
     sequence::SequenceReader reader(
         settings.source, settings.input, [&](const sequence::FrameHeader& header) {
             return sequence::planes_needed(chain, settings.source, header, settings.plan);
         });
-    auto inputs = reader.open(request.frame, named->files);
-    if (!inputs.ok()) return inputs.status();
-    auto source = reader.read(*inputs);
-    if (!source.ok()) return source.status();
-    source->description.frame_number = request.frame;
+    ASSIGN_OR_RETURN(auto inputs, reader.open(request.frame, named.files));
+    ASSIGN_OR_RETURN(auto source, reader.read(inputs));
+    source.description.frame_number = request.frame;
     if (request.scale < 1) {
-        sequence::reduce_frame(*source, request.scale);
+        sequence::reduce_frame(source, request.scale);
         sequence::reduce_lengths(chain, request.scale);
     }
-    auto plan = sequence::plan_source_frame(chain, *source, settings.plan);
-    if (!plan.ok()) return plan.status();
-    return PreparedPreview{std::move(*plan), std::move(source->planes)};
+    ASSIGN_OR_RETURN(auto plan, sequence::plan_source_frame(chain, source, settings.plan));
+    return PreparedPreview{std::move(plan), std::move(source.planes)};
 }
 
 Result<ImageF> distances_of(const JobRequest& request) {
-    const auto named = named_frame(request, request.run);
-    if (!named.ok()) return named.status();
-    auto header = sequence::open_source_frame(named->settings.source, named->files, request.frame);
-    if (!header.ok()) return header.status();
+    ASSIGN_OR_RETURN(const auto named, named_frame(request, request.run));
+    ASSIGN_OR_RETURN(auto header, sequence::open_source_frame(named.settings.source, named.files,
+                                                              request.frame));
     const RoleSet depth = {Role::inverse_depth};
-    auto source = sequence::read_source_frame(named->settings.source, std::move(*header), depth,
-                                              io::Keep::nothing);
-    if (!source.ok()) return source.status();
-    if (!source->planes.contains(Role::inverse_depth))
-        return Status(StatusCode::input, named->settings.input.color().format(request.frame) +
+    ASSIGN_OR_RETURN(auto source,
+                     sequence::read_source_frame(named.settings.source, std::move(header), depth,
+                                                 io::Keep::nothing));
+    if (!source.planes.contains(Role::inverse_depth))
+        return Status(StatusCode::input, named.settings.input.color().format(request.frame) +
                                              ": the frame has no depth; type the focus distance");
-    if (request.scale < 1) sequence::reduce_frame(*source, request.scale);
-    ImageF distances = *source->planes.at(Role::inverse_depth);
+    if (request.scale < 1) sequence::reduce_frame(source, request.scale);
+    ImageF distances = *source.planes.at(Role::inverse_depth);
     for (float& v : distances.data)
         v = is_infinitely_far(v) ? std::numeric_limits<float>::infinity() : 1 / v;
     return distances;
@@ -93,11 +88,11 @@ Result<std::string> bytes_of(const ImageF& color, const std::string& type) {
 
 Result<std::string> image_of(const std::string& path, int frame,
                              const sequence::SourceSettings& settings, const ImageWanted& wanted) {
-    auto header = sequence::open_source_frame(settings, {{Role::color, path}}, frame);
-    if (!header.ok()) return header.status();
-    auto source = sequence::read_source_frame(settings, std::move(*header), {}, io::Keep::nothing);
-    if (!source.ok()) return source.status();
-    const ImageF& color = *source->planes.at(Role::color);
+    ASSIGN_OR_RETURN(auto header,
+                     sequence::open_source_frame(settings, {{Role::color, path}}, frame));
+    ASSIGN_OR_RETURN(auto source, sequence::read_source_frame(settings, std::move(header), {},
+                                                              io::Keep::nothing));
+    const ImageF& color = *source.planes.at(Role::color);
     const double scale = std::min(1.0, double(wanted.side) / std::max(color.width, color.height));
     if (scale == 1) return bytes_of(color, wanted.type);
     return bytes_of(sequence::mean_reduced(color, sequence::reduced_side(color.width, scale),

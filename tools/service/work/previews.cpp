@@ -17,9 +17,7 @@ Result<GlDevice*> device_of_thread(const egl::ContextOptions& options, const Pas
     thread_local std::unique_ptr<GlDevice> device;
     if (anew) device.reset();
     if (device) return device.get();
-    auto made = GlDevice::create(options, registry);
-    if (!made.ok()) return made.status();
-    device = std::move(*made);
+    ASSIGN_OR_RETURN(device, GlDevice::create(options, registry));
     return device.get();
 }
 
@@ -30,7 +28,7 @@ Previews::Previews(const egl::ContextOptions& device, const PassRegistry& regist
     : device_(device), registry_(registry), gate_(gate), threads_(1, kMaxWaiting) {}
 
 Status Previews::begin() {
-    if (Status status = threads_.begin(); !status.ok()) return status;
+    RETURN_IF_ERROR(threads_.begin());
     std::promise<void> made;
     if (threads_.run([&] {
             (void)device_of_thread(device_, registry_);
@@ -86,18 +84,16 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
     const auto over = [&] { return ends_ || *ticket.stop; };
     const Status canceled(StatusCode::canceled, "the preview was canceled");
     if (over()) return canceled;
-    auto device = device_of_thread(device_, registry_);
-    if (!device.ok()) return device.status();
+    ASSIGN_OR_RETURN(auto device, device_of_thread(device_, registry_));
     // A software renderer takes the cores that reading needs.
     std::optional<DeviceGate::Hold> hold;
-    if ((*device)->software()) hold.emplace(gate_);
-    auto prepared = prepare_preview(request);
-    if (!prepared.ok()) return prepared.status();
+    if (device->software()) hold.emplace(gate_);
+    ASSIGN_OR_RETURN(auto prepared, prepare_preview(request));
     if (over()) return canceled;
     if (!hold) hold.emplace(gate_);
-    Executor& executor = (*device)->executor();
+    Executor& executor = device->executor();
     const TurnScope stop(executor, [&] { return over() ? Turn::stop : Turn::go_on; });
-    auto planes = executor.filter(prepared->plan, prepared->planes);
+    auto planes = executor.filter(prepared.plan, prepared.planes);
     if (planes.ok()) return std::move(planes->at(Role::color));
     return planes.status();
 }

@@ -4,9 +4,8 @@ namespace postchain::service {
 
 Result<JobReader> Readers::of(const User& user) const {
     if (user.roots.empty()) return all_;
-    auto roots = all_.roots().within(user.roots);
-    if (!roots.ok()) return roots.status();
-    return all_.with(std::move(*roots));
+    ASSIGN_OR_RETURN(auto roots, all_.roots().within(user.roots));
+    return all_.with(std::move(roots));
 }
 
 Result<JobReader> Readers::of(const std::string& owner) const {
@@ -21,14 +20,13 @@ Result<JobReader> Readers::of(const std::string& owner) const {
 }
 
 Result<ReadJob> Readers::read(const Job& job) const {
-    auto reader = of(job.owner);
-    if (!reader.ok()) return reader.status();
-    auto read = reader->job(job.body);
+    ASSIGN_OR_RETURN(auto reader, of(job.owner));
+    auto read = reader.job(job.body);
     if (const auto* problem = std::get_if<Problem>(&read)) {
         const Status status = status_of(problem->diagnostics);
         return Status(status.ok() ? StatusCode::usage : status.code(), problem->detail);
     }
-    return ReadJob{std::move(*reader), std::get<JobRequest>(std::move(read))};
+    return ReadJob{std::move(reader), std::get<JobRequest>(std::move(read))};
 }
 
 }  // namespace postchain::service

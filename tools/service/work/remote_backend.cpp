@@ -195,9 +195,8 @@ Status RemoteBackend::take(const Job& job) {
     auto read = readers_.read(job);
     if (!read.ok()) return enter_end(job, WorkEnd::failed(read.status()));
     JobRequest& request = read->request;
-    const auto begun = store_.has_begun(job.id);
-    if (!begun.ok()) return begun.status();
-    if (!*begun) {
+    ASSIGN_OR_RETURN(const auto begun, store_.has_begun(job.id));
+    if (!begun) {
         const auto frames = begin_frames(request, read->reader.roots());
         if (!frames.ok()) return enter_end(job, WorkEnd::failed(frames.status()));
         std::error_code error;
@@ -206,18 +205,17 @@ Status RemoteBackend::take(const Job& job) {
         if (!fs::is_directory(folder, error))
             return enter_end(job, WorkEnd::failed(Status(StatusCode::output,
                                                          folder + ": folder does not exist")));
-        if (Status status = store_.enter_frames(job.id, *frames); !status.ok()) return status;
+        RETURN_IF_ERROR(store_.enter_frames(job.id, *frames));
     }
     return hand_over(job, request);
 }
 
 Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
-    const auto waiting = store_.to_do(job.id);
-    if (!waiting.ok()) return waiting.status();
-    if (waiting->empty()) return enter_outputs(job, request, true, "");
+    ASSIGN_OR_RETURN(const auto waiting, store_.to_do(job.id));
+    if (waiting.empty()) return enter_outputs(job, request, true, "");
     // Another round has another name: the queue may still know the earlier one.
     const std::string name = concat("postchain-", hex_of(hash_text(settings_.folder)).substr(0, 8),
-                                    "-", job.id, "-", waiting->front().attempts);
+                                    "-", job.id, "-", waiting.front().attempts);
     auto remote = settings_.queue->find(name);
     if (!remote.ok()) return remote.status();
     if (remote->empty()) {
@@ -240,10 +238,9 @@ Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
                                             "--on-existing=skip",
                                             "--device=" + settings_.device};
         // The frames that were listed at the start, whatever comes later.
-        const auto frames = store_.frames(job.id);
-        if (!frames.ok()) return frames.status();
+        ASSIGN_OR_RETURN(const auto frames, store_.frames(job.id));
         std::vector<int> numbers;
-        for (const JobFrame& frame : *frames)
+        for (const JobFrame& frame : frames)
             if (frame.state == FrameState::waiting) numbers.push_back(frame.frame);
         for (std::string& word : words_of(request)) command.push_back(std::move(word));
         command.push_back("--frames=" + ranges_of(numbers));
@@ -264,13 +261,12 @@ Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
 
 Status RemoteBackend::follow(const Job& job, const std::string& remote) {
     if (job.ended_ms != 0) {
-        if (Status status = settings_.queue->cancel(remote); !status.ok()) return status;
+        RETURN_IF_ERROR(settings_.queue->cancel(remote));
         forget(job.id);
         return store_.set_remote(job.id, "");
     }
     // Before the outputs: what is not there afterward was not made.
-    const auto tasks = settings_.queue->look(remote);
-    if (!tasks.ok()) return tasks.status();
+    ASSIGN_OR_RETURN(const auto tasks, settings_.queue->look(remote));
     auto request = requests_.find(job.id);
     if (request == requests_.end()) {
         // The job was read when it was handed over: a fault now is the disk's, and may pass.
@@ -278,18 +274,17 @@ Status RemoteBackend::follow(const Job& job, const std::string& remote) {
         if (!read.ok()) return read.status().at("job " + job.id);
         request = requests_.emplace(job.id, std::move(read->request)).first;
     }
-    const bool ended = !tasks->known || tasks->ended();
+    const bool ended = !tasks.known || tasks.ended();
     const std::string why =
-        tasks->message.empty() ? "the task ended without this frame" : tasks->message;
+        tasks.message.empty() ? "the task ended without this frame" : tasks.message;
     return enter_outputs(job, request->second, ended, why);
 }
 
 // Records frames whose outputs are on disk. At the end the others have failed an attempt.
 Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, bool at_end,
                                     const std::string& why) {
-    const auto waiting = store_.to_do(job.id);
-    if (!waiting.ok()) return waiting.status();
-    for (const FrameToDo& frame : *waiting) {
+    ASSIGN_OR_RETURN(const auto waiting, store_.to_do(job.id));
+    for (const FrameToDo& frame : waiting) {
         const std::string path = request.run.output.format(frame.frame);
         std::error_code error;
         // A quick look while tasks run: the sidecar follows the whole image.
@@ -302,19 +297,16 @@ Status RemoteBackend::enter_outputs(const Job& job, const JobRequest& request, b
             end.frame = frame.frame;
             end.state = changed ? FrameState::written : FrameState::skipped;
             end.bytes = bytes_of_outputs(path, request.run);
-            if (Status status = store_.frame_ends(job.id, end); !status.ok()) return status;
+            RETURN_IF_ERROR(store_.frame_ends(job.id, end));
         } else if (at_end) {
-            if (Status status = store_.frame_begins(job.id, frame.frame); !status.ok())
-                return status;
-            if (Status status = store_.frame_fails(
-                    job.id, frame.frame,
-                    concat(why, "; see ", settings_.folder, "/", job.id, "/*.log"));
-                !status.ok())
-                return status;
+            RETURN_IF_ERROR(store_.frame_begins(job.id, frame.frame));
+            RETURN_IF_ERROR(
+                store_.frame_fails(job.id, frame.frame,
+                                   concat(why, "; see ", settings_.folder, "/", job.id, "/*.log")));
         }
     }
     if (!at_end) return Status();
-    if (Status status = store_.set_remote(job.id, ""); !status.ok()) return status;
+    RETURN_IF_ERROR(store_.set_remote(job.id, ""));
     const auto left = store_.to_do(job.id);
     if (!left.ok() || !left->empty()) return left.status();
     const auto how = end_of_frames(store_, job.id, Status(), false);

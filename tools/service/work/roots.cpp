@@ -116,12 +116,11 @@ Result<Roots> Roots::within(const std::vector<std::string>& folders) const {
     Roots part = *this;
     std::vector<std::string> found;
     for (const std::string& folder : folders) {
-        auto resolved = resolve(folder);
-        if (!resolved.ok()) return resolved.status();
+        ASSIGN_OR_RETURN(auto resolved, resolve(folder));
         std::error_code error;
-        if (!fs::is_directory(*resolved, error))
+        if (!fs::is_directory(resolved, error))
             return Status(StatusCode::usage, folder + ": folder does not exist; create it first");
-        found.push_back(std::move(*resolved));
+        found.push_back(std::move(resolved));
     }
     part.within_ = std::move(found);
     return part;

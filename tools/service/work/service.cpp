@@ -61,12 +61,11 @@ size_t Service::end() {
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
-    auto device = sequence::context_options_of(settings.device, settings.threads, settings.warn);
-    if (!device.ok()) return device.status();
-    auto state = std::make_unique<State>(settings, registry, *device, folders_of(settings));
-    auto store = JobStore::open(settings.store, settings.attempts, settings.keep);
-    if (!store.ok()) return store.status();
-    state->store = std::move(*store);
+    ASSIGN_OR_RETURN(auto device, sequence::context_options_of(settings.device, settings.threads,
+                                                               settings.warn));
+    auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
+    ASSIGN_OR_RETURN(state->store,
+                     JobStore::open(settings.store, settings.attempts, settings.keep));
     state->log = std::make_unique<JobLog>(*state->store, state->counters, settings.log);
     if (settings.log)
         state->store->on_loss([log = settings.log](const std::string& text) {
@@ -80,7 +79,7 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
         state->backend = std::make_unique<RemoteBackend>(*state->store, state->readers, remote);
     } else {
         WorkerSettings work;
-        work.device = *device;
+        work.device = device;
         work.attempts = settings.attempts;
         work.frame_timeout_s = settings.frame_timeout_s;
         work.slice_s = settings.slice_s;

@@ -30,12 +30,11 @@ bool is_silence(const std::string& text) {
 // not answer.
 Result<std::string> answer_of(const std::vector<std::string>& words,
                               const std::string& input = "") {
-    const auto ran = run_program(words, input, kLimit);
-    if (!ran.ok()) return ran.status();
-    if (ran->exit_code != 0)
-        return Status(is_silence(ran->err) ? StatusCode::output : StatusCode::usage,
-                      concat(words.front(), ": ", first_line(ran->err)));
-    return ran->out;
+    ASSIGN_OR_RETURN(const auto ran, run_program(words, input, kLimit));
+    if (ran.exit_code != 0)
+        return Status(is_silence(ran.err) ? StatusCode::output : StatusCode::usage,
+                      concat(words.front(), ": ", first_line(ran.err)));
+    return ran.out;
 }
 
 // The value of "Name=value" in a line of scontrol.
@@ -123,19 +122,17 @@ Result<std::string> SlurmQueue::submit(const RemoteJob& job) {
     std::string script = "#!/bin/sh\nexec";
     for (const std::string& word : job.command) script += " " + shell_quoted(word);
     script += concat(" --chunk \"$SLURM_ARRAY_TASK_ID/", job.tasks, "\"\n");
-    auto answer = answer_of(words, script);
-    if (!answer.ok()) return answer.status();
-    const std::string id = first_line(*answer).substr(0, answer->find_first_of(";\n"));
+    ASSIGN_OR_RETURN(auto answer, answer_of(words, script));
+    const std::string id = first_line(answer).substr(0, answer.find_first_of(";\n"));
     if (id.empty() ||
         !std::all_of(id.begin(), id.end(), [](unsigned char c) { return std::isdigit(c) != 0; }))
-        return Status(StatusCode::output, "sbatch: did not print a job's id: " + *answer);
+        return Status(StatusCode::output, "sbatch: did not print a job's id: " + answer);
     return id;
 }
 
 Result<std::string> SlurmQueue::find(const std::string& name) {
-    auto answer = answer_of({"squeue", "-h", "--name=" + name, "-o", "%F"});
-    if (!answer.ok()) return answer.status();
-    return first_line(*answer);
+    ASSIGN_OR_RETURN(auto answer, answer_of({"squeue", "-h", "--name=" + name, "-o", "%F"}));
+    return first_line(answer);
 }
 
 Result<RemoteTasks> SlurmQueue::look(const std::string& id) {

@@ -66,7 +66,7 @@ Worker::~Worker() {
 Status Worker::begin() {
     {
         std::unique_lock lock(mutex_);
-        if (Status status = take_on(); !status.ok()) return status;
+        RETURN_IF_ERROR(take_on());
         changed_.wait(lock, [&] { return made_; });
         if (!first_.ok()) return first_;
     }

@@ -136,13 +136,10 @@ struct Compared {
 // An error map of an image on its scale; pixels that are not finite there are NaN.
 Result<ImageF> pixel_map(const Report& report, const Entry& entry, Compared& last) {
     if (last.path != entry.image.path) {
-        auto test = loaded(report, entry.image);
-        if (!test.ok()) return test.status();
-        const auto reference = loaded(report, *entry.reference);
-        if (!reference.ok()) return reference.status();
-        auto pair = metrics::pair_of(*test, *reference);
-        if (!pair.ok()) return pair.status();
-        last = {entry.image.path, std::move(*test), std::move(*pair)};
+        ASSIGN_OR_RETURN(auto test, loaded(report, entry.image));
+        ASSIGN_OR_RETURN(const auto reference, loaded(report, *entry.reference));
+        ASSIGN_OR_RETURN(auto pair, metrics::pair_of(test, reference));
+        last = {entry.image.path, std::move(test), std::move(pair)};
     }
     ImageF map = entry.map->of(last.pair);
     for (size_t i = 0; i < map.pixels(); ++i) {
@@ -154,9 +151,9 @@ Result<ImageF> pixel_map(const Report& report, const Entry& entry, Compared& las
 }
 
 Result<std::string> encoded(const Report& report, const Entry& entry, Compared& last) {
-    const auto image = entry.map ? pixel_map(report, entry, last) : loaded(report, entry.image);
-    if (!image.ok()) return image.status();
-    return is_map(entry) ? encode_map(*image) : encode_color(*image);
+    ASSIGN_OR_RETURN(const auto image,
+                     entry.map ? pixel_map(report, entry, last) : loaded(report, entry.image));
+    return is_map(entry) ? encode_map(image) : encode_color(image);
 }
 
 Status write(io::AtomicFile& file, std::string_view text) {
@@ -170,12 +167,10 @@ Status write_assets(const Report& report, const std::vector<Entry>& entries,
     if (error) return Status(StatusCode::output, concat(folder.string(), ": ", error.message()));
     Compared last;
     for (const Entry& entry : entries) {
-        const auto picture = encoded(report, entry, last);
-        if (!picture.ok()) return picture.status();
-        const Status written =
+        ASSIGN_OR_RETURN(const auto picture, encoded(report, entry, last));
+        RETURN_IF_ERROR(
             report.write((folder / (entry.id + ".js")).string(),
-                         concat("postchain_asset(\"", entry.id, "\",\"", *picture, "\")\n"));
-        if (!written.ok()) return written;
+                         concat("postchain_asset(\"", entry.id, "\",\"", picture, "\")\n")));
     }
     return {};
 }
@@ -183,18 +178,17 @@ Status write_assets(const Report& report, const std::vector<Entry>& entries,
 Status write_parts(const Report& report, const std::vector<Entry>& entries,
                    const std::optional<fs::path>& assets, io::AtomicFile& file) {
     const page::Halves halves = page::halves_of("report/page.html");
-    if (auto status = write(file, halves.before); !status.ok()) return status;
+    RETURN_IF_ERROR(write(file, halves.before));
     const std::string data = page::data_element("report", io::json_text(report_json(report))) +
                              page::data_element("manifest", manifest_of(entries, assets));
-    if (auto status = write(file, data); !status.ok()) return status;
+    RETURN_IF_ERROR(write(file, data));
     Compared last;
     for (const Entry& entry : entries) {
         if (assets) break;
-        const auto picture = encoded(report, entry, last);
-        if (!picture.ok()) return picture.status();
+        ASSIGN_OR_RETURN(const auto picture, encoded(report, entry, last));
         const auto element =
-            concat("<script type=\"text/plain\" id=\"", entry.id, "\">", *picture, "</script>\n");
-        if (auto status = write(file, element); !status.ok()) return status;
+            concat("<script type=\"text/plain\" id=\"", entry.id, "\">", picture, "</script>\n");
+        RETURN_IF_ERROR(write(file, element));
     }
     return write(file, halves.after);
 }
@@ -205,20 +199,17 @@ Status write_page(const Report& report, const std::string& path, const PageOptio
     const auto entries = entries_of(report);
     std::optional<fs::path> assets;
     if (!options.assets_folder.empty()) {
-        if (auto status = write_assets(report, entries, options.assets_folder); !status.ok())
-            return status;
+        RETURN_IF_ERROR(write_assets(report, entries, options.assets_folder));
         std::error_code error;
         const auto base = fs::absolute(path).parent_path();
         assets = fs::relative(options.assets_folder, base, error);
         if (error || assets->empty()) assets = fs::absolute(options.assets_folder);
     }
-    const auto permit = report.files.permit(path);
-    if (!permit.ok()) return permit.status();
-    auto file = io::AtomicFile::create(path);
-    if (!file.ok()) return file.status();
-    if (auto status = write_parts(report, entries, assets, *file); !status.ok())
+    ASSIGN_OR_RETURN(const auto permit, report.files.permit(path));
+    ASSIGN_OR_RETURN(auto file, io::AtomicFile::create(path));
+    if (auto status = write_parts(report, entries, assets, file); !status.ok())
         return status.at(path);
-    const auto committed = file->commit(*permit);
+    const auto committed = file.commit(permit);
     return committed.ok() ? Status() : committed.status();
 }
 

@@ -22,14 +22,19 @@ bool Arguments::flag(const std::string& key) {
     return std::erase(left_, key) > 0;
 }
 
-std::optional<std::string> Arguments::text(const std::string& key) {
-    std::optional<std::string> found;
+std::vector<std::string> Arguments::texts(const std::string& key) {
+    std::vector<std::string> found;
     std::erase_if(left_, [&](const std::string& word) {
         const bool is_given = word.starts_with(key + "=");
-        if (is_given) found = word.substr(key.size() + 1);
+        if (is_given) found.push_back(word.substr(key.size() + 1));
         return is_given;
     });
     return found;
+}
+
+std::optional<std::string> Arguments::text(const std::string& key) {
+    const auto found = texts(key);
+    return found.empty() ? std::nullopt : std::optional(found.back());
 }
 
 int Arguments::count(const std::string& key, int value) {

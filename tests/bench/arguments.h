@@ -19,6 +19,7 @@ class Arguments {
     // These remove an option. If it is given several times, the last one counts.
     bool flag(const std::string& key);
     std::optional<std::string> text(const std::string& key);
+    std::vector<std::string> texts(const std::string& key);
     int count(const std::string& key, int value);  // above 0; `value`: the default
     std::array<int, 2> size(int width, int height);
 

@@ -38,7 +38,7 @@ done
 echo "== build"
 cmake --preset core -DBUILD_TESTING=ON
 failures=()
-for target in gpu_bench pass_selftest executor_tests conformance_tests elision_tests guest_tests; do
+for target in gpu_bench guest_bench pass_selftest executor_tests conformance_tests elision_tests guest_tests; do
     cmake --build --preset core -j "$jobs" --target "$target" || failures+=("$target: not built")
 done
 
@@ -65,6 +65,7 @@ for size in $sizes; do
     log "$size" "$programs/gpu_bench" --size="$size" --iterations="$iterations" ${only:+"--only=$only"} \
         --steps
 done
+log "a guest's frame on the CPU" "$programs/guest_bench"
 
 {
     echo "postchain $(git describe --always --dirty 2>/dev/null || echo "without git"), $(uname -srm)"
@@ -85,6 +86,9 @@ done
         echo "== $size"
         tail -n +2 "$logs/$size"
     done
+    echo
+    echo "== a guest's frame on the CPU"
+    cat "$logs/a guest's frame on the CPU"
     echo
     if [[ ${#failures[@]} -eq 0 ]]; then
         echo "nothing failed"

@@ -2,7 +2,7 @@
 """Error of chains against path-traced ground truth, and time, as the tables of docs/quality.md.
 
     tests/bench/quality.py POSTCHAIN SET[:FRAME] [SET[:FRAME]...] [--table motion|lens|both]
-                           [--row TEXT] [--repeat 3] [--json FILE] [--write FILE]
+                           [--row TEXT] [--repeat 3] [--json FILE] [--write FILE] [--pictures FOLDER]
 
 Each table is printed for each set of scenes. SET holds a folder for each scene with sharp.####.exr, mb,
 dof and both (ground truth), camera.json and, for the rows that need them, peer_*.####.exr and
@@ -18,7 +18,8 @@ has the PSNR of that noise alone, and HDR-FLIP and SSIM between the halves.
 A second table has the PSNR near the rims of bokeh only (docs/metrics.md#rims-of-bokeh), and their pixels.
 
 --json writes every figure, with chains and the commit. --write puts the tables, without times, between
-the two marks of a Markdown file (quality_tables.py).
+the two marks of a Markdown file (quality_tables.py). --pictures makes strips of full-size crops instead
+(needs oiiotool).
 """
 import argparse
 import contextlib
@@ -140,6 +141,16 @@ def run_chain(options, chain, scene, frame, folder):
     return 0 if BASELINE in chain else milliseconds
 
 
+def strip(pictures, crop, path):
+    """Crops (WxH+X+Y) side by side, after x/(1+x) and gamma 2.2, as JPEG."""
+    command = ["oiiotool"]
+    for picture in pictures:
+        command += [picture, "--ch", "0,1,2", "--chnames", "R,G,B", "--cut", crop,
+                    "--clamp:min=0,0,0", "--dup", "--addc", "1", "--div", "--powc", "0.454545"]
+    call(*command, "--mosaic:pad=4", f"{len(pictures)}x1", "-d", "uint8", "--nosoftwareattrib",
+         "--eraseattrib", ".*", "--compression", "jpeg:90", "-o", path)
+
+
 def filtered(options, chain, scene, frame, folder):
     """Path of the filtered frame, and the least time of its passes in ms."""
     least = min(run_chain(options, chain, scene, frame, folder) for _ in range(options.repeat))
@@ -230,6 +241,21 @@ def table(options, data, frame, name, folder):
     return figures
 
 
+def pictures(options, data, frame, folder):
+    """SCENE-quality.jpg: ground truth, best, balanced, paper and Blender's nodes side by side."""
+    for scene in sorted(data.iterdir()):
+        if scene.name in options.skip or not (scene / f"peer_both_best.{frame:04d}.exr").exists():
+            continue
+        shown = []
+        for one in ["both", "best", "balanced", "paper", "peer_both_best"]:
+            out = scene / f"{one}.{frame:04d}.exr"
+            if not out.exists():
+                out = folder / f"{one}.exr"
+                filtered(options, one, scene, frame, folder)[0].rename(out)
+            shown.append(out)
+        strip(shown, options.crop, options.pictures / f"{scene.name}-quality.jpg")
+
+
 def scene_set(text):
     """FOLDER and frame of "FOLDER:FRAME" or "FOLDER"; or a file."""
     folder, _, frame = text.partition(":")
@@ -256,6 +282,8 @@ def main():
     parser.add_argument("--skip", action="append", default=["wheels_720p"], help="scene to skip")
     parser.add_argument("--json", type=pathlib.Path, metavar="FILE", help="output of every figure")
     parser.add_argument("--write", type=pathlib.Path, metavar="FILE", help="Markdown file for the tables")
+    parser.add_argument("--pictures", type=pathlib.Path, help="output folder for strips")
+    parser.add_argument("--crop", default="280x240+180+60", help="crop of the strips")
     options = parser.parse_args()
     figures, commits, versions = [], set(), set()
     with tempfile.TemporaryDirectory() as folder:
@@ -265,6 +293,8 @@ def main():
                 figures += content["figures"]
                 commits.add(content["commit"])
                 versions.add(content["version"])
+            elif options.pictures:
+                pictures(options, data, frame, pathlib.Path(folder))
             else:
                 commits.add(commit())
                 versions.add(call(options.postchain, "--version").strip())

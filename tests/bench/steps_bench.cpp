@@ -4,7 +4,7 @@
 //   frames --plan--> steps --between the debug groups of the executor: glFinish, CPU clock--> ms
 //
 //   steps_bench [--input=PATTERN [--frames=RANGE] [--camera=FILE]] [--size=WIDTHxHEIGHT]
-//               [--iterations=N] [--steps] [--first] [CHAIN...]
+//               [--iterations=N] [--steps] [--first] [--json=FILE] [CHAIN...]
 //
 // CHAIN: a chain file, a shipped chain, or a pass with its defaults; default: motion_blur,
 // depth_of_field and the shipped chains. `guertin` (the report's motion blur, 25 samples) and
@@ -17,7 +17,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "chain/depth_at.h"
 #include "chain/egl/context.h"
@@ -174,16 +176,39 @@ void print_sums(const std::vector<Measured>& all, double guertin, double paper) 
     }
 }
 
+nlohmann::ordered_json json_of(const std::vector<Measured>& all, const std::string& device,
+                               int iterations) {
+    nlohmann::ordered_json chains;
+    for (const Measured& one : all) {
+        nlohmann::ordered_json steps;
+        for (const std::string& step : one.steps)
+            steps.push_back({{"step", step}, {"cpu_ms", one.mean_ms(step)}});
+        const Sums s = sums_of(one);
+        chains.push_back({{"chain", one.name},
+                          {"steps", std::move(steps)},
+                          {"fixed_ms", s.fixed},
+                          {"gather_ms", s.gather},
+                          {"after_ms", s.after},
+                          {"sum_ms", s.sum()}});
+    }
+    return {{"postchain_steps_bench", 1},
+            {"device", device},
+            {"frames", all.front().of_frames.size()},
+            {"iterations", iterations},
+            {"chains", std::move(chains)}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
     Arguments arguments(argc, argv,
                         concat("steps_bench [--input=FRAMES [--frames=1-4] [--camera=FILE]] ",
-                               kSettingsUsage, " [--steps] [--first] [CHAIN...]"));
+                               kSettingsUsage, " [--steps] [--first] [--json=FILE] [CHAIN...]"));
     const Settings settings = take_settings(arguments, 3);
     const Input input = {arguments.text("--input").value_or(""),
                          arguments.text("--frames").value_or(""),
                          arguments.text("--camera").value_or("")};
+    const std::string json = arguments.text("--json").value_or("");
     const bool steps = arguments.flag("--steps"), first = arguments.flag("--first");
     std::vector<std::string> names = {"guertin", "paper"};
     for (const std::string& word : arguments.words())
@@ -213,11 +238,16 @@ int main(int argc, char** argv) {
     for (int i = 0; i < settings.iterations; ++i)
         for (size_t f = 0; f < frames.size(); ++f)
             for (Measured& one : all) measure(one, f, frames[f], executor);
-    std::printf("%s; %zu frame(s) of %dx%d, least of %d\n", device_text(context->device()).c_str(),
-                frames.size(), frames[0].description.width, frames[0].description.height,
-                settings.iterations);
+    const std::string device = device_text(context->device());
+    std::printf("%s; %zu frame(s) of %dx%d, least of %d\n", device.c_str(), frames.size(),
+                frames[0].description.width, frames[0].description.height, settings.iterations);
     if (steps)
         for (const Measured& one : all) print_steps(one);
     print_sums(all, sums_of(all[0]).sum(), sums_of(all[1]).sum());
+    if (!json.empty()) {
+        std::ofstream file(json);
+        file << json_of(all, device, settings.iterations).dump(1) << "\n";
+        if (!file.flush()) fail(json + ": cannot be written");
+    }
     return 0;
 }

@@ -1,0 +1,38 @@
+// Plans for an engine's frame: all planes, both neighbors, a lens and a shutter, and no known
+// facts.
+#pragma once
+
+#include "chain/planner.h"
+#include "config/chain_find.h"
+#include "passes/registry.h"
+#include "tests/bench/arguments.h"
+
+namespace postchain::bench {
+
+inline FrameDescription engine_frame(int width, int height) {
+    FrameDescription frame;
+    frame.width = frame.display_width = width;
+    frame.height = frame.display_height = height;
+    frame.planes = {Role::color, Role::inverse_depth, Role::motion, Role::motion_back};
+    for (const Neighbor neighbor : kNeighbors)
+        for (const Role role : kNeighborRoles) frame.planes.add(role_of(neighbor, role));
+    frame.camera.focal_length_mm = 50;
+    frame.camera.sensor_width_mm = 36;
+    frame.camera.f_stop = 2;
+    frame.camera.focus_distance = 4;
+    frame.camera.shutter_frames = 0.5;
+    frame.camera.meters_per_unit = 1;
+    return frame;
+}
+
+// Of a chain file or a shipped chain; ends the program if there is none.
+inline Plan plan_of(const std::string& chain, const FrameDescription& frame,
+                    const PlanOptions& options = {}) {
+    const Result<ChainFile> file = load_chain(chain, builtin_passes());
+    if (!file.ok()) fail(file.status().message(), 2);
+    Result<Plan> plan = make_plan(file->chain, frame, options);
+    if (!plan.ok()) fail(plan.status().message(), 2);
+    return std::move(*plan);
+}
+
+}  // namespace postchain::bench

@@ -1,0 +1,150 @@
+// Prints what the compiler of GPUs that are not present makes of the steps of the shipped chains,
+// as a Markdown table: Mesa's RADV, for generations of AMD. For an engine's frame with neighbors
+// and without known facts. A cell: vector registers / waves that a SIMD holds at once / spilled
+// vector registers / instructions.
+//
+//   isa_bench [--generation=NAME]... [--steps] [CHAIN...]
+//
+// --steps: every step, otherwise the three largest of a chain. Needs no GL and no GPU. Exit code 1:
+// a step is not compiled; 77: a compiler is missing.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "chain/program_source.h"
+#include "tests/bench/amd_compiler.h"
+#include "tests/bench/engine_plan.h"
+
+namespace {
+
+using namespace postchain;
+using namespace postchain::bench;
+namespace fs = std::filesystem;
+
+constexpr int kSkipped = 77;
+constexpr size_t kLargest = 3;
+
+// Removed with its content, by exit() too.
+class Folder {
+  public:
+    Folder() {
+        std::string name = fs::temp_directory_path() / "isa_bench_XXXXXX";
+        if (!mkdtemp(name.data())) fail(name + ": cannot be created", 2);
+        path_ = name;
+    }
+    ~Folder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    std::string path(const char* name) const { return path_ / name; }
+
+  private:
+    fs::path path_;
+};
+
+struct Program {
+    std::string name;  // of its first step: "joint_blur.gather"
+    ProgramKey key;
+};
+
+// The programs of `chain`, in the order of its plan, each once.
+std::vector<Program> programs_of(const std::string& chain) {
+    const Plan plan = plan_of(chain, engine_frame(1920, 1080));
+    std::vector<Program> programs;
+    for (const Step& step : plan.steps)
+        if (std::none_of(programs.begin(), programs.end(),
+                         [&](const Program& other) { return other.key == step.program; }))
+            programs.push_back({plan.name_of(step), step.program});
+    return programs;
+}
+
+// As Vulkan's SPIR-V.
+const std::vector<uint32_t>& spirv_of(const ProgramKey& program) {
+    static const Folder folder;
+    static std::map<std::string, std::vector<uint32_t>> known;
+    std::vector<uint32_t>& words = known[program.text()];
+    if (!words.empty()) return words;
+    const Result<std::string> source = program_source(program);
+    if (!source.ok()) fail(source.status().message(), 1);
+    std::ofstream(folder.path("s.comp")) << *source;
+    const std::string command =
+        concat("glslangValidator -V --target-env vulkan1.2 --shift-image-binding ", kFirstImage,
+               " --shift-ssbo-binding ", kFirstList, " --shift-UBO-binding ", kFirstBlock, " ",
+               folder.path("s.comp"), " -o ", folder.path("s.spv"), " >", folder.path("log"));
+    if (std::system(command.c_str()) != 0) {
+        std::ifstream log(folder.path("log"));
+        fail(program.text() + ":\n" + std::string(std::istreambuf_iterator<char>(log), {}), 1);
+    }
+    words.resize(fs::file_size(folder.path("s.spv")) / 4);
+    std::ifstream(folder.path("s.spv"), std::ios::binary)
+        .read(reinterpret_cast<char*>(words.data()), std::streamsize(4 * words.size()));
+    return words;
+}
+
+struct Row {
+    std::string step;
+    uint64_t instructions = 0;       // of the first generation
+    std::vector<std::string> cells;  // of each generation
+};
+
+Row row_of(const Program& program, const std::vector<std::unique_ptr<AmdCompiler>>& compilers) {
+    Row row;
+    row.step = program.name;
+    for (const auto& compiler : compilers) {
+        const Result<Statistics> found = compiler->compile(spirv_of(program.key));
+        if (!found.ok()) fail(program.name + ": " + found.status().message(), 1);
+        const auto value = [&](const char* name) {
+            const auto one = found->find(name);
+            if (one == found->end()) fail(concat("this RADV states no '", name, "'"), kSkipped);
+            return one->second;
+        };
+        const uint64_t instructions = value("Instructions");
+        if (row.cells.empty()) row.instructions = instructions;
+        row.cells.push_back(concat(value("VGPRs"), " / ", value("Subgroups per SIMD"), " / ",
+                                   value("Spilled VGPRs"), " / ", instructions));
+    }
+    return row;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    Arguments arguments(argc, argv, "isa_bench [--generation=NAME]... [--steps] [CHAIN...]");
+    std::vector<std::string> generations = arguments.texts("--generation");
+    const bool steps = arguments.flag("--steps");
+    std::vector<std::string> chains = arguments.words();
+    if (chains.empty()) chains = shipped_chains();
+    if (generations.empty()) generations = {"vega10", "navi21", "gfx1100"};
+    if (std::system("glslangValidator --version >/dev/null 2>&1") != 0)
+        fail("glslangValidator is not installed (Debian: glslang-tools)", kSkipped);
+    std::vector<std::unique_ptr<AmdCompiler>> compilers;
+    for (const std::string& generation : generations) {
+        auto made = AmdCompiler::create(generation);
+        if (!made.ok()) fail(made.status().message(), kSkipped);
+        compilers.push_back(std::move(*made));
+    }
+    std::printf("| chain | step |");
+    for (const std::string& generation : generations) std::printf(" %s |", generation.c_str());
+    std::printf("\n|---|---|");
+    for (size_t i = 0; i < generations.size(); ++i) std::printf("---|");
+    std::printf("\n");
+    for (const std::string& chain : chains) {
+        std::vector<Row> rows;
+        for (const Program& program : programs_of(chain))
+            rows.push_back(row_of(program, compilers));
+        std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) {
+            return a.instructions > b.instructions;
+        });
+        for (size_t i = 0; i < (steps ? rows.size() : std::min(rows.size(), kLargest)); ++i) {
+            std::printf("| %s | %s |", chain.c_str(), rows[i].step.c_str());
+            for (const std::string& cell : rows[i].cells) std::printf(" %s |", cell.c_str());
+            std::printf("\n");
+        }
+    }
+    return 0;
+}

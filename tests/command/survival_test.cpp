@@ -223,7 +223,7 @@ TEST_F(SurvivalTest, NoUsableGl) {
 
 TEST_F(SurvivalTest, TheCpuIsNotTakenForAGpu) {
     const Json found = json_lines(run({"info", "--json"}).out).at(0);
-    if (!found["gl"]["software"].get<bool>()) GTEST_SKIP() << "there is a GPU";
+    if (!found["gl"]["software"].get<bool>()) GTEST_SKIP() << "skipped: there is a GPU";
     const std::string renderer = found["gl"]["renderer"];
     const std::string warning = "no GPU with OpenGL 4.5";
     write_sequence(at(""), {1});

@@ -317,6 +317,9 @@ TEST(State, ResetAndLeave) {
     };
     const char* const kinds[] = {"program", "dispatch buffer", "uniform buffer", "storage buffer",
                                  "texture", "sampler",         "image"};
+    glBindTextures(0, kUnits, nullptr);  // what tests before this one left
+    glBindSamplers(0, kUnits, nullptr);
+    glBindImageTextures(0, kImages, nullptr);
     {
         const auto guest = instance(0, PC_STATE_LEAVE);
         prepare_and_run(guest, made, host.frame);

@@ -106,7 +106,7 @@ TEST_F(AtomicWrite, AReplacedFileKeepsModeOwnerAndAttributes) {
 }
 
 TEST_F(AtomicWrite, AReplacedFileOfAnotherUserKeepsItsGroup) {
-    if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+    if (::geteuid() != 0) GTEST_SKIP() << "skipped: only root can be another user";
     const std::string path = folder.path("a.txt");
     test::write_text(path, "old");
     ASSERT_EQ(::chown(path.c_str(), 12345, 23456), 0);

@@ -67,9 +67,10 @@ TEST_F(BadInput, TruncatedAtEveryLength) {
             // of such a part is checked by the writer.
             if (parts[0].tile == mip.tile && status.ok()) continue;
             ASSERT_EQ(status.code(), StatusCode::input) << length << " of " << whole.size();
-            if (length + 1 == whole.size())
+            if (length + 1 == whole.size()) {
                 EXPECT_THAT(status.message(),
                             AllOf(HasSubstr(file.path()), HasSubstr("truncated")));
+            }
         }
     }
 }

@@ -132,7 +132,6 @@ TEST_F(CryptomatteFile, ManifestsAreReadWhereAskedFor) {
 TEST_F(CryptomatteFile, EveryWordForChannels) {
     for (const std::array<const char*, 4>& words :
          {std::array{"R", "G", "B", "A"}, std::array{"red", "green", "blue", "alpha"}}) {
-        const test::TempFolder folder;
         CryptoFile file{.attributes = attributes(), .words = words};
         const auto all = must(found(write(folder, file)));
         EXPECT_EQ(all.front().levels[1].channels[3], std::string("crypto_object01.") + words[3]);

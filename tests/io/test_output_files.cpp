@@ -104,7 +104,7 @@ TEST_F(OutputFilesTest, AFolderMountedTwiceIsOneFolder) {
     int status = 0;
     ASSERT_EQ(::waitpid(child, &status, 0), child);
     ASSERT_TRUE(WIFEXITED(status));
-    if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "mounting is not permitted";
+    if (WEXITSTATUS(status) == 77) GTEST_SKIP() << "skipped: mounting is not permitted";
     EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 

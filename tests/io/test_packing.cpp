@@ -78,7 +78,9 @@ TEST(ZlibStream, ZlibReadsWhatIsPacked) {
             EXPECT_EQ(again, bytes) << level;
             EXPECT_EQ(size > count, level <= 0);
             EXPECT_EQ(size<count / 2, level> 0);
-            if (level == 99) EXPECT_EQ(size, last);  // as 9
+            if (level == 99) {
+                EXPECT_EQ(size, last);  // as 9
+            }
             last = size;
         }
     }

@@ -75,7 +75,9 @@ TEST(WorkerPool, TheFailureOfTheLowestIndex) {
                 ++done;
                 // The lowest index fails alternately first and last, after another has started.
                 if (index == 21) both = true;
-                if (index == 20) EXPECT_TRUE(wait_for([&] { return both.load(); }));
+                if (index == 20) {
+                    EXPECT_TRUE(wait_for([&] { return both.load(); }));
+                }
                 if (index == (round % 2 == 0 ? 20 : 21))
                     std::this_thread::sleep_for(std::chrono::milliseconds(1));
                 if (index < 20) return Status();

@@ -67,7 +67,9 @@ TEST_F(RunnerTest, ReportsEveryFrameInOrderAndStaysBounded) {
     frames("7,3,5");
     settings_.on_existing = io::OnExisting::overwrite;
     seen.clear();
-    go([&](const FrameReport& report, const RunProgress&) { seen.push_back(report.frame); });
+    const auto again =
+        go([&](const FrameReport& report, const RunProgress&) { seen.push_back(report.frame); });
+    EXPECT_TRUE(again.ok());
     EXPECT_EQ(seen, (std::vector<int>{7, 3, 5}));
 }
 

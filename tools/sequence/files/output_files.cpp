@@ -290,8 +290,9 @@ Status OutputFiles::make_folders() const {
         std::error_code ignored;  // the reason is why it could not be made
         if (!fs::is_directory(folder.path, ignored))
             return refused(folder.path, concat("folder cannot be created: ", error.message()));
-        ASSIGN_OR_RETURN(const auto marked, atomic_write_text(folder.path + "/" + folder.mark,
-                                                              folder.owner, OnExisting::skip));
+        RETURN_IF_ERROR(
+            atomic_write_text(folder.path + "/" + folder.mark, folder.owner, OnExisting::skip)
+                .status());
     }
     return Status();
 }

@@ -24,6 +24,7 @@ import fnmatch
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tomllib
@@ -117,6 +118,7 @@ def main():
     parser.add_argument("--build", default=SOURCE / "build", type=pathlib.Path)
     parser.add_argument("names", nargs="*", help="patterns of names; none: all mutants")
     arguments = parser.parse_args()
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # restores the file
     build = arguments.build.resolve()
 
     mutants = [mutant for path in sorted(pathlib.Path(__file__).parent.glob("*.toml"))

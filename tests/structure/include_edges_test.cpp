@@ -66,7 +66,6 @@ const Edges& allowed_libraries() {
         {"backends", {"tools/apps/view"}},
         {"gtest", {}},
         {"gmock", {}},
-        {"benchmark", {}},
     };
     return edges;
 }

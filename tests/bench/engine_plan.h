@@ -25,7 +25,7 @@ inline FrameDescription engine_frame(int width, int height) {
     return frame;
 }
 
-// Of a chain file or a shipped chain; ends the program if there is none.
+// Plans a chain file or a shipped chain; ends the program if there is none.
 inline Plan plan_of(const std::string& chain, const FrameDescription& frame,
                     const PlanOptions& options = {}) {
     const Result<ChainFile> file = load_chain(chain, builtin_passes());

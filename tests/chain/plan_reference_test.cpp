@@ -7,7 +7,7 @@
 namespace postchain::test {
 namespace {
 
-// Of a frame of one pixel, color alone.
+// The frame has one pixel and color alone.
 Result<ReferenceFrame> reference_of(const Chain& chain, const PlanOptions& options = {}) {
     FrameDescription f = frame();
     f.width = f.height = 1;

@@ -46,7 +46,7 @@ TEST_F(DescribeTest, PlanAsTextJsonAndDot) {
     EXPECT_TRUE(dot.starts_with("digraph")) << dot.substr(0, 80);
     EXPECT_EQ(std::count(dot.begin(), dot.end(), '{'), std::count(dot.begin(), dot.end(), '}'));
     EXPECT_EQ(run({"plan", at("all.yaml"), "-i", in(1), "--dot", "--json"}).code, 2);
-    // What every frame lacks is said once.
+    // A plane that every frame lacks is reported once.
     write_text(at("lens.yaml"), "postchain: 1\npasses: [depth_of_field]\n");  // no camera
     const auto lacking = run({"plan", at("lens.yaml"), "-i", in()});
     EXPECT_EQ(lacking.code, 3) << lacking.text();

@@ -124,7 +124,7 @@ TEST(Layers, OfPartsAndViews) {
         "V.Vector.Y V.Vector.Z V.Vector.W|light: V.key.R V.key.G V.key.B");
     EXPECT_EQ(named.match.layer, "V");
     EXPECT_THAT(named.chosen("all"), ElementsAre("light.V.key"));
-    // Of the view that is filtered.
+    // The layers belong to the view that is filtered.
     const Layers view = layers_of(
         file_of("R G B right.R right.G right.B key.left.R key.left.G key.left.B key.right.R "
                 "key.right.G key.right.B",

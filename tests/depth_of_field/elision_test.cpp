@@ -1,4 +1,4 @@
-// What the plan says if the pass is left out, and a hint that keeps it. (That no bit changes:
+// The plan gives the reason why the pass is left out; a hint keeps it. (That no bit changes:
 // tests/elision.)
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -47,7 +47,7 @@ std::string stage(const std::string& name);
 
 double sum_of(const ImageF& image, int channel = 0);
 
-// Of lens samples of equal light.
+// All lens samples have equal light.
 Moments moments_of(const lens::Points& points);
 
 }  // namespace postchain::test

@@ -86,7 +86,7 @@ TEST_F(Hanging, AfterEightThreadsThatHangItWaitsForOneOfThem) {
     answer();
     close();
     g_hangs = true;
-    frame_timeout_s_ = 0.2;
+    frame_timeout_s_ = 1;
     open();
     const auto stuck = [&](int count) {
         return service_->metrics().find(concat("postchain_stuck_threads ", count, "\n")) !=
@@ -101,10 +101,7 @@ TEST_F(Hanging, AfterEightThreadsThatHangItWaitsForOneOfThem) {
     EXPECT_FALSE(service_->health().gl || service_->health().progress) << "a ninth thread";
     EXPECT_THAT(service_->health().why, HasSubstr("restart the service"));
     ASSERT_TRUE(answer());
-    const Job taken_up = ended(waits);  // on a busy machine its reading may take longer than 0.2 s
-    EXPECT_TRUE(taken_up.state == JobState::done ||
-                taken_up.message.find("0.2 s") != std::string::npos)
-        << taken_up.message;
+    done(waits);
     EXPECT_TRUE(service_->health().gl);
 }
 

@@ -56,12 +56,11 @@ TEST_F(SessionTest, AHeldSliderShowsDrafts) {
     EXPECT_TRUE(session_->document().set_camera("f_stop", 1.0).ok());
     ASSERT_TRUE(
         wait_for([&] { return session_->shown().draft && session_->shown().color->width < 320; }));
-    // Time enough for a whole picture, but on a machine so busy that wait_for() would give up.
-    const auto end =
-        Clock::now() + std::chrono::milliseconds(500) +
-        std::min<Clock::duration>(std::chrono::duration_cast<Clock::duration>(4 * whole),
-                                  std::chrono::seconds(30));
-    EXPECT_TRUE(wait_for([&] { return Clock::now() > end; }));
+    // Time enough for a whole picture.
+    const auto end = Clock::now() + std::chrono::milliseconds(500) +
+                     std::chrono::duration_cast<Clock::duration>(4 * whole);
+    while (!wait_for([&] { return Clock::now() > end; })) {
+    }
     EXPECT_TRUE(session_->shown().draft) << "the hand does not rest";
     session_->document().end_gesture();
     settle();
@@ -360,10 +359,10 @@ TEST_F(SessionTest, ChangesLeakNoTextures) {
     open();
     settle();
     // Drafts, of a size that depends on the machine's speed, have textures of their own, which
-    // are deleted some frames later: the least counts.
-    const auto least_alive = [&] {
+    // are deleted some frames later: the least counts, and a busy machine needs more frames.
+    const auto least_alive = [&](int frames, uint64_t enough) {
         uint64_t least = UINT64_MAX;
-        for (int i = 0; i < 16; ++i) {
+        for (int i = 0; i < frames && least > enough; ++i) {
             session_->step(1);
             settle();
             least = std::min(least, session_->shown().counters.textures_alive);
@@ -376,11 +375,9 @@ TEST_F(SessionTest, ChangesLeakNoTextures) {
         settle();
     };
     set_f_stop(1.4);
-    const uint64_t before = least_alive();
-    const int changes = 12;
-    for (int i = changes; i >= 0; --i) set_f_stop(1.4 + 0.1 * i);
-    // On a busy machine every frame has a draft, whose textures are fewer than one for each change.
-    EXPECT_LT(least_alive(), before + changes);
+    const uint64_t before = least_alive(16, 0);
+    for (int i = 12; i >= 0; --i) set_f_stop(1.4 + 0.1 * i);
+    EXPECT_LE(least_alive(200, before), before);
 }
 
 TEST_F(SessionTest, ShadersAreCompiledAgain) {

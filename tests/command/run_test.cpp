@@ -11,6 +11,17 @@ namespace {
 namespace fs = std::filesystem;
 using RunTest = CommandTest;
 
+TEST_F(RunTest, ThreadsDoNotChangePixels) {
+    write_sequence(at(""), {1, 2}, 96, 64);
+    ImageF first;
+    for (const char* threads : {"1", "2"}) {
+        ASSERT_EQ(filter("all", {"--threads", threads, "--on-existing", "overwrite"}).code, 0);
+        const ImageF color = read_color(out(2));
+        if (first.empty()) first = color;
+        EXPECT_EQ(color.data, first.data) << threads << " threads";
+    }
+}
+
 TEST_F(RunTest, BothOrdersOfAGeneratedScene) {
     expect_ends(run({"scene", "wheels", "-o", at("w"), "--size", "96x64", "--frames", "1-2"}), 0);
     const ImageF sharp = read_color(at("w/sharp.0001.exr"));

@@ -1,4 +1,7 @@
 // Unwritable places: exit code 5 with the reason, and no partial files.
+#include <sched.h>
+#include <sys/mount.h>
+
 #include "tests/command/fixture.h"
 
 namespace postchain::test::output_test {
@@ -43,6 +46,31 @@ TEST_F(OutputTest, DiskFullByAFileSizeLimit) {
         EXPECT_TRUE(read_text(out(1)) == "old") << "the old file is lost";
         EXPECT_EQ(temporaries(at("out")), std::vector<std::string>());
     }
+}
+
+TEST_F(OutputTest, DiskFullOnASmallFileSystem) {
+    write_sequence(at(""), {1, 2, 3}, 96, 64);
+    ASSERT_EQ(filter("fxaa", {"--frames", "1"}).code, 0);
+    ASSERT_GT(fs::file_size(out(1)), 45u * 1024);
+    fs::create_directory(at("small"));
+    if (unshare(CLONE_NEWNS) != 0 ||
+        mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        mount("tmpfs", at("small").c_str(), "tmpfs", 0, "size=64k") != 0) {
+        ASSERT_TRUE(errno == EPERM || errno == EACCES || errno == EINVAL) << errno;
+        RecordProperty("small_file_system", "not permitted here");
+        return;
+    }
+    expect_ends(run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("small/o.####.exr"), "--on-error",
+                     "continue"}),
+                1, {"disk full"});
+    // The first output fits, the others do not; existing files are complete.
+    EXPECT_EQ(read_color(at("small/o.0001.exr")).data, read_color(out(1)).data);
+    EXPECT_FALSE(exists(at("small/o.0002.exr")));
+    EXPECT_EQ(temporaries(at("small")), std::vector<std::string>());
+    expect_ends(
+        run({"run", at("fxaa.yaml"), "-i", in(), "-o", at("small/p.####.exr"), "--frames", "2"}),
+        5);
+    umount2(at("small").c_str(), MNT_DETACH);
 }
 
 TEST_F(OutputTest, StdoutThatIsFullOrClosed) {

@@ -40,7 +40,7 @@ class BehindTest : public SequenceTest {
         const FrameReport report = last_frame();
         EXPECT_TRUE(report.status.ok()) << report.status.message();
         const auto pair = metrics::pair_of(test::read_color(out(2)),
-                                           test::read_color(scene_file("crossing", truth)));
+                                           test::read_color(truth_file("crossing", truth)));
         return metrics::psnr(*pair).value_or(0);
     }
     // Without and with the layer, dB.

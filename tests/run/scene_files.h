@@ -1,5 +1,5 @@
 // Files of generated scenes, 160 x 90 pixels: frames 1 to 3, their layers behind, both as deep
-// files, and for frame 2 the ground truth. A scene is rendered when its first file is asked for.
+// files, and the ground truth of frame 2. They are rendered when the first of them is asked for.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -7,13 +7,15 @@
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "tests/support/temp_folder.h"
 #include "tools/measure/scenes/scene.h"
 
 namespace postchain::sequence {
 
-inline void render_scene(const std::string& name, const std::string& folder) {
+inline void render_scene(const std::string& name, const std::string& folder,
+                         const std::vector<int>& frames, int truth_samples) {
     auto renderer = scenes::SceneRenderer::create();
     scenes::SceneRequest request;
     request.name = name;
@@ -22,21 +24,27 @@ inline void render_scene(const std::string& name, const std::string& folder) {
     request.height = 90;
     request.behind = request.deep = true;
     request.on_existing = io::OnExisting::overwrite;
-    request.frames = {1, 3};
-    bool ok = renderer.ok() && scenes::write_scene(**renderer, request).ok();
-    request.frames = {2};
-    request.truth_samples = 64;
-    ok = ok && scenes::write_scene(**renderer, request).ok();
-    EXPECT_TRUE(ok) << name;
+    request.frames = frames;
+    request.truth_samples = truth_samples;
+    EXPECT_TRUE(renderer.ok() && scenes::write_scene(**renderer, request).ok()) << name;
+}
+
+inline std::string rendered_once(const std::string& scene, const std::string& name,
+                                 const std::vector<int>& frames, int truth_samples) {
+    static const test::TempFolder folder;
+    const std::string path = folder.path(concat(scene, truth_samples > 0 ? "_truth" : ""));
+    // A renderer makes a context current: on a thread of its own, the executor's stays current
+    // here.
+    if (!std::filesystem::exists(path))
+        std::thread([&] { render_scene(scene, path, frames, truth_samples); }).join();
+    return path + "/" + name;
 }
 
 inline std::string scene_file(const std::string& scene, const std::string& name) {
-    static const test::TempFolder folder;
-    const std::string path = folder.path(scene);
-    // A renderer makes a context current: on a thread of its own, the executor's stays current
-    // here.
-    if (!std::filesystem::exists(path)) std::thread([&] { render_scene(scene, path); }).join();
-    return path + "/" + name;
+    return rendered_once(scene, name, {1, 2, 3}, 0);
+}
+inline std::string truth_file(const std::string& scene, const std::string& name) {
+    return rendered_once(scene, name, {2}, 64);
 }
 
 }  // namespace postchain::sequence

@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "tests/service/store_fixture.h"
-#include "tools/service/store/backup.h"
+#include "tools/service/store/store_file.h"
 
 namespace {
 

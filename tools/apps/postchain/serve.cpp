@@ -19,7 +19,7 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/service/http/server.h"
-#include "tools/service/store/backup.h"
+#include "tools/service/store/store_file.h"
 #include "tools/service/work/service.h"
 #include "tools/service/work/slurm_queue.h"
 

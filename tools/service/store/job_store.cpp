@@ -8,7 +8,6 @@
 
 #include "chain/status.h"
 #include "chain/text.h"
-#include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {

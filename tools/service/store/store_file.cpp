@@ -10,7 +10,6 @@
 #include <cstring>
 #include <filesystem>
 
-#include "tools/service/store/sqlite.h"
 #include "tools/service/store/upkeep.h"
 
 namespace postchain::service {

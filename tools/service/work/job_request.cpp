@@ -1,19 +1,288 @@
 #include "tools/service/work/job_request.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
+#include "config/chain_named.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
+#include "config/schema.h"
 #include "tools/measure/experiment/assemble.h"
+#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/settings/color_settings.h"
 #include "tools/sequence/source/memory.h"
-#include "tools/service/work/chain_request.h"
 #include "tools/service/work/request_body.h"
-#include "tools/service/work/study_request.h"
+#include "tools/service/work/service.h"
 
 namespace postchain::service {
+namespace {
 
+namespace fs = std::filesystem;
+using io::Json;
+
+// ------------------------------------------------------------------------------------------ keys
+// The keys of each kind of body, with the JSON Schema of their values. Every other key is refused.
+using BodyKeys = std::vector<std::pair<std::string, Json>>;
+
+Json string_schema(const char* help) {
+    return {{"description", help}, {"type", "string"}};
+}
+
+Json strings_schema(const char* help) {
+    return {{"description", help}, {"type", "array"}, {"items", {{"type", "string"}}}};
+}
+
+Json string_or_object(const char* help) {
+    return {{"description", help}, {"type", {"string", "object"}}};
+}
+
+void add_chain(const std::string& key, BodyKeys& keys) {
+    keys.emplace_back(key, string_or_object("a shipped chain's name, a chain file, or a chain as "
+                                            "an object"));
+    keys.emplace_back(key + "_text",
+                      string_schema(("the text of a chain file, in place of " + key).c_str()));
+}
+
+void add_rows(const ParameterTable& table, const std::string& group, BodyKeys& keys) {
+    for (const Parameter& row : table.rows())
+        if (row.group == group) keys.emplace_back(row.key, io::json_from(row_schema(row)));
+}
+
+BodyKeys body_keys(RequestKind kind, const ParameterTable& run_table) {
+    BodyKeys keys;
+    if (kind != RequestKind::plan && kind != RequestKind::preview) {
+        keys.emplace_back("kind", Json{{"const", name_of(JobKind(kind))}});
+        keys.emplace_back("priority", Json{{"type", "integer"},
+                                           {"minimum", -kMaxPriority},
+                                           {"maximum", kMaxPriority},
+                                           {"default", 0}});
+        keys.emplace_back(
+            "frame_timeout",
+            Json{{"description",
+                  "seconds that reading, filtering or writing a frame may take; in place of "
+                  "--frame-timeout of the service"},
+                 {"type", "integer"},
+                 {"minimum", 1},
+                 {"maximum", kMaxFrameTimeoutS}});
+    }
+    if (kind == RequestKind::study) {
+        keys.emplace_back("study", string_or_object("a study's file, or the study as an object "
+                                                    "(docs/studies.md)"));
+        add_rows(study::study_parameters(), "", keys);
+        return keys;
+    }
+    add_chain("chain", keys);
+    keys.emplace_back("set", strings_schema("KEY=VALUE, as --set"));
+    add_rows(run_table, sequence::kInputGroup, keys);
+    add_rows(run_table, sequence::kPlanGroup, keys);
+    if (kind == RequestKind::run || kind == RequestKind::plan)
+        add_rows(run_table, sequence::kLayerGroup, keys);
+    if (kind == RequestKind::run) add_rows(run_table, sequence::kOutputGroup, keys);
+    if (kind == RequestKind::ab) add_rows(experiment::ab_parameters(), "", keys);
+    if (kind == RequestKind::bench) add_rows(experiment::bench_parameters(), "", keys);
+    if (kind == RequestKind::ab || kind == RequestKind::bench)
+        keys.emplace_back("fail_above", strings_schema("METRIC=NUMBER, as --fail-above"));
+    if (kind == RequestKind::ab) add_chain("chain_b", keys);
+    if (kind == RequestKind::bench) {
+        keys.emplace_back("sweep", strings_schema("KEY=V1,V2,..., as --sweep"));
+        keys.emplace_back("under", strings_schema("METRIC=NUMBER, as --under"));
+    }
+    if (kind == RequestKind::preview) {
+        keys.emplace_back("frame", Json::object());
+        keys.emplace_back("scale", Json::object());
+        keys.emplace_back("plane", Json::object());
+    }
+    return keys;
+}
+
+Json schema_of(RequestKind kind, const std::vector<std::string>& required,
+               const ParameterTable& run_table) {
+    Json properties = Json::object();
+    for (auto& [key, schema] : body_keys(kind, run_table)) properties[key] = std::move(schema);
+    return {{"title", name_of(JobKind(kind))},
+            {"type", "object"},
+            {"additionalProperties", false},
+            {"required", required},
+            {"properties", properties}};
+}
+
+// ---------------------------------------------------------------------------- chains and studies
+// An override; the path of an aperture image is relative to the first root.
+std::string from_root(const std::string& text, const Roots& roots) {
+    const std::string key = "camera.aperture_image=";
+    if (!text.starts_with(key) || text.size() == key.size() || text[key.size()] == '/' ||
+        text == key + "null")
+        return text;
+    return key + joined_path(roots.folders().front(), text.substr(key.size()));
+}
+
+// The chains of a request: named, in a file, an object or a text; with the overrides of `set` and
+// the variants of `sweep`.
+class ChainReader {
+  public:
+    // The arguments outlive this object. Reads `set`.
+    ChainReader(RequestBody& body, const Roots& roots, const PassRegistry& registry);
+
+    // The chain of KEY or KEY_text.
+    void read(const std::string& key, experiment::NamedChain& chain, ChainText& text);
+    // The variants of `sweep`; empty if the body has faults.
+    std::vector<experiment::BenchVariant> variants(const ChainText& text, int most);
+
+  private:
+    bool find(const std::string& key, const std::string& name, ChainText& text);
+
+    RequestBody& body_;
+    const Roots& roots_;
+    const PassRegistry& registry_;
+    std::vector<std::string> sets_;
+};
+
+ChainReader::ChainReader(RequestBody& body, const Roots& roots, const PassRegistry& registry)
+    : body_(body), roots_(roots), registry_(registry), sets_(body.list("set")) {
+    for (std::string& text : sets_) text = from_root(text, roots);
+}
+
+void ChainReader::read(const std::string& key, experiment::NamedChain& chain, ChainText& text) {
+    const std::string text_key = key + "_text";
+    const TextNode* named = body_.find(key);
+    const TextNode* written = body_.find(text_key);
+    if (named && written) return body_.fault(text_key, "contradicts " + key + "; give one of them");
+    if (!named && !written) return body_.fault(key, "missing; give a chain's name, file or object");
+    // Files that a chain names are relative to the folder of its text.
+    const std::string in_root = joined_path(roots_.folders().front(), kBodyFile);
+    std::string shown_as;
+    if (written) {
+        if (!is_string(*written))
+            return body_.fault(text_key, written->describe() + " is not a chain file's text");
+        text = {in_root, written->text, false};
+        shown_as = text_key;
+    } else if (named->is_map()) {
+        text = {in_root, {}, false, *named};
+        shown_as = kBodyFile;
+    } else if (is_string(*named)) {
+        if (!find(key, named->text, text)) return;
+    } else {
+        return body_.fault(key, named->describe() + " is not a chain's name, file or object");
+    }
+    chain.name = shown_as.empty() ? fs::path(text.file_name).stem().string() : key;
+    ChainFile file = parse_chain(text, registry_, sets_);
+    for (Diagnostic& one : file.diagnostics) {
+        if (one.file == text.file_name && !shown_as.empty()) one.file = shown_as;
+        body_.add(std::move(one));
+    }
+    if (!file.status().ok()) return;
+    if (body_.hold_image(key, file.chain.camera)) {
+        io::ApertureFiles images;
+        if (Status status = images.read(file.chain.camera); !status.ok())
+            body_.fault(key, "camera.aperture_image: " + status.message());
+    }
+    chain.chain = std::move(file.chain);
+}
+
+bool ChainReader::find(const std::string& key, const std::string& name, ChainText& text) {
+    bool outside = false;
+    auto found = find_named_chain(name, [&](const std::string& path) {
+        auto resolved = roots_.resolve(path);
+        outside = !resolved.ok();
+        return resolved;
+    });
+    if (found.ok()) {
+        text = std::move(*found);
+        return true;
+    }
+    if (outside)
+        body_.outside(key, found.status().message());
+    else
+        body_.fault(key, found.status().message());
+    return false;
+}
+
+std::vector<experiment::BenchVariant> ChainReader::variants(const ChainText& text, int most) {
+    std::vector<experiment::Sweep> sweeps;
+    for (const std::string& one : body_.list("sweep")) {
+        auto sweep = experiment::parse_sweep(one);
+        if (!sweep.ok()) {
+            body_.fault("sweep", sweep.status().message());
+            continue;
+        }
+        if (sweep->key == "camera.aperture_image")
+            for (std::string& value : sweep->values)
+                if (auto held = body_.hold("sweep", value)) value = std::move(*held);
+        sweeps.push_back(std::move(*sweep));
+    }
+    if (has_errors(body_.faults())) return {};
+    auto variants = experiment::sweep_variants(text, registry_, sets_, sweeps, most);
+    if (variants.ok()) return std::move(*variants);
+    body_.fault("sweep", variants.status().message());
+    return {};
+}
+
+// `refused` counts the paths outside the roots.
+study::StudyPaths paths_from(const fs::path& folder, const Roots& roots, size_t& refused) {
+    return {[folder, &roots, &refused](const std::string& path) {
+                auto resolved = roots.resolve((folder / path).string());
+                refused += !resolved.ok();
+                return resolved;
+            },
+            [folder, &roots, &refused](const io::PathPattern& pattern) -> Result<io::PathPattern> {
+                auto whole = io::PathPattern::parse((folder / pattern.text()).string());
+                if (!whole.ok()) return whole;
+                auto resolved = resolve_pattern(*whole, roots);
+                refused += !resolved.ok();
+                return resolved;
+            }};
+}
+
+// A file, whose paths are relative to its folder, or an object, whose paths are relative to the
+// first root.
+void read_study(RequestBody& body, const Roots& roots, const PassRegistry& registry,
+                const std::string& version, study::Study& study, study::StudySettings& settings) {
+    body.read_rows(study::study_parameters(), "", &settings);
+    body.hold_rows(study::study_parameters(), &settings);
+    const TextNode* node = body.find("study");
+    if (!node) return body.fault("study", "missing; give a study's file or object");
+    std::string file = joined_path(roots.folders().front(), kBodyFile), text;
+    if (is_string(*node) && !RequestBody::has_zero(node->text)) {
+        auto held = body.hold("study", node->text);
+        if (!held) return;
+        file = std::move(*held);
+        auto read = read_text_file(file, StatusCode::usage);
+        if (!read.ok()) return body.fault("study", read.status().message());
+        text = std::move(*read);
+    } else if (!node->is_map()) {
+        return body.fault("study", node->describe() + " is not a study's file or object");
+    }
+    size_t refused = 0;
+    const study::StudyPaths paths = paths_from(fs::path(file).parent_path(), roots, refused);
+    study::StudyFile read = node->is_map()
+                                ? study::read_study(*node, file, registry, paths, version)
+                                : study::read_study(text, file, registry, paths, version);
+    for (Diagnostic& one : read.diagnostics) {
+        if (one.file == file && node->is_map()) one.file = kBodyFile;
+        const bool is_refused = one.severity == Severity::error && refused > 0;
+        if (is_refused) --refused;
+        body.add(std::move(one), is_refused);
+    }
+    study = std::move(read.study);
+    for (study::Scene& scene : study.scenes)
+        scene.measured.run.source.layers.hold = roots.resolver();
+}
+
+}  // namespace
+
+io::Json job_schema(const ParameterTable& run_table) {
+    return {{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+            {"title", "a job of the postchain service"},
+            {"oneOf",
+             {schema_of(RequestKind::run, {"input", "output"}, run_table),
+              schema_of(RequestKind::ab, {"kind", "input", "output"}, run_table),
+              schema_of(RequestKind::bench, {"kind", "input", "output"}, run_table),
+              schema_of(RequestKind::study, {"kind", "study", "output"}, run_table)}}};
+}
+
+// ------------------------------------------------------------------------- jobs, plans, previews
 JobReader::JobReader(const Roots& roots, const PassRegistry& registry, const std::string& version,
                      int threads)
     : roots_(roots),
@@ -170,7 +439,7 @@ class RequestParser {
         if (behind) settings->input.patterns.emplace(Role::behind, std::move(*behind));
         if (output) settings->output = std::move(*output);
         settings->version = reader_.version_;
-        settings->source.layers.hold = hold_of(roots_);
+        settings->source.layers.hold = roots_.resolver();
         request_.run = std::move(*settings);
         complete();
         request_.bench.chain_name = request_.chain.name;
@@ -272,6 +541,34 @@ Answer<JobRequest> JobReader::plan(const std::string& body) const {
 
 Answer<JobRequest> JobReader::preview(const std::string& body) const {
     return read(*this, body, RequestKind::preview);
+}
+
+// ----------------------------------------------------------------------------------------- users
+Result<JobReader> Readers::of(const User& user) const {
+    if (user.roots.empty()) return all_;
+    ASSIGN_OR_RETURN(auto roots, all_.roots().within(user.roots));
+    return all_.with(std::move(roots));
+}
+
+Result<JobReader> Readers::of(const std::string& owner) const {
+    const KnownUser user = users_.named(owner);
+    // Jobs from before there were users, and jobs of a service that no longer has any.
+    if (!user && (owner.empty() || users_.named(""))) return all_;
+    if (!user)
+        return Status(StatusCode::usage, "user '" + owner +
+                                             "' is no longer in the file of users; add the user "
+                                             "again and retry the job");
+    return of(*user);
+}
+
+Result<ReadJob> Readers::read(const Job& job) const {
+    ASSIGN_OR_RETURN(auto reader, of(job.owner));
+    auto read = reader.job(job.body);
+    if (const auto* problem = std::get_if<Problem>(&read)) {
+        const Status status = status_of(problem->diagnostics);
+        return Status(status.ok() ? StatusCode::usage : status.code(), problem->detail);
+    }
+    return ReadJob{std::move(reader), std::get<JobRequest>(std::move(read))};
 }
 
 }  // namespace postchain::service

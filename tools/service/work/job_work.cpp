@@ -1,11 +1,50 @@
 #include "tools/service/work/job_work.h"
 
-#include <chrono>
 #include <thread>
 
 #include "tools/sequence/record/exit_code.h"
 
 namespace postchain::service {
+void Progress::step(sequence::FrameStep step, int frame, bool begins, Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    if (step == sequence::FrameStep::filter) waits_since_.reset();
+    if (begins)
+        steps_[step] = {frame, now};
+    else
+        steps_.erase(step);
+}
+
+void Progress::does(const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    does_ = what;
+    does_since_ = Clock::now();
+    waits_since_.reset();
+}
+
+double Progress::waits(bool waits, Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    const auto waited = waits_since_ ? now - *waits_since_ : Clock::duration();
+    if (const auto filter = steps_.find(sequence::FrameStep::filter); filter != steps_.end())
+        filter->second.since += waited;
+    does_since_ += waited;
+    waits_since_.reset();
+    if (waits) waits_since_ = now;
+    return std::chrono::duration<double>(waited).count();
+}
+
+std::optional<Progress::UnderWay> Progress::longest(Clock::time_point now) const {
+    const std::lock_guard lock(mutex_);
+    std::optional<UnderWay> longest;
+    const auto consider = [&](Clock::time_point since, UnderWay under_way) {
+        under_way.seconds = std::chrono::duration<double>(now - since).count();
+        if (!longest || under_way.seconds > longest->seconds) longest = std::move(under_way);
+    };
+    for (const auto& [step, one] : steps_)
+        consider(one.since,
+                 {step, one.frame, concat("frame ", one.frame, " was not ", name_of(step)), 0});
+    if (!does_.empty()) consider(does_since_, {std::nullopt, std::nullopt, does_, 0});
+    return longest;
+}
 
 bool WorkPlace::goes_on() const {
     while (!stop && turn() == Turn::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));

@@ -18,8 +18,7 @@
 #include "tools/service/work/backend.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
-#include "tools/service/work/readers.h"
-#include "tools/service/work/remote_settings.h"
+#include "tools/service/work/remote_queue.h"
 
 namespace postchain::service {
 

@@ -1,11 +1,51 @@
 #include "tools/service/work/request_body.h"
 
+#include <tuple>
+
 #include "config/reporter.h"
 #include "config/scalar.h"
+#include "config/text_check.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
-#include "tools/service/work/held_paths.h"
 
 namespace postchain::service {
+namespace {
+
+// The name of a shipped chain or profile, not of a file.
+bool is_word(const std::string& text) {
+    return text.find_first_of("/.") == std::string::npos;
+}
+
+}  // namespace
+
+TextTree read_json_body(const std::string& text) {
+    TextTree tree = read_text_tree(text, kBodyFile, StatusCode::usage);
+    if (has_errors(tree.diagnostics)) return tree;
+    Reporter reporter(kBodyFile, StatusCode::usage, tree.diagnostics);
+    if (!tree.root.is_map())
+        reporter.error(tree.root, "", "a request is a JSON object, not " + tree.root.describe());
+    try {
+        std::ignore = io::Json::parse(text);
+    } catch (const io::Json::parse_error& error) {
+        const TextPlace place = place_at(text, error.byte > 0 ? error.byte - 1 : 0);
+        reporter.add(Severity::error, place.line, place.column, "", "not valid JSON from here on");
+    } catch (const io::Json::out_of_range&) {
+        reporter.error(tree.root, "", "a number is too large for a double");
+    }
+    return tree;
+}
+
+bool is_string(const TextNode& node) {
+    return node.is_scalar() && node.quoted;
+}
+
+PathKind path_kind(const Parameter& row) {
+    if (row.type != ParameterType::text) return PathKind::none;
+    if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;
+    if (row.unit == "OUT") return PathKind::output;
+    if (row.unit == "FILE" || row.unit == "DIR") return PathKind::file;
+    return row.key == "profile" ? PathKind::profile : PathKind::none;
+}
 
 bool RequestBody::has_zero(const std::string& text) {
     return text.find('\0') != std::string::npos;

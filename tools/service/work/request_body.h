@@ -9,12 +9,31 @@
 #include "chain/frame.h"
 #include "chain/parameter.h"
 #include "config/diagnostic.h"
+#include "config/text_tree.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/service/work/json_body.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
+
+// File name in the diagnostics of a body.
+inline constexpr const char* kBodyFile = "job";
+
+// The body as a tree, so that each fault has its line and column: a JSON object within the default
+// limits of TextLimits. YAML that is not JSON is an error too.
+TextTree read_json_body(const std::string& text);
+
+bool is_string(const TextNode& node);
+
+// How a setting names files.
+enum class PathKind {
+    none,     // it does not
+    file,     // a file or folder
+    profile,  // a name, or a file
+    input,    // frame patterns: one, or one per plane
+    output,   // a frame pattern
+};
+PathKind path_kind(const Parameter& row);
 
 class RequestBody {
   public:

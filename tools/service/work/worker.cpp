@@ -7,7 +7,6 @@
 #include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
-#include "tools/service/work/study_work.h"
 
 namespace postchain::service {
 namespace {

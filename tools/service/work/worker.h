@@ -16,7 +16,6 @@
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
-#include "tools/service/work/readers.h"
 
 namespace postchain::service {
 

@@ -54,7 +54,7 @@ class StoreFile {
     StoreFile& operator=(const StoreFile&) = delete;
 
     // Locks the file and creates its tables if it is new. Errors (output): it cannot be created or
-    // written, is in use, is damaged, or is from another program or a later version.
+    // written, is in use, is damaged, or is from another program or version.
     Status take();
     // Runs `work` with the database in a transaction. Returns its result, or a Status if it has
     // none.

@@ -205,18 +205,19 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
         if (!job.key.empty())
             if (auto same = job_where(database, "key = ?", job.key)) {
                 const bool equal = same->body == job.body && same->owner == owner.name;
-                return Added{equal ? Added::What::same : Added::What::other_body, *same, ""};
+                return Added{equal ? Added::Result::same : Added::Result::other_body, *same, ""};
             }
-        if (is_full(database, max_queue)) return Added{Added::What::full, {}, full_text(max_queue)};
+        if (is_full(database, max_queue))
+            return Added{Added::Result::full, {}, full_text(max_queue)};
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
-            return Added{Added::What::over_limit, {}, why};
+            return Added{Added::Result::over_limit, {}, why};
         database.run(
             "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames) "
             "VALUES(?, 'queued', ?, ?, ?, ?, ?, ?)",
             name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames);
         const int64_t id = database.last_id();
         add_event(id, "queued", {{"kind", name_of(job.kind)}, {"priority", job.priority}});
-        return Added{Added::What::made, *job_where(database, "id = ?", id), ""};
+        return Added{Added::Result::made, *job_where(database, "id = ?", id), ""};
     });
 }
 

@@ -52,8 +52,8 @@ struct NewJob {
 };
 
 struct Added {
-    enum class What { made, same, other_body, full, over_limit };
-    What what = What::made;
+    enum class Result { made, same, other_body, full, over_limit };
+    Result result = Result::made;
     Job job;          // if made, same, other_body
     std::string why;  // full, over_limit
 };

@@ -34,22 +34,22 @@ Status check_paths(const experiment::ExperimentSettings& settings, const Roots& 
 // ------------------------------------------------------------------------------------- ab, bench
 class ExperimentWork {
   public:
-    ExperimentWork(const Job& job, JobRequest& request, const WorkPlace& place)
+    ExperimentWork(const Job& job, JobRequest& request, const WorkContext& context)
         : id_(job.id),
           request_(request),
-          place_(place),
-          roots_(place.reader.roots()),
-          events_(place, job.id) {}
+          context_(context),
+          roots_(context.reader.roots()),
+          events_(context, job.id) {}
 
     WorkEnd work() {
         experiment::ExperimentSettings& settings =
             request_.kind == JobKind::ab ? request_.ab : request_.bench;
-        settings.renderer = place_.gl.renderer();
-        settings.software = place_.gl.software();
+        settings.renderer = context_.gl.renderer();
+        settings.software = context_.gl.software();
         if (Status status = check_paths(settings, roots_); !status.ok())
             return WorkEnd::failed(status);
-        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        const auto begun = place_.store.has_begun(id_);
+        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+        const auto begun = context_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
         // After its first start the folder's files are this job's own: ab replaces them, bench
         // resumes from them.
@@ -58,16 +58,16 @@ class ExperimentWork {
         if (*begun) settings.on_existing = later;
         auto files = experiment::prepare_folder(settings);
         if (!files.ok()) return WorkEnd::failed(files.status());
-        if (Status status = place_.store.began(id_); !status.ok())
+        if (Status status = context_.store.began(id_); !status.ok())
             return WorkEnd::of(WorkEnd::How::store_failed, status.message());
         settings.on_existing = later;
         bool met = true;
-        place_.progress.does("the first measurement did not end");
+        context_.progress.does("the first measurement did not end");
         auto report = request_.kind == JobKind::ab ? ab() : bench(*files, met);
-        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        place_.progress.does("the report was not written");
+        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+        context_.progress.does("the report was not written");
         if (!report.ok()) return end_of(report.status());
-        if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+        if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (Status status = experiment::write_report_files(*report, settings.assets); !status.ok())
             return WorkEnd::failed(status);
         return end_of(*report, met);
@@ -77,31 +77,31 @@ class ExperimentWork {
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
             if (!events_.say(progress.what, progress.done, progress.total)) return;
-            place_.remaining(progress.remaining_s);
-            place_.between();
+            context_.remaining(progress.remaining_s);
+            context_.between();
         };
     }
 
     Result<report::Report> ab() {
         return experiment::run_ab(request_.chain, request_.chain_b, request_.ab,
-                                  place_.gl.executor(), progress(), &place_.stop);
+                                  context_.gl.executor(), progress(), &context_.stop);
     }
 
     Result<report::Report> bench(const io::OutputFiles& files, bool& met) {
         const Status found = experiment::find_truth(
-            request_.bench, files, place_.device,
+            request_.bench, files, context_.device,
             [&](const std::string& what) { return events_.say(what, 0, 0); });
-        RETURN_IF_ERROR(place_.gl.make_current());
+        RETURN_IF_ERROR(context_.gl.make_current());
         if (!found.ok()) return found;
         auto report = experiment::run_bench(request_.variants, request_.bench, files,
-                                            place_.gl.executor(), progress(), &place_.stop);
+                                            context_.gl.executor(), progress(), &context_.stop);
         if (!report.ok()) return report;
         ASSIGN_OR_RETURN(met, experiment::choose_under(*report, request_.under));
         return report;
     }
 
     WorkEnd end_of(const Status& status) const {
-        if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+        if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (status.code() == StatusCode::gl)
             return WorkEnd::of(WorkEnd::How::gl_failed, status.message());
         return WorkEnd::failed(status);
@@ -129,7 +129,7 @@ class ExperimentWork {
 
     const std::string id_;
     JobRequest& request_;
-    const WorkPlace& place_;
+    const WorkContext& context_;
     const Roots& roots_;
     ProgressEvents events_;
 };
@@ -138,36 +138,36 @@ class ExperimentWork {
 // Other processes may work on the tasks of the same folder.
 class StudyWork {
   public:
-    StudyWork(const Job& job, JobRequest& request, const WorkPlace& place)
+    StudyWork(const Job& job, JobRequest& request, const WorkContext& context)
         : id_(job.id),
           study_(request.study),
           settings_(request.study_settings),
-          place_(place),
-          roots_(place.reader.roots()),
-          events_(place, job.id) {}
+          context_(context),
+          roots_(context.reader.roots()),
+          events_(context, job.id) {}
 
     WorkEnd work() {
         if (Status status = check_paths(); !status.ok()) return WorkEnd::failed(status);
-        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        const auto begun = place_.store.has_begun(id_);
+        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+        const auto begun = context_.store.has_begun(id_);
         if (!begun.ok()) return WorkEnd::of(WorkEnd::How::store_failed, begun.status().message());
         // After its first start the folder's results are this job's own.
         auto folder = study::StudyFolder::open(
             study_, settings_.folder, *begun ? io::OnExisting::skip : settings_.on_existing);
         if (!folder.ok()) return WorkEnd::failed(folder.status());
-        if (Status status = place_.store.began(id_); !status.ok())
+        if (Status status = context_.store.began(id_); !status.ok())
             return WorkEnd::of(WorkEnd::How::store_failed, status.message());
-        const study::Machine machine{place_.gl.executor(),
-                                     place_.gl.renderer(),
-                                     place_.gl.software(),
-                                     [this] { return place_.gl.make_current(); },
-                                     place_.device,
+        const study::Machine machine{context_.gl.executor(),
+                                     context_.gl.renderer(),
+                                     context_.gl.software(),
+                                     [this] { return context_.gl.make_current(); },
+                                     context_.device,
                                      0,
                                      {"postchain", "serve", "study"}};
-        place_.progress.does("the first measurement did not end");
+        context_.progress.does("the first measurement did not end");
         const auto done =
-            study::work_on_tasks(study_, *folder, {}, machine, progress(), &place_.stop);
-        if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+            study::work_on_tasks(study_, *folder, {}, machine, progress(), &context_.stop);
+        if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
         if (!done.ok())
             return done.status().code() == StatusCode::gl
                        ? WorkEnd::of(WorkEnd::How::gl_failed, done.status().message())
@@ -188,7 +188,7 @@ class StudyWork {
 
     experiment::ProgressCallback progress() {
         return [this](const experiment::ExperimentProgress& progress) {
-            if (events_.say(progress.what, progress.done, progress.total)) place_.between();
+            if (events_.say(progress.what, progress.done, progress.total)) context_.between();
         };
     }
 
@@ -219,19 +219,19 @@ class StudyWork {
     const std::string id_;
     const study::Study& study_;
     const study::StudySettings& settings_;
-    const WorkPlace& place_;
+    const WorkContext& context_;
     const Roots& roots_;
     ProgressEvents events_;
 };
 
 }  // namespace
 
-WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkPlace& place) {
-    return ExperimentWork(job, request, place).work();
+WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkContext& context) {
+    return ExperimentWork(job, request, context).work();
 }
 
-WorkEnd work_on_study(const Job& job, JobRequest& request, const WorkPlace& place) {
-    return StudyWork(job, request, place).work();
+WorkEnd work_on_study(const Job& job, JobRequest& request, const WorkContext& context) {
+    return StudyWork(job, request, context).work();
 }
 
 }  // namespace postchain::service

@@ -173,7 +173,7 @@ void ChainReader::read(const std::string& key, experiment::NamedChain& chain, Ch
         body_.add(std::move(one));
     }
     if (!file.status().ok()) return;
-    if (body_.hold_image(key, file.chain.camera)) {
+    if (body_.confine_image(key, file.chain.camera)) {
         io::ApertureFiles images;
         if (Status status = images.read(file.chain.camera); !status.ok())
             body_.fault(key, "camera.aperture_image: " + status.message());
@@ -209,7 +209,7 @@ std::vector<experiment::BenchVariant> ChainReader::variants(const ChainText& tex
         }
         if (sweep->key == "camera.aperture_image")
             for (std::string& value : sweep->values)
-                if (auto held = body_.hold("sweep", value)) value = std::move(*held);
+                if (auto confined = body_.confine("sweep", value)) value = std::move(*confined);
         sweeps.push_back(std::move(*sweep));
     }
     if (has_errors(body_.faults())) return {};
@@ -240,14 +240,14 @@ study::StudyPaths paths_from(const fs::path& folder, const Roots& roots, size_t&
 void read_study(RequestBody& body, const Roots& roots, const PassRegistry& registry,
                 const std::string& version, study::Study& study, study::StudySettings& settings) {
     body.read_rows(study::study_parameters(), "", &settings);
-    body.hold_rows(study::study_parameters(), &settings);
+    body.confine_rows(study::study_parameters(), &settings);
     const TextNode* node = body.find("study");
     if (!node) return body.fault("study", "missing; give a study's file or object");
     std::string file = joined_path(roots.folders().front(), kBodyFile), text;
     if (is_string(*node) && !RequestBody::has_zero(node->text)) {
-        auto held = body.hold("study", node->text);
-        if (!held) return;
-        file = std::move(*held);
+        auto confined = body.confine("study", node->text);
+        if (!confined) return;
+        file = std::move(*confined);
         auto read = read_text_file(file, StatusCode::usage);
         if (!read.ok()) return body.fault("study", read.status().message());
         text = std::move(*read);
@@ -392,13 +392,13 @@ class RequestParser {
     }
 
     // A camera file may name aperture images, which are read with it.
-    bool hold_camera() {
+    bool confine_camera() {
         if (job_.camera.empty()) return true;
         auto camera = load_camera(job_.camera);
         if (!camera.ok() || !camera->status().ok()) return true;  // reported with the settings
-        bool good = body_.hold_image("camera", camera->camera);
+        bool good = body_.confine_image("camera", camera->camera);
         for (auto& [number, frame] : camera->frames)
-            good = body_.hold_image("camera", frame.camera) && good;
+            good = body_.confine_image("camera", frame.camera) && good;
         return good;
     }
 
@@ -407,21 +407,21 @@ class RequestParser {
         request_.input = job_.input;
         for (const Parameter& row : reader_.table_->rows())
             if (path_kind(row) == PathKind::file || path_kind(row) == PathKind::profile)
-                body_.hold_file(row, &job_);
-        body_.hold_rows(experiment::ab_parameters(), &request_.ab);
-        body_.hold_rows(experiment::bench_parameters(), &request_.bench);
-        if (!hold_camera() || body_.faults().size() > before) return;
+                body_.confine_file(row, &job_);
+        body_.confine_rows(experiment::ab_parameters(), &request_.ab);
+        body_.confine_rows(experiment::bench_parameters(), &request_.bench);
+        if (!confine_camera() || body_.faults().size() > before) return;
         std::optional<io::InputSpec> input;
-        if (!job_.input.empty()) input = body_.hold_input("input", job_.input);
+        if (!job_.input.empty()) input = body_.confine_input("input", job_.input);
         for (const Parameter& row : reader_.table_->rows())
             if (path_kind(row) != PathKind::input && path_kind(row) != PathKind::output &&
                 row.type == ParameterType::text)
                 if (Status status = status_of_row(row); !status.ok())
                     body_.fault(row.key, without_option(row.key, status.message()));
-        std::optional<io::PathPattern> output = hold_pattern("output", job_.output);
-        std::optional<io::PathPattern> behind = hold_pattern("behind", job_.behind);
-        hold_truth(request_.ab);
-        hold_truth(request_.bench);
+        std::optional<io::PathPattern> output = confine_pattern("output", job_.output);
+        std::optional<io::PathPattern> behind = confine_pattern("behind", job_.behind);
+        confine_truth(request_.ab);
+        confine_truth(request_.bench);
         if (has_errors(body_.faults()) || !input) return;
         Diagnostics notes;
         auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
@@ -437,19 +437,19 @@ class RequestParser {
         request_.bench.chain_name = request_.chain.name;
     }
 
-    std::optional<io::PathPattern> hold_pattern(const char* key, const std::string& text) {
+    std::optional<io::PathPattern> confine_pattern(const char* key, const std::string& text) {
         if (text.empty()) return std::nullopt;
         auto pattern = io::PathPattern::parse(text);
         if (!pattern.ok()) {
             body_.fault(key, pattern.status().message());
             return std::nullopt;
         }
-        return body_.hold(key, *pattern);
+        return body_.confine(key, *pattern);
     }
 
-    void hold_truth(experiment::ExperimentSettings& settings) {
+    void confine_truth(experiment::ExperimentSettings& settings) {
         if (settings.truth.empty()) return;
-        auto truth = body_.hold_input("truth", settings.truth);
+        auto truth = body_.confine_input("truth", settings.truth);
         if (!truth) return;
         if (truth->separate_files())
             return body_.fault("truth", "give one pattern, for color only");

@@ -46,7 +46,7 @@ std::optional<Progress::UnderWay> Progress::longest(Clock::time_point now) const
     return longest;
 }
 
-bool WorkPlace::goes_on() const {
+bool WorkContext::goes_on() const {
     while (!stop && turn() == Turn::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return !stop;
 }
@@ -68,15 +68,15 @@ Job ended_job(Job job, const WorkEnd& end, const Readers& readers) {
 }
 
 bool ProgressEvents::say(const std::string& what, size_t done, size_t total) {
-    if (place_.lost) return false;
-    place_.progress.does(what + " did not end");
+    if (context_.lost) return false;
+    context_.progress.does(what + " did not end");
     if (!said_ || sequence::milliseconds_since(*said_) >= 1000) {
         said_ = sequence::Clock::now();
-        const std::string shown = place_.reader.roots().shown_in(what);
-        (void)place_.store.say(job_, "progress",
-                               {{"what", shown}, {"done", done}, {"total", total}});
+        const std::string shown = context_.reader.roots().shown_in(what);
+        (void)context_.store.say(job_, "progress",
+                                 {{"what", shown}, {"done", done}, {"total", total}});
     }
-    return place_.goes_on();
+    return context_.goes_on();
 }
 
 }  // namespace postchain::service

@@ -50,7 +50,7 @@ class Progress {
     std::optional<Clock::time_point> waits_since_;
 };
 
-struct WorkPlace {
+struct WorkContext {
     JobStore& store;
     const JobReader& reader;
     GlDevice& gl;
@@ -92,12 +92,13 @@ Job ended_job(Job job, const WorkEnd& end, const Readers& readers);
 // Progress events of a job, at most one per second. Failures to store them are ignored.
 class ProgressEvents {
   public:
-    ProgressEvents(const WorkPlace& place, std::string job) : place_(place), job_(std::move(job)) {}
+    ProgressEvents(const WorkContext& context, std::string job)
+        : context_(context), job_(std::move(job)) {}
     // Waits while a preview has the device. False if the job is to end.
     bool say(const std::string& what, size_t done, size_t total);
 
   private:
-    const WorkPlace& place_;
+    const WorkContext& context_;
     const std::string job_;
     std::optional<sequence::Clock::time_point> said_;
 };

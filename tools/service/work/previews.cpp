@@ -189,11 +189,11 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
     if (over()) return canceled;
     ASSIGN_OR_RETURN(auto device, device_of_thread(device_, registry_));
     // A software renderer takes the cores that reading needs.
-    std::optional<DeviceGate::Hold> hold;
-    if (device->software()) hold.emplace(gate_);
+    std::optional<DeviceGate::Reservation> reservation;
+    if (device->software()) reservation.emplace(gate_);
     ASSIGN_OR_RETURN(auto prepared, prepare_preview(request));
     if (over()) return canceled;
-    if (!hold) hold.emplace(gate_);
+    if (!reservation) reservation.emplace(gate_);
     Executor& executor = device->executor();
     const TurnScope stop(executor, [&] { return over() ? Turn::stop : Turn::go_on; });
     auto planes = executor.filter(prepared.plan, prepared.planes);

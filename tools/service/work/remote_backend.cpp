@@ -126,9 +126,9 @@ void RemoteBackend::loop() {
         began_ = Clock::now();
         lock.unlock();
         try {
-            turn();
+            poll_queue();
         } catch (...) {
-            // Out of memory at a place without a Status; a later turn may succeed.
+            // Out of memory at a place without a Status; a later poll may succeed.
         }
         lock.lock();
         began_.reset();
@@ -142,7 +142,7 @@ bool RemoteBackend::ends() const {
     return ends_;
 }
 
-void RemoteBackend::turn() {
+void RemoteBackend::poll_queue() {
     std::string trouble;
     const auto note = [&](const Status& status) {
         if (!status.ok() && trouble.empty()) trouble = status.message();

@@ -40,7 +40,7 @@ class RemoteBackend final : public Backend {
 
     void loop();
     bool ends() const;
-    void turn();
+    void poll_queue();
     Status take(const Job& job);
     Status hand_over(const Job& job, JobRequest& request);
     Status follow(const Job& job, const std::string& remote);
@@ -55,7 +55,7 @@ class RemoteBackend final : public Backend {
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     bool awake_ = false, ends_ = false;
-    std::optional<Clock::time_point> began_;  // the turn under way
+    std::optional<Clock::time_point> began_;  // the poll under way
     std::string trouble_;
     // Used by the thread alone: jobs that are followed, and how often the queue refused one.
     std::map<std::string, JobRequest> requests_;

@@ -57,7 +57,7 @@ struct RemoteSettings {
     std::string max_memory;  // of a task; empty = the queue's default
     int attempts = 3;        // until a job that the queue refuses fails
     std::chrono::milliseconds poll{2000};
-    std::chrono::milliseconds drain{20'000};  // for the turn under way
+    std::chrono::milliseconds drain{20'000};  // for the poll under way
 };
 
 }  // namespace postchain::service

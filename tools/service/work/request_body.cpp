@@ -128,33 +128,33 @@ void RequestBody::read_rows(const ParameterTable& table, const char* group, Para
         if (row.group == group) read_row(row, table, settings);
 }
 
-std::optional<std::string> RequestBody::hold(const std::string& key, const std::string& path) {
+std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
     auto resolved = roots_.resolve(path);
     if (resolved.ok()) return std::move(*resolved);
     outside(key, resolved.status().message());
     return std::nullopt;
 }
 
-std::optional<io::PathPattern> RequestBody::hold(const std::string& key,
-                                                 const io::PathPattern& pattern) {
+std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
+                                                    const io::PathPattern& pattern) {
     auto resolved = resolve_pattern(pattern, roots_);
     if (resolved.ok()) return std::move(*resolved);
     outside(key, resolved.status().message());
     return std::nullopt;
 }
 
-void RequestBody::hold_file(const Parameter& row, ParameterRef settings) {
+void RequestBody::confine_file(const Parameter& row, ParameterRef settings) {
     const ParameterValue value = row.get(settings);
     const auto* text = std::get_if<std::string>(&value);
     if (!text || text->empty()) return;
     if (path_kind(row) == PathKind::profile && is_word(*text)) return;
-    const auto held = hold(row.key, *text);
-    if (!held) return;
-    row.set(settings, *held);
-    if (row.key == "ocio") hold_tables(row.key, *held);
+    const auto confined = confine(row.key, *text);
+    if (!confined) return;
+    row.set(settings, *confined);
+    if (row.key == "ocio") confine_tables(row.key, *confined);
 }
 
-void RequestBody::hold_tables(const std::string& key, const std::string& config) {
+void RequestBody::confine_tables(const std::string& key, const std::string& config) {
     const auto module = io::image_module(StatusCode::input);
     if (!module.ok()) return fault(key, module.status().message());
     const auto sources = (*module)->ocio_sources(config);
@@ -164,27 +164,27 @@ void RequestBody::hold_tables(const std::string& key, const std::string& config)
             return outside(key, "names a table outside the folders of this service");
 }
 
-std::optional<io::InputSpec> RequestBody::hold_input(const std::string& key,
-                                                     const std::string& text) {
+std::optional<io::InputSpec> RequestBody::confine_input(const std::string& key,
+                                                        const std::string& text) {
     auto input = io::InputSpec::parse(text);
     if (!input.ok()) {
         fault(key, input.status().message());
         return std::nullopt;
     }
     for (auto& [role, pattern] : input->patterns) {
-        auto held = hold(key, pattern);
-        if (!held) return std::nullopt;
-        pattern = std::move(*held);
+        auto confined = confine(key, pattern);
+        if (!confined) return std::nullopt;
+        pattern = std::move(*confined);
     }
     return std::move(*input);
 }
 
-void RequestBody::hold_rows(const ParameterTable& table, ParameterRef settings) {
+void RequestBody::confine_rows(const ParameterTable& table, ParameterRef settings) {
     for (const Parameter& row : table.rows())
-        if (path_kind(row) == PathKind::file) hold_file(row, settings);
+        if (path_kind(row) == PathKind::file) confine_file(row, settings);
 }
 
-bool RequestBody::hold_image(const std::string& key, Camera& camera) {
+bool RequestBody::confine_image(const std::string& key, Camera& camera) {
     const std::string file = camera.aperture_image.file();
     if (file.empty()) return true;
     auto resolved = roots_.resolve(file);

@@ -62,17 +62,17 @@ class RequestBody {
     void read_rows(const ParameterTable& table, const char* group, ParameterRef settings);
 
     // Replace paths by their real paths under the roots; a path outside is a fault.
-    std::optional<std::string> hold(const std::string& key, const std::string& path);
-    std::optional<io::PathPattern> hold(const std::string& key, const io::PathPattern& pattern);
-    void hold_file(const Parameter& row, ParameterRef settings);
-    void hold_rows(const ParameterTable& table, ParameterRef settings);
-    std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text);
-    bool hold_image(const std::string& key, Camera& camera);
+    std::optional<std::string> confine(const std::string& key, const std::string& path);
+    std::optional<io::PathPattern> confine(const std::string& key, const io::PathPattern& pattern);
+    void confine_file(const Parameter& row, ParameterRef settings);
+    void confine_rows(const ParameterTable& table, ParameterRef settings);
+    std::optional<io::InputSpec> confine_input(const std::string& key, const std::string& text);
+    bool confine_image(const std::string& key, Camera& camera);
 
   private:
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings);
     // The tables named by an OpenColorIO configuration must be under the roots too.
-    void hold_tables(const std::string& key, const std::string& config);
+    void confine_tables(const std::string& key, const std::string& config);
 
     const Roots& roots_;
     const TextTree tree_;

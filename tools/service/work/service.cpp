@@ -287,20 +287,20 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         check_priority(user, job.priority);
         Added added = stored(state_->store->add({job.kind, body, job.priority, key, job.frames},
                                                 state_->settings.max_queue, user));
-        switch (added.what) {
-            case Added::What::made:
+        switch (added.result) {
+            case Added::Result::made:
                 *created = true;
                 state_->backend->wake();
                 added.job.message = joined(job.warnings, "; ");
                 break;
-            case Added::What::same:
+            case Added::Result::same:
                 break;
-            case Added::What::other_body:
+            case Added::Result::other_body:
                 throw Problem{Problem::Kind::conflict,
                               "job " + added.job.id +
                                   " has this Idempotency-Key and another body; use a new key"};
-            case Added::What::over_limit:
-            case Added::What::full:
+            case Added::Result::over_limit:
+            case Added::Result::full:
                 throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
         }
         return state_->shown(std::move(added.job));

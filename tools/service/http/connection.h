@@ -2,6 +2,9 @@
 // server share.
 #pragma once
 
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/registry.h>
 #include <atomic>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -10,7 +13,6 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <set>
 #include <string>
@@ -26,20 +28,33 @@ namespace postchain::service {
 
 class Connection;
 
-// Counters for /metrics.
+// Counters for /metrics. Thread-safe.
 struct Traffic {
-    std::map<int, uint64_t> replies;  // by status
-    uint64_t accepted = 0;
-    uint64_t turned_away = 0;  // connections over a limit
-    uint64_t cut_off = 0;      // connections past a deadline
-    size_t connections = 0, listeners = 0, waiting = 0;
+    prometheus::Registry registry;
+    prometheus::Family<prometheus::Counter>& counters(const char* name, const char* help) {
+        return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+    }
+    prometheus::Gauge& gauge(const char* name, const char* help) {
+        return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+    }
+    prometheus::Gauge& connections = gauge("postchain_http_connections", "Open connections.");
+    prometheus::Gauge& listeners =
+        gauge("postchain_http_listeners", "Connections that listen to events.");
+    prometheus::Gauge& waiting =
+        gauge("postchain_http_waiting_requests", "Requests that wait for an answer.");
+    prometheus::Counter& accepted =
+        counters("postchain_http_accepted_total", "Connections accepted.").Add({});
+    prometheus::Counter& turned_away =
+        counters("postchain_http_turned_away_total", "Connections over a limit.").Add({});
+    prometheus::Counter& cut_off =
+        counters("postchain_http_cut_off_total", "Clients cut off at a deadline.").Add({});
+    prometheus::Family<prometheus::Counter>& replies =
+        counters("postchain_http_replies_total", "Replies by status.");
 };
 
 // State shared by the connections of a server. Only the I/O thread uses it, except the pools.
 struct Shared {
     Shared(const ServerSettings& settings, Service& service);
-
-    std::string metrics() const;  // Prometheus text; from any thread
 
     ServerSettings settings;
     Service& service;
@@ -54,8 +69,6 @@ struct Shared {
     std::map<std::string, size_t> per_address;
     bool closing = false;
     std::atomic<uint64_t> beats = 0;
-
-    mutable std::mutex traffic_mutex;
     Traffic traffic;
 };
 
@@ -93,7 +106,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void send_events();
     void send_batch(EventBatch batch);
     void linger();
-    void count_listener(int change);
     void deadline_in(std::chrono::milliseconds time) { deadline_ = Clock::now() + time; }
 
     Shared& shared_;

@@ -190,7 +190,7 @@ class Gate : public Hanging {
 };
 
 TEST_F(Gate, AWaitingJobCanBeCanceled) {
-    const DeviceGate::Hold preview(gate_);
+    const DeviceGate::Reservation preview(gate_);
     const std::string id = waiting();
     ASSERT_TRUE(*store_->cancel(id));
     worker_->stop_job(id);

@@ -10,7 +10,6 @@
 #include "tools/service/http/event_log.h"
 #include "tools/service/http/file_streams.h"
 #include "tools/service/http/guard.h"
-#include "tools/service/http/wrong_tokens.h"
 
 namespace postchain::service {
 namespace {

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "tests/service/request_fixture.h"
-#include "tools/service/work/held_paths.h"
+#include "tools/service/work/request_body.h"
 
 namespace postchain::service {
 namespace {

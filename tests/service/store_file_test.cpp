@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "tests/service/store_fixture.h"
-#include "tools/service/store/backup.h"
+#include "tools/service/store/store_file.h"
 
 namespace {
 
@@ -56,43 +56,10 @@ TEST_F(StoreTest, OtherFilesAreRefusedAndStay) {
     store_.reset();
     run_sql("PRAGMA user_version = 99");
     EXPECT_THAT(refusal(), HasSubstr("later version"));
+    run_sql("PRAGMA user_version = 2");
+    EXPECT_THAT(refusal(), HasSubstr("was created before the first release"));
     EXPECT_EQ(JobStore::open(folder_.path("nowhere/store.db"), 3).status().code(),
               StatusCode::output);
-}
-
-// A job that had quarantined one of its frames, which a retry runs again, and one under way with a
-// frame done and one in flight, which goes on.
-TEST_F(StoreTest, StoresOfFormerVersionsAreConvertedAndTheirJobsGoOn) {
-    const std::string dump =
-        test::read_text(POSTCHAIN_SOURCE_DIR "/tests/service/store_version_2.sql");
-    for (const bool first_version : {false, true}) {
-        fs::remove(path());
-        run_sql(dump);
-        // The tables of version 1 had other words.
-        if (first_version)
-            run_sql(
-                "UPDATE frames SET state = 'set_aside' WHERE state = 'quarantined';"
-                "UPDATE events SET type = 'set_aside' WHERE type = 'quarantined';"
-                "PRAGMA user_version = 1");
-        for (int i = 0; i < 2; ++i) open();  // the second time it is a store of this version
-        EXPECT_EQ(job("1").state, JobState::failed);
-        EXPECT_EQ(store_->tally("1")->quarantined, std::vector{2});
-        EXPECT_THAT(types("1"), testing::Contains("quarantined"));
-        ASSERT_TRUE(store_->retry("1").ok());
-        ASSERT_EQ(to_do("1").size(), 1u);
-        EXPECT_EQ(to_do("1")[0].frame, 2);
-        EXPECT_EQ(job("2").state, JobState::queued);
-        EXPECT_EQ(job("2").owner, "");
-        EXPECT_EQ(frame("2", 1).filter_ms, 345.5);
-        ASSERT_EQ(to_do("2").size(), 1u);
-        EXPECT_TRUE(to_do("2")[0].alone);
-        ASSERT_EQ(*store_->start("2"), 1);
-        begin("2", 2);
-        write("2", 2);
-        EXPECT_EQ(job("2").done, 2);
-        EXPECT_EQ(job("2").bytes, 5);
-        store_.reset();
-    }
 }
 
 // While the store is in use, by this program and by SQLite's own; the copy is whole and usable.

@@ -121,11 +121,11 @@ TEST_F(StoreTest, OneKeyIsOneJob) {
         return *store_->add({JobKind::run, body, 0, "key"}, 100);
     };
     const Added first = add_with_key("{}"), same = add_with_key("{}");
-    EXPECT_EQ(first.what, Added::What::made);
-    EXPECT_EQ(same.what, Added::What::same);
+    EXPECT_EQ(first.result, Added::Result::made);
+    EXPECT_EQ(same.result, Added::Result::same);
     EXPECT_EQ(same.job.id, first.job.id);
-    EXPECT_EQ(add_with_key("{ }").what, Added::What::other_body);
-    EXPECT_EQ(try_add(User(), 0, 1).what, Added::What::full);
+    EXPECT_EQ(add_with_key("{ }").result, Added::Result::other_body);
+    EXPECT_EQ(try_add(User(), 0, 1).result, Added::Result::full);
     EXPECT_EQ(job_count(), 1u);
 }
 
@@ -237,16 +237,16 @@ TEST_F(StoreTest, LimitsOfAUser) {
     User ann = user_of("ann");
     ann.max_jobs = 2;
     const std::string first = try_add(ann, 5).job.id;
-    EXPECT_EQ(try_add(ann, 5).what, Added::What::made);
-    EXPECT_EQ(try_add(ann, 5).what, Added::What::over_limit);
+    EXPECT_EQ(try_add(ann, 5).result, Added::Result::made);
+    EXPECT_EQ(try_add(ann, 5).result, Added::Result::over_limit);
     EXPECT_THAT(try_add(ann, 5).why, HasSubstr("ann may have 2 unfinished jobs"));
     add();  // of another user
     ann.max_jobs = 0;
     ann.max_frames = 12;
-    EXPECT_EQ(try_add(ann, 2).what, Added::What::made);
+    EXPECT_EQ(try_add(ann, 2).result, Added::Result::made);
     EXPECT_THAT(try_add(ann, 1).why, HasSubstr("may have 12 frames in unfinished jobs, and would"));
     ASSERT_TRUE(*store_->cancel(first));
-    EXPECT_EQ(try_add(ann, 1).what, Added::What::made);
+    EXPECT_EQ(try_add(ann, 1).result, Added::Result::made);
     const auto again = store_->retry(first, ann);
     EXPECT_FALSE(again->done);
     EXPECT_THAT(again->why, HasSubstr("and would have 13"));
@@ -259,7 +259,7 @@ TEST_F(StoreTest, LimitsOfAUser) {
     EXPECT_THAT(try_add(ann, 1).why, HasSubstr("have written 100 bytes"));
     end(writes, JobState::done);
     ASSERT_TRUE(*store_->forget(writes));
-    EXPECT_EQ(try_add(ann, 1).what, Added::What::made);
+    EXPECT_EQ(try_add(ann, 1).result, Added::Result::made);
 }
 
 TEST_F(StoreTest, ARetryWaitsInTheQueueLikeAnyJob) {
@@ -285,7 +285,7 @@ TEST_F(StoreTest, FramesOfAJobThatHasNotBegunCountAfterARetryAndARestart) {
     ASSERT_TRUE(*store_->cancel(id));
     ASSERT_TRUE(store_->retry(id, ann)->done);
     EXPECT_EQ(job(id).frames, 5);
-    EXPECT_EQ(try_add(ann, 1).what, Added::What::over_limit);
+    EXPECT_EQ(try_add(ann, 1).result, Added::Result::over_limit);
     ASSERT_EQ(*store_->start(id), 1);
     open();
     EXPECT_EQ(job(id).frames, 5);

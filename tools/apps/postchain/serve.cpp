@@ -19,7 +19,7 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/service/http/server.h"
-#include "tools/service/store/backup.h"
+#include "tools/service/store/store_file.h"
 #include "tools/service/work/service.h"
 #include "tools/service/work/slurm_queue.h"
 
@@ -27,6 +27,87 @@ namespace postchain {
 namespace {
 
 constexpr int kOtherFiles = 256;  // open files other than connections
+
+RowOptions text_row(const char* form, const char* help) {
+    return {.unit = form, .help = help};
+}
+
+RowOptions number_row(double min, double max, const char* help) {
+    return {.min = min, .max = max, .help = help};
+}
+
+// Without the options that may be repeated, which add_serve() adds.
+const ParameterTable& serve_parameters() {
+    using O = ServeOptions;
+    static const ParameterTable table =
+        ParameterTableBuilder<O>()
+            .text("store", &O::store,
+                  text_row("FILE",
+                           "database of jobs (default: postchain/jobs.sqlite in "
+                           "$XDG_STATE_HOME or ~/.local/state)"))
+            .integer("port", &O::port, number_row(0, 65535, "port to listen on; 0 = any free port"))
+            .text("bind", &O::bind,
+                  text_row("ADDRESS",
+                           "address to listen on; any but 127.0.0.1 and ::1 needs --token-file"))
+            .text(
+                "token_file", &O::token_file,
+                text_row("FILE",
+                         "file whose first line is the bearer token that every request must have"))
+            .text("users", &O::users,
+                  text_row("FILE",
+                           "file of users, each with a token, folders and limits; SIGHUP reads "
+                           "it again"))
+            .text(
+                "base_path", &O::base_path,
+                text_row("PATH", "path under which a proxy shows the service, such as /postchain"))
+            .number(
+                "frame_timeout", &O::frame_timeout_s,
+                number_row(0, 86400,
+                           "seconds that reading, filtering or writing a frame may take, then its "
+                           "job fails; 0 = no limit"))
+            .number(
+                "slice", &O::slice_s,
+                number_row(0, 86400,
+                           "seconds until a job makes way for another user's of the same priority"))
+            .integer("keep_jobs", &O::keep_jobs,
+                     number_row(1, 1000000, "maximum of ended jobs that the store keeps"))
+            .integer("keep_days", &O::keep_days,
+                     number_row(0, 36500, "days that the store keeps ended jobs; 0 = no limit"))
+            .text("backup", &O::backup,
+                  text_row(
+                      "FILE",
+                      "copy the store to this file and end; also while a service uses the store"))
+            .integer("attempts", &O::attempts,
+                     number_row(1, 1000, "attempts at a frame before it is quarantined"))
+            .integer("max_queue", &O::max_queue,
+                     number_row(1, 1000000, "maximum of waiting jobs; further jobs are refused"))
+            .integer("max_connections", &O::max_connections,
+                     number_row(1, 100000, "maximum of simultaneous connections"))
+            .integer("max_connections_per_address", &O::max_connections_per_address,
+                     number_row(1, 100000, "maximum of simultaneous connections from one address"))
+            .choice("backend", &O::backend, {"local", "slurm"},
+                    {.help = "where jobs run: on this machine, or as arrays of Slurm"})
+            .table();
+    return table;
+}
+
+// Options of --backend slurm.
+const ParameterTable& slurm_parameters() {
+    using O = ServeOptions;
+    static const ParameterTable table =
+        ParameterTableBuilder<O>()
+            .text("farm_folder", &O::farm_folder,
+                  text_row("DIR",
+                           "folder that the other machines see too, for chains and messages of "
+                           "tasks (default: .postchain-jobs in the first root)"))
+            .text("farm_program", &O::farm_program,
+                  text_row("FILE", "postchain on the other machines (default: from their PATH)"))
+            .text("farm_memory", &O::farm_memory,
+                  text_row("SIZE", "memory of a task, such as 8G (default: the queue's)"))
+            .integer("farm_frames", &O::farm_frames, number_row(1, 100000, "frames of a task"))
+            .table();
+    return table;
+}
 
 // $STATE_DIRECTORY is the folder that systemd creates for the unit.
 Result<std::string> store_of(const ServeOptions& serve) {
@@ -83,16 +164,14 @@ Result<std::shared_ptr<service::Users>> users_of(const ServeOptions& serve,
 Result<service::RemoteSettings> remote_settings(const Options& options, const ServeOptions& serve,
                                                 const service::Roots& roots) {
     service::RemoteSettings remote;
-    if (serve.backend == "local") {
-        for (const auto& [option, given] : std::initializer_list<std::pair<const char*, bool>>{
-                 {"--farm-folder", !serve.farm_folder.empty()},
-                 {"--farm-program", !serve.farm_program.empty()},
-                 {"--farm-memory", !serve.farm_memory.empty()},
-                 {"--farm-frames", serve.farm_frames != ServeOptions().farm_frames},
-                 {"--slurm-option", !serve.slurm_words.empty()}})
-            if (given)
-                return Status(StatusCode::usage,
-                              std::string(option) + " has no effect; add --backend slurm");
+    if (serve.backend == ServeBackend::local) {
+        std::vector<std::string> given;
+        for (const Parameter& row : slurm_parameters().rows())
+            if (row.get(&serve) != row.default_value) given.push_back(row.key);
+        if (!serve.slurm_words.empty()) given.emplace_back("slurm_option");
+        if (!given.empty())
+            return Status(StatusCode::usage, sequence::option_name(given.front()) +
+                                                 " has no effect; add --backend slurm");
         return remote;
     }
     remote.queue = std::make_shared<service::SlurmQueue>(serve.slurm_words);
@@ -196,103 +275,16 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
     add_list(subcommand, "--root", "DIR", serve.roots,
              "folder that must contain every path of a job, may be repeated; relative paths "
              "start at the first");
-    subcommand
-        .add_option("--store", serve.store,
-                    "database of jobs (default: postchain/jobs.sqlite in "
-                    "$XDG_STATE_HOME or ~/.local/state)")
-        ->type_name("FILE");
-    subcommand.add_option("--port", serve.port, "port to listen on; 0 = any free port")
-        ->check(CLI::Range(0, 65535))
-        ->capture_default_str();
-    subcommand
-        .add_option("--bind", serve.bind,
-                    "address to listen on; any but 127.0.0.1 and ::1 needs --token-file")
-        ->type_name("ADDRESS")
-        ->capture_default_str();
-    subcommand
-        .add_option("--token-file", serve.token_file,
-                    "file whose first line is the bearer token that every request must have")
-        ->type_name("FILE");
-    subcommand
-        .add_option("--users", serve.users,
-                    "file of users, each with a token, folders and limits; SIGHUP reads it again")
-        ->type_name("FILE")
-        ->excludes("--token-file");
+    add_settings(subcommand, serve_parameters(), "", &serve);
+    subcommand.get_option("--users")->excludes("--token-file");
     add_list(subcommand, "--trusted-proxy", "ADDRESS[/BITS]", serve.trusted,
              "address or network of a proxy whose X-Forwarded-For, X-Forwarded-Proto and "
              "Forwarded are believed, may be repeated");
-    subcommand
-        .add_option("--base-path", serve.base_path,
-                    "path under which a proxy shows the service, such as /postchain")
-        ->type_name("PATH");
-    subcommand
-        .add_option("--frame-timeout", serve.frame_timeout_s,
-                    "seconds that reading, filtering or writing a frame may take, then its job "
-                    "fails; 0 = no limit")
-        ->check(number_within(0, 86400))
-        ->capture_default_str();
-    subcommand
-        .add_option("--slice", serve.slice_s,
-                    "seconds until a job makes way for another user's of the same priority")
-        ->check(number_within(0, 86400))
-        ->capture_default_str();
-    subcommand
-        .add_option("--keep-jobs", serve.keep_jobs, "maximum of ended jobs that the store keeps")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str();
-    subcommand
-        .add_option("--keep-days", serve.keep_days,
-                    "days that the store keeps ended jobs; 0 = no limit")
-        ->check(CLI::Range(0, 36500))
-        ->capture_default_str();
-    subcommand
-        .add_option("--backup", serve.backup,
-                    "copy the store to this file and end; also while a service uses the store")
-        ->type_name("FILE");
-    subcommand
-        .add_option("--backend", serve.backend,
-                    "where jobs run: on this machine, or as arrays of Slurm")
-        ->check(CLI::IsMember({"local", "slurm"}))
-        ->capture_default_str();
-    subcommand
-        .add_option("--farm-folder", serve.farm_folder,
-                    "folder that the other machines see too, for chains and messages of tasks "
-                    "(default: .postchain-jobs in the first root)")
-        ->type_name("DIR");
-    subcommand
-        .add_option("--farm-program", serve.farm_program,
-                    "postchain on the other machines (default: from their PATH)")
-        ->type_name("FILE");
-    subcommand
-        .add_option("--farm-memory", serve.farm_memory,
-                    "memory of a task, such as 8G (default: the queue's)")
-        ->type_name("SIZE");
-    subcommand.add_option("--farm-frames", serve.farm_frames, "frames of a task")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
-    add_list(subcommand, "--slurm-option", "WORD", serve.slurm_words,
-             "further option of sbatch, such as --partition=farm, may be repeated");
     add_list(subcommand, "--host", "NAME", serve.hosts,
              "host name by which clients reach this service, may be repeated");
-    subcommand
-        .add_option("--attempts", serve.attempts, "attempts at a frame before it is quarantined")
-        ->check(CLI::Range(1, 1000))
-        ->capture_default_str();
-    subcommand
-        .add_option("--max-queue", serve.max_queue,
-                    "maximum of waiting jobs; further jobs are refused")
-        ->check(CLI::Range(1, 1000000))
-        ->capture_default_str();
-    subcommand
-        .add_option("--max-connections", serve.max_connections,
-                    "maximum of simultaneous connections")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
-    subcommand
-        .add_option("--max-connections-per-address", serve.max_connections_per_address,
-                    "maximum of simultaneous connections from one address")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
+    add_settings(subcommand, slurm_parameters(), "", &serve);
+    add_list(subcommand, "--slurm-option", "WORD", serve.slurm_words,
+             "further option of sbatch, such as --partition=farm, may be repeated");
     add_device(subcommand, options);
 }
 

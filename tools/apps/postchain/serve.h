@@ -8,6 +8,8 @@
 
 namespace postchain {
 
+enum class ServeBackend { local, slurm };
+
 struct ServeOptions {
     std::vector<std::string> roots;
     std::string store;  // empty = in the state folder of the user or system
@@ -22,7 +24,7 @@ struct ServeOptions {
     int keep_jobs = 1000;
     int keep_days = 0;
     std::string backup;
-    std::string backend = "local";
+    ServeBackend backend = ServeBackend::local;
     std::string farm_folder;
     std::string farm_program;
     std::string farm_memory;

@@ -1,21 +1,14 @@
 #include "tools/service/http/api.h"
 
 #include "tools/service/http/problem.h"
-#include "tools/service/http/replies.h"
-#include "tools/service/http/routes_about.h"
-#include "tools/service/http/routes_jobs.h"
-#include "tools/service/http/routes_results.h"
-#include "tools/service/http/routes_tools.h"
+#include "tools/service/http/routes.h"
 
 namespace postchain::service {
 
 Api::Api(Service& service, const GuardSettings& guard, std::string version,
          std::function<std::string()> more_metrics)
     : guard_(guard) {
-    add_job_routes(routes_, service);
-    add_result_routes(routes_, service);
-    add_tool_routes(routes_, service);
-    add_about_routes(routes_, service, guard_, version, std::move(more_metrics));
+    add_routes(routes_, service, guard_, version, std::move(more_metrics));
 }
 
 std::variant<Admitted, Reply> Api::admit(const Request& header) const {
@@ -57,17 +50,6 @@ void Api::run(const Admitted& admitted, const Request& request, const Respond& r
     match.route->handle(
         {request, admitted.target, match.values, admitted.user ? *admitted.user : stranger},
         respond);
-}
-
-Headers security_headers(const Reply& reply) {
-    Headers headers = {{"X-Content-Type-Options", "nosniff"},
-                       {"Referrer-Policy", "no-referrer"},
-                       {"Cross-Origin-Resource-Policy", "same-origin"},
-                       {"Cache-Control", "no-store"}};
-    bool has_policy = false;
-    for (const auto& [name, value] : reply.headers) has_policy |= name == kPolicy;
-    if (!has_policy) headers.emplace_back(kPolicy, "default-src 'none'; frame-ancestors 'none'");
-    return headers;
 }
 
 }  // namespace postchain::service

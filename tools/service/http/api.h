@@ -38,7 +38,4 @@ class Api {
     std::vector<Route> routes_;
 };
 
-// Headers of every reply: nosniff, no-referrer, and a policy for frames and scripts.
-Headers security_headers(const Reply& reply);
-
 }  // namespace postchain::service

@@ -2,15 +2,14 @@
 
 #include <sys/socket.h>
 
+#include <prometheus/text_serializer.h>
 #include <array>
-#include <atomic>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/http/read.hpp>
 #include <cerrno>
 
 #include "tools/service/http/problem.h"
-#include "tools/service/http/wire.h"
 
 namespace postchain::service {
 namespace {
@@ -23,8 +22,19 @@ constexpr size_t kBatch = 100;            // events per write
 constexpr size_t kLongestTarget = 4096;   // bytes
 constexpr size_t kReadAhead = 64 * 1024;  // buffered bytes in addition to a header
 constexpr std::chrono::milliseconds kLinger{2000};
+constexpr size_t kStoreThreads = 2, kDiskThreads = 4;
+constexpr auto kPatience = std::chrono::seconds(20);
 
 }  // namespace
+
+Shared::Shared(const ServerSettings& given, Service& what)
+    : settings(given),
+      service(what),
+      pool(kStoreThreads, given.max_waiting + given.max_connections, kPatience),
+      disk_pool(kDiskThreads, given.max_waiting + given.max_connections, kPatience),
+      api(what, given.guard, given.version,
+          [this] { return prometheus::TextSerializer().Serialize(traffic.registry.Collect()); }),
+      events(newest_event(what), given.kept_events) {}
 
 Connection::Connection(Shared& shared, asio::ip::tcp::socket socket, std::string address)
     : shared_(shared),
@@ -126,23 +136,17 @@ void Connection::work() {
         });
     };
     if (admitted_->match.route->at_once) return shared_.api.run(*admitted_, request_, respond);
-    {
-        const std::lock_guard lock(shared_.traffic_mutex);
-        if (shared_.traffic.waiting >= shared_.settings.max_waiting) {
-            Reply busy = problem(429, "too many requests are waiting; try again soon");
-            busy.headers.emplace_back("Retry-After", "1");
-            return respond(std::move(busy));
-        }
-        ++shared_.traffic.waiting;
+    if (shared_.traffic.waiting.Value() >= double(shared_.settings.max_waiting)) {
+        Reply busy = problem(429, "too many requests are waiting; try again soon");
+        busy.headers.emplace_back("Retry-After", "1");
+        return respond(std::move(busy));
     }
+    shared_.traffic.waiting.Increment();
     // One reply per request, even if a handler fails after its reply.
     const auto answered = std::make_shared<std::atomic<bool>>(false);
     const auto counted = [respond, answered, &shared = shared_](Reply answer) {
         if (answered->exchange(true)) return;
-        {
-            const std::lock_guard lock(shared.traffic_mutex);
-            --shared.traffic.waiting;
-        }
+        shared.traffic.waiting.Decrement();
         respond(std::move(answer));
     };
     watch_client();
@@ -178,10 +182,7 @@ void Connection::watch_client() {
 }
 
 void Connection::reply(Reply answer) {
-    {
-        const std::lock_guard lock(shared_.traffic_mutex);
-        ++shared_.traffic.replies[answer.status];
-    }
+    shared_.traffic.replies.Add({{"status", std::to_string(answer.status)}}).Increment();
     if (shared_.settings.log)
         shared_.settings.log(concat(address_, " ", request_.method, " ", request_.target, " ",
                                     answer.status, " ", answer.body.size()));
@@ -245,7 +246,7 @@ void Connection::send_source() {
 void Connection::linger() {
     if (state_ != State::lingering) {
         deadline_in(kLinger);
-        if (state_ == State::listening) count_listener(-1);
+        if (state_ == State::listening) shared_.traffic.listeners.Decrement();
         error_code ignored;
         socket_.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
     }
@@ -268,7 +269,7 @@ void Connection::listen(const EventsWanted& wanted) {
     job_ = wanted.job;
     sent_ = wanted.after.value_or(shared_.events.newest());
     spoke_ = Clock::now();
-    count_listener(+1);
+    shared_.traffic.listeners.Increment();
     watch_listener();
     send_events();
 }
@@ -279,11 +280,6 @@ void Connection::watch_listener() {
                             [self = shared_from_this()](const error_code&, size_t) {
                                 if (self->state_ == State::listening) self->abandon();
                             });
-}
-
-void Connection::count_listener(int change) {
-    const std::lock_guard lock(shared_.traffic_mutex);
-    shared_.traffic.listeners += size_t(change);
 }
 
 void Connection::wake() {
@@ -356,10 +352,7 @@ void Connection::tick(Clock::time_point now) {
         *request_.left = true;
         return reply(std::move(late));
     }
-    if (state_ != State::lingering && state_ != State::header) {
-        const std::lock_guard lock(shared_.traffic_mutex);
-        ++shared_.traffic.cut_off;
-    }
+    if (state_ != State::lingering && state_ != State::header) shared_.traffic.cut_off.Increment();
     abandon();
 }
 
@@ -371,15 +364,12 @@ void Connection::finish() {
 
 void Connection::abandon() {
     if (state_ == State::closed) return;
-    if (state_ == State::listening) count_listener(-1);
+    if (state_ == State::listening) shared_.traffic.listeners.Decrement();
     if (request_.left) *request_.left = true;
     state_ = State::closed;
     error_code ignored;
     socket_.close(ignored);
-    {
-        const std::lock_guard lock(shared_.traffic_mutex);
-        --shared_.traffic.connections;
-    }
+    shared_.traffic.connections.Decrement();
     if (const auto found = shared_.per_address.find(address_);
         found != shared_.per_address.end() && --found->second == 0)
         shared_.per_address.erase(found);

@@ -1,18 +1,76 @@
-// One client connection: consecutive requests, or a stream of events.
+// One client connection: consecutive requests, or a stream of events. And what the connections of a
+// server share.
 #pragma once
 
+#include <prometheus/counter.h>
+#include <prometheus/gauge.h>
+#include <prometheus/registry.h>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "tools/service/http/shared.h"
+#include "tools/service/http/api.h"
+#include "tools/service/http/event_log.h"
+#include "tools/service/http/server.h"
 #include "tools/service/http/wire.h"
+#include "tools/service/work/helper_threads.h"
 
 namespace postchain::service {
+
+class Connection;
+
+// Counters for /metrics. Thread-safe.
+struct Traffic {
+    prometheus::Registry registry;
+    prometheus::Family<prometheus::Counter>& counters(const char* name, const char* help) {
+        return prometheus::BuildCounter().Name(name).Help(help).Register(registry);
+    }
+    prometheus::Gauge& gauge(const char* name, const char* help) {
+        return prometheus::BuildGauge().Name(name).Help(help).Register(registry).Add({});
+    }
+    prometheus::Gauge& connections = gauge("postchain_http_connections", "Open connections.");
+    prometheus::Gauge& listeners =
+        gauge("postchain_http_listeners", "Connections that listen to events.");
+    prometheus::Gauge& waiting =
+        gauge("postchain_http_waiting_requests", "Requests that wait for an answer.");
+    prometheus::Counter& accepted =
+        counters("postchain_http_accepted_total", "Connections accepted.").Add({});
+    prometheus::Counter& turned_away =
+        counters("postchain_http_turned_away_total", "Connections over a limit.").Add({});
+    prometheus::Counter& cut_off =
+        counters("postchain_http_cut_off_total", "Clients cut off at a deadline.").Add({});
+    prometheus::Family<prometheus::Counter>& replies =
+        counters("postchain_http_replies_total", "Replies by status.");
+};
+
+// State shared by the connections of a server. Only the I/O thread uses it, except the pools.
+struct Shared {
+    Shared(const ServerSettings& settings, Service& service);
+
+    ServerSettings settings;
+    Service& service;
+    boost::asio::io_context io{1};
+    boost::asio::ip::tcp::acceptor acceptor{io};
+    HelperThreads pool;       // calls of the service that read its store only
+    HelperThreads disk_pool;  // calls that read files: a slow disk does not delay the others
+    boost::asio::thread_pool event_pool{2};  // reads events from the store, and drains the service
+    Api api;
+    EventLog events;
+    std::set<std::shared_ptr<Connection>> connections;
+    std::map<std::string, size_t> per_address;
+    bool closing = false;
+    std::atomic<uint64_t> beats = 0;
+    Traffic traffic;
+};
 
 class Connection : public std::enable_shared_from_this<Connection> {
   public:
@@ -48,7 +106,6 @@ class Connection : public std::enable_shared_from_this<Connection> {
     void send_events();
     void send_batch(EventBatch batch);
     void linger();
-    void count_listener(int change);
     void deadline_in(std::chrono::milliseconds time) { deadline_ = Clock::now() + time; }
 
     Shared& shared_;

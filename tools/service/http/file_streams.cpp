@@ -1,6 +1,7 @@
 #include "tools/service/http/file_streams.h"
 
-#include <array>
+#include <zlib.h>
+
 #include <fstream>
 
 namespace postchain::service {
@@ -46,23 +47,6 @@ class FileSource final : public BodySource {
     OpenFile file_;
 };
 
-// CRC-32 of ZIP (ISO 3309), continued from `crc`.
-uint32_t crc_after(uint32_t crc, const std::string& data) {
-    static const auto table = [] {
-        std::array<uint32_t, 256> made;
-        for (uint32_t i = 0; i < made.size(); ++i) {
-            uint32_t value = i;
-            for (int bit = 0; bit < 8; ++bit)
-                value = value & 1 ? 0xedb88320u ^ (value >> 1) : value >> 1;
-            made[i] = value;
-        }
-        return made;
-    }();
-    crc = ~crc;
-    for (const char c : data) crc = table[(crc ^ uint8_t(c)) & 0xff] ^ (crc >> 8);
-    return ~crc;
-}
-
 // PKWARE's APPNOTE 6.3, with the ZIP64 records throughout: outputs may be larger than 4 GiB. The
 // CRC follows each file (bit 3 of the flags), because it is known when the file has been read.
 class ZipSource final : public BodySource {
@@ -90,7 +74,8 @@ class ZipSource final : public BodySource {
             text = local(files_[at_]);
         }
         ASSIGN_OR_RETURN(auto part, open_->next());
-        crcs_[at_] = crc_after(crcs_[at_], part);
+        crcs_[at_] = uint32_t(
+            crc32_z(crcs_[at_], reinterpret_cast<const unsigned char*>(part.data()), part.size()));
         text += part;
         if (part.empty()) {
             put(text, 0x08074b50, 4);

@@ -1,7 +1,10 @@
 // Access checks on the header alone, before any byte of a body is read.
 #pragma once
 
+#include <chrono>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <variant>
@@ -10,10 +13,31 @@
 #include "chain/status.h"
 #include "tools/service/http/client.h"
 #include "tools/service/http/message.h"
-#include "tools/service/http/wrong_tokens.h"
 #include "tools/service/store/users.h"
 
 namespace postchain::service {
+
+// Slows clients that try tokens: after some wrong ones of an address, it must wait.
+class WrongTokens {
+  public:
+    using Clock = std::chrono::steady_clock;
+
+    // Seconds until the address may try again; 0 = now.
+    int wait_s(const std::string& address, Clock::time_point now = Clock::now());
+    void enter(const std::string& address, Clock::time_point now = Clock::now());
+
+    static constexpr double kFree = 20;       // wrong tokens before the first wait
+    static constexpr double kForgivenS = 10;  // each is forgotten after this time
+    static constexpr int kLongestWaitS = 60;
+
+  private:
+    struct Tries {
+        double count = 0;
+        Clock::time_point last, until;
+    };
+    std::mutex mutex_;
+    std::map<std::string, Tries> tries_;
+};
 
 struct GuardSettings {
     std::shared_ptr<const Users> users = std::make_shared<Users>();

@@ -17,6 +17,7 @@
 namespace postchain::service {
 
 using Headers = std::vector<std::pair<std::string, std::string>>;
+inline constexpr const char* kPolicy = "Content-Security-Policy";
 
 // Case-insensitive, for header names.
 bool same_word(std::string_view a, std::string_view b);

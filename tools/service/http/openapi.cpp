@@ -3,7 +3,7 @@
 #include <set>
 
 #include "tools/service/http/job_json.h"
-#include "tools/service/work/body_keys.h"
+#include "tools/service/work/service.h"
 
 namespace postchain::service {
 namespace {

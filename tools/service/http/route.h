@@ -12,6 +12,9 @@
 
 namespace postchain::service {
 
+// The name of a user who is not known, at routes that are open. No user of a file has it.
+inline constexpr const char* kStranger = "\n";
+
 // A request with its route.
 struct Call {
     const Request& request;

@@ -84,12 +84,9 @@ class Loop {
                           !shared_.api.guard().trusts(address);
         // Refusals are connections too. Over kToldSo of them, clients are closed without a reply.
         const bool crowd = shared_.connections.size() >= settings.max_connections + kToldSo;
-        {
-            const std::lock_guard lock(shared_.traffic_mutex);
-            ++shared_.traffic.accepted;
-            if (full || many) ++shared_.traffic.turned_away;
-            if (!crowd) ++shared_.traffic.connections;
-        }
+        shared_.traffic.accepted.Increment();
+        if (full || many) shared_.traffic.turned_away.Increment();
+        if (!crowd) shared_.traffic.connections.Increment();
         if (crowd) {
             if (shared_.per_address[address] == 0) shared_.per_address.erase(address);
             return;

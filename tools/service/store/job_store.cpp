@@ -1,13 +1,90 @@
 #include "tools/service/store/job_store.h"
 
 #include <algorithm>
+#include <charconv>
+#include <set>
+#include <sstream>
+#include <tuple>
 
-#include "tools/service/store/job_search.h"
-#include "tools/service/store/rows.h"
+#include "chain/status.h"
+#include "chain/text.h"
 
 namespace postchain::service {
 namespace {
 
+// ------------------------------------------------------------------------------------------ rows
+// The queries of job_of() and frame_of(), up to WHERE.
+constexpr const char* kJob =
+    "SELECT id, kind, state, priority, body, message, created_ms, started_ms, ended_ms, frames, "
+    "done, failed, exit_code, verdict, owner, bytes FROM jobs ";
+constexpr const char* kFrame =
+    "SELECT frame, state, attempts, output, message, filter_ms FROM frames ";
+
+// The rows of a query, and its first one.
+template <class Convert>
+auto all(Statement rows, const Convert& convert) {
+    std::vector<decltype(convert(rows))> found;
+    while (rows.step()) found.push_back(convert(rows));
+    return found;
+}
+template <class Convert>
+auto first(Statement rows, const Convert& convert) {
+    return rows.step() ? std::optional(convert(rows)) : std::nullopt;
+}
+
+template <class Enum, size_t n>
+Enum named(const std::string& name, const std::array<Enum, n>& all, Enum otherwise) {
+    for (const Enum one : all)
+        if (name == name_of(one)) return one;
+    return otherwise;
+}
+
+// The number of a displayed id; 0 if it is not an id.
+int64_t number_of(const std::string& id) {
+    int64_t number = 0;
+    const char* end = id.data() + id.size();
+    const auto parsed = std::from_chars(id.data(), end, number);
+    const bool good = parsed.ec == std::errc() && parsed.ptr == end && number > 0;
+    return good && std::to_string(number) == id ? number : 0;
+}
+
+JobState state_of(const std::string& name) {
+    return named(name, kJobStates, JobState::failed);
+}
+
+Job job_of(const Statement& row) {
+    Job job;
+    job.id = row.text(0);
+    job.kind = named(row.text(1), kJobKinds, JobKind::run);
+    job.state = state_of(row.text(2));
+    job.priority = int(row.integer(3));
+    job.body = row.text(4);
+    job.message = row.text(5);
+    job.created_ms = row.integer(6);
+    job.started_ms = row.integer(7);
+    job.ended_ms = row.integer(8);
+    job.frames = int(row.integer(9));
+    job.done = int(row.integer(10));
+    job.failed = int(row.integer(11));
+    job.exit_code = int(row.integer(12));
+    job.verdict = row.text(13);
+    job.owner = row.text(14);
+    job.bytes = row.integer(15);
+    return job;
+}
+
+JobFrame frame_of(const Statement& row) {
+    JobFrame frame;
+    frame.frame = int(row.integer(0));
+    frame.state = named(row.text(1), kFrameStates, FrameState::waiting);
+    frame.attempts = int(row.integer(2));
+    frame.output = row.text(3);
+    frame.message = row.text(4);
+    frame.filter_ms = row.number(5);
+    return frame;
+}
+
+// ----------------------------------------------------------------- the queue, limits, the search
 // The reason that the owner may not have one more job of `new_frames`; empty = they may.
 std::string over_limit(Database& database, int new_frames, const User& owner) {
     Statement used(database,
@@ -44,6 +121,67 @@ std::optional<Job> job_where(Database& database, const char* where, const Values
     return first(Statement(database, concat(kJob, "WHERE ", where), values...), job_of);
 }
 
+struct WaitingJob {
+    int64_t id = 0;
+    int priority = 0;
+    std::string owner;
+    int64_t turn = 0;  // when its owner last had one; later turns are larger
+};
+
+// If each job runs to its end and no other is submitted: the highest priority first; among equals
+// the one whose owner had its turn longest ago; then the oldest.
+QueuePlaces places_of(const std::vector<WaitingJob>& jobs) {
+    // Each owner's jobs of one priority in their order, the next one last.
+    std::map<int, std::map<std::string, std::vector<int64_t>>, std::greater<>> levels;
+    std::map<std::string, int64_t> turns;
+    int64_t latest = 0;
+    for (const WaitingJob& job : jobs) {
+        levels[job.priority][job.owner].push_back(job.id);
+        turns[job.owner] = job.turn;
+        latest = std::max(latest, job.turn);
+    }
+    QueuePlaces places;
+    for (auto& [priority, owners] : levels) {
+        std::set<std::tuple<int64_t, int64_t, std::string>> heads;  // turn, id, owner
+        for (auto& [owner, ids] : owners) {
+            std::sort(ids.begin(), ids.end(), std::greater<>());
+            heads.emplace(turns[owner], ids.back(), owner);
+        }
+        while (!heads.empty()) {
+            const auto [turn, id, owner] = *heads.begin();
+            heads.erase(heads.begin());
+            places.emplace(std::to_string(id), int(places.size()) + 1);
+            turns[owner] = ++latest;
+            auto& ids = owners[owner];
+            ids.pop_back();
+            if (!ids.empty()) heads.emplace(turns[owner], ids.back(), owner);
+        }
+    }
+    return places;
+}
+
+// At most 16.
+std::vector<std::string> words_of(const std::string& search) {
+    constexpr size_t kMaxWords = 16;
+    std::istringstream text(search);
+    std::vector<std::string> words;
+    for (std::string word; words.size() < kMaxWords && text >> word;) words.push_back(word);
+    return words;
+}
+
+// " AND ..." for a query of jobs with these words, bound from parameter `first` on.
+std::string search_condition(size_t words, int first) {
+    std::string text = "lower(id || ' ' || kind || ' ' || state || ' ' || owner || ' ' || message";
+    for (const char* key : {"input", "output", "chain", "chain_b", "study", "camera"})
+        text += concat(" || ' ' || CASE WHEN json_valid(body) THEN IFNULL(json_extract(body, '$.",
+                       key, "'), '') ELSE '' END");
+    text += ")";
+    std::string condition;
+    for (size_t i = 0; i < words; ++i)
+        condition += concat(" AND instr(", text, ", lower(?", first + int(i), ")) > 0");
+    return condition;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<JobStore>> JobStore::open(const std::string& path, int attempts,
@@ -67,18 +205,19 @@ Result<Added> JobStore::add(const NewJob& job, size_t max_queue, const User& own
         if (!job.key.empty())
             if (auto same = job_where(database, "key = ?", job.key)) {
                 const bool equal = same->body == job.body && same->owner == owner.name;
-                return Added{equal ? Added::What::same : Added::What::other_body, *same, ""};
+                return Added{equal ? Added::Result::same : Added::Result::other_body, *same, ""};
             }
-        if (is_full(database, max_queue)) return Added{Added::What::full, {}, full_text(max_queue)};
+        if (is_full(database, max_queue))
+            return Added{Added::Result::full, {}, full_text(max_queue)};
         if (auto why = over_limit(database, job.frames, owner); !why.empty())
-            return Added{Added::What::over_limit, {}, why};
+            return Added{Added::Result::over_limit, {}, why};
         database.run(
             "INSERT INTO jobs(kind, state, priority, body, key, created_ms, owner, frames) "
             "VALUES(?, 'queued', ?, ?, ?, ?, ?, ?)",
             name_of(job.kind), job.priority, job.body, job.key, now_ms(), owner.name, job.frames);
         const int64_t id = database.last_id();
         add_event(id, "queued", {{"kind", name_of(job.kind)}, {"priority", job.priority}});
-        return Added{Added::What::made, *job_where(database, "id = ?", id), ""};
+        return Added{Added::Result::made, *job_where(database, "id = ?", id), ""};
     });
 }
 
@@ -315,6 +454,135 @@ Status JobStore::set_remote(const std::string& id, const std::string& remote) {
 
 Status JobStore::say(const std::string& id, const std::string& type, const io::Json& data) {
     return change([&](Database&) { add_event(number_of(id), type, data); });
+}
+
+// ---------------------------------------------------------------------------------------- frames
+Result<std::vector<JobFrame>> JobStore::frames(const std::string& id) const {
+    return look([&](Database& database) {
+        return all(
+            Statement(database, concat(kFrame, "WHERE job = ? ORDER BY place"), number_of(id)),
+            frame_of);
+    });
+}
+
+Result<std::optional<JobFrame>> JobStore::frame(const std::string& id, int frame) const {
+    return look([&](Database& database) {
+        return first(Statement(database, concat(kFrame, "WHERE job = ? AND frame = ?"),
+                               number_of(id), frame),
+                     frame_of);
+    });
+}
+
+Result<FrameTally> JobStore::tally(const std::string& id) const {
+    return look([&](Database& database) {
+        FrameTally tally;
+        Statement found(database,
+                        "SELECT frame, state, held FROM frames WHERE job = ? AND (state NOT IN "
+                        "('written', 'skipped') OR held = 1) ORDER BY place",
+                        number_of(id));
+        while (found.step()) {
+            const std::string state = found.text(1);
+            if (state == "waiting") ++tally.waiting;
+            if (state == "missing") ++tally.missing;
+            if (state == "quarantined") tally.quarantined.push_back(int(found.integer(0)));
+            if (found.integer(2) != 0) ++tally.held;
+        }
+        return tally;
+    });
+}
+
+Result<std::vector<FrameToDo>> JobStore::to_do(const std::string& id) const {
+    return look([&](Database& database) {
+        return all(Statement(database,
+                             "SELECT frame, attempts, begun, alone FROM frames WHERE job = ? AND "
+                             "state = 'waiting' ORDER BY place",
+                             number_of(id)),
+                   [](const Statement& row) {
+                       return FrameToDo{int(row.integer(0)), int(row.integer(1)),
+                                        row.integer(2) != 0, row.integer(3) != 0};
+                   });
+    });
+}
+
+Status JobStore::enter_frames(const std::string& id, const std::vector<JobFrame>& frames) {
+    return change([&](Database& database) {
+        const int64_t job = number_of(id);
+        int64_t place = 0;
+        for (const JobFrame& frame : frames) {
+            database.run(
+                "INSERT OR IGNORE INTO frames(job, place, frame, state, output, message) "
+                "VALUES(?, ?, ?, ?, ?, ?)",
+                job, place++, frame.frame, name_of(frame.state), frame.output, frame.message);
+            if (frame.state == FrameState::quarantined)
+                add_event(job, "quarantined",
+                          {{"frame", frame.frame}, {"attempts", 0}, {"message", frame.message}});
+        }
+        database.run("UPDATE jobs SET begun = 1 WHERE id = ?", job);
+        count_frames(database, job);
+        add_event(job, "frames", {{"frames", frames.size()}});
+    });
+}
+
+Status JobStore::frame_begins(const std::string& id, int frame) {
+    return change([&](Database& database) {
+        database.run(
+            "UPDATE frames SET attempts = attempts + 1, begun = 1, in_flight = 1 WHERE job = ? AND "
+            "frame = ? AND state = 'waiting'",
+            number_of(id), frame);
+    });
+}
+
+Status JobStore::frame_ends(const std::string& id, const FrameEnd& end) {
+    return change([&](Database& database) {
+        const int64_t job = number_of(id);
+        if (database.run("UPDATE frames SET state = ?, in_flight = 0, alone = 0, held = ?, message "
+                         "= ?, filter_ms = ? WHERE job = ? AND frame = ? AND state = 'waiting'",
+                         name_of(end.state), int(end.held), end.message, end.filter_ms, job,
+                         end.frame) == 0)
+            return;
+        const bool good = end.state == FrameState::written || end.state == FrameState::skipped;
+        database.run(
+            "UPDATE jobs SET attempts = 0, done = done + ?, failed = failed + ?, bytes = bytes + ? "
+            "WHERE id = ?",
+            int(good), int(!good), end.bytes, job);
+        io::Json data = {{"frame", end.frame}, {"state", name_of(end.state)}};
+        if (!end.message.empty()) data["message"] = end.message;
+        if (end.state == FrameState::written) data["filter_ms"] = end.filter_ms;
+        Statement counts(database, "SELECT frames, done, failed FROM jobs WHERE id = ?", job);
+        counts.step();
+        data["frames"] = counts.integer(0);
+        data["done"] = counts.integer(1);
+        data["failed"] = counts.integer(2);
+        add_event(job, "frame", data);
+    });
+}
+
+Status JobStore::frame_fails(const std::string& id, int frame, const std::string& message) {
+    return change([&](Database& database) {
+        const int64_t job = number_of(id);
+        if (database.run("UPDATE frames SET in_flight = 0, message = ?, state = CASE WHEN attempts "
+                         ">= ? THEN 'quarantined' ELSE 'waiting' END WHERE job = ? AND frame = ? "
+                         "AND state = 'waiting'",
+                         message, attempts_, job, frame) == 0)
+            return;
+        Statement now(database, "SELECT state, attempts FROM frames WHERE job = ? AND frame = ?",
+                      job, frame);
+        now.step();
+        const bool quarantined = now.text(0) == "quarantined";
+        database.run("UPDATE jobs SET attempts = 0, failed = failed + ? WHERE id = ?",
+                     int(quarantined), job);
+        add_event(job, quarantined ? "quarantined" : "frame_failed",
+                  {{"frame", frame}, {"attempts", now.integer(1)}, {"message", message}});
+    });
+}
+
+Status JobStore::release(const std::string& id) {
+    return change([&](Database& database) {
+        database.run(
+            "UPDATE frames SET attempts = MAX(attempts - 1, 0), in_flight = 0 WHERE job = ? AND "
+            "in_flight = 1",
+            number_of(id));
+    });
 }
 
 }  // namespace postchain::service

@@ -13,12 +13,35 @@
 #include <utility>
 #include <vector>
 
-#include "tools/service/store/job_frames.h"
-#include "tools/service/store/queue_order.h"
+#include "tools/service/store/store_file.h"
 #include "tools/service/store/upkeep.h"
 #include "tools/service/store/users.h"
 
 namespace postchain::service {
+
+// An unfinished frame.
+struct FrameToDo {
+    int frame = 0;
+    int attempts = 0;
+    bool begun = false;  // at least once: this job may have written its output
+    bool alone = false;  // it was in flight when a process died, so it runs alone
+};
+
+// The end of a frame.
+struct FrameEnd {
+    int frame = 0;
+    FrameState state = FrameState::written;
+    std::string message;  // warnings
+    bool held = false;    // the output is another frame's image
+    double filter_ms = 0;
+    int64_t bytes = 0;  // of the output
+};
+
+// A job's frames, counted by state.
+struct FrameTally {
+    int waiting = 0, held = 0, missing = 0;
+    std::vector<int> quarantined;
+};
 
 struct NewJob {
     JobKind kind = JobKind::run;
@@ -29,8 +52,8 @@ struct NewJob {
 };
 
 struct Added {
-    enum class What { made, same, other_body, full, over_limit };
-    What what = What::made;
+    enum class Result { made, same, other_body, full, over_limit };
+    Result result = Result::made;
     Job job;          // if made, same, other_body
     std::string why;  // full, over_limit
 };
@@ -40,13 +63,15 @@ struct Retried {
     std::string why;    // the queue's or the owner's limit
 };
 
+using QueuePlaces = std::map<std::string, int>;  // by id, from 1
+
 // Times for /metrics.
 struct QueueTimes {
     std::optional<int64_t> oldest_queued_ms;  // time of submission; none waits
     int64_t store_bytes = 0;                  // the file and its log
 };
 
-class JobStore final : public JobFrames {
+class JobStore final : public StoreFile {
   public:
     // `attempts`: per frame, and per job that dies before its first frame. Errors (output): as of
     // StoreFile::take().
@@ -57,7 +82,8 @@ class JobStore final : public JobFrames {
     Result<Added> add(const NewJob& job, size_t max_queue, const User& owner = User());
     Result<std::optional<Job>> job(const std::string& id) const;
     Result<std::optional<Job>> job_of_key(const std::string& key) const;
-    // Newest first; `state`, `before`, `owner` and `search` (job_search.h) may be empty.
+    // Newest first; `state`, `before`, `owner` and `search` may be empty. `search`: words that all
+    // occur in a job's id, kind, state, owner, message, paths or chains, in any case (ASCII).
     Result<std::vector<Job>> jobs(const std::string& state, const std::string& before, size_t limit,
                                   const std::string& owner = "",
                                   const std::string& search = "") const;
@@ -101,10 +127,28 @@ class JobStore final : public JobFrames {
     // Adds an event of a running job without changing its state.
     Status say(const std::string& id, const std::string& type, const io::Json& data);
 
+    // A frame is recorded as begun before its first file is opened. If the process dies, the next
+    // one finds the begun frames: docs/service.md, "After a crash". Frames are in the order of the
+    // job.
+    Result<std::vector<JobFrame>> frames(const std::string& id) const;
+    Result<std::optional<JobFrame>> frame(const std::string& id, int frame) const;
+    Result<FrameTally> tally(const std::string& id) const;
+    Result<std::vector<FrameToDo>> to_do(const std::string& id) const;
+
+    // Records the frames at the first start of the job. Later calls change nothing.
+    Status enter_frames(const std::string& id, const std::vector<JobFrame>& frames);
+    Status frame_begins(const std::string& id, int frame);
+    Status frame_ends(const std::string& id, const FrameEnd& end);
+    // The frame waits again, or is quarantined after the last attempt.
+    Status frame_fails(const std::string& id, int frame, const std::string& message);
+    // After a stop: interrupted frames wait again, without a counted attempt.
+    Status release(const std::string& id);
+
   private:
     JobStore(const std::string& path, int attempts, const Retention& keep)
-        : JobFrames(path, attempts), keep_(keep) {}
+        : StoreFile(path), attempts_(attempts), keep_(keep) {}
 
+    const int attempts_;  // of a frame
     const Retention keep_;
 };
 

@@ -1,12 +1,21 @@
 #include "tools/service/store/store_file.h"
 
+#include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
 
 #include "tools/service/store/upkeep.h"
 
 namespace postchain::service {
 namespace {
+
+namespace fs = std::filesystem;
 
 // Converts the exception that is being handled.
 Status status_of(const std::string& path) {
@@ -44,7 +53,32 @@ std::pair<dev_t, ino_t> identity_of(const std::string& path) {
     return {info.st_dev, info.st_ino};
 }
 
+bool is_store(const std::string& path) try {
+    Database found(path, Database::Open::existing);
+    return found.number("PRAGMA application_id") == kApplication;
+} catch (const SqlError& error) {
+    if ((error.code & 0xff) == SQLITE_NOTADB) return false;
+    throw;
+}
+
 }  // namespace
+
+StoreLock::~StoreLock() {
+    if (file_ >= 0) ::close(file_);
+}
+
+Status StoreLock::take(const std::string& store) {
+    std::error_code error;
+    const auto file = fs::weakly_canonical(store, error);
+    const std::string path = (error ? store : file.string()) + ".lock";
+    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    if (file_ < 0)
+        return Status(StatusCode::output, concat(path, ": ", std::strerror(errno),
+                                                 "; choose another folder for the store"));
+    if (::flock(file_, LOCK_EX | LOCK_NB) == 0) return Status();
+    return Status(StatusCode::output,
+                  store + ": another service uses this store; stop it, or choose another file");
+}
 
 Status StoreFile::take() {
     try {
@@ -126,6 +160,38 @@ int64_t StoreFile::bytes() const {
         if (::stat((path_ + suffix).c_str(), &info) == 0) bytes += info.st_size;
     }
     return bytes;
+}
+
+Status back_up(const std::string& store, const std::string& file) try {
+    std::error_code error;
+    if (!fs::exists(store, error))
+        return Status(StatusCode::output, store + ": no store of jobs is here; see --store");
+    if (!is_store(store)) return Status(StatusCode::output, store + ": is not a store of jobs");
+    if (fs::exists(file, error) && (fs::equivalent(store, file, error) || !is_store(file)))
+        return Status(StatusCode::usage,
+                      "--backup: " + file + " is not a backup of a store; choose another name");
+    const std::string part = file + ".tmp";
+    fs::remove(part, error);
+    {
+        Database from(store, Database::Open::existing), to(part);
+        sqlite3_backup* copy = sqlite3_backup_init(to.handle(), "main", from.handle(), "main");
+        if (!copy) throw SqlError{sqlite3_errcode(to.handle()), sqlite3_errmsg(to.handle())};
+        const int code = sqlite3_backup_step(copy, -1);
+        sqlite3_backup_finish(copy);
+        if (code != SQLITE_DONE) throw SqlError{code, sqlite3_errstr(code)};
+        // One file, which any tool can copy; the service changes it back.
+        to.run("PRAGMA journal_mode = DELETE");
+        if (const std::string fault = to.text("PRAGMA quick_check(1)"); fault != "ok")
+            throw SqlError{SQLITE_CORRUPT, fault};
+    }
+    fs::rename(part, file, error);
+    if (error) return Status(StatusCode::output, file + ": " + error.message());
+    return Status();
+} catch (const SqlError& failed) {
+    std::error_code ignored;
+    fs::remove(file + ".tmp", ignored);
+    return Status(StatusCode::output,
+                  concat("backup of ", store, " to ", file, ": ", failed.message));
 }
 
 }  // namespace postchain::service

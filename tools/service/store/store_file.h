@@ -5,7 +5,6 @@
 #pragma once
 
 #include <sys/types.h>
-
 #include <functional>
 #include <mutex>
 #include <optional>
@@ -18,9 +17,25 @@
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/sqlite.h"
-#include "tools/service/store/store_lock.h"
 
 namespace postchain::service {
+
+// One service at a time uses a store. SQLite's own exclusive lock would also stop backups.
+class StoreLock {
+  public:
+    StoreLock() = default;
+    ~StoreLock();
+    StoreLock(const StoreLock&) = delete;
+    StoreLock& operator=(const StoreLock&) = delete;
+
+    // Locks STORE.lock until this object or the process ends, beside the file that links lead to:
+    // it is one store under every name. Errors (output): another service has it, or the file cannot
+    // be created.
+    Status take(const std::string& store);
+
+  private:
+    int file_ = -1;
+};
 
 class StoreFile {
   public:
@@ -39,7 +54,7 @@ class StoreFile {
     StoreFile& operator=(const StoreFile&) = delete;
 
     // Locks the file and creates its tables if it is new. Errors (output): it cannot be created or
-    // written, is in use, is damaged, or is from another program or a later version.
+    // written, is in use, is damaged, or is from another program or version.
     Status take();
     // Runs `work` with the database in a transaction. Returns its result, or a Status if it has
     // none.
@@ -81,5 +96,10 @@ class StoreFile {
     std::mutex listener_mutex_;
     std::function<void(const Event&)> listener_;
 };
+
+// Copies the store to `file` in one consistent state, with the copying of SQLite, which does not
+// disturb the service. Replaces an earlier backup. Errors (usage): `file` is another file than a
+// backup; (output): the store cannot be read, or the copy not written.
+Status back_up(const std::string& store, const std::string& file);
 
 }  // namespace postchain::service

@@ -9,7 +9,7 @@
 namespace postchain::service {
 namespace {
 
-constexpr int64_t kVersion = 3;
+constexpr int64_t kVersion = 3;  // earlier ones were never released
 constexpr int64_t kDayMs = 86'400'000;
 
 constexpr const char* kTables = R"sql(
@@ -36,21 +36,6 @@ CREATE TABLE events(
   id INTEGER PRIMARY KEY AUTOINCREMENT, job INTEGER NOT NULL REFERENCES jobs(id) ON DELETE CASCADE,
   time_ms INTEGER NOT NULL, type TEXT NOT NULL, data TEXT NOT NULL);
 CREATE INDEX events_job ON events(job, id);
-CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
-)sql";
-
-// Version 1 called the state "set_aside".
-constexpr const char* kFromVersion1 = R"sql(
-UPDATE frames SET state = 'quarantined' WHERE state = 'set_aside';
-UPDATE events SET type = 'quarantined' WHERE type = 'set_aside';
-)sql";
-
-// Version 2 had no owners, and copies of the sidecars.
-constexpr const char* kFromVersion2 = R"sql(
-ALTER TABLE jobs ADD COLUMN owner TEXT NOT NULL DEFAULT '';
-ALTER TABLE jobs ADD COLUMN bytes INTEGER NOT NULL DEFAULT 0;
-ALTER TABLE jobs ADD COLUMN remote TEXT NOT NULL DEFAULT '';
-ALTER TABLE frames DROP COLUMN sidecar;
 CREATE TABLE turns(owner TEXT PRIMARY KEY, turn INTEGER NOT NULL);
 )sql";
 
@@ -88,20 +73,20 @@ void prepare(Database& database, const std::string& path) {
                      concat(path, ": was created by a later version (store version ", version,
                             ", this program reads up to ", kVersion,
                             "); use that version, or choose another file"));
+    if (!empty && version < kVersion)
+        throw Status(StatusCode::output,
+                     path +
+                         ": was created before the first release and is not read; start with a "
+                         "new file for the store (--store)");
     if (!empty)
         if (const std::string found = database.text("PRAGMA quick_check(1)"); found != "ok")
             throw SqlError{SQLITE_CORRUPT, found};
     database.run("PRAGMA journal_mode = WAL");
     database.run("PRAGMA synchronous = FULL");
     database.run("PRAGMA foreign_keys = ON");
-    if (version == kVersion) return;
+    if (!empty) return;
     Transaction transaction(database);
-    if (empty) {
-        database.run(kTables);
-    } else {
-        if (version < 2) database.run(kFromVersion1);
-        database.run(kFromVersion2);
-    }
+    database.run(kTables);
     database.run(concat("PRAGMA application_id = ", kApplication));
     database.run(concat("PRAGMA user_version = ", kVersion));
     transaction.commit();

@@ -27,8 +27,7 @@ using EventSink = std::function<void(int64_t job, const std::string& type, const
 
 int64_t now_ms();  // since 1970-01-01 UTC
 
-// Creates the tables of a new one, and converts those of an earlier version. `path`
-// is for messages.
+// Creates the tables of a new one. `path` is for messages.
 void prepare(Database& database, const std::string& path);
 
 // Recovers the jobs that ran when the last process died: docs/service.md, "After a crash". Requires

@@ -4,19 +4,19 @@ namespace postchain::service {
 
 void DeviceGate::enter(Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    if (holds_.empty() && now - ended_ >= job_) first_ = now;
-    holds_.insert(now);
+    if (reservations_.empty() && now - ended_ >= job_) first_ = now;
+    reservations_.insert(now);
 }
 
 void DeviceGate::leave(Clock::time_point begun, Clock::time_point now) {
     const std::lock_guard lock(mutex_);
-    holds_.erase(holds_.find(begun));
-    if (holds_.empty()) ended_ = now;
+    reservations_.erase(reservations_.find(begun));
+    if (reservations_.empty()) ended_ = now;
 }
 
 Turn DeviceGate::ask(Clock::time_point now) const {
     const std::lock_guard lock(mutex_);
-    const bool waits = !holds_.empty() && now - *holds_.rbegin() < kMaxHold &&
+    const bool waits = !reservations_.empty() && now - *reservations_.rbegin() < kMaxReservation &&
                        (now - first_) % (previews_ + job_) < previews_;
     return waits ? Turn::wait : Turn::go_on;
 }

@@ -1,4 +1,4 @@
-// Previews go first on the device: while one holds the gate, the running job waits before its next
+// Previews go first on the device: while one has reserved it, the running job waits before its next
 // band (chain/gl/turn.h). Thread-safe.
 #pragma once
 
@@ -17,17 +17,19 @@ class DeviceGate {
     // quarter of it.
     static constexpr auto kPreviews = std::chrono::milliseconds(1000);
     // A preview that takes longer hangs, or is as long as a frame of the job: the job goes on.
-    static constexpr auto kMaxHold = std::chrono::seconds(60);
+    static constexpr auto kMaxReservation = std::chrono::seconds(60);
 
     explicit DeviceGate(Clock::duration previews = kPreviews)
         : previews_(previews), job_(previews / 4) {}
 
-    class Hold {
+    class Reservation {
       public:
-        explicit Hold(DeviceGate& gate) : gate_(gate), begun_(Clock::now()) { gate_.enter(begun_); }
-        ~Hold() { gate_.leave(begun_, Clock::now()); }
-        Hold(const Hold&) = delete;
-        Hold& operator=(const Hold&) = delete;
+        explicit Reservation(DeviceGate& gate) : gate_(gate), begun_(Clock::now()) {
+            gate_.enter(begun_);
+        }
+        ~Reservation() { gate_.leave(begun_, Clock::now()); }
+        Reservation(const Reservation&) = delete;
+        Reservation& operator=(const Reservation&) = delete;
 
       private:
         DeviceGate& gate_;
@@ -37,16 +39,16 @@ class DeviceGate {
     // The job's question: Turn::go_on or Turn::wait.
     Turn ask(Clock::time_point now = Clock::now()) const;
 
-    // Hold calls these two.
+    // Reservation calls these two.
     void enter(Clock::time_point now);
     void leave(Clock::time_point begun, Clock::time_point now);
 
   private:
     const Clock::duration previews_, job_;
     mutable std::mutex mutex_;
-    std::multiset<Clock::time_point> holds_;  // when each began
-    Clock::time_point first_;                 // since when previews follow each other
-    Clock::time_point ended_;                 // the last hold
+    std::multiset<Clock::time_point> reservations_;  // when each began
+    Clock::time_point first_;                        // since when previews follow each other
+    Clock::time_point ended_;                        // the last reservation
 };
 
 }  // namespace postchain::service

@@ -1,4 +1,4 @@
-// Runs an `ab` or `bench` job with the same code as the command.
+// Runs `ab`, `bench` and `study` jobs with the same code as the command.
 #pragma once
 
 #include "tools/service/work/job_work.h"
@@ -6,10 +6,7 @@
 namespace postchain::service {
 
 // `job` is running. GL is current on this thread.
-WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkPlace& place);
-
-// Checks that every path of an experiment is under the roots, with links resolved. Errors (input),
-// (output).
-Status check_paths(const experiment::ExperimentSettings& settings, const Roots& roots);
+WorkEnd work_on_experiment(const Job& job, JobRequest& request, const WorkContext& context);
+WorkEnd work_on_study(const Job& job, JobRequest& request, const WorkContext& context);
 
 }  // namespace postchain::service

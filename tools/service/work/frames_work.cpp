@@ -20,20 +20,20 @@ using sequence::RunSettings;
 
 class FramesWork {
   public:
-    FramesWork(const Job& job, JobRequest& request, const WorkPlace& place)
+    FramesWork(const Job& job, JobRequest& request, const WorkContext& context)
         : id_(job.id),
           request_(request),
           chain_(request.chain.chain),
           settings_(request.run),
           stops_on_error_(request.run.on_error == sequence::ErrorPolicy::stop),
           missing_(request.run.missing),
-          place_(place) {
+          context_(context) {
         // A failed frame is tried again while the others continue.
         settings_.on_error = sequence::ErrorPolicy::keep_going;
     }
 
     WorkEnd work() {
-        const auto begun = place_.store.has_begun(id_);
+        const auto begun = context_.store.has_begun(id_);
         if (!begun.ok()) return store_failed(begun.status());
         if (!*begun)
             if (auto end = begin()) return *end;
@@ -42,19 +42,19 @@ class FramesWork {
         if (missing_ == sequence::MissingPolicy::error)
             settings_.missing = sequence::MissingPolicy::skip;
         for (;;) {
-            const auto waiting = place_.store.to_do(id_);
+            const auto waiting = context_.store.to_do(id_);
             if (!waiting.ok()) return store_failed(waiting.status());
             if (waiting->empty()) return ending();
-            if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+            if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
             const Status status = work_on(next_of(*waiting));
-            if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+            if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
             // Frames that were begun and interrupted wait again without a counted attempt.
-            const Status released = place_.store.release(id_);
+            const Status released = context_.store.release(id_);
             if (!store_.ok()) return store_failed(store_);
             if (!released.ok()) return store_failed(released);
             if (gl_failed_) return WorkEnd::of(WorkEnd::How::gl_failed, gl_message_);
             if (!status.ok()) {
-                if (place_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
+                if (context_.stop) return WorkEnd::of(WorkEnd::How::stopped, "");
                 return rest_left(WorkEnd::failed(status));
             }
             if (quarantined_ && stops_on_error_) return rest_left(stopped_by_error());
@@ -71,12 +71,12 @@ class FramesWork {
     // --------------------------------------------------------------------------- beginning
     // The checks that the command makes before its first frame. Enters the frames in the store.
     std::optional<WorkEnd> begin() {
-        place_.progress.does("the input's folder was not listed");
-        const auto frames = begin_frames(request_, place_.reader.roots());
-        place_.progress.does("");
+        context_.progress.does("the input's folder was not listed");
+        const auto frames = begin_frames(request_, context_.reader.roots());
+        context_.progress.does("");
         if (!frames.ok()) return WorkEnd::failed(frames.status());
-        if (place_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
-        if (Status status = place_.store.enter_frames(id_, *frames); !status.ok())
+        if (context_.lost) return WorkEnd::of(WorkEnd::How::stopped, "");
+        if (Status status = context_.store.enter_frames(id_, *frames); !status.ok())
             return store_failed(status);
         const auto refused = std::ranges::find(*frames, FrameState::quarantined, &JobFrame::state);
         if (refused != frames->end()) first_failure_ = Status(StatusCode::output, refused->message);
@@ -112,48 +112,48 @@ class FramesWork {
     }
 
     Status work_on(const Batch& batch) {
-        place_.progress.does("the input's folder was not listed");
-        RETURN_IF_ERROR(check_run_paths(settings_, place_.reader.roots()));
-        if (place_.lost) return Status();
+        context_.progress.does("the input's folder was not listed");
+        RETURN_IF_ERROR(check_run_paths(settings_, context_.reader.roots()));
+        if (context_.lost) return Status();
         RunSettings settings = sequence::settings_for(settings_, {&chain_});
         settings.frames = io::FrameRange{batch.frames};
         settings.chunk = {};  // the job's frames are already those of its chunk
         batch_ = &batch;
         if (batch.judged) {
             // Recorded first, because is_own() opens the frame's files.
-            if (!entered(place_.store.frame_begins(id_, batch.frames[0]))) return store_;
+            if (!entered(context_.store.frame_begins(id_, batch.frames[0]))) return store_;
             if (is_own_output(request_, batch.frames[0]))
                 settings.on_existing = io::OnExisting::skip;
         } else if (!batch.begun.empty() && settings.on_existing != io::OnExisting::fail) {
             // Keeps this job's own outputs. Others are replaced as the job requests.
             settings.on_existing = io::OnExisting::skip;
         }
-        place_.progress.does("");
+        context_.progress.does("");
         const Status status =
             sequence::run_sequence(
-                chain_, settings, place_.gl.executor(), place_.gl.renderer(),
+                chain_, settings, context_.gl.executor(), context_.gl.renderer(),
                 [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
-                    if (!place_.lost) finish(report, progress);
+                    if (!context_.lost) finish(report, progress);
                 },
-                &place_.stop, [&](const FrameTask& task) { return start(task); }, {},
+                &context_.stop, [&](const FrameTask& task) { return start(task); }, {},
                 [&](sequence::FrameStep step, int frame, bool begins) {
-                    place_.progress.step(step, frame, begins);
+                    context_.progress.step(step, frame, begins);
                 })
                 .status();
-        place_.progress.does("the job did not go on");
+        context_.progress.does("the job did not go on");
         return status;
     }
 
     // ---------------------------------------------------------------------------- one frame
     // Called on the reader thread.
     Status start(const FrameTask& task) {
-        if (place_.lost) return Status(StatusCode::canceled, "the job has ended");
+        if (context_.lost) return Status(StatusCode::canceled, "the job has ended");
         if (!batch_->judged)
-            if (Status status = place_.store.frame_begins(id_, task.frame); !status.ok()) {
-                place_.stop = true;
+            if (Status status = context_.store.frame_begins(id_, task.frame); !status.ok()) {
+                context_.stop = true;
                 return status;
             }
-        const Roots& roots = place_.reader.roots();
+        const Roots& roots = context_.reader.roots();
         for (const auto& [role, path] : task.files)
             if (!roots.resolve(path).ok())
                 return Status(StatusCode::input,
@@ -162,24 +162,24 @@ class FramesWork {
     }
 
     void finish(const sequence::FrameReport& report, const sequence::RunProgress& progress) {
-        place_.counters.add(report);
+        context_.counters.add(report);
         switch (report.outcome) {
             case sequence::Outcome::written:
             case sequence::Outcome::held:
             case sequence::Outcome::skipped:
-                entered(place_.store.frame_ends(id_, end_of(report)));
+                entered(context_.store.frame_ends(id_, end_of(report)));
                 break;
             case sequence::Outcome::missing:
             case sequence::Outcome::failed:
                 failed(report);
                 break;
         }
-        place_.remaining(progress.remaining_s);
-        place_.between();
+        context_.remaining(progress.remaining_s);
+        context_.between();
     }
 
     FrameEnd end_of(const sequence::FrameReport& report) const {
-        const Roots& roots = place_.reader.roots();
+        const Roots& roots = context_.reader.roots();
         FrameEnd end;
         end.frame = report.frame;
         end.filter_ms = report.filter_ms;
@@ -208,21 +208,21 @@ class FramesWork {
         if (status.code() == StatusCode::gl) {
             gl_failed_ = true;
             gl_message_ = status.message();
-            place_.stop = true;
+            context_.stop = true;
         }
-        entered(place_.store.frame_fails(id_, report.frame,
-                                         place_.reader.roots().shown_in(status.message())));
-        const auto now = place_.store.frame(id_, report.frame);
+        entered(context_.store.frame_fails(id_, report.frame,
+                                           context_.reader.roots().shown_in(status.message())));
+        const auto now = context_.store.frame(id_, report.frame);
         if (now.ok() && *now && (*now)->state == FrameState::quarantined) {
             quarantined_ = true;
-            if (stops_on_error_) place_.stop = true;
+            if (stops_on_error_) context_.stop = true;
         }
     }
 
     bool entered(const Status& status) {
         if (status.ok()) return true;
         store_ = status;
-        place_.stop = true;
+        context_.stop = true;
         return false;
     }
 
@@ -232,7 +232,7 @@ class FramesWork {
     }
 
     WorkEnd rest_left(WorkEnd end) const {
-        const auto tally = place_.store.tally(id_);
+        const auto tally = context_.store.tally(id_);
         if (tally.ok() && tally->waiting > 0)
             end.message += concat("; ", tally->waiting, tally->waiting == 1 ? " frame" : " frames",
                                   " left; a retry continues with them");
@@ -241,14 +241,14 @@ class FramesWork {
 
     WorkEnd stopped_by_error() const {
         WorkEnd end = WorkEnd::failed(first_failure_);
-        const auto job = place_.store.job(id_);
+        const auto job = context_.store.job(id_);
         if (job.ok() && *job)
             end.exit_code = exit_code_of_frames((*job)->done, first_failure_, unhealthy_);
         return end;
     }
 
     WorkEnd ending() const {
-        const auto end = end_of_frames(place_.store, id_, first_failure_, unhealthy_);
+        const auto end = end_of_frames(context_.store, id_, first_failure_, unhealthy_);
         return end.ok() ? *end : store_failed(end.status());
     }
 
@@ -258,7 +258,7 @@ class FramesWork {
     RunSettings settings_;
     const bool stops_on_error_;
     const sequence::MissingPolicy missing_;
-    const WorkPlace& place_;
+    const WorkContext& context_;
     const Batch* batch_ = nullptr;
     Status first_failure_;
     Status store_;  // why the store could not record a frame
@@ -383,8 +383,8 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
     return end;
 }
 
-WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkPlace& place) {
-    return FramesWork(job, request, place).work();
+WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkContext& context) {
+    return FramesWork(job, request, context).work();
 }
 
 }  // namespace postchain::service

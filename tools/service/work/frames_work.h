@@ -31,6 +31,6 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
                               const Status& first_failure, bool unhealthy);
 
 // `job` is running. GL is current on this thread.
-WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkPlace& place);
+WorkEnd work_on_frames(const Job& job, JobRequest& request, const WorkContext& context);
 
 }  // namespace postchain::service

@@ -5,7 +5,6 @@
 
 #include "config/text_tree.h"
 #include "tools/sequence/record/sidecar.h"
-#include "tools/service/work/preview.h"
 
 namespace postchain::service {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tools/service/store/job_store.h"
-#include "tools/service/work/readers.h"
+#include "tools/service/work/job_request.h"
 #include "tools/service/work/service.h"
 
 namespace postchain::service {

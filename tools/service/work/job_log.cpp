@@ -21,10 +21,11 @@ std::string value(const io::Json& data, const char* key) {
 
 }  // namespace
 
-void JobLog::enter(const Event& event) noexcept try {
+void log_event(const Event& event, const JobStore& store, Counters& counters,
+               const std::function<void(const LogLine&)>& log) noexcept try {
     // Every frame is too much for a log; /metrics counts them.
     if (event.type == "frame" || event.type == "progress" || event.type == "frames") return;
-    const auto found = store_.job(event.job);
+    const auto found = store.job(event.job);
     if (!found.ok() || !*found) return;
     const Job& job = **found;
     const io::Json data = io::Json::parse(event.data, nullptr, false);
@@ -41,11 +42,11 @@ void JobLog::enter(const Event& event) noexcept try {
     if (event.type == "started") {
         const bool first = job.started_ms + 1000 >= event.time_ms;
         const double waited = seconds_between(job.created_ms, event.time_ms);
-        if (first) counters_.started(waited);
+        if (first) counters.started(waited);
         line.message = concat(what, " started: ", name_of(job.kind), ", priority ", job.priority,
                               ", ", took(waited), " after its submission");
     } else if (event.type == "done" || event.type == "failed" || event.type == "canceled") {
-        counters_.ended(job.kind, event.type);
+        counters.ended(job.kind, event.type);
         const double seconds = seconds_between(job.started_ms, event.time_ms);
         line.fields["frames"] = job.done;
         line.message = concat(what, " ", event.type, " ", took(seconds),
@@ -66,7 +67,7 @@ void JobLog::enter(const Event& event) noexcept try {
     } else {
         line.message = concat(what, " ", event.type, ": ", io::json_text(data));
     }
-    if (log_) log_(line);
+    if (log) log(line);
 } catch (...) {
     // A lost line must not cost a job.
 }

@@ -10,18 +10,8 @@
 
 namespace postchain::service {
 
-class JobLog {
-  public:
-    // The arguments outlive this object.
-    JobLog(const JobStore& store, Counters& counters, std::function<void(const LogLine&)> log)
-        : store_(store), counters_(counters), log_(std::move(log)) {}
-
-    void enter(const Event& event) noexcept;  // from any thread
-
-  private:
-    const JobStore& store_;
-    Counters& counters_;
-    const std::function<void(const LogLine&)> log_;
-};
+// From any thread. `log` may be empty.
+void log_event(const Event& event, const JobStore& store, Counters& counters,
+               const std::function<void(const LogLine&)>& log) noexcept;
 
 }  // namespace postchain::service

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "chain/parameter.h"
 #include "chain/pass.h"
 #include "config/chain_find.h"
 #include "tools/measure/experiment/ab.h"
@@ -18,14 +19,18 @@
 #include "tools/measure/report/limits.h"
 #include "tools/measure/study/settings.h"
 #include "tools/measure/study/study_reader.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"
-#include "tools/service/work/body_keys.h"
-#include "tools/service/work/held_paths.h"
+#include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
+
+enum class RequestKind { run, ab, bench, study, plan, preview };  // the jobs first, as in JobKind
+
+inline constexpr int kMaxFrameTimeoutS = 86'400;
 
 enum class PreviewPlane { color, depth };
 
@@ -75,5 +80,32 @@ class JobReader {
     int threads_;
     std::shared_ptr<const ParameterTable> table_;
 };
+
+struct ReadJob {
+    JobReader reader;
+    JobRequest request;
+};
+
+// The reader of requests for each user: with the user's own folders.
+class Readers {
+  public:
+    // The arguments outlive this object.
+    Readers(const JobReader& all, const Users& users) : all_(all), users_(users) {}
+
+    // Errors (usage): a folder of the user no longer exists.
+    Result<JobReader> of(const User& user) const;
+    // Errors (usage): as above, or the user is no longer known.
+    Result<JobReader> of(const std::string& owner) const;
+    // Reads a job again. Errors: as above, or those of its body.
+    Result<ReadJob> read(const Job& job) const;
+    std::string shown_in(const std::string& text) const { return all_.roots().shown_in(text); }
+
+  private:
+    const JobReader& all_;
+    const Users& users_;
+};
+
+// JSON Schema (draft 2020-12) of a job. `run_table`: the settings of a run.
+io::Json job_schema(const ParameterTable& run_table);
 
 }  // namespace postchain::service

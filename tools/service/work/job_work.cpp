@@ -1,13 +1,52 @@
 #include "tools/service/work/job_work.h"
 
-#include <chrono>
 #include <thread>
 
 #include "tools/sequence/record/exit_code.h"
 
 namespace postchain::service {
+void Progress::step(sequence::FrameStep step, int frame, bool begins, Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    if (step == sequence::FrameStep::filter) waits_since_.reset();
+    if (begins)
+        steps_[step] = {frame, now};
+    else
+        steps_.erase(step);
+}
 
-bool WorkPlace::goes_on() const {
+void Progress::does(const std::string& what) {
+    const std::lock_guard lock(mutex_);
+    does_ = what;
+    does_since_ = Clock::now();
+    waits_since_.reset();
+}
+
+double Progress::waits(bool waits, Clock::time_point now) {
+    const std::lock_guard lock(mutex_);
+    const auto waited = waits_since_ ? now - *waits_since_ : Clock::duration();
+    if (const auto filter = steps_.find(sequence::FrameStep::filter); filter != steps_.end())
+        filter->second.since += waited;
+    does_since_ += waited;
+    waits_since_.reset();
+    if (waits) waits_since_ = now;
+    return std::chrono::duration<double>(waited).count();
+}
+
+std::optional<Progress::UnderWay> Progress::longest(Clock::time_point now) const {
+    const std::lock_guard lock(mutex_);
+    std::optional<UnderWay> longest;
+    const auto consider = [&](Clock::time_point since, UnderWay under_way) {
+        under_way.seconds = std::chrono::duration<double>(now - since).count();
+        if (!longest || under_way.seconds > longest->seconds) longest = std::move(under_way);
+    };
+    for (const auto& [step, one] : steps_)
+        consider(one.since,
+                 {step, one.frame, concat("frame ", one.frame, " was not ", name_of(step)), 0});
+    if (!does_.empty()) consider(does_since_, {std::nullopt, std::nullopt, does_, 0});
+    return longest;
+}
+
+bool WorkContext::goes_on() const {
     while (!stop && turn() == Turn::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return !stop;
 }
@@ -29,15 +68,15 @@ Job ended_job(Job job, const WorkEnd& end, const Readers& readers) {
 }
 
 bool ProgressEvents::say(const std::string& what, size_t done, size_t total) {
-    if (place_.lost) return false;
-    place_.progress.does(what + " did not end");
+    if (context_.lost) return false;
+    context_.progress.does(what + " did not end");
     if (!said_ || sequence::milliseconds_since(*said_) >= 1000) {
         said_ = sequence::Clock::now();
-        const std::string shown = place_.reader.roots().shown_in(what);
-        (void)place_.store.say(job_, "progress",
-                               {{"what", shown}, {"done", done}, {"total", total}});
+        const std::string shown = context_.reader.roots().shown_in(what);
+        (void)context_.store.say(job_, "progress",
+                                 {{"what", shown}, {"done", done}, {"total", total}});
     }
-    return place_.goes_on();
+    return context_.goes_on();
 }
 
 }  // namespace postchain::service

@@ -1,22 +1,56 @@
-// The surroundings of a running job, and how it ends.
+// The surroundings of a running job, its progress, and how it ends.
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <functional>
+#include <map>
+#include <mutex>
 #include <optional>
 #include <string>
 
+#include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/source/clock.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
-#include "tools/service/work/progress.h"
-#include "tools/service/work/readers.h"
 
 namespace postchain::service {
 
-struct WorkPlace {
+// Which steps of the running job are under way, and since when: a step that takes too long hangs.
+class Progress {
+  public:
+    using Clock = std::chrono::steady_clock;
+    void step(sequence::FrameStep step, int frame, bool begins,
+              Clock::time_point now = Clock::now());
+    // Work that is not a step of one frame: "the job was not read". Empty = none.
+    void does(const std::string& what);
+    // The job waits for the device, or no longer: its filtering does not take this time. Returns
+    // the seconds since the last call if it has waited since.
+    double waits(bool waits, Clock::time_point now = Clock::now());
+
+    struct UnderWay {
+        std::optional<sequence::FrameStep> step;
+        std::optional<int> frame;
+        std::string what;  // "frame 3 was not read"
+        double seconds = 0;
+    };
+    std::optional<UnderWay> longest(Clock::time_point now = Clock::now()) const;
+
+  private:
+    struct Step {
+        int frame = 0;
+        Clock::time_point since;
+    };
+    mutable std::mutex mutex_;
+    std::map<sequence::FrameStep, Step> steps_;
+    std::string does_;
+    Clock::time_point does_since_;
+    std::optional<Clock::time_point> waits_since_;
+};
+
+struct WorkContext {
     JobStore& store;
     const JobReader& reader;
     GlDevice& gl;
@@ -58,12 +92,13 @@ Job ended_job(Job job, const WorkEnd& end, const Readers& readers);
 // Progress events of a job, at most one per second. Failures to store them are ignored.
 class ProgressEvents {
   public:
-    ProgressEvents(const WorkPlace& place, std::string job) : place_(place), job_(std::move(job)) {}
+    ProgressEvents(const WorkContext& context, std::string job)
+        : context_(context), job_(std::move(job)) {}
     // Waits while a preview has the device. False if the job is to end.
     bool say(const std::string& what, size_t done, size_t total);
 
   private:
-    const WorkPlace& place_;
+    const WorkContext& context_;
     const std::string job_;
     std::optional<sequence::Clock::time_point> said_;
 };

@@ -1,5 +1,6 @@
-// Previews: a thread with a GL context of its own, so that a preview does not wait for the frame of
-// the running job. It holds the gate, at which the job waits.
+// Previews: one reduced frame through a chain, on a thread with a GL context of its own, so that a
+// preview does not wait for the frame of the running job. It holds the gate, at which the job
+// waits. And reduced images of files.
 #pragma once
 
 #include <atomic>
@@ -10,12 +11,17 @@
 #include <string>
 
 #include "chain/egl/context.h"
+#include "tools/sequence/source/frame_source.h"
 #include "tools/service/work/device_gate.h"
 #include "tools/service/work/helper_threads.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/service.h"
 
 namespace postchain::service {
+
+// The color of a file, reduced. Errors (input), (output).
+Result<std::string> image_of(const std::string& path, int frame,
+                             const sequence::SourceSettings& settings, const ImageWanted& wanted);
 
 class Previews {
   public:

@@ -42,7 +42,7 @@ std::vector<std::string> words_of(const JobRequest& request) {
 }
 
 // "1-6,8,10-20x5": a long job's frames fit into a command.
-std::string ranges_of(const std::vector<int>& frames) {
+std::string stepped_ranges_of(const std::vector<int>& frames) {
     std::string text;
     for (size_t at = 0; at < frames.size();) {
         const int first = frames[at];
@@ -126,9 +126,9 @@ void RemoteBackend::loop() {
         began_ = Clock::now();
         lock.unlock();
         try {
-            turn();
+            poll_queue();
         } catch (...) {
-            // Out of memory at a place without a Status; a later turn may succeed.
+            // Out of memory at a place without a Status; a later poll may succeed.
         }
         lock.lock();
         began_.reset();
@@ -142,7 +142,7 @@ bool RemoteBackend::ends() const {
     return ends_;
 }
 
-void RemoteBackend::turn() {
+void RemoteBackend::poll_queue() {
     std::string trouble;
     const auto note = [&](const Status& status) {
         if (!status.ok() && trouble.empty()) trouble = status.message();
@@ -243,7 +243,7 @@ Status RemoteBackend::hand_over(const Job& job, JobRequest& request) {
         for (const JobFrame& frame : frames)
             if (frame.state == FrameState::waiting) numbers.push_back(frame.frame);
         for (std::string& word : words_of(request)) command.push_back(std::move(word));
-        command.push_back("--frames=" + ranges_of(numbers));
+        command.push_back("--frames=" + stepped_ranges_of(numbers));
         const int per_task = settings_.frames_per_task;
         const int tasks = std::min((int(numbers.size()) + per_task - 1) / per_task, kMaxTasks);
         remote = settings_.queue->submit({name, command, tasks, folder, settings_.max_memory});

@@ -18,8 +18,7 @@
 #include "tools/service/work/backend.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
-#include "tools/service/work/readers.h"
-#include "tools/service/work/remote_settings.h"
+#include "tools/service/work/remote_queue.h"
 
 namespace postchain::service {
 
@@ -41,7 +40,7 @@ class RemoteBackend final : public Backend {
 
     void loop();
     bool ends() const;
-    void turn();
+    void poll_queue();
     Status take(const Job& job);
     Status hand_over(const Job& job, JobRequest& request);
     Status follow(const Job& job, const std::string& remote);
@@ -56,7 +55,7 @@ class RemoteBackend final : public Backend {
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     bool awake_ = false, ends_ = false;
-    std::optional<Clock::time_point> began_;  // the turn under way
+    std::optional<Clock::time_point> began_;  // the poll under way
     std::string trouble_;
     // Used by the thread alone: jobs that are followed, and how often the queue refused one.
     std::map<std::string, JobRequest> requests_;

@@ -1,11 +1,13 @@
 // Another queue that runs the frames of `run` jobs on its own machines: Slurm (slurm_queue.h), or a
 // farm's manager, or a cloud's batch service. remote_backend.h follows its jobs.
 //
-// To add one, implement the four functions below. The store keeps the id of submit() before the job
-// counts as submitted, so that a service that is killed follows the same job when it starts again;
-// find() closes the gap between the two.
+// To add one, implement the four functions of RemoteQueue. The store keeps the id of submit()
+// before the job counts as submitted, so that a service that is killed follows the same job when it
+// starts again; find() closes the gap between the two.
 #pragma once
 
+#include <chrono>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -43,6 +45,19 @@ class RemoteQueue {
     virtual Result<std::string> find(const std::string& name) = 0;
     virtual Result<RemoteTasks> look(const std::string& id) = 0;
     virtual Status cancel(const std::string& id) = 0;
+};
+
+// How jobs are handed to a queue.
+struct RemoteSettings {
+    std::shared_ptr<RemoteQueue> queue;  // null: jobs run on this machine
+    std::string folder;                  // for chains and messages of tasks; every machine has it
+    std::string program = "postchain";   // as the other machines start it
+    std::string device = "auto";
+    int frames_per_task = 8;
+    std::string max_memory;  // of a task; empty = the queue's default
+    int attempts = 3;        // until a job that the queue refuses fails
+    std::chrono::milliseconds poll{2000};
+    std::chrono::milliseconds drain{20'000};  // for the poll under way
 };
 
 }  // namespace postchain::service

@@ -1,11 +1,51 @@
 #include "tools/service/work/request_body.h"
 
+#include <tuple>
+
 #include "config/reporter.h"
 #include "config/scalar.h"
+#include "config/text_check.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
-#include "tools/service/work/held_paths.h"
 
 namespace postchain::service {
+namespace {
+
+// The name of a shipped chain or profile, not of a file.
+bool is_word(const std::string& text) {
+    return text.find_first_of("/.") == std::string::npos;
+}
+
+}  // namespace
+
+TextTree read_json_body(const std::string& text) {
+    TextTree tree = read_text_tree(text, kBodyFile, StatusCode::usage);
+    if (has_errors(tree.diagnostics)) return tree;
+    Reporter reporter(kBodyFile, StatusCode::usage, tree.diagnostics);
+    if (!tree.root.is_map())
+        reporter.error(tree.root, "", "a request is a JSON object, not " + tree.root.describe());
+    try {
+        std::ignore = io::Json::parse(text);
+    } catch (const io::Json::parse_error& error) {
+        const TextPlace place = place_at(text, error.byte > 0 ? error.byte - 1 : 0);
+        reporter.add(Severity::error, place.line, place.column, "", "not valid JSON from here on");
+    } catch (const io::Json::out_of_range&) {
+        reporter.error(tree.root, "", "a number is too large for a double");
+    }
+    return tree;
+}
+
+bool is_string(const TextNode& node) {
+    return node.is_scalar() && node.quoted;
+}
+
+PathKind path_kind(const Parameter& row) {
+    if (row.type != ParameterType::text) return PathKind::none;
+    if (row.unit == "IN" || row.unit == "TRUTH") return PathKind::input;
+    if (row.unit == "OUT") return PathKind::output;
+    if (row.unit == "FILE" || row.unit == "DIR") return PathKind::file;
+    return row.key == "profile" ? PathKind::profile : PathKind::none;
+}
 
 bool RequestBody::has_zero(const std::string& text) {
     return text.find('\0') != std::string::npos;
@@ -73,14 +113,6 @@ std::vector<std::string> RequestBody::list(const char* key) {
 void RequestBody::read_row(const Parameter& row, const ParameterTable& table,
                            ParameterRef settings) {
     const TextNode* node = find(row.key);
-    for (const std::string& former : row.former.keys) {
-        const TextNode* value = find(former);
-        if (!value) continue;
-        if (node) return fault(*value, former, "given twice, also by a former name");
-        node = value;
-        Reporter(kBodyFile, StatusCode::usage, faults_)
-            .warning(*node, former, former_name_text(former, row.key));
-    }
     if (!node) {
         if (!row.optional && row.default_value == ParameterValue()) fault(row.key, "missing");
         return;
@@ -96,33 +128,33 @@ void RequestBody::read_rows(const ParameterTable& table, const char* group, Para
         if (row.group == group) read_row(row, table, settings);
 }
 
-std::optional<std::string> RequestBody::hold(const std::string& key, const std::string& path) {
+std::optional<std::string> RequestBody::confine(const std::string& key, const std::string& path) {
     auto resolved = roots_.resolve(path);
     if (resolved.ok()) return std::move(*resolved);
     outside(key, resolved.status().message());
     return std::nullopt;
 }
 
-std::optional<io::PathPattern> RequestBody::hold(const std::string& key,
-                                                 const io::PathPattern& pattern) {
+std::optional<io::PathPattern> RequestBody::confine(const std::string& key,
+                                                    const io::PathPattern& pattern) {
     auto resolved = resolve_pattern(pattern, roots_);
     if (resolved.ok()) return std::move(*resolved);
     outside(key, resolved.status().message());
     return std::nullopt;
 }
 
-void RequestBody::hold_file(const Parameter& row, ParameterRef settings) {
+void RequestBody::confine_file(const Parameter& row, ParameterRef settings) {
     const ParameterValue value = row.get(settings);
     const auto* text = std::get_if<std::string>(&value);
     if (!text || text->empty()) return;
     if (path_kind(row) == PathKind::profile && is_word(*text)) return;
-    const auto held = hold(row.key, *text);
-    if (!held) return;
-    row.set(settings, *held);
-    if (row.key == "ocio") hold_tables(row.key, *held);
+    const auto confined = confine(row.key, *text);
+    if (!confined) return;
+    row.set(settings, *confined);
+    if (row.key == "ocio") confine_tables(row.key, *confined);
 }
 
-void RequestBody::hold_tables(const std::string& key, const std::string& config) {
+void RequestBody::confine_tables(const std::string& key, const std::string& config) {
     const auto module = io::image_module(StatusCode::input);
     if (!module.ok()) return fault(key, module.status().message());
     const auto sources = (*module)->ocio_sources(config);
@@ -132,27 +164,27 @@ void RequestBody::hold_tables(const std::string& key, const std::string& config)
             return outside(key, "names a table outside the folders of this service");
 }
 
-std::optional<io::InputSpec> RequestBody::hold_input(const std::string& key,
-                                                     const std::string& text) {
+std::optional<io::InputSpec> RequestBody::confine_input(const std::string& key,
+                                                        const std::string& text) {
     auto input = io::InputSpec::parse(text);
     if (!input.ok()) {
         fault(key, input.status().message());
         return std::nullopt;
     }
     for (auto& [role, pattern] : input->patterns) {
-        auto held = hold(key, pattern);
-        if (!held) return std::nullopt;
-        pattern = std::move(*held);
+        auto confined = confine(key, pattern);
+        if (!confined) return std::nullopt;
+        pattern = std::move(*confined);
     }
     return std::move(*input);
 }
 
-void RequestBody::hold_rows(const ParameterTable& table, ParameterRef settings) {
+void RequestBody::confine_rows(const ParameterTable& table, ParameterRef settings) {
     for (const Parameter& row : table.rows())
-        if (path_kind(row) == PathKind::file) hold_file(row, settings);
+        if (path_kind(row) == PathKind::file) confine_file(row, settings);
 }
 
-bool RequestBody::hold_image(const std::string& key, Camera& camera) {
+bool RequestBody::confine_image(const std::string& key, Camera& camera) {
     const std::string file = camera.aperture_image.file();
     if (file.empty()) return true;
     auto resolved = roots_.resolve(file);

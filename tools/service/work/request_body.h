@@ -9,12 +9,31 @@
 #include "chain/frame.h"
 #include "chain/parameter.h"
 #include "config/diagnostic.h"
+#include "config/text_tree.h"
 #include "tools/sequence/files/sequence.h"
-#include "tools/service/work/json_body.h"
 #include "tools/service/work/problem.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
+
+// File name in the diagnostics of a body.
+inline constexpr const char* kBodyFile = "job";
+
+// The body as a tree, so that each fault has its line and column: a JSON object within the default
+// limits of TextLimits. YAML that is not JSON is an error too.
+TextTree read_json_body(const std::string& text);
+
+bool is_string(const TextNode& node);
+
+// How a setting names files.
+enum class PathKind {
+    none,     // it does not
+    file,     // a file or folder
+    profile,  // a name, or a file
+    input,    // frame patterns: one, or one per plane
+    output,   // a frame pattern
+};
+PathKind path_kind(const Parameter& row);
 
 class RequestBody {
   public:
@@ -43,17 +62,17 @@ class RequestBody {
     void read_rows(const ParameterTable& table, const char* group, ParameterRef settings);
 
     // Replace paths by their real paths under the roots; a path outside is a fault.
-    std::optional<std::string> hold(const std::string& key, const std::string& path);
-    std::optional<io::PathPattern> hold(const std::string& key, const io::PathPattern& pattern);
-    void hold_file(const Parameter& row, ParameterRef settings);
-    void hold_rows(const ParameterTable& table, ParameterRef settings);
-    std::optional<io::InputSpec> hold_input(const std::string& key, const std::string& text);
-    bool hold_image(const std::string& key, Camera& camera);
+    std::optional<std::string> confine(const std::string& key, const std::string& path);
+    std::optional<io::PathPattern> confine(const std::string& key, const io::PathPattern& pattern);
+    void confine_file(const Parameter& row, ParameterRef settings);
+    void confine_rows(const ParameterTable& table, ParameterRef settings);
+    std::optional<io::InputSpec> confine_input(const std::string& key, const std::string& text);
+    bool confine_image(const std::string& key, Camera& camera);
 
   private:
     void read_row(const Parameter& row, const ParameterTable& table, ParameterRef settings);
     // The tables named by an OpenColorIO configuration must be under the roots too.
-    void hold_tables(const std::string& key, const std::string& config);
+    void confine_tables(const std::string& key, const std::string& config);
 
     const Roots& roots_;
     const TextTree tree_;

@@ -2,23 +2,59 @@
 
 #include <csignal>
 #include <filesystem>
-#include <functional>
+#include <mutex>
+#include <type_traits>
+#include <utility>
+#include <variant>
 
+#include "chain/text.h"
 #include "config/describe.h"
 #include "config/schema.h"
 #include "tools/sequence/record/exit_code.h"
 #include "tools/sequence/run/device.h"
+#include "tools/service/store/job_store.h"
+#include "tools/service/work/backend.h"
 #include "tools/service/work/browse.h"
-#include "tools/service/work/planned.h"
+#include "tools/service/work/counters.h"
+#include "tools/service/work/device_gate.h"
+#include "tools/service/work/disk_check.h"
+#include "tools/service/work/helper_threads.h"
+#include "tools/service/work/job_files.h"
+#include "tools/service/work/job_log.h"
+#include "tools/service/work/job_request.h"
+#include "tools/service/work/previews.h"
 #include "tools/service/work/remote_backend.h"
-#include "tools/service/work/service_state.h"
-#include "tools/service/work/submission.h"
+#include "tools/service/work/request_checks.h"
 #include "tools/service/work/worker.h"
 
 namespace postchain::service {
 namespace {
 
 constexpr size_t kMaxKeyBytes = 255;
+constexpr size_t kMaxThumbnails = 256;  // waiting
+
+// Functions that throw a Problem run in answer().
+template <class Work>
+auto answer(const Work& work) -> Answer<std::invoke_result_t<Work>> {
+    try {
+        return work();
+    } catch (const Problem& refused) {
+        return refused;
+    }
+}
+
+template <class T>
+T stored(Result<T> found) {
+    if (!found.ok())
+        throw Problem{Problem::Kind::unavailable, found.status().message(), {}, kRetryAfterS};
+    return std::move(*found);
+}
+
+template <class T>
+T taken(Answer<T> got) {
+    if (const auto* refused = std::get_if<Problem>(&got)) throw *refused;
+    return std::get<T>(std::move(got));
+}
 
 void check_priority(const User& user, int priority) {
     if (priority > user.max_priority)
@@ -46,6 +82,128 @@ void refuse(const std::function<void(Answer<Picture>)>& done, const Work& work) 
 
 }  // namespace
 
+// ------------------------------------------------------------------------------------- the state
+struct Service::State {
+    State(const ServiceSettings& s, const PassRegistry& r, const egl::ContextOptions& device,
+          std::vector<std::string> folders)
+        : settings(s),
+          registry(r),
+          reader(settings.roots, registry, settings.version, settings.threads),
+          readers(reader, *settings.users),
+          counters(settings.version),
+          thumbnails(1, kMaxThumbnails),
+          previews(device, registry, gate),
+          disks(std::move(folders)) {}
+
+    const ServiceSettings settings;
+    const PassRegistry& registry;
+    const JobReader reader;
+    const Readers readers;
+    Counters counters;
+    std::unique_ptr<JobStore> store;
+    HelperThreads thumbnails;
+    DeviceGate gate;
+    Previews previews;
+    DiskCheck disks;
+    std::unique_ptr<Backend> backend;
+    std::atomic<bool> draining = false;
+    std::mutex listener_mutex;
+    std::function<void(const Event&)> listener;
+
+    // A job of the store with the remaining time of the running job, or its place in the queue.
+    Job shown(Job job, const QueuePlaces& places) const;
+    Job shown(Job job) const;
+
+    void hear(const Event& event);
+
+    // The following throw a Problem.
+    Job known(const std::string& id) const;
+    JobFrame known(const std::string& id, int frame) const;
+    JobReader reader_of(const User& user) const;
+
+    // Sends an image of a file from another thread. `find` returns the file for a reader.
+    using FindFrame = std::function<Answer<ShownFrame>(const JobReader&)>;
+    void show(const User& user, const ImageWanted& wanted,
+              const std::function<void(Answer<Picture>)>& done, const FindFrame& find);
+
+    // Changes a job that the user may change with `work`, which returns false if its state does not
+    // allow it.
+    Job change(const User& user, const std::string& id, const std::string& why_not,
+               const std::function<bool(const Job&)>& work);
+};
+
+Job Service::State::shown(Job job, const QueuePlaces& places) const {
+    job.remaining_s = backend->remaining_s(job.id);
+    const auto place = places.find(job.id);
+    if (place != places.end()) job.place = place->second;
+    return job;
+}
+
+Job Service::State::shown(Job job) const {
+    if (job.state != JobState::queued) return shown(std::move(job), {});
+    const auto places = store->places();
+    return shown(std::move(job), places.ok() ? *places : QueuePlaces());
+}
+
+void Service::State::hear(const Event& event) {
+    log_event(event, *store, counters, settings.log);
+    const std::lock_guard lock(listener_mutex);
+    if (listener) listener(event);
+}
+
+Job Service::State::known(const std::string& id) const {
+    auto job = stored(store->job(id));
+    if (!job) throw Problem{Problem::Kind::not_found, "no job '" + id.substr(0, 40) + "'"};
+    return shown(std::move(*job));
+}
+
+JobFrame Service::State::known(const std::string& id, int frame) const {
+    known(id);
+    auto found = stored(store->frame(id, frame));
+    if (!found)
+        throw Problem{Problem::Kind::not_found, concat("job ", id, " has no frame ", frame)};
+    return std::move(*found);
+}
+
+JobReader Service::State::reader_of(const User& user) const {
+    auto own = readers.of(user);
+    if (!own.ok()) throw Problem{Problem::Kind::forbidden, own.status().message()};
+    return std::move(*own);
+}
+
+void Service::State::show(const User& user, const ImageWanted& wanted,
+                          const std::function<void(Answer<Picture>)>& done, const FindFrame& find) {
+    const auto image = [wanted, reader = reader_of(user), find] {
+        try {
+            const ShownFrame shown = taken(find(reader));
+            auto bytes = image_of(shown.path, shown.frame, shown.source, wanted);
+            if (!bytes.ok()) throw problem_of(bytes.status(), reader.roots());
+            return Picture{wanted.type, std::move(*bytes)};
+        } catch (const Problem&) {
+            throw;
+        } catch (...) {
+            throw problem_of(status_of_exception("the image"), reader.roots());
+        }
+    };
+    if (!thumbnails.run([done, image] { done(answer(image)); }))
+        throw Problem{Problem::Kind::busy, "too many images are waiting; try again", {}, 1};
+}
+
+Job Service::State::change(const User& user, const std::string& id, const std::string& why_not,
+                           const std::function<bool(const Job&)>& work) {
+    Job job = known(id);
+    if (!user.admin && job.owner != user.name)
+        throw Problem{Problem::Kind::forbidden,
+                      concat("job ", id, " is of ", job.owner.empty() ? "another user" : job.owner,
+                             "; only its owner and administrators may change it")};
+    if (!work(job))
+        throw Problem{Problem::Kind::conflict,
+                      concat("job ", id, " is ", name_of(job.state), why_not)};
+    // A job that was just removed is returned as it was.
+    return shown(stored(store->job(id)).value_or(std::move(job)));
+}
+
+// ----------------------------------------------------------------------------------- the service
 Service::Service(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 Service::~Service() {
@@ -66,7 +224,6 @@ Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
     ASSIGN_OR_RETURN(state->store,
                      JobStore::open(settings.store, settings.attempts, settings.keep));
-    state->log = std::make_unique<JobLog>(*state->store, state->counters, settings.log);
     if (settings.log)
         state->store->on_loss([log = settings.log](const std::string& text) {
             log({LogLine::Level::error, text, {{"event", "store"}}});
@@ -130,20 +287,20 @@ Answer<Job> Service::submit(const User& user, const std::string& body,
         check_priority(user, job.priority);
         Added added = stored(state_->store->add({job.kind, body, job.priority, key, job.frames},
                                                 state_->settings.max_queue, user));
-        switch (added.what) {
-            case Added::What::made:
+        switch (added.result) {
+            case Added::Result::made:
                 *created = true;
                 state_->backend->wake();
                 added.job.message = joined(job.warnings, "; ");
                 break;
-            case Added::What::same:
+            case Added::Result::same:
                 break;
-            case Added::What::other_body:
+            case Added::Result::other_body:
                 throw Problem{Problem::Kind::conflict,
                               "job " + added.job.id +
                                   " has this Idempotency-Key and another body; use a new key"};
-            case Added::What::over_limit:
-            case Added::What::full:
+            case Added::Result::over_limit:
+            case Added::Result::full:
                 throw Problem{Problem::Kind::busy, added.why, {}, kRetryAfterS};
         }
         return state_->shown(std::move(added.job));

@@ -25,7 +25,7 @@
 #include "tools/service/store/upkeep.h"
 #include "tools/service/store/users.h"
 #include "tools/service/work/problem.h"
-#include "tools/service/work/remote_settings.h"
+#include "tools/service/work/remote_queue.h"
 #include "tools/service/work/roots.h"
 
 namespace postchain::service {
@@ -68,6 +68,8 @@ struct ImageWanted {
     std::string type = "image/png";  // or report::kPictureType
     int side = 320;                  // largest width and height
 };
+
+inline constexpr double kMinPreviewScale = 0.05;  // in the body of a preview; the largest is 1
 
 struct PreviewWanted {
     std::string type = "image/png";  // or kExrType, report::kPictureType: scene-linear

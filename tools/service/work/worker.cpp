@@ -7,7 +7,6 @@
 #include "tools/service/work/experiment_work.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/helper_threads.h"
-#include "tools/service/work/study_work.h"
 
 namespace postchain::service {
 namespace {
@@ -66,7 +65,7 @@ Worker::~Worker() {
 Status Worker::begin() {
     {
         std::unique_lock lock(mutex_);
-        RETURN_IF_ERROR(take_on());
+        RETURN_IF_ERROR(start_worker_thread());
         changed_.wait(lock, [&] { return made_; });
         if (!first_.ok()) return first_;
     }
@@ -76,16 +75,16 @@ Status Worker::begin() {
 }
 
 // Requires the lock.
-Status Worker::take_on() {
-    hand_.reset();
-    auto hand = std::make_shared<Hand>();
-    auto thread = start_thread([this, hand, lost = lost_] {
-        loop(*hand);
-        if (hand->lost) --*lost;
+Status Worker::start_worker_thread() {
+    current_.reset();
+    auto made = std::make_shared<WorkerThread>();
+    auto thread = start_thread([this, made, lost = lost_] {
+        loop(*made);
+        if (made->lost) --*lost;
     });
     if (!thread.ok()) return thread.status();
     thread_ = std::move(*thread);
-    hand_ = std::move(hand);
+    current_ = std::move(made);
     return Status();
 }
 
@@ -97,20 +96,20 @@ void Worker::wake() {
 
 void Worker::stop_job(const std::string& id) {
     const std::lock_guard lock(mutex_);
-    if (running_ == id && hand_) hand_->stop = true;
+    if (running_ == id && current_) current_->stop = true;
 }
 
 void Worker::drain() {
     std::unique_lock lock(mutex_);
     draining_ = true;
-    if (hand_) hand_->stop = true;
+    if (current_) current_->stop = true;
     changed_.notify_all();
     if (changed_.wait_for(lock, settings_.drain, [&] { return running_.empty(); })) return;
     // The step hangs. The job waits for the next process, without a counted attempt.
-    if (!hand_) return;
+    if (!current_) return;
     const std::string id = running_;
-    hand_->lost = true;
-    hand_.reset();
+    current_->lost = true;
+    current_.reset();
     thread_.detach();
     ++*lost_;
     lock.unlock();
@@ -143,8 +142,9 @@ BackendState Worker::state() const {
     BackendState state = state_;
     state.lost = *lost_;
     state.step_limit_s = limit_s_;
-    if (hand_ && !running_.empty())
-        if (const auto longest = hand_->progress.longest()) state.oldest_step_s = longest->seconds;
+    if (current_ && !running_.empty())
+        if (const auto longest = current_->progress.longest())
+            state.oldest_step_s = longest->seconds;
     return state;
 }
 
@@ -160,23 +160,23 @@ void Worker::watch() {
     while (!ends_) {
         changed_.wait_for(lock, 200ms);
         if (ends_ || draining_) continue;
-        if (!hand_) {
-            if (*lost_ < kMaxLost) (void)take_on();
+        if (!current_) {
+            if (*lost_ < kMaxLost) (void)start_worker_thread();
             continue;
         }
         if (running_.empty() || limit_s_ <= 0) continue;
-        const auto longest = hand_->progress.longest();
-        if (longest && longest->seconds > limit_s_) let_go(lock, *longest);
+        const auto longest = current_->progress.longest();
+        if (longest && longest->seconds > limit_s_) replace_thread(lock, *longest);
     }
 }
 
-// Ends the job of a hand whose step hangs, and takes on another hand.
-void Worker::let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck) {
+// Ends the job of a thread whose step hangs, and starts another thread.
+void Worker::replace_thread(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck) {
     const std::string id = running_;
     const Status failure = failure_of(stuck, limit_s_);
-    hand_->stop = true;
-    hand_->lost = true;
-    hand_.reset();
+    current_->stop = true;
+    current_->lost = true;
+    current_.reset();
     thread_.detach();
     ++*lost_;
     ++state_.replaced;
@@ -196,68 +196,68 @@ void Worker::let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay
     remaining_s_ = limit_s_ = 0;
     if (*lost_ >= kMaxLost)
         state_.trouble = concat(kMaxLost, " frames hang in disks or devices; restart the service");
-    else if (Status status = take_on(); !status.ok())
+    else if (Status status = start_worker_thread(); !status.ok())
         state_.trouble = status.message();
-    state_.works = hand_ != nullptr;
+    state_.works = current_ != nullptr;
     changed_.notify_all();
 }
 
 // ------------------------------------------------------------------------------ the thread
 
-bool Worker::make_device(Hand& hand) {
-    hand.gl.reset();
+bool Worker::make_device(WorkerThread& self) {
+    self.gl.reset();
     auto made = GlDevice::create(settings_.device, registry_);
-    if (made.ok()) hand.gl = std::move(*made);
-    if (hand.gl) counters_.set_renderer(hand.gl->renderer());
+    if (made.ok()) self.gl = std::move(*made);
+    if (self.gl) counters_.set_renderer(self.gl->renderer());
     const std::lock_guard lock(mutex_);
-    state_.works = hand.gl != nullptr;
-    state_.renderer = hand.gl ? hand.gl->renderer() : "";
+    state_.works = self.gl != nullptr;
+    state_.renderer = self.gl ? self.gl->renderer() : "";
     state_.trouble = made.status().message();
     if (!made_) first_ = made.status();
     made_ = true;
     changed_.notify_all();
-    return hand.gl != nullptr;
+    return self.gl != nullptr;
 }
 
-void Worker::loop(Hand& hand) {
+void Worker::loop(WorkerThread& self) {
     // Threads of this one inherit it, those of a software renderer too.
     (void)setpriority(PRIO_PROCESS, 0, kNice);
-    make_device(hand);
-    while (next_job(hand)) {
+    make_device(self);
+    while (next_job(self)) {
     }
-    hand.gl.reset();
+    self.gl.reset();
 }
 
 // False if the thread shall end.
-bool Worker::next_job(Hand& hand) noexcept {
+bool Worker::next_job(WorkerThread& self) noexcept {
     try {
         {
             std::unique_lock lock(mutex_);
             if (draining_) changed_.wait(lock, [&] { return ends_; });
-            if (ends_ || hand.lost) return false;
+            if (ends_ || self.lost) return false;
             awake_ = false;
         }
-        if (!hand.gl && !make_device(hand)) {
-            wait_longer(hand);
+        if (!self.gl && !make_device(self)) {
+            wait_longer(self);
             return true;
         }
         const auto job = store_.next(-kMaxPriority);
         if (!job.ok()) {
             set_trouble(job.status().message());
-            wait_longer(hand);
+            wait_longer(self);
             return true;
         }
-        hand.wait = kFirstWait;
+        self.wait = kFirstWait;
         if (*job) {
-            work(hand, **job);
-            return !hand.lost;
+            work(self, **job);
+            return !self.lost;
         }
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return ends_ || draining_ || awake_; });
     } catch (...) {
         // Out of memory at a place without a Status; a later turn may succeed.
         const std::lock_guard lock(mutex_);
-        if (hand.lost) return false;
+        if (self.lost) return false;
         running_.clear();
         changed_.notify_all();
     }
@@ -265,22 +265,22 @@ bool Worker::next_job(Hand& hand) noexcept {
 }
 
 // Called after a failure.
-void Worker::wait_longer(Hand& hand) {
+void Worker::wait_longer(WorkerThread& self) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, hand.wait, [&] { return ends_ || draining_; });
-    hand.wait = std::min<std::chrono::milliseconds>(2 * hand.wait, kLongestWait);
+    changed_.wait_for(lock, self.wait, [&] { return ends_ || draining_; });
+    self.wait = std::min<std::chrono::milliseconds>(2 * self.wait, kLongestWait);
 }
 
 // The running job's question, on its thread.
-Turn Worker::turn(Hand& hand) {
+Turn Worker::turn(WorkerThread& self) {
     const Turn turn = gate_.ask();
-    counters_.waited_for_previews(hand.progress.waits(turn == Turn::wait));
+    counters_.waited_for_previews(self.progress.waits(turn == Turn::wait));
     return turn;
 }
 
 // Makes way for a job of larger priority, and after a slice of time for one of another user.
-void Worker::between(Hand& hand, const Job& job) {
-    if (hand.stop) return;
+void Worker::between(WorkerThread& self, const Job& job) {
+    if (self.stop) return;
     const auto now = store_.job(job.id);  // its priority may have been changed
     if (!now.ok() || !*now) return;
     const int priority = (*now)->priority;
@@ -290,42 +290,42 @@ void Worker::between(Hand& hand, const Job& job) {
     const bool in_parts = job.kind == JobKind::run || job.kind == JobKind::study;
     const bool slice_over =
         in_parts &&
-        std::chrono::duration<double>(Clock::now() - hand.began).count() > settings_.slice_s;
+        std::chrono::duration<double>(Clock::now() - self.began).count() > settings_.slice_s;
     if ((*next)->priority == priority && ((*next)->owner == job.owner || !slice_over)) return;
-    hand.preempted = true;
-    hand.stop = true;
+    self.preempted = true;
+    self.stop = true;
 }
 
-WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
+WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
     auto read = readers_.read(job);
     if (!read.ok()) return WorkEnd::failed(read.status());
     JobRequest& request = read->request;
     if (request.frame_timeout_s > 0) {
         const std::lock_guard lock(mutex_);
-        if (!hand.lost) limit_s_ = request.frame_timeout_s;
+        if (!self.lost) limit_s_ = request.frame_timeout_s;
     }
-    const auto ask = [&] { return turn(hand); };
-    const TurnScope turns(hand.gl->executor(), ask);
-    const WorkPlace place{store_,
-                          read->reader,
-                          *hand.gl,
-                          counters_,
-                          settings_.device,
-                          hand.stop,
-                          hand.lost,
-                          hand.progress,
-                          ask,
-                          [&] {
-                              if (!hand.lost) between(hand, job);
-                          },
-                          [&](double seconds) {
-                              const std::lock_guard lock(mutex_);
-                              if (!hand.lost) remaining_s_ = seconds;
-                          }};
-    WorkEnd end = request.kind == JobKind::run     ? work_on_frames(job, request, place)
-                  : request.kind == JobKind::study ? work_on_study(job, request, place)
-                                                   : work_on_experiment(job, request, place);
-    if (request.kind != JobKind::run && !hand.lost)
+    const auto ask = [&] { return turn(self); };
+    const TurnScope turns(self.gl->executor(), ask);
+    const WorkContext context{store_,
+                              read->reader,
+                              *self.gl,
+                              counters_,
+                              settings_.device,
+                              self.stop,
+                              self.lost,
+                              self.progress,
+                              ask,
+                              [&] {
+                                  if (!self.lost) between(self, job);
+                              },
+                              [&](double seconds) {
+                                  const std::lock_guard lock(mutex_);
+                                  if (!self.lost) remaining_s_ = seconds;
+                              }};
+    WorkEnd end = request.kind == JobKind::run     ? work_on_frames(job, request, context)
+                  : request.kind == JobKind::study ? work_on_study(job, request, context)
+                                                   : work_on_experiment(job, request, context);
+    if (request.kind != JobKind::run && !self.lost)
         (void)store_.has_written(job.id, bytes_of_report(request));
     if (end.how == WorkEnd::How::gl_failed && request.kind != JobKind::run &&
         attempts >= settings_.attempts)
@@ -334,14 +334,14 @@ WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
 }
 
 // True if the store has recorded it.
-bool Worker::enter_end(const Hand& hand, const Job& job, const WorkEnd& end) {
+bool Worker::enter_end(const WorkerThread& self, const Job& job, const WorkEnd& end) {
     Status status;
     switch (end.how) {
         case WorkEnd::How::ended:
             status = store_.end(ended_job(job, end, readers_));
             break;
         case WorkEnd::How::stopped:
-            status = store_.requeue(job.id, hand.preempted ? "another job goes first" : "stopped",
+            status = store_.requeue(job.id, self.preempted ? "another job goes first" : "stopped",
                                     false);
             break;
         case WorkEnd::How::gl_failed:
@@ -355,17 +355,17 @@ bool Worker::enter_end(const Hand& hand, const Job& job, const WorkEnd& end) {
     return status.ok();
 }
 
-void Worker::work(Hand& hand, const Job& job) {
+void Worker::work(WorkerThread& self, const Job& job) {
     {
         const std::lock_guard lock(mutex_);
         if (draining_) return;
         running_ = job.id;
         remaining_s_ = 0;
         limit_s_ = settings_.frame_timeout_s;
-        hand.stop = false;
-        hand.preempted = false;
-        hand.began = Clock::now();
-        hand.progress.does("the job was not read");
+        self.stop = false;
+        self.preempted = false;
+        self.began = Clock::now();
+        self.progress.does("the job was not read");
     }
     WorkEnd end;
     try {
@@ -375,30 +375,30 @@ void Worker::work(Hand& hand, const Job& job) {
         else if (*attempts == 0)
             end = WorkEnd::of(WorkEnd::How::stopped, "");  // canceled just now
         else
-            end = work_on(hand, job, *attempts);
+            end = work_on(self, job, *attempts);
     } catch (...) {
         end = WorkEnd::failed(status_of_exception("job " + job.id));
     }
-    hand.progress.does("");
+    self.progress.does("");
     {
         // From here on the watcher finds no step.
         const std::lock_guard lock(mutex_);
-        if (hand.lost) return;
+        if (self.lost) return;
         limit_s_ = 0;
     }
     if (end.how == WorkEnd::How::store_failed) {
         set_trouble(end.message);
-        wait_longer(hand);
+        wait_longer(self);
     }
     // Until its end is recorded, the job stays with this thread; a next process would resume it.
-    while (!enter_end(hand, job, end)) {
-        wait_longer(hand);
+    while (!enter_end(self, job, end)) {
+        wait_longer(self);
         const std::lock_guard lock(mutex_);
         if (draining_ || ends_) break;
     }
-    if (end.how == WorkEnd::How::gl_failed) hand.gl.reset();
+    if (end.how == WorkEnd::How::gl_failed) self.gl.reset();
     const std::lock_guard lock(mutex_);
-    if (hand.lost) return;
+    if (self.lost) return;
     running_.clear();
     remaining_s_ = 0;
     changed_.notify_all();

@@ -16,7 +16,6 @@
 #include "tools/service/work/gl_device.h"
 #include "tools/service/work/job_request.h"
 #include "tools/service/work/job_work.h"
-#include "tools/service/work/readers.h"
 
 namespace postchain::service {
 
@@ -46,7 +45,7 @@ class Worker final : public Backend {
   private:
     using Clock = std::chrono::steady_clock;
     // A thread with its device. It stays until its thread ends, also after it was replaced.
-    struct Hand {
+    struct WorkerThread {
         std::unique_ptr<GlDevice> gl;
         std::atomic<bool> stop = false;
         std::atomic<bool> lost = false;  // replaced: must not change the store
@@ -55,20 +54,19 @@ class Worker final : public Backend {
         Clock::time_point began;                                   // the running job
         std::chrono::milliseconds wait = std::chrono::seconds(1);  // before the next retry
     };
-    using HandPtr = std::shared_ptr<Hand>;
 
-    Status take_on();  // a new hand
-    void loop(Hand& hand);
-    bool next_job(Hand& hand) noexcept;
-    void wait_longer(Hand& hand);
-    bool make_device(Hand& hand);
-    void work(Hand& hand, const Job& job);
-    WorkEnd work_on(Hand& hand, const Job& job, int attempts);
-    bool enter_end(const Hand& hand, const Job& job, const WorkEnd& end);
-    void between(Hand& hand, const Job& job);
-    Turn turn(Hand& hand);
+    Status start_worker_thread();
+    void loop(WorkerThread& self);
+    bool next_job(WorkerThread& self) noexcept;
+    void wait_longer(WorkerThread& self);
+    bool make_device(WorkerThread& self);
+    void work(WorkerThread& self, const Job& job);
+    WorkEnd work_on(WorkerThread& self, const Job& job, int attempts);
+    bool enter_end(const WorkerThread& self, const Job& job, const WorkEnd& end);
+    void between(WorkerThread& self, const Job& job);
+    Turn turn(WorkerThread& self);
     void watch();
-    void let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);
+    void replace_thread(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);
     void set_trouble(const std::string& text);
 
     JobStore& store_;
@@ -89,7 +87,7 @@ class Worker final : public Backend {
     double remaining_s_ = 0;
     double limit_s_ = 0;  // of the running job
     BackendState state_;
-    HandPtr hand_;  // none: no thread could be started
+    std::shared_ptr<WorkerThread> current_;  // none: no thread could be started
     std::thread thread_, watcher_;
     std::shared_ptr<std::atomic<size_t>> lost_ = std::make_shared<std::atomic<size_t>>(0);
 };

@@ -1,4 +1,5 @@
-// Checks a job when it is submitted: its text, its inputs and its output folder.
+// What is checked and answered before any work: a job that is submitted (its text, its inputs and
+// its output folder), the plan of a request, the faults of a chain's text.
 #pragma once
 
 #include <string>
@@ -23,7 +24,10 @@ Answer<Submission> check_submission(const std::string& body, const JobReader& re
 // The priority in a body {"priority": 5}.
 Answer<int> read_priority(const std::string& body, const Roots& roots);
 
-// A message of the command in terms of a request: "--on-existing skip" becomes "on_existing: skip".
-std::string in_terms_of_request(std::string message, const ParameterTable& table);
+// JSON, as `postchain plan --json`: of one frame, or of those that the request names.
+Answer<std::string> plan_of(const std::string& body, const JobReader& reader);
+
+// `body`: {"text": ...}.
+Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& registry);
 
 }  // namespace postchain::service

@@ -1,12 +1,18 @@
-#include "tools/service/work/submission.h"
+#include "tools/service/work/request_checks.h"
 
 #include <filesystem>
 
+#include "config/chain_file.h"
+#include "config/reporter.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/run/plan_sequence.h"
 #include "tools/service/work/frames_work.h"
 #include "tools/service/work/request_body.h"
 
 namespace postchain::service {
 namespace {
+
+constexpr int kMaxPlannedFrames = 100;  // per request
 
 // A fault of a key, at its place in the body.
 Problem fault_at(const std::string& body, const Roots& roots, const std::string& key,
@@ -32,8 +38,7 @@ int measured_frames(const JobRequest& job) {
     return frames;
 }
 
-}  // namespace
-
+// A message of the command in terms of a request: "--on-existing skip" becomes "on_existing: skip".
 std::string in_terms_of_request(std::string message, const ParameterTable& table) {
     for (const Parameter& row : table.rows()) {
         const std::string option = sequence::option_name(row.key);
@@ -53,6 +58,8 @@ std::string in_terms_of_request(std::string message, const ParameterTable& table
     }
     return message;
 }
+
+}  // namespace
 
 Answer<Submission> check_submission(const std::string& body, const JobReader& reader, bool remote) {
     auto read = reader.job(body);
@@ -105,6 +112,47 @@ Answer<int> read_priority(const std::string& body, const Roots& roots) {
     text.integer("priority", -kMaxPriority, kMaxPriority, priority);
     if (has_errors(text.faults())) return text.problem();
     return priority;
+}
+
+Answer<std::string> plan_of(const std::string& body, const JobReader& reader) {
+    auto read = reader.plan(body);
+    if (const auto* refused = std::get_if<Problem>(&read)) return *refused;
+    JobRequest& request = std::get<JobRequest>(read);
+    const Roots& roots = reader.roots();
+    try {
+        if (Status status = check_inputs(request.run.input, roots); !status.ok())
+            return problem_of(status, roots);
+        const int most = request.run.frames ? kMaxPlannedFrames : 1;
+        io::Json frames = io::Json::array();
+        const Status status = sequence::plan_sequence(
+            request.chain.chain, request.run, [&](const sequence::PlannedFrame& planned) {
+                io::Json frame = {{"frame", planned.frame}};
+                if (planned.plan.ok())
+                    frame["plan"] = sequence::planned_json(planned, std::nullopt);
+                else
+                    frame["error"] = roots.shown_in(planned.plan.status().message());
+                frame["warnings"] = request.warnings;
+                for (const std::string& warning : planned.warnings)
+                    frame["warnings"].push_back(roots.shown_in(warning));
+                frames.push_back(std::move(frame));
+                return int(frames.size()) < most;
+            });
+        if (!status.ok()) return problem_of(status, roots);
+        return io::json_text({{"frames", std::move(frames)}});
+    } catch (...) {
+        return problem_of(status_of_exception("the plan"), roots);
+    }
+}
+
+Answer<Diagnostics> chain_faults(const std::string& body, const PassRegistry& registry) {
+    TextTree tree = read_json_body(body);
+    const TextNode* text = tree.root.find("text");
+    if (!has_errors(tree.diagnostics) && !(text && is_string(*text)))
+        Reporter(kBodyFile, StatusCode::usage, tree.diagnostics)
+            .error(text ? *text : tree.root, "text", "missing, or not a chain file's text");
+    if (has_errors(tree.diagnostics))
+        return refusal(Problem::Kind::invalid, std::move(tree.diagnostics));
+    return parse_chain(text->text, "chain", registry).diagnostics;
 }
 
 }  // namespace postchain::service

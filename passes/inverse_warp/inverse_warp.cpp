@@ -6,8 +6,6 @@
 #include "passes/common/lens_samples.h"
 #include "passes/inverse_warp/reference.h"
 #include "passes/inverse_warp/steps.h"
-#include "passes/inverse_warp/surface_steps.h"
-#include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
@@ -74,6 +72,12 @@ NeighborList searched_neighbors(const Settings& settings, RoleSet available) {
     return found;
 }
 
+bool uses_second_layer(const Settings& settings, const PlanContext& context) {
+    const bool given_hint =
+        !settings.shutter && context.available.has(Role::hint) && context.wanted.has(Role::hint);
+    return context.available.has(Role::behind) && !given_hint;
+}
+
 Guarantees guarantees_of(const Settings& settings) {
     Guarantees guarantees;
     guarantees.keeps_constants = true;
@@ -123,9 +127,8 @@ void WarpOnFrame::plan(PassPlanner& planner) const {
 }
 
 void WarpOnFrame::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
-    const auto all = uniforms_of(settings_, frame_);
-    uniforms.set(all);
-    write_surface_uniforms(searched_neighbors(settings_, context.available), all, uniforms);
+    write_step_uniforms(settings_, frame_, searched_neighbors(settings_, context.available),
+                        uniforms);
     noise::write_uniforms(settings_.noise, frame_.frame_number, uniforms);
 }
 

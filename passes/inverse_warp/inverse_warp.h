@@ -104,6 +104,11 @@ class NeighborList {
 // frame: a frame is then farther away than the paths of surfaces are known.
 NeighborList searched_neighbors(const Settings& settings, RoleSet available);
 
+// Does the pass use the layer behind (chain/behind.h)? Not beside a hint that it is given: a step
+// has too few textures for both, and that hint comes from a pass that has blurred the frame's
+// color.
+bool uses_second_layer(const Settings& settings, const PlanContext& context);
+
 // Settings that lead to the same programs as these and to every other choice of programs that
 // another shutter time can lead to.
 std::vector<Settings> every_shape(const Settings& settings);

@@ -1,10 +1,12 @@
-// The gather (gather.comp, samples.glsl), one pixel at a time, written from docs/inverse_warp.md.
-// The functions are named as in GLSL; the two share only the random numbers and the rounding of
-// storage.
+// The gather (gather.comp, samples.glsl), the sums over a pixel's samples (accumulate.glsl,
+// adaptive.glsl) and denoising (denoise.comp), one pixel at a time, written from
+// docs/inverse_warp.md. The functions are named as in GLSL; the two share only the random numbers
+// and the rounding of storage.
 #include "passes/inverse_warp/reference.h"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -15,18 +17,168 @@
 #include "chain/work_list.h"
 #include "passes/common/lens_samples.h"
 #include "passes/common/wide_color.h"
-#include "passes/inverse_warp/reference_accumulate.h"
-#include "passes/inverse_warp/reference_background.h"
-#include "passes/inverse_warp/reference_denoise.h"
-#include "passes/inverse_warp/reference_light.h"
 #include "passes/inverse_warp/reference_search.h"
-#include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
+namespace reference {
 namespace {
 
-using namespace reference;
+// accumulate.glsl, adaptive.glsl
+constexpr double kSoftSpread = 8;  // px^2
+constexpr double kMaxSpread = 65536;
+constexpr double kNoiseVariance = 0.045;  // of samples, as shown; above it a block takes more
+constexpr double kFullWeight = 1.25;      // times that: they count as much as the first
 
+// A sample's color, and the surface that it sees.
+struct Seen {
+    Color color;
+    double inverse_depth = 0;
+    Vec path;  // a
+    Vec at;    // where this frame shows or hides it, px
+};
+
+// Samples of blurred surfaces.
+struct Soft {
+    Color color;
+    double weight = 0;
+    std::array<double, 3> spread = {};  // sum of covariances: xx, xy, yy, px^2
+};
+
+// Half of a pixel's samples.
+struct Half {
+    std::array<double, 3> color = {};
+    double weight = 0;
+};
+
+// Colors are differences to the pixel's own.
+struct Sums {
+    Color color;
+    double weight = 0;
+    double moment = 0;  // of the displacements, px^2
+    Soft soft;
+    std::array<Half, 2> halves;
+};
+
+// sum + weight color
+void add(Color& sum, double weight, const Color& color) {
+    for (size_t c = 0; c < sum.size(); ++c) sum[c] += weight * color[c];
+}
+
+std::array<double, 3> covariance_of(const Seen& seen, const Settings& settings) {
+    std::array<double, 3> covariance = {};
+    if (settings.lens) {
+        const double radius = settings.lens->coc.radius_px(seen.inverse_depth);
+        const auto [x, y] = settings.lens->coc.axes;
+        covariance[0] += x * x * radius * radius / 4;
+        covariance[2] += y * y * radius * radius / 4;
+    }
+    if (settings.shutter) {
+        covariance[0] += seen.path.x * seen.path.x / 3;
+        covariance[1] += seen.path.x * seen.path.y / 3;
+        covariance[2] += seen.path.y * seen.path.y / 3;
+    }
+    return covariance;
+}
+
+void add_soft(Soft& soft, const Seen& seen, const Color& difference, double weight,
+              const Settings& settings) {
+    const auto covariance = covariance_of(seen, settings);
+    const double variance = covariance[0] + covariance[2];
+    if (variance < kSoftSpread) return;
+    const double kept = std::min(kMaxSpread / variance, 1.0);
+    add(soft.color, weight, difference);
+    soft.weight += weight;
+    for (size_t c = 0; c < 3; ++c) soft.spread[c] += weight * kept * covariance[c];
+}
+
+void add_to_half(std::array<Half, 2>& halves, int number, const Color& difference, double weight) {
+    Half& half = halves[size_t(std::popcount(unsigned(number)) % 2)];
+    for (size_t c = 0; c < 3; ++c) half.color[c] += weight * difference[c];
+    half.weight += weight;
+}
+
+Sums no_samples(int channels) {
+    Sums sums;
+    sums.color = sums.soft.color = Color(size_t(channels));
+    return sums;
+}
+
+void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Seen& seen,
+                const Settings& settings) {
+    Color difference = seen.color;
+    for (size_t c = 0; c < difference.size(); ++c) difference[c] -= pixel.color[c];
+    const Vec moved_px = seen.at - pixel.p;
+    add(sums.color, now.weight, difference);
+    sums.weight += now.weight;
+    sums.moment += now.weight * dot(moved_px, moved_px);
+    add_to_half(sums.halves, now.number, difference, now.weight);
+    add_soft(sums.soft, seen, difference, now.weight, settings);
+}
+
+// Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
+// red, green and blue; 0 if a half is empty.
+double noise_of(const std::array<Half, 2>& halves, const double* own) {
+    if (halves[0].weight == 0 || halves[1].weight == 0) return 0;
+    const auto shown = [&](const Half& half, size_t c) {
+        const double light = std::max(own[c] + half.color[c] / half.weight, 0.0);
+        return std::sqrt(light / (1 + light));
+    };
+    double squared = 0;
+    for (size_t c = 0; c < 3; ++c)
+        squared += std::pow(shown(halves[0], c) - shown(halves[1], c), 2) / 3;
+    return squared;
+}
+
+// Weight of each sample beyond the first `samples` of a block, whose pixels have this mean noise.
+double weight_of_more(double noise, int samples) {
+    // The means of halves of n samples of variance v differ by 4 v/n in the mean square.
+    const double variance = noise * samples / 4;
+    return std::clamp((variance / kNoiseVariance - 1) / (kFullWeight - 1), 0.0, 1.0);
+}
+
+// denoise.comp
+constexpr double kPixelVariance = 1.0 / 12;  // px^2, along x and y, added to each covariance
+constexpr int kReachPx = 2;
+constexpr double kMinWeight = 1.0 / 64;
+
+// Replaces, in each pixel of `color`, the part that blurred samples have by their mean over the
+// pixels around. soft: their mean color, as wide as `color`; shares: their share; spread: their
+// covariance, xx, xy, yy.
+void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
+             const ImageD& spread, ImageD& color) {
+    const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.samples);
+    const ImageD gathered = color;
+    for (int y = 0; y < color.height; ++y) {
+        for (int x = 0; x < color.width; ++x) {
+            const double share = shares.at(x, y);
+            if (!(share > 0)) continue;
+            const double xx = spread.at(x, y, 0) + kPixelVariance, xy = spread.at(x, y, 1);
+            const double yy = spread.at(x, y, 2) + kPixelVariance;
+            std::vector<double> sums(size_t(color.channels), 0.0);
+            double total = 0;
+            for (int j = std::max(y - kReachPx, 0); j <= std::min(y + kReachPx, color.height - 1);
+                 ++j) {
+                for (int i = std::max(x - kReachPx, 0);
+                     i <= std::min(x + kReachPx, color.width - 1); ++i) {
+                    const double dx = i - x, dy = j - y;
+                    // d^T covariance^-1 d
+                    const double form =
+                        (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
+                    const double weight =
+                        shares.at(i, j) * std::max(std::exp(-window * form) - kMinWeight, 0.0);
+                    if (weight == 0) continue;
+                    for (size_t c = 0; c < sums.size(); ++c)
+                        sums[c] += weight * (soft.at(i, j, int(c)) - soft.at(x, y, int(c)));
+                    total += weight;
+                }
+            }
+            for (int c = 0; c < color.channels; ++c)
+                color.at(x, y, c) = gathered.at(x, y, c) + share / total * sums[size_t(c)];
+        }
+    }
+}
+
+// gather.comp, samples.glsl
 constexpr double kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
 constexpr double kSharpening = 1.5;
 constexpr int kMinTimes = 5;
@@ -388,12 +540,13 @@ class Gather {
 };
 
 }  // namespace
+}  // namespace reference
 
 void warp_reference(const PlanContext& context, const Settings& settings, ReferenceFrame& frame) {
     Settings held = settings;
     // As a float, like the depths: what is in focus has a radius of 0.
     if (held.lens) held.lens->coc.focus_inverse = float(held.lens->coc.focus_inverse);
-    Gather(context, held, frame).run();
+    reference::Gather(context, held, frame).run();
 }
 
 }  // namespace postchain::inverse_warp

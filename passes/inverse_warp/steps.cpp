@@ -2,27 +2,138 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
-#include "passes/inverse_warp/surface_steps.h"
-#include "passes/inverse_warp/uniforms.h"
 #include "shaders/shared/frame_uniforms.h"
+#include "shaders/shared/inverse_warp_uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
+
+using shared::InverseWarpUniforms;
+
+// A sample is denoised if its displacements have at least the variance kSoftSpread (px^2; a circle
+// of confusion of 4 px radius). A pixel d away has the weight exp(-window d^T covariance^-1 d); the
+// window grows with the root of the samples. Lens samples are more even than random ones, with
+// times they are not. Chosen by measurement (docs/inverse_warp.md).
+constexpr double kSoftSpread = 8;
+constexpr double kWindow = 5.7;
+constexpr double kWindowWithShutter = 4.2;
+
+// A block takes more samples if their variance, as shown, is above this. Chosen by measurement
+// (docs/inverse_warp.md).
+constexpr double kNoiseVariance = 0.045;
 
 // A row keeps so many more surfaces than a block: some of them do not reach the block along its
 // column.
 constexpr int kMoreInRow = 2;
 
+constexpr Area kBlocks = groups_for(Area());  // of the frame
+constexpr Area kSquares = Area().in_squares(INVERSE_WARP_SQUARE_PX);
+
+Role role_in(std::optional<Neighbor> neighbor, Role role) {
+    return neighbor ? role_of(*neighbor, role) : role;
+}
+
+std::string suffix_of(std::optional<Neighbor> neighbor) {
+    return neighbor ? concat("_", name_of(*neighbor)) : std::string();
+}
+
+// The steps of a neighbor: constants, because uniforms are written without an allocation.
+constexpr std::array<std::string_view, 4> steps_of(Neighbor neighbor) {
+    if (neighbor == Neighbor::before)
+        return {"surfaces_before", "light_before", "bright_edges_before", "shown_surfaces_before"};
+    return {"surfaces_after", "light_after", "bright_edges_after", "shown_surfaces_after"};
+}
+
+// Value of a macro.
+std::string flag(bool on) {
+    return on ? "1" : "0";
+}
+
+// True if surfaces hold their motion, and also the motion from the frame before.
+bool holds_motion(const Settings& settings, const PlanContext& context) {
+    return settings.shutter || !searched_neighbors(settings, context.available).empty();
+}
+
+bool holds_motion_back(const Settings& settings, const PlanContext& context) {
+    return holds_motion(settings, context) && context.available.has(Role::motion_back);
+}
+
+// The longest displacement that the frame's bounds allow, pixels. `back`: surfaces hold the motion
+// from the frame before.
+double longest_px(const Settings& settings, const FrameDescription& frame, bool back) {
+    const FrameBounds& bounds = frame.bounds;
+    double longest = 0;
+    if (settings.shutter) {
+        const double half_open = settings.shutter->half_open;
+        // With a closed shutter nothing moves, however fast; infinity is an unknown speed.
+        const double path = half_open > 0 ? half_open * bounds.fastest_px(back) : 0;
+        // a and b are rounded by up to 2^-20 of them, and a step of 1/64 px.
+        longest = std::min(path * (1 + 1e-5) + 0.05, settings.shutter->max_path_px);
+    }
+    if (settings.lens)
+        longest += settings.lens->coc.largest_radius_px(bounds.min_inverse_depth,
+                                                        bounds.max_inverse_depth) +
+                   0.05;
+    return std::min(longest, longest_px(settings));
+}
+
+InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame) {
+    const auto blocks = groups_for(frame.width, frame.height);
+    InverseWarpUniforms uniforms{};
+    uniforms.size = {frame.width, frame.height};
+    uniforms.blocks = {blocks[0], blocks[1]};
+    uniforms.starts = settings.search.starts;
+    uniforms.samples = settings.samples;
+    uniforms.fill_layer = frame.fill_layer;
+    uniforms.half_shutter = 1;
+    uniforms.max_path_px = 1e15f;
+    uniforms.still_limit_px = float(settings.still_limit_px);
+    uniforms.soft_spread = float(kSoftSpread);
+    uniforms.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
+                                    std::sqrt(double(settings.samples)));
+    if (settings.shutter) {
+        uniforms.half_shutter = float(settings.shutter->half_open);
+        uniforms.max_path_px = float(settings.shutter->max_path_px);
+        uniforms.time_jitter = float(settings.shutter->time_jitter);
+        uniforms.path_px_per_time = float(settings.shutter->path_px_per_time);
+    }
+    if (settings.lens) {
+        lens::set_uniforms(settings.lens->coc, uniforms);
+        const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
+        uniforms.barrel_per_px = float(barrel);
+        uniforms.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
+        uniforms.center_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
+        uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
+        uniforms.pixel_axis_x = float(settings.lens->aperture.axes[0]);
+        uniforms.pixel_axis_y = float(settings.lens->aperture.axes[1]);
+        uniforms.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
+        uniforms.more_samples = settings.more_samples;
+        // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
+        uniforms.noise_limit = float(4 * kNoiseVariance / settings.samples);
+    }
+    return uniforms;
+}
+
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
-class Planner : private SurfacePlanner {
+class Planner {
   public:
     Planner(PassPlanner& planner, const Settings& settings)
-        : SurfacePlanner(planner, settings), layered_(planner.has(Role::layers)) {}
+        : planner_(planner),
+          settings_(settings),
+          frame_(planner.context().frame),
+          motion_(holds_motion(settings, planner.context())),
+          layered_(planner.has(Role::layers)),
+          second_layer_(uses_second_layer(settings, planner.context())),
+          blocks_(groups_for(frame_.width, frame_.height)),
+          pixels_(frame_.pixels()) {}
 
     void plan() {
         Gathered from;
@@ -76,6 +187,143 @@ class Planner : private SurfacePlanner {
         TextureId occupied = -1;  // with layers
         TextureId noise = -1, lens_samples = -1;
     };
+    // The planes of this frame, or of a neighbor whose light is compared with this frame's.
+    struct Packed {
+        TextureId surfaces = -1;
+        std::optional<Neighbor> neighbor = {};
+        TextureId here = -1;   // with a neighbor: surfaces of this frame
+        TextureId marks = -1;  // of squares
+        TextureId light = -1;  // with a neighbor
+    };
+
+    Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
+
+    // A step over all pixels.
+    Step make_step(const std::string& name) const {
+        Step step;
+        step.name = name;
+        step.program.file = "inverse_warp/" + name + ".comp";
+        step.take_uniforms<InverseWarpUniforms>();
+        return step;
+    }
+
+    // For every step that reads surfaces.
+    Step make_surface_step(const std::string& name) const {
+        Step step = make_step(name);
+        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
+                                {"LENS", flag(settings_.lens.has_value())},
+                                {"MOTION", flag(motion_)}};
+        if (settings_.lens)
+            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
+        return step;
+    }
+
+    // With a layer behind also its surfaces, in the texture's second half.
+    TextureId add_surfaces() {
+        Packed packed = {
+            planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};
+        add_packed(packed);
+        add_shown(packed);
+        if (second_layer_) add_second_surfaces(packed.surfaces);
+        return packed.surfaces;
+    }
+
+    void add_second_surfaces(TextureId surfaces) {
+        Step step = make_surface_step("second_surfaces");
+        step.program.defines["SECOND_LAYER"] = "1";
+        step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
+        step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
+        step.taps = 9 * pixels_;
+        planner_.step(std::move(step));
+    }
+
+    // Surfaces of the neighbors, a half of the texture each if there are two. Those that this frame
+    // hides are left out if the light has changed around them.
+    TextureId add_surfaces_of(const NeighborList& neighbors, TextureId surfaces_here) {
+        if (neighbors.empty()) return -1;
+        const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
+                                                    neighbors.size() == 2 ? Area().two() : Area());
+        for (const Neighbor neighbor : neighbors) {
+            Packed packed = {surfaces, neighbor, surfaces_here};
+            add_packed(packed);
+            add_light(packed);
+            add_shown(packed);
+        }
+        return surfaces;
+    }
+
+    // A step over all pixels of this frame or of a neighbor.
+    Step make_surface_step_of(const Packed& packed, const std::string& name) const {
+        Step step = make_surface_step(name);
+        step.name += suffix_of(packed.neighbor);
+        return step;
+    }
+
+    // A step that reads planes, with a thread for each square.
+    Step make_plane_step(const Packed& packed, const std::string& name) const {
+        const auto role = [&](Role of) { return role_in(packed.neighbor, of); };
+        const bool back = motion_ && planner_.has(role(Role::motion_back));
+        Step step = make_surface_step_of(packed, name);
+        step.spread = groups_for(kSquares);
+        step.program.defines["BACK"] = flag(back);
+        step.program.defines["NEIGHBOR"] = flag(packed.neighbor.has_value());
+        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
+                         {0, packed.surfaces, Access::write}};
+        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
+        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
+        return step;
+    }
+
+    // From the planes.
+    void add_packed(Packed& packed) {
+        packed.marks =
+            planner_.texture("marks" + suffix_of(packed.neighbor), Format::r32ui, kSquares);
+        Step step = make_plane_step(packed, "surfaces");
+        step.bindings.push_back({1, packed.marks, Access::write});
+        if (packed.neighbor) step.bindings.push_back({3, packed.here});
+        // All pixels and, at most, all once more as edges.
+        step.taps = pixels_ * 20;
+        planner_.step(std::move(step));
+    }
+
+    void add_light(Packed& packed) {
+        constexpr Area kCells = Area().in_squares(INVERSE_WARP_LIGHT_CELL_PX);
+        const Neighbor neighbor = *packed.neighbor;
+        packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
+        Step step = make_surface_step_of(packed, "light");
+        step.spread = groups_for(kCells);
+        step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
+                         {1, packed.surfaces},
+                         {2, planner_.input(Role::color)},
+                         {3, packed.here},
+                         {0, packed.light, Access::write}};
+        step.taps = pixels_;  // four of each fourth pixel
+        planner_.step(std::move(step));
+    }
+
+    // Changes the surfaces of bright edges and, of a neighbor, of those whose light differs.
+    void add_shown(const Packed& packed) {
+        const TextureId shown = planner_.texture("shown" + suffix_of(packed.neighbor),
+                                                 Format::r32ui, kSquares.times(2, 1));
+        Step edges = make_surface_step_of(packed, "bright_edges");
+        edges.spread = groups_for(kSquares);
+        edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
+                          {1, packed.surfaces},
+                          {2, packed.marks},
+                          {0, shown, Access::write}};
+        edges.taps = 10 * pixels_;
+        planner_.step(std::move(edges));
+
+        Step step = make_plane_step(packed, "shown_surfaces");
+        step.bindings.push_back({3, shown});
+        if (packed.neighbor) {
+            step.bindings.push_back({4, packed.here});
+            step.bindings.push_back({5, packed.light});
+            step.bindings.push_back({6, packed.marks});
+        }
+        step.taps = 10 * pixels_;
+        planner_.step(std::move(step));
+    }
 
     TextureId layer_images(const std::string& name) {
         return planner_.layers(name, planner_.context().layers_format());
@@ -353,13 +601,43 @@ class Planner : private SurfacePlanner {
         planner_.step(std::move(step));
     }
 
-    const bool layered_;  // the frame has extra layers
+    PassPlanner& planner_;
+    const Settings& settings_;
+    const FrameDescription& frame_;
+    const bool motion_;        // surfaces hold it
+    const bool layered_;       // the frame has extra layers
+    const bool second_layer_;  // the pass uses the layer behind (chain/behind.h)
+    const std::array<int, 3> blocks_;
+    const uint64_t pixels_;
 };
 
 }  // namespace
 
+double longest_px(const Settings& settings) {
+    return (settings.shutter ? settings.shutter->max_path_px : 0) +
+           (settings.lens ? settings.lens->coc.max_radius_px : 0);
+}
+
+// A surface of a block may differ by a tenth from those that its block has chosen (starts.comp).
+int ring_of(double longest_px) {
+    return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
+}
+
 void add_steps(PassPlanner& planner, const Settings& settings) {
     Planner(planner, settings).plan();
+}
+
+void write_step_uniforms(const Settings& settings, const FrameDescription& frame,
+                         const NeighborList& neighbors, UniformWriter& writer) {
+    InverseWarpUniforms uniforms = uniforms_of(settings, frame);
+    writer.set(uniforms);
+    uniforms.second_half = 1;
+    writer.set("second_surfaces", uniforms);
+    for (const Neighbor neighbor : neighbors) {
+        uniforms.neighbor = frames_to(neighbor);
+        uniforms.second_half = neighbor == *neighbors.begin() ? 0 : 1;
+        for (const std::string_view step : steps_of(neighbor)) writer.set(step, uniforms);
+    }
 }
 
 }  // namespace postchain::inverse_warp

@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "passes/motion_blur/parameters.h"
+#include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
 
 namespace postchain::test {

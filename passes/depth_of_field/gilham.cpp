@@ -429,6 +429,10 @@ std::vector<GilhamSizes> every_gilham_size(const Parameters& parameters,
     return sizes;
 }
 
+std::vector<UsedValue> Gilham::used_values() const {
+    return lens::used_values(parameters_.lens, coc_, frame_, shared::kSharpRadiusPx);
+}
+
 // The Gaussian's taps on the copy, a box more for the bilinear taps, and the boxes themselves.
 Reach Gilham::reach() const {
     const double px = double(sizes_.factor) * (std::max(sizes_.taps[0], sizes_.taps[1]) + 2);

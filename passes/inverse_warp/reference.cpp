@@ -146,7 +146,7 @@ constexpr double kMinWeight = 1.0 / 64;
 // covariance, xx, xy, yy.
 void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
              const ImageD& spread, ImageD& color) {
-    const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.samples);
+    const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.parameters.samples);
     const ImageD gathered = color;
     for (int y = 0; y < color.height; ++y) {
         for (int x = 0; x < color.width; ++x) {
@@ -287,7 +287,7 @@ class Gather {
           frames_(frames_of(context, settings, frame)),
           blocks_(blocks_of(frames_.here.surfaces, width_, height_, settings)),
           background_(frames_.here.color, frames_.here.surfaces),
-          noise_(noise::table(settings.noise, context.frame.frame_number)),
+          noise_(noise::table(settings.noise(), context.frame.frame_number)),
           weights_of_more_(blocks_.size()),
           color_(width_, height_, frames_.here.color.channels),
           soft_(width_, height_, color_.channels),
@@ -295,12 +295,12 @@ class Gather {
           spread_(width_, height_, 3),
           hint_(width_, height_, 2) {
         if (settings.lens)
-            points_ = lens::lens_samples(settings.lens->aperture, settings.samples,
-                                         settings.more_samples);
+            points_ = lens::lens_samples(settings.lens->aperture, settings.parameters.samples,
+                                         settings.more_samples());
     }
 
     void run() {
-        if (s_.more_samples > 0) find_noisy_blocks();
+        if (s_.more_samples() > 0) find_noisy_blocks();
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
                 const Pixel pixel = pixel_at(x, y);
@@ -309,7 +309,7 @@ class Gather {
                 else
                     store_mean(pixel, gather(pixel));
             }
-        if (s_.denoise) {
+        if (s_.parameters.denoise) {
             show_soft_stages();
             denoise(s_, soft_, share_, spread_, color_);
         }
@@ -346,9 +346,9 @@ class Gather {
     bool is_still(const Pixel& pixel) const { return pixel.block->longest_px <= s_.still_limit_px; }
 
     SampleSet first_set(const Pixel& pixel) const {
-        if (s_.lens) return {double(s_.samples)};
-        return {std::clamp(2 * pixel.block->longest_px / s_.shutter->path_px_per_time,
-                           double(kMinTimes), double(std::max(s_.samples, kMinTimes)))};
+        if (s_.lens) return {double(s_.parameters.samples)};
+        return {std::clamp(2 * pixel.block->longest_px / s_.parameters.path_px_per_time,
+                           double(kMinTimes), double(std::max(s_.parameters.samples, kMinTimes)))};
     }
 
     // Time of sample k. The lens samples go outward, so the times beside them go by mirrored
@@ -356,7 +356,7 @@ class Gather {
     double time_of(int k, double n, double part, double random) const {
         // n intervals of one length, the last cut off at the end of the shutter.
         if (!s_.lens)
-            return 2 * (k + 0.5 * part + 0.5 * part * s_.shutter->time_jitter * random) / n - 1;
+            return 2 * (k + 0.5 * part + 0.5 * part * s_.parameters.time_jitter * random) / n - 1;
         double mirrored = 0, place = 0.5;
         for (int rest = k; rest > 0; rest /= 2, place /= 2) mirrored += place * (rest % 2);
         const double turns = mirrored + 0.5 / n + 0.5 + 0.5 * random;
@@ -448,7 +448,8 @@ class Gather {
         Sums sums = no_samples(color_.channels);
         add_set(sums, pixel, first_set(pixel));
         if (pixel.weight_of_more > 0)
-            add_set(sums, pixel, {double(s_.more_samples), s_.samples, pixel.weight_of_more});
+            add_set(sums, pixel,
+                    {double(s_.more_samples()), s_.parameters.samples, pixel.weight_of_more});
         return sums;
     }
 
@@ -463,7 +464,7 @@ class Gather {
                     noise[block_index(x, y)] += noise_of(gather(pixel).halves, pixel.color);
             }
         for (size_t i = 0; i < blocks_.size(); ++i)
-            weights_of_more_[i] = weight_of_more(noise[i] / pixels[i], s_.samples);
+            weights_of_more_[i] = weight_of_more(noise[i] / pixels[i], s_.parameters.samples);
     }
 
     void store_hint(const Pixel& pixel, std::array<double, 2> of_shutter, double of_given) {
@@ -496,7 +497,8 @@ class Gather {
         share_.at(x, y) = mean_of * sums.soft.weight;
         // The window narrows with the root of the samples.
         const double noise =
-            std::sqrt(s_.samples / (s_.samples + pixel.weight_of_more * s_.more_samples));
+            std::sqrt(s_.parameters.samples /
+                      (s_.parameters.samples + pixel.weight_of_more * s_.more_samples()));
         for (int c = 0; c < 3; ++c)
             spread_.at(x, y, c) = noise * mean_of_soft * sums.soft.spread[size_t(c)];
         // Half-length of the even streak with this second moment: above half a pixel?

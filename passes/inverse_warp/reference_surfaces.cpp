@@ -449,7 +449,7 @@ class Blocks {
             for (const Surface& s : block(x, j).surfaces)
                 if (reaches(s, x - i, true)) candidates.push_back(s);
         row_starts_[size_t(j * columns_ + i)] =
-            most_different(candidates, s_.search.starts + kMoreInRow);
+            most_different(candidates, s_.parameters.search.starts + kMoreInRow);
     }
 
     // From those that the rows of its column have chosen.
@@ -460,7 +460,7 @@ class Blocks {
                 if (reaches(s, y - j, false)) candidates.push_back(s);
         Block& b = block(i, j);
         for (const Surface& s : candidates) b.longest_px = std::max(b.longest_px, longest(s, s_));
-        b.starts = most_different(candidates, s_.search.starts);
+        b.starts = most_different(candidates, s_.parameters.search.starts);
         std::stable_sort(b.starts.begin(), b.starts.end(), [](const Surface& a, const Surface& c) {
             return a.inverse_depth > c.inverse_depth;
         });

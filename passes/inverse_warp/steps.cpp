@@ -89,20 +89,20 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
     InverseWarpUniforms uniforms{};
     uniforms.size = {frame.width, frame.height};
     uniforms.blocks = {blocks[0], blocks[1]};
-    uniforms.starts = settings.search.starts;
-    uniforms.samples = settings.samples;
+    uniforms.starts = settings.parameters.search.starts;
+    uniforms.samples = settings.parameters.samples;
     uniforms.fill_layer = frame.fill_layer;
     uniforms.half_shutter = 1;
     uniforms.max_path_px = 1e15f;
     uniforms.still_limit_px = float(settings.still_limit_px);
     uniforms.soft_spread = float(kSoftSpread);
     uniforms.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
-                                    std::sqrt(double(settings.samples)));
+                                    std::sqrt(double(settings.parameters.samples)));
     if (settings.shutter) {
         uniforms.half_shutter = float(settings.shutter->half_open);
         uniforms.max_path_px = float(settings.shutter->max_path_px);
-        uniforms.time_jitter = float(settings.shutter->time_jitter);
-        uniforms.path_px_per_time = float(settings.shutter->path_px_per_time);
+        uniforms.time_jitter = float(settings.parameters.time_jitter);
+        uniforms.path_px_per_time = float(settings.parameters.path_px_per_time);
     }
     if (settings.lens) {
         lens::set_uniforms(settings.lens->coc, uniforms);
@@ -113,10 +113,10 @@ InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription
         uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
         uniforms.pixel_axis_x = float(settings.lens->aperture.axes[0]);
         uniforms.pixel_axis_y = float(settings.lens->aperture.axes[1]);
-        uniforms.lens_sets = lens::sets_of(settings.samples + settings.more_samples);
-        uniforms.more_samples = settings.more_samples;
+        uniforms.lens_sets = lens::sets_of(settings.parameters.samples + settings.more_samples());
+        uniforms.more_samples = settings.more_samples();
         // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
-        uniforms.noise_limit = float(4 * kNoiseVariance / settings.samples);
+        uniforms.noise_limit = float(4 * kNoiseVariance / settings.parameters.samples);
     }
     return uniforms;
 }
@@ -146,12 +146,12 @@ class Planner {
         const Hint hint = add_hint();
         Colors result = {planner_.texture("color", planner_.context().color_format()), -1};
         if (layered_) result.layers = layer_images("layers");
-        const Soft soft = settings_.denoise ? add_soft() : Soft();
+        const Soft soft = settings_.parameters.denoise ? add_soft() : Soft();
         add_tables(from);
         if (from.starts.still_blocks >= 0)
             keep_still_blocks(from.starts.still_blocks, result, hint, soft);
         add_gather(from, hint, result, soft);
-        if (settings_.denoise) add_denoise(soft, result, from.starts.moving_blocks);
+        if (settings_.parameters.denoise) add_denoise(soft, result, from.starts.moving_blocks);
         planner_.output(Role::color, result.color);
         if (layered_) planner_.output(Role::layers, result.layers);
         if (hint.made >= 0) planner_.output(Role::hint, hint.made);
@@ -330,7 +330,8 @@ class Planner {
     }
     // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
-        return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
+        return 3 * std::max(settings_.parameters.samples + settings_.more_samples(),
+                            INVERSE_WARP_MIN_TIMES);
     }
 
     // Room for a pixel's taps (taps.glsl), rounded up so that few programs serve all numbers.
@@ -343,7 +344,7 @@ class Planner {
     // of them in each neighbor and in the layer behind, three for what continues behind; then one
     // where a sample that was put off is taken up, and eight for the color.
     uint64_t most_taps_px(size_t neighbors) const {
-        const uint64_t begins = uint64_t(settings_.search.starts) + 1;
+        const uint64_t begins = uint64_t(settings_.parameters.search.starts) + 1;
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
     }
 
@@ -378,7 +379,7 @@ class Planner {
 
     Starts add_starts(TextureId block_surfaces) {
         const bool by_blocks = planner_.context().uses(settings_.still_rule);
-        const int count = settings_.search.starts, row_count = count + kMoreInRow;
+        const int count = settings_.parameters.search.starts, row_count = count + kMoreInRow;
         const TextureId row_starts =
             planner_.texture("row_starts", Format::rgba32ui, kBlocks.times(row_count, 1));
         Step rows = make_starts_step("row_starts", true, 3, row_count);
@@ -495,11 +496,11 @@ class Planner {
     // Before the steps that write the result: such steps then stand together in the plan, and two
     // plans can share them (chain/merge.h).
     void add_tables(Gathered& from) {
-        from.noise = noise::add_table(planner_, settings_.noise);
+        from.noise = noise::add_table(planner_, settings_.noise());
         if (!settings_.lens) return;
         from.lens_samples = lens::add_table(
-            planner_, lens::lens_samples(settings_.lens->aperture, settings_.samples,
-                                         settings_.more_samples));
+            planner_, lens::lens_samples(settings_.lens->aperture, settings_.parameters.samples,
+                                         settings_.more_samples()));
     }
 
     void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,
@@ -521,12 +522,13 @@ class Planner {
                     const Soft& soft) {
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
-        defines["STARTS"] = std::to_string(std::bit_ceil(unsigned(settings_.search.starts)));
+        defines["STARTS"] =
+            std::to_string(std::bit_ceil(unsigned(settings_.parameters.search.starts)));
         defines["NOISE"] = flag(from.noise >= 0);
-        defines["DENOISE"] = flag(settings_.denoise);
+        defines["DENOISE"] = flag(settings_.parameters.denoise);
         defines["HINT"] = flag(hint.made >= 0);
         if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = "1";
-        defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
+        defines["ADAPTIVE"] = flag(settings_.more_samples() > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
         step.bindings = {{0, planner_.input(Role::color)}, {1, from.surfaces},
@@ -541,7 +543,7 @@ class Planner {
         }
         if (from.neighbor_surfaces >= 0) step.bindings.push_back({8, from.neighbor_surfaces});
         if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
-        if (settings_.denoise) {
+        if (settings_.parameters.denoise) {
             step.bindings.push_back({2, soft.blurred.color, Access::write});
             step.bindings.push_back({3, soft.spread, Access::write});
         }
@@ -572,7 +574,7 @@ class Planner {
                                        {14, from.background.layers},
                                        {4, result.layers, Access::write},
                                        {6, from.occupied, Access::read}};
-        if (settings_.denoise) {
+        if (settings_.parameters.denoise) {
             arrays.push_back({5, soft.blurred.layers, Access::write});
             arrays.push_back({7, soft.reached, Access::write});
         }

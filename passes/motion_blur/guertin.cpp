@@ -355,6 +355,17 @@ Guertin::Depths Guertin::depths_of(const FrameBounds& bounds) {
     return {bounds.min_inverse_depth == bounds.max_inverse_depth, bounds.min_inverse_depth <= 0};
 }
 
+std::vector<UsedValue> Guertin::used_values() const {
+    return shutter::used_values(parameters_.shutter, frame_);
+}
+
+std::vector<Cut> Guertin::cuts() const {
+    std::vector<Cut> cuts =
+        shutter::cuts(parameters_.shutter, frame_, tile_px(parameters_, frame_));
+    for (Cut& cut : cuts) cut.planes = {Role::motion};
+    return cuts;
+}
+
 // A pixel's tile takes the longest vector of the tiles around it, whose far sides lie up to two
 // tiles away; a tile chosen across the nearer border, or variances of four tiles, half a tile
 // more. Taps lie at most r away, and a vector stored in 8 bits may be longer by sqrt(2)/2

@@ -40,6 +40,8 @@ class Guertin : public PassOnFrame {
     Guertin(const Parameters& parameters, const FrameDescription& frame, Depths depths)
         : parameters_(parameters), frame_(frame), depths_(depths) {}
 
+    std::vector<UsedValue> used_values() const override;
+    std::vector<Cut> cuts() const override;
     Reach reach() const override;
     TileEdge tile_edge() const override;
     ShapeNumbers shape(const PlanContext& context) const override;

@@ -1,8 +1,6 @@
 // The pass: mode inverse_warp is passes/inverse_warp/inverse_warp.h, the others guertin.h.
 #include "passes/motion_blur/motion_blur.h"
 
-#include <algorithm>
-
 #include "passes/motion_blur/guertin.h"
 
 namespace postchain::motion_blur {
@@ -42,7 +40,7 @@ const ParameterTable& table() {
                               "of a tile",
                       .unset_means = std::string(inverse_warp::kDefaultMaxPathText) +
                                      "; guertin, single: a sixteenth"})
-            .rows(&P::shutter, shutter::parameter_table())
+            .rows<shutter::Parameters>(&P::shutter, shutter::parameter_table())
             .number("jitter", &P::jitter,
                     {.min = 0,
                      .max = 1,
@@ -89,8 +87,8 @@ const ParameterTable& table() {
                     {.help = "taps that follow the pixel's own velocity: every second, or more if "
                              "directions around the tile vary more",
                      .read_if = {{guertin}}})
-            .rows(&P::noise, noise::parameter_table(),
-                  {{report, jitter}, {report, tile_jitter}, {warp, time_jitter}})
+            .rows<noise::Parameters>(&P::noise, noise::parameter_table(),
+                                     {{report, jitter}, {report, tile_jitter}, {warp, time_jitter}})
             .choice("border", &P::border, {"skip", "clamp"},
                     {.help = "taps outside the frame: dropped, or moved to the border",
                      .read_if = {{report}}})
@@ -104,7 +102,8 @@ const ParameterTable& table() {
                      .soft_max = 3,
                      .unit = "px",
                      .help = "half-velocity up to which a tile or block is left unchanged"})
-            .rows(&P::search, inverse_warp::parameter_table(), {{warp}})
+            .rows<inverse_warp::SearchParameters>(&P::search, inverse_warp::search_table(),
+                                                  {{warp}})
             .number("path_px_per_time", &P::path_px_per_time,
                     {.min = 0.1,
                      .max = 1000,
@@ -130,33 +129,15 @@ const ParameterTable& table() {
     return rows;
 }
 
-// Longest half-length of a streak, pixels, of the inverse warp.
-double max_path_px(const Parameters& parameters, const FrameDescription& frame) {
-    return shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
-        .value_or(inverse_warp::default_max_path_px(frame));
-}
-
-}  // namespace
-
+// Settings of mode: inverse_warp.
 inverse_warp::Settings warp_settings(const Parameters& parameters, const FrameDescription& frame) {
-    inverse_warp::Settings settings;
-    settings.shutter = {.half_open = 0.5 * shutter::open_frames(parameters.shutter, frame.camera),
-                        .max_path_px = max_path_px(parameters, frame),
-                        .path_px_per_time = parameters.path_px_per_time,
-                        .time_jitter = parameters.time_jitter};
-    settings.samples = parameters.samples;
-    settings.search = parameters.search;
-    settings.denoise = false;  // little noise without a lens (docs/inverse_warp.md)
-    // A few roundings of 2^-24, so that motion that is still by the frame's bounds is still here
-    // too.
-    settings.still_limit_px = parameters.min_speed_px * (1 + 0x1p-18);
-    settings.noise = parameters.noise;
-    if (parameters.time_jitter == 0) settings.noise.noise = noise::Kind::none;
-    settings.still_rule = kRuleStillBlocks;
-    return settings;
+    return {.parameters = parameters,
+            .shutter = inverse_warp::shutter_on(frame, parameters),
+            // A few roundings of 2^-24, so that motion that is still by the frame's bounds is still
+            // here too.
+            .still_limit_px = parameters.min_speed_px * (1 + 0x1p-18),
+            .still_rule = kRuleStillBlocks};
 }
-
-namespace {
 
 // The pass with either filter, Guertin or the inverse warp.
 template <class Filter>
@@ -166,20 +147,6 @@ class MotionBlurOnFrame final : public Filter {
     MotionBlurOnFrame(const Parameters& parameters, const FrameDescription& frame,
                       const OfFilter&... of_filter)
         : Filter(of_filter...), parameters_(parameters), frame_(frame) {}
-
-    std::vector<UsedValue> used_values() const override {
-        return shutter::used_values(parameters_.shutter, frame_);
-    }
-
-    std::vector<Cut> cuts() const override {
-        const bool warps = parameters_.mode == Mode::inverse_warp;
-        std::vector<Cut> cuts =
-            shutter::cuts(parameters_.shutter, frame_,
-                          warps ? max_path_px(parameters_, frame_) : tile_px(parameters_, frame_));
-        if (!warps)
-            for (Cut& cut : cuts) cut.planes = {Role::motion};
-        return cuts;
-    }
 
     std::optional<Identity> identity(const PlanContext& context) const override {
         const double shutter = shutter::open_frames(parameters_.shutter, frame_.camera);

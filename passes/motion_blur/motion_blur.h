@@ -3,11 +3,7 @@
 // how each ambiguity of the report is resolved.
 #pragma once
 
-#include <optional>
-
 #include "chain/pass.h"
-#include "passes/common/noise.h"
-#include "passes/common/shutter.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::motion_blur {
@@ -18,11 +14,11 @@ enum class Border { skip, clamp };
 enum class StaticDirection { perpendicular, dominant };
 enum class VelocityStorage { automatic, fp16, fp32, unorm8 };  // automatic: none
 
-struct Parameters {
+struct Parameters : inverse_warp::Parameters {
+    // Without a lens there is little noise (docs/inverse_warp.md).
+    Parameters() { denoise = false; }
+
     Mode mode = Mode::inverse_warp;
-    int samples = 25;
-    std::optional<int> max_blur_px;
-    shutter::Parameters shutter;
     double jitter = 0.95;
     bool tile_jitter = true;
     double tile_jitter_slope = 1;
@@ -30,18 +26,11 @@ struct Parameters {
     double variance_threshold_px = 1.5;
     double depth_softness = 1;
     SampleSplit sample_split = SampleSplit::even;
-    noise::Parameters noise;
     Border border = Border::skip;
     StaticDirection static_direction = StaticDirection::perpendicular;
     double min_speed_px = 0.5;
-    inverse_warp::Parameters search;
-    double path_px_per_time = 2;
-    double time_jitter = 0.25;
     VelocityStorage velocity_storage = VelocityStorage::automatic;
 };
-
-// Settings of mode: inverse_warp.
-inverse_warp::Settings warp_settings(const Parameters& parameters, const FrameDescription& frame);
 
 // Its own rules of elision, for blocks that the device finds.
 inline constexpr const char* kRuleStillBlocks = "still_blocks";

@@ -1,4 +1,5 @@
 // Surfaces that this frame hides, and that continue behind what it shows (behind.comp).
+#include "common/software_loop.glsl"
 
 struct Behind {
     float inverse_depth;  // -1: none
@@ -20,7 +21,7 @@ uvec2 sides_of(vec2 x, float q) {
 Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
     Behind behind = Behind(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
     uint starts_left = here.hidden_starts;
-    if (starts_left != 0u) do {
+    if (starts_left != 0u) SOFTWARE_LOOP do {
         const int i = findLSB(starts_left);
         starts_left &= starts_left - 1u;
         const Surface start = start_surface(i);

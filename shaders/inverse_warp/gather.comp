@@ -33,6 +33,7 @@
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
 // TAPS: with LAYERS: room for a pixel's samples    FILL_LAYER: a layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
+#include "common/software_loop.glsl"
 #include "common/work_list.glsl"
 
 #include "inverse_warp/cells.glsl"
@@ -192,17 +193,15 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
-// These loops, and those that they call, test at their end: if lanes run in step and skip nothing,
-// as on llvmpipe, a loop that tests at its beginning runs its body once more.
 void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums) {
     const int count = int(ceil(set.n));
     // One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's registers, of which the
     // gather has none left.
     uvec2 kept[kMaxPutOff + 1];
     int first = 0;
-    do {
+    SOFTWARE_LOOP do {
         int left = 0, k = first;
-        do {
+        SOFTWARE_LOOP do {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
             Search here = search(pixel, now, begin);
@@ -218,7 +217,7 @@ void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums)
             }
         } while (++k < min(first + kMaxPutOff, count));
         int i = 0;
-        if (left > 0) do {
+        if (left > 0) SOFTWARE_LOOP do {
             const uvec2 words = kept[i];
             const Sample now = sample_at(first + number_of_search(words), set, pixel);
             accumulate(sums, pixel, now, resolve(pixel, now, unpack_search(words, pixel, now)));

@@ -6,6 +6,7 @@
 //       -> light   x: inverse depth, below 0 if there is none; mean brightness, y: in this frame,
 //                  z: in the neighbor; w: mean square in this frame
 #include "common/finite.glsl"
+#include "common/software_loop.glsl"
 #include "common/work_group.glsl"
 
 #include "inverse_warp/surface.glsl"
@@ -53,9 +54,8 @@ void main() {
     if (any(greaterThanEqual(first, uniforms.size))) return;
     const ivec2 end = min(first + kLightCellPx, uniforms.size);
     precise Light sums = Light(3.0e38, 0.0, 0.0, 0.0, 0.0);
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
     ivec2 there = first;
-    do {
+    SOFTWARE_LOOP do {
         const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(there), 0));
         const Here here = place_of(surfaces, s, there);
         if (!s.edge && s.inverse_depth >= 0.0 && is_shown(here, s))

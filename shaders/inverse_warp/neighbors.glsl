@@ -1,6 +1,8 @@
 // The search for occluded surfaces in the frames before and after.
 //
 // BEFORE, AFTER: that frame is searched
+#include "common/software_loop.glsl"
+
 #include "inverse_warp/frames.glsl"
 
 #if BEFORE
@@ -100,7 +102,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     bool other = false;
     Sample then = now;
     vec2 x = pixel.p;
-    if (searches != 0u) do {
+    if (searches != 0u) SOFTWARE_LOOP do {
         if (steps == 0) {
             const int search = findLSB(searches);
             searches &= searches - 1u;

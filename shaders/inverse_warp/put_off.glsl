@@ -36,7 +36,7 @@ Search unpack_search(uvec2 words, Pixel pixel, Sample now) {
     const vec2 at = vec2(unpack_cell(words.x));
     const Surface surface = unpack_surface(texelFetch(surfaces, ivec2(at), 0));
     const uint bits = words.y;
-    Search here = begin_search(pixel, now, surface);
+    Search here = begin_search(pixel, surface);
     if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
                                 pixel.p);

@@ -7,6 +7,8 @@
 //
 // NEIGHBOR: of the frame before or after. Surfaces that this frame hides are skipped if the light
 // around them has changed: surfaces of this frame, light, marks -> surfaces
+#include "common/software_loop.glsl"
+
 #include "inverse_warp/planes.glsl"
 
 #include "inverse_warp/half.glsl"
@@ -34,7 +36,7 @@ bool has_other_light(ivec2 p, float inverse_depth) {
     int ring = 0;
     ivec2 offset = ivec2(0);
     // One loop over the cells of all rings; it ends after the first ring that shows the surface.
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 at = cell + offset;
         const bool within = all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, last));
         const vec4 l = texelFetch(light, clamp(at, ivec2(0), last), 0);
@@ -66,7 +68,7 @@ uint hidden_in_other_light(ivec2 square, uint hidden) {
     const ivec2 last = (uniforms.size - 1) / kLightCellPx;
     bool differs = false, more = hidden != 0u;
     ivec2 offset = ivec2(-kRings);
-    do {
+    SOFTWARE_LOOP do {
         const vec4 l = texelFetch(light, clamp(cell + offset, ivec2(0), last), 0);
         differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kMinDifference);
         offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
@@ -81,7 +83,7 @@ uint changed_in(ivec2 square) {
     return is_square(square) ? texelFetch(shown, square * ivec2(2, 1), 0).x : 0u;
 }
 
-// They and the pixels next to them.
+// They and the pixels next to them (bits: square.glsl).
 uint near_changed(ivec2 square) {
     const uint own = changed_in(square);
     return own | (own & 0x7777u) << 1 | (own & 0xeeeeu) >> 1 | (own << 4 & 0xffffu) | own >> 4 |
@@ -108,7 +110,7 @@ ivec2 shown_at(ivec2 p) {
 bool is_edge(ivec2 p, float inverse_depth) {
     bool edge = false;
     uint left = 15u;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 at = nearest_inside(p + kAround[findLSB(left)]), from = shown_at(at);
         edge = at != from && !one_depth(stored_depth_at(from), inverse_depth);
         left &= left - 1u;
@@ -116,11 +118,13 @@ bool is_edge(ivec2 p, float inverse_depth) {
     return edge;
 }
 
+// `list` holds items alone (square.glsl): first the pixels that have changed or are beside one that
+// has, then those of a neighbor that this frame hides and whose light may differ.
 void main() {
     const int first = int(gl_LocalInvocationIndex);
     begin_list();
     int k = first;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 square = square_of(k);
         add_to_list(k, is_square(square) ? near_changed(square) : 0u);
 #if NEIGHBOR
@@ -129,7 +133,7 @@ void main() {
     } while ((k += kThreads) < kSquares);
     barrier();
     int i = first, end = int(list_length);
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const uint item = list[i];
         const ivec2 p = pixel_of(item);
         if (!inside(p)) continue;
@@ -152,12 +156,12 @@ void main() {
     barrier();
     begin_list();
     k = first;
-    do add_to_list(k, hidden_in_other_light(square_of(k), hidden_of_square[k]));
+    SOFTWARE_LOOP do add_to_list(k, hidden_in_other_light(square_of(k), hidden_of_square[k]));
     while ((k += kThreads) < kSquares);
     barrier();
     i = first;
     end = int(list_length);
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const ivec2 p = pixel_of(list[i]);
         if (has_other_light(p, stored_depth_at(shown_at(p))))
             imageStore(surfaces, in_half(p), pack_surface(not_there()));

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kMinHalfOpen = 1.0 / 16;  // frames
 
-// To the farthest cell, 16 of 2 px away, in which behind.comp looks for a hidden surface.
-constexpr double kBehindReachPx = 2 * 16 + 2;
+// To the farthest cell, 16 of 2 px away, in which continuation.comp looks for a hidden surface.
+constexpr double kContinuationReachPx = 2 * 16 + 2;
 
 }  // namespace
 
@@ -142,15 +142,15 @@ std::vector<Cut> WarpOnFrame::cuts() const {
 
 // The blocks that can reach a pixel's block end `ring` blocks from it, and the edges of a surface
 // there are found in up to four pixels around it. Every position of the search lies on a path that
-// ends at the pixel; occluded surfaces come from cells up to kBehindReachPx around, and denoised
-// colors from two pixels further. If blocks choose how many samples they take, a pixel
+// ends at the pixel; occluded surfaces come from cells up to kContinuationReachPx around, and
+// denoised colors from two pixels further. If blocks choose how many samples they take, a pixel
 // depends on all of its block.
 Reach WarpOnFrame::reach() const {
     // In a neighboring frame paths are as long as the motion vectors.
     if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
     const double longest = longest_px(settings_);
     const double block = settings_.more_samples() > 0 ? kBlockPx : 0;
-    const double hidden = longest + kBehindReachPx + 7 + block;
+    const double hidden = longest + kContinuationReachPx + 7 + block;
     return {std::max(kBlockPx * (ring_of(longest) + 1) + 7.0 + block, hidden), hidden};
 }
 

@@ -9,7 +9,7 @@
 //   block_surfaces --row_starts-> row_starts
 //   row_starts --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
-//   background_depth, background_color --behind-> background
+//   background_depth, background_color --continuation-> background
 //   behind --second_surfaces-> some of surfaces, below the frame's
 //   layers of this frame and its neighbors --occupied-> occupied
 //   color, surfaces, starts, background_color, background [, noise] [, lens_samples]

@@ -30,7 +30,7 @@ constexpr double kNoiseVariance = 0.045;  // of samples, as shown; above it a bl
 constexpr double kFullWeight = 1.25;      // times that: they count as much as the first
 
 // A sample's color, and the surface that it sees.
-struct Seen {
+struct Hit {
     Color color;
     double inverse_depth = 0;
     Vec path;  // a
@@ -64,25 +64,25 @@ void add(Color& sum, double weight, const Color& color) {
     for (size_t c = 0; c < sum.size(); ++c) sum[c] += weight * color[c];
 }
 
-std::array<double, 3> covariance_of(const Seen& seen, const Settings& settings) {
+std::array<double, 3> covariance_of(const Hit& hit, const Settings& settings) {
     std::array<double, 3> covariance = {};
     if (settings.lens) {
-        const double radius = settings.lens->coc.radius_px(seen.inverse_depth);
+        const double radius = settings.lens->coc.radius_px(hit.inverse_depth);
         const auto [x, y] = settings.lens->coc.axes;
         covariance[0] += x * x * radius * radius / 4;
         covariance[2] += y * y * radius * radius / 4;
     }
     if (settings.shutter) {
-        covariance[0] += seen.path.x * seen.path.x / 3;
-        covariance[1] += seen.path.x * seen.path.y / 3;
-        covariance[2] += seen.path.y * seen.path.y / 3;
+        covariance[0] += hit.path.x * hit.path.x / 3;
+        covariance[1] += hit.path.x * hit.path.y / 3;
+        covariance[2] += hit.path.y * hit.path.y / 3;
     }
     return covariance;
 }
 
-void add_soft(Soft& soft, const Seen& seen, const Color& difference, double weight,
+void add_soft(Soft& soft, const Hit& hit, const Color& difference, double weight,
               const Settings& settings) {
-    const auto covariance = covariance_of(seen, settings);
+    const auto covariance = covariance_of(hit, settings);
     const double variance = covariance[0] + covariance[2];
     if (variance < kSoftSpread) return;
     const double kept = std::min(kMaxSpread / variance, 1.0);
@@ -103,16 +103,16 @@ Sums no_samples(int channels) {
     return sums;
 }
 
-void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Seen& seen,
+void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Hit& hit,
                 const Settings& settings) {
-    Color difference = seen.color;
+    Color difference = hit.color;
     for (size_t c = 0; c < difference.size(); ++c) difference[c] -= pixel.color[c];
-    const Vec moved_px = seen.at - pixel.p;
+    const Vec moved_px = hit.at - pixel.p;
     add(sums.color, now.weight, difference);
     sums.weight += now.weight;
     sums.moment += now.weight * dot(moved_px, moved_px);
     add_to_half(sums.halves, now.number, difference, now.weight);
-    add_soft(sums.soft, seen, difference, now.weight, settings);
+    add_soft(sums.soft, hit, difference, now.weight, settings);
 }
 
 // Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
@@ -399,16 +399,16 @@ class Gather {
         return dot(passed, passed) <= 1;
     }
 
-    Seen resolve(const Pixel& pixel, const Sample& now, const Search& here) const {
+    Hit resolve(const Pixel& pixel, const Sample& now, const Search& here) const {
         const Vec far =
             frames_.here.inside(pixel.p - here.far.displacement(now, frames_.half_open));
         const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : far;
         const Found found = resolve_occluded(frames_, pixel, now, here);
-        const Behind behind =
-            find_behind(frames_, background_, pixel, now, here, found.inverse_depth);
-        if (behind.inverse_depth >= 0)
-            return {from(kEstimated, background_.color_behind(behind.sides, behind.at)),
-                    behind.inverse_depth, behind.path, behind.at};
+        const Continuation continued =
+            find_continuation(frames_, background_, pixel, now, here, found.inverse_depth);
+        if (continued.inverse_depth >= 0)
+            return {from(kEstimated, background_.continued_color(continued.sides, continued.at)),
+                    continued.inverse_depth, continued.path, continued.at};
         if (found.inverse_depth >= 0)
             return {shown_color(found), found.inverse_depth, found.path, at};
         const Color far_color = color_at(frames_.here.color, here.far_at);

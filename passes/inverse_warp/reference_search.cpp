@@ -122,7 +122,7 @@ std::optional<Background::Sides> Background::sides_of(Vec x, double q) const {
     return sides;
 }
 
-Color Background::color_behind(const Sides& sides, Vec at) const {
+Color Background::continued_color(const Sides& sides, Vec at) const {
     const Vec a = {double(sides.first[0]), double(sides.first[1])};
     const Vec way = Vec{double(sides.second[0]), double(sides.second[1])} - a;
     const double share =
@@ -419,8 +419,9 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
     return nearest;
 }
 
-Behind find_behind(const Frames& frames, const Background& background, const Pixel& pixel,
-                   const Sample& now, const Search& here, double found) {
+Continuation find_continuation(const Frames& frames, const Background& background,
+                               const Pixel& pixel, const Sample& now, const Search& here,
+                               double found) {
     const std::vector<Surface>& starts = pixel.block->starts;
     for (size_t i = 0; i < starts.size(); ++i) {
         const double q = starts[i].inverse_depth;

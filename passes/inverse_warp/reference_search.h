@@ -31,7 +31,7 @@ class Background {
     std::optional<Sides> sides_of(Vec x, double q) const;
     double inverse_depth(std::array<int, 2> cell) const { return smallest(cell).inverse_depth; }
     // The color at the position `at`, pixels, of what the sides show.
-    Color color_behind(const Sides& sides, Vec at) const;
+    Color continued_color(const Sides& sides, Vec at) const;
 
   private:
     // The farthest surface in a square of pixels: mean color, inverse depth, part of the square.
@@ -97,7 +97,7 @@ struct Found {
 };
 
 // A surface that this frame hides: it continues behind the one shown at the position `at`.
-struct Behind {
+struct Continuation {
     double inverse_depth = -1;  // -1: none
     Background::Sides sides;
     Vec path;  // a
@@ -126,7 +126,8 @@ Found resolve_occluded(const Frames& frames, const Pixel& pixel, const Sample& n
 
 // The nearest start surface, nearer than the inverse depth `found`, that is displaced to the pixel
 // from behind what this frame shows.
-Behind find_behind(const Frames& frames, const Background& background, const Pixel& pixel,
-                   const Sample& now, const Search& here, double found);
+Continuation find_continuation(const Frames& frames, const Background& background,
+                               const Pixel& pixel, const Sample& now, const Search& here,
+                               double found);
 
 }  // namespace postchain::inverse_warp::reference

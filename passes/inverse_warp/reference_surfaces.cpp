@@ -243,7 +243,8 @@ constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kMinDifference = 0.004;
 
 class Comparison {
   public:
-    Comparison(const Lit& here, const Lit& there, double offset, const Settings& settings)
+    Comparison(const ShadedFrame& here, const ShadedFrame& there, double offset,
+               const Settings& settings)
         : here_(finite_color(here.color)),
           there_(finite_color(there.color)),
           surfaces_here_(here.surfaces),
@@ -260,12 +261,12 @@ class Comparison {
     bool has_other_light(const Surface& s, int x, int y) const {
         if (s.inverse_depth < 0 || shown_here(s, x, y)) return false;
         for (int ring = 0; ring <= kRings; ++ring) {
-            Light sum;
+            CellLight sum;
             double apart = 0;
             for (int j = -ring; j <= ring; ++j)
                 for (int i = -ring; i <= ring; ++i) {
                     if (std::max(std::abs(i), std::abs(j)) != ring) continue;
-                    const Light* cell = cell_at(x / kCellPx + i, y / kCellPx + j);
+                    const CellLight* cell = cell_at(x / kCellPx + i, y / kCellPx + j);
                     if (!cell || cell->count == 0 ||
                         !one_depth(cell->inverse_depth, s.inverse_depth))
                         continue;
@@ -284,7 +285,7 @@ class Comparison {
 
   private:
     // The farthest surface of a cell that both frames show: means of its brightness.
-    struct Light {
+    struct CellLight {
         double inverse_depth = 0;  // of its last pixel
         int count = 0;             // 0: none is known
         double here = 0, there = 0, square = 0;
@@ -313,7 +314,7 @@ class Comparison {
         return sum / 3;
     }
 
-    Light light_of(int column, int row) const {
+    CellLight light_of(int column, int row) const {
         struct Pixel {
             double inverse_depth, here, there;
         };
@@ -328,7 +329,7 @@ class Comparison {
                                       brightness(there_.pixel(x, y))});
             }
         // One pass: a pixel that is farther than the surface so far begins anew.
-        Light light;
+        CellLight light;
         for (const Pixel& pixel : pixels) {
             if (light.count > 0 && pixel.inverse_depth > kOneDepth * light.inverse_depth) continue;
             if (light.count > 0 && kOneDepth * pixel.inverse_depth < light.inverse_depth)
@@ -346,7 +347,7 @@ class Comparison {
         return light;
     }
 
-    const Light* cell_at(int column, int row) const {
+    const CellLight* cell_at(int column, int row) const {
         if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return nullptr;
         return &cells_[size_t(row) * size_t(columns_) + size_t(column)];
     }
@@ -357,7 +358,7 @@ class Comparison {
     const double half_open_;
     const int columns_, rows_;
     Sample now_;  // this frame's time as seen from the neighbor
-    std::vector<Light> cells_;
+    std::vector<CellLight> cells_;
 };
 
 // block_surfaces.comp, starts.comp
@@ -519,8 +520,8 @@ double half_open_of(const Settings& settings) {
     return settings.shutter ? settings.shutter->half_open : 1;
 }
 
-void hide_other_light(const Lit& here, const Lit& there, double offset, const Settings& settings,
-                      std::vector<Surface>& shown) {
+void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
+                      const Settings& settings, std::vector<Surface>& shown) {
     const Comparison comparison(here, there, offset, settings);
     const size_t width = size_t(here.color.width);
     for (size_t i = 0; i < shown.size(); ++i)

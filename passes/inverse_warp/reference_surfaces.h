@@ -85,15 +85,15 @@ double longest(const Surface& s, const Settings& settings);
 double half_open_of(const Settings& settings);
 
 // A frame's color and, for each of its pixels, a surface.
-struct Lit {
+struct ShadedFrame {
     const ImageD& color;
     const std::vector<Surface>& surfaces;
 };
 
 // Makes those of `shown`, the neighbor's surfaces, kNotThere that this frame hides and around which
 // the light differs. `there` has the surfaces of the neighbor's planes. offset: -1 before, 1 after
-void hide_other_light(const Lit& here, const Lit& there, double offset, const Settings& settings,
-                      std::vector<Surface>& shown);
+void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
+                      const Settings& settings, std::vector<Surface>& shown);
 
 struct Block {
     std::array<Surface, 3> surfaces;  // its own that are displaced most differently

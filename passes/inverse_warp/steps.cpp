@@ -342,7 +342,7 @@ class Planner {
 
     // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
     // of them in each neighbor and in the layer behind, three for what continues behind; then one
-    // where a sample that was put off is taken up, and eight for the color.
+    // where a deferred sample is resolved, and eight for the color.
     uint64_t most_taps_px(size_t neighbors) const {
         const uint64_t begins = uint64_t(settings_.parameters.search.starts) + 1;
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
@@ -424,7 +424,7 @@ class Planner {
             step.taps += 2 * pixels_ * uint64_t(frame_.layers);
         }
         planner_.step(std::move(step));
-        add_behind(background, depth);
+        add_continuation(background, depth);
         return background;
     }
 
@@ -458,10 +458,10 @@ class Planner {
         return occupied;
     }
 
-    void add_behind(Background& background, TextureId depth) {
+    void add_continuation(Background& background, TextureId depth) {
         const Area cells = planner_.describe(depth).area;
         background.cells = planner_.texture("background", Format::rg32f, cells);
-        Step step = make_surface_step("behind");
+        Step step = make_surface_step("continuation");
         step.spread = groups_for(kBlocks.times(8, 8));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
         step.taps = 20 * pixels_;

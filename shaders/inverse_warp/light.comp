@@ -32,16 +32,16 @@ float brightness(vec4 texel) {
 }
 
 // Sums over the pixels of a cell that show one surface.
-struct Light {
+struct LightSums {
     float inverse_depth;  // of the last of them
     float count;
     float here, there, square;
 };
 
-void add(precise inout Light sums, float inverse_depth, float here, float there) {
+void add(precise inout LightSums sums, float inverse_depth, float here, float there) {
     if (inverse_depth > kOneDepth * sums.inverse_depth) return;
     if (kOneDepth * inverse_depth < sums.inverse_depth)
-        sums = Light(inverse_depth, 0.0, 0.0, 0.0, 0.0);
+        sums = LightSums(inverse_depth, 0.0, 0.0, 0.0, 0.0);
     sums.inverse_depth = inverse_depth;
     sums.count += 1.0;
     sums.here += here;
@@ -53,7 +53,7 @@ void main() {
     const ivec2 cell = invocation_at(), first = kLightCellPx * cell;
     if (any(greaterThanEqual(first, uniforms.size))) return;
     const ivec2 end = min(first + kLightCellPx, uniforms.size);
-    precise Light sums = Light(3.0e38, 0.0, 0.0, 0.0, 0.0);
+    precise LightSums sums = LightSums(3.0e38, 0.0, 0.0, 0.0, 0.0);
     ivec2 there = first;
     SOFTWARE_LOOP do {
         const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(there), 0));

@@ -45,7 +45,7 @@ struct Search {
     bool shows_behind;     // the farthest surface is behind the first
     uint occluded_starts;  // a bit for each start surface that this frame may hide
     uint hidden_starts;    // and for each that is behind what this frame shows at its place
-    float put_off_for;     // inverse depth of the nearest that a sample is put off for; -1: none
+    float deferred_for;    // inverse depth of the nearest that a sample is deferred for; -1: none
 };
 
 // State of its loop.
@@ -80,7 +80,7 @@ Search begin_search(Pixel pixel, Surface begin) {
     s.shows_behind = false;
     s.occluded_starts = 0u;
     s.hidden_starts = 0u;
-    s.put_off_for = -1.0;
+    s.deferred_for = -1.0;
     return s;
 }
 
@@ -163,7 +163,7 @@ void note_occluded(inout Search s, inout SearchState state, Visit v, float ratio
     const bool hidden = state.steps == 0 && !v.beyond;
     if (hidden) s.hidden_starts |= start;
     // Start surfaces are searched nearest first.
-    if ((kSearchedOutside || hidden) && s.put_off_for < 0.0) s.put_off_for = state.start_depth;
+    if ((kSearchedOutside || hidden) && s.deferred_for < 0.0) s.deferred_for = state.start_depth;
 }
 
 // Does the search from a start surface end at this visit? A surface that is not nearer than the one

@@ -41,7 +41,7 @@ uint occupied_in(int frame, ivec2 block, int word) {
 // The layers that are not 0 where a source reads.
 uint occupied_at(Source source, int word) {
     if (source.kind == kSecondLayer) return 0xffffffffu;
-    if (source.kind == kBehind)
+    if (source.kind == kContinuation)
         return occupied_in(0, unpack_cell(source.cells.x) / 8, word) |
                occupied_in(0, unpack_cell(source.cells.y) / 8, word);
     if (source.kind != kFill)

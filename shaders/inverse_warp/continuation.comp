@@ -58,7 +58,7 @@ uint find_lines(ivec2 cell, float q) {
 
 // The number of the distance to the first surface behind inverse depth q: to the first of its cells
 // that shows it away from edges. -1: there is none, or it ends before such a cell.
-int find_behind(ivec2 cell, ivec2 line, float q) {
+int distance_behind(ivec2 cell, ivec2 line, float q) {
     float behind = -1.0;
     int found = -1, i = 0;
     bool more;
@@ -112,9 +112,9 @@ uint shortest_line(ivec2 cell, float q) {
     if (left != 0u) SOFTWARE_LOOP do {
         const int line = findLSB(left);
         left &= left - 1u;
-        const int first = find_behind(cell, line_of(line), q);
+        const int first = distance_behind(cell, line_of(line), q);
         if (first < 0) continue;
-        const int second = find_behind(cell, -line_of(line), q);
+        const int second = distance_behind(cell, -line_of(line), q);
         if (second >= 0) shortest = min(shortest, pack_length(line, first, second));
     } while (left != 0u);
     return shortest;

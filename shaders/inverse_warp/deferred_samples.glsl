@@ -1,8 +1,8 @@
-// Samples that the search of this frame does not settle are put off until all samples of a set have
+// Samples that the search of this frame does not settle are deferred until all samples of a set have
 // searched: the lanes whose samples are settled do not wait for the others. Two words a sample store
 // the search's result; the surface at the stored pixel restores it.
 
-const int kMaxPutOff = 32;
+const int kMaxDeferred = 32;
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 const uint kAtX = 1u << 19, kAtY = 1u << 20;  // the color is read at the pixel along this axis
 const int kNumber = 21;                       // its first bit
@@ -13,7 +13,7 @@ const int kNumber = 21;                       // its first bit
 bool is_settled(Sample now, Search here) {
     precise const float nearest =
         here.nearest.inverse_depth * (kSearchedOutside ? now.depth_ratio : kOneDepth);
-    return nearest >= 0.0 && here.put_off_for <= nearest;
+    return nearest >= 0.0 && here.deferred_for <= nearest;
 }
 
 // x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,

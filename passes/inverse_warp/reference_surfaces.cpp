@@ -238,7 +238,7 @@ class BrightEdges {
 };
 
 // light.comp, shown_surfaces.comp
-constexpr int kCellPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
+constexpr int kPatchPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
 constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kMinDifference = 0.004;
 
 class Comparison {
@@ -250,30 +250,30 @@ class Comparison {
           surfaces_here_(here.surfaces),
           surfaces_there_(there.surfaces),
           half_open_(half_open_of(settings)),
-          columns_((here_.width + kCellPx - 1) / kCellPx),
-          rows_((here_.height + kCellPx - 1) / kCellPx) {
+          columns_((here_.width + kPatchPx - 1) / kPatchPx),
+          rows_((here_.height + kPatchPx - 1) / kPatchPx) {
         now_.u = -offset / half_open_;
         for (int y = 0; y < rows_; ++y)
-            for (int x = 0; x < columns_; ++x) cells_.push_back(light_of(x, y));
+            for (int x = 0; x < columns_; ++x) patches_.push_back(light_of(x, y));
     }
 
     // Is the light other around surface s, seen in the neighbor's pixel x, y?
     bool has_other_light(const Surface& s, int x, int y) const {
         if (s.inverse_depth < 0 || shown_here(s, x, y)) return false;
         for (int ring = 0; ring <= kRings; ++ring) {
-            CellLight sum;
+            PatchLight sum;
             double apart = 0;
             for (int j = -ring; j <= ring; ++j)
                 for (int i = -ring; i <= ring; ++i) {
                     if (std::max(std::abs(i), std::abs(j)) != ring) continue;
-                    const CellLight* cell = cell_at(x / kCellPx + i, y / kCellPx + j);
-                    if (!cell || cell->count == 0 ||
-                        !one_depth(cell->inverse_depth, s.inverse_depth))
+                    const PatchLight* patch = patch_at(x / kPatchPx + i, y / kPatchPx + j);
+                    if (!patch || patch->count == 0 ||
+                        !one_depth(patch->inverse_depth, s.inverse_depth))
                         continue;
                     ++sum.count;
-                    sum.here += cell->here;
-                    sum.square += cell->square;
-                    apart += (cell->there - cell->here) * (cell->there - cell->here);
+                    sum.here += patch->here;
+                    sum.square += patch->square;
+                    apart += (patch->there - patch->here) * (patch->there - patch->here);
                 }
             if (sum.count == 0) continue;
             const double mean = sum.here / sum.count;
@@ -284,8 +284,8 @@ class Comparison {
     }
 
   private:
-    // The farthest surface of a cell that both frames show: means of its brightness.
-    struct CellLight {
+    // The farthest surface of a patch that both frames show: means of its brightness.
+    struct PatchLight {
         double inverse_depth = 0;  // of its last pixel
         int count = 0;             // 0: none is known
         double here = 0, there = 0, square = 0;
@@ -314,13 +314,13 @@ class Comparison {
         return sum / 3;
     }
 
-    CellLight light_of(int column, int row) const {
+    PatchLight light_of(int column, int row) const {
         struct Pixel {
             double inverse_depth, here, there;
         };
         std::vector<Pixel> pixels;
-        for (int y = row * kCellPx; y < std::min((row + 1) * kCellPx, here_.height); y += kStepPx)
-            for (int x = column * kCellPx; x < std::min((column + 1) * kCellPx, here_.width);
+        for (int y = row * kPatchPx; y < std::min((row + 1) * kPatchPx, here_.height); y += kStepPx)
+            for (int x = column * kPatchPx; x < std::min((column + 1) * kPatchPx, here_.width);
                  x += kStepPx) {
                 const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
                 if (s.edge || s.inverse_depth < 0) continue;
@@ -329,7 +329,7 @@ class Comparison {
                                       brightness(there_.pixel(x, y))});
             }
         // One pass: a pixel that is farther than the surface so far begins anew.
-        CellLight light;
+        PatchLight light;
         for (const Pixel& pixel : pixels) {
             if (light.count > 0 && pixel.inverse_depth > kOneDepth * light.inverse_depth) continue;
             if (light.count > 0 && kOneDepth * pixel.inverse_depth < light.inverse_depth)
@@ -347,9 +347,9 @@ class Comparison {
         return light;
     }
 
-    const CellLight* cell_at(int column, int row) const {
+    const PatchLight* patch_at(int column, int row) const {
         if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return nullptr;
-        return &cells_[size_t(row) * size_t(columns_) + size_t(column)];
+        return &patches_[size_t(row) * size_t(columns_) + size_t(column)];
     }
 
     const ImageD here_, there_;
@@ -358,7 +358,7 @@ class Comparison {
     const double half_open_;
     const int columns_, rows_;
     Sample now_;  // this frame's time as seen from the neighbor
-    std::vector<CellLight> cells_;
+    std::vector<PatchLight> patches_;
 };
 
 // block_surfaces.comp, starts.comp

@@ -287,11 +287,11 @@ class Planner {
     }
 
     void add_light(Packed& packed) {
-        constexpr Area kCells = Area().in_squares(INVERSE_WARP_LIGHT_CELL_PX);
+        constexpr Area kPatches = Area().in_squares(INVERSE_WARP_LIGHT_PATCH_PX);
         const Neighbor neighbor = *packed.neighbor;
-        packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kCells);
+        packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kPatches);
         Step step = make_surface_step_of(packed, "light");
-        step.spread = groups_for(kCells);
+        step.spread = groups_for(kPatches);
         step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
                          {1, packed.surfaces},
                          {2, planner_.input(Role::color)},

@@ -23,21 +23,21 @@ layout(binding = 6) uniform usampler2D marks;
 
 #include "inverse_warp/light.glsl"
 
-const int kRings = 2;                  // of cells, around that of a pixel
+const int kRings = 2;                  // of patches, around that of a pixel
 const float kMinDifference = 0.004;  // squared
 
 // This frame hides a surface of this inverse depth, seen at p. Does the light around it differ from
-// this frame's? That is, in the cells around that show it, of the smallest ring that has some, the
+// this frame's? That is, in the patches around that show it, of the smallest ring that has some, the
 // brightness differs by more than its deviation there: a fill from this frame errs less.
 bool has_other_light(ivec2 p, float inverse_depth) {
-    const ivec2 cell = p / kLightCellPx;
-    const ivec2 last = (uniforms.size - 1) / kLightCellPx;
+    const ivec2 own_patch = p / kLightPatchPx;
+    const ivec2 last = (uniforms.size - 1) / kLightPatchPx;
     precise float count = 0.0, mean = 0.0, square = 0.0, difference = 0.0;
     int ring = 0;
     ivec2 offset = ivec2(0);
-    // One loop over the cells of all rings; it ends after the first ring that shows the surface.
+    // One loop over the patches of all rings; it ends after the first ring that shows the surface.
     SOFTWARE_LOOP do {
-        const ivec2 at = cell + offset;
+        const ivec2 at = own_patch + offset;
         const bool within = all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, last));
         const vec4 l = texelFetch(light, clamp(at, ivec2(0), last), 0);
         if (within && l.x >= 0.0 && one_depth(l.x, inverse_depth)) {
@@ -62,14 +62,14 @@ bool has_other_light(ivec2 p, float inverse_depth) {
 
 shared uint hidden_of_square[kSquares];
 
-// The hidden pixels of a square, if some cell around it has another brightness; otherwise none.
+// The hidden pixels of a square, if some patch around it has another brightness; otherwise none.
 uint hidden_in_other_light(ivec2 square, uint hidden) {
-    const ivec2 cell = kSquarePx * square / kLightCellPx;
-    const ivec2 last = (uniforms.size - 1) / kLightCellPx;
+    const ivec2 own_patch = kSquarePx * square / kLightPatchPx;
+    const ivec2 last = (uniforms.size - 1) / kLightPatchPx;
     bool differs = false, more = hidden != 0u;
     ivec2 offset = ivec2(-kRings);
     SOFTWARE_LOOP do {
-        const vec4 l = texelFetch(light, clamp(cell + offset, ivec2(0), last), 0);
+        const vec4 l = texelFetch(light, clamp(own_patch + offset, ivec2(0), last), 0);
         differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kMinDifference);
         offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
         more = more && !differs && offset.y <= kRings;

@@ -10,6 +10,7 @@
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
 #include "shaders/shared/frame_uniforms.h"
+#include "shaders/shared/inverse_warp_gather_units.h"
 #include "shaders/shared/inverse_warp_uniforms.h"
 
 namespace postchain::inverse_warp {
@@ -531,28 +532,32 @@ class Planner {
         defines["ADAPTIVE"] = flag(settings_.more_samples() > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
-        step.bindings = {{0, planner_.input(Role::color)}, {1, from.surfaces},
-                         {2, from.starts.surfaces},        {0, result.color, Access::write},
-                         {11, from.background.color},      {12, from.background.cells}};
-        if (from.noise >= 0) step.bindings.push_back({3, from.noise});
+        step.bindings = {{GATHER_COLOR, planner_.input(Role::color)},
+                         {GATHER_SURFACES, from.surfaces},
+                         {GATHER_STARTS, from.starts.surfaces},
+                         {GATHER_BLURRED_IMAGE, result.color, Access::write},
+                         {GATHER_BACKGROUND_COLOR, from.background.color},
+                         {GATHER_BACKGROUND, from.background.cells}};
+        const auto bind = [&](int unit, TextureId texture, Access access = Access::sample_nearest) {
+            if (texture >= 0) step.bindings.push_back({unit, texture, access});
+        };
+        bind(GATHER_NOISE, from.noise);
         for (const Neighbor neighbor : from.neighbors) {
             const bool before = neighbor == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
-            step.bindings.push_back(
-                {before ? 7 : 9, planner_.input(role_of(neighbor, Role::color))});
+            bind(before ? GATHER_COLOR_BEFORE : GATHER_COLOR_AFTER,
+                 planner_.input(role_of(neighbor, Role::color)));
         }
-        if (from.neighbor_surfaces >= 0) step.bindings.push_back({8, from.neighbor_surfaces});
-        if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
-        if (settings_.parameters.denoise) {
-            step.bindings.push_back({2, soft.blurred.color, Access::write});
-            step.bindings.push_back({3, soft.spread, Access::write});
-        }
-        if (hint.given >= 0) step.bindings.push_back({6, hint.given});
+        bind(GATHER_NEIGHBOR_SURFACES, from.neighbor_surfaces);
+        bind(GATHER_LENS_SAMPLES, from.lens_samples);
+        bind(GATHER_SOFT_IMAGE, soft.blurred.color, Access::write);
+        bind(GATHER_SPREAD_IMAGE, soft.spread, Access::write);
+        bind(GATHER_GIVEN_HINT, hint.given);
         if (second_layer_) {
             defines["SECOND_LAYER"] = "1";
-            step.bindings.push_back({6, planner_.input(Role::behind)});
+            bind(GATHER_SECOND_LAYER, planner_.input(Role::behind));
         }
-        if (hint.made >= 0) step.bindings.push_back({1, hint.made, Access::write});
+        bind(GATHER_HINT_IMAGE, hint.made, Access::write);
         step.taps = pixels_ * uint64_t(taps_px());
         step.group_taps = uint64_t(kBlockPx * kBlockPx) *
                           most_taps_px(from.neighbors.size() + size_t(second_layer_));
@@ -570,17 +575,18 @@ class Planner {
     // The layers that gather reads and writes.
     std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
                                          const Soft& soft) const {
-        std::vector<Binding> arrays = {{13, planner_.input(Role::layers)},
-                                       {14, from.background.layers},
-                                       {4, result.layers, Access::write},
-                                       {6, from.occupied, Access::read}};
+        std::vector<Binding> arrays = {{GATHER_LAYERS, planner_.input(Role::layers)},
+                                       {GATHER_BACKGROUND_LAYERS, from.background.layers},
+                                       {GATHER_LAYERS_BLURRED_IMAGE, result.layers, Access::write},
+                                       {GATHER_OCCUPIED_IMAGE, from.occupied, Access::read}};
         if (settings_.parameters.denoise) {
-            arrays.push_back({5, soft.blurred.layers, Access::write});
-            arrays.push_back({7, soft.reached, Access::write});
+            arrays.push_back({GATHER_LAYERS_SOFT_IMAGE, soft.blurred.layers, Access::write});
+            arrays.push_back({GATHER_REACHED_IMAGE, soft.reached, Access::write});
         }
         for (const Neighbor neighbor : from.neighbors)
-            arrays.push_back({neighbor == Neighbor::before ? 15 : 5,
-                              planner_.input(role_of(neighbor, Role::layers))});
+            arrays.push_back(
+                {neighbor == Neighbor::before ? GATHER_LAYERS_BEFORE : GATHER_LAYERS_AFTER,
+                 planner_.input(role_of(neighbor, Role::layers))});
         return arrays;
     }
 

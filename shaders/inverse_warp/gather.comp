@@ -39,26 +39,27 @@
 #include "inverse_warp/cells.glsl"
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
+#include "shared/inverse_warp_gather_units.h"
 
-layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform usampler2D surfaces;
-layout(binding = 2) uniform usampler2D starts;
-layout(binding = 11) uniform sampler2D background_color;
-layout(binding = 12) uniform sampler2D background;
-layout(binding = 0) writeonly uniform image2D blurred;
+layout(binding = GATHER_COLOR) uniform sampler2D color;
+layout(binding = GATHER_SURFACES) uniform usampler2D surfaces;
+layout(binding = GATHER_STARTS) uniform usampler2D starts;
+layout(binding = GATHER_BACKGROUND_COLOR) uniform sampler2D background_color;
+layout(binding = GATHER_BACKGROUND) uniform sampler2D background;
+layout(binding = GATHER_BLURRED_IMAGE) writeonly uniform image2D blurred;
 #if DENOISE
-layout(binding = 2) writeonly uniform image2D soft;
-layout(binding = 3) writeonly uniform image2D spread;
+layout(binding = GATHER_SOFT_IMAGE) writeonly uniform image2D soft;
+layout(binding = GATHER_SPREAD_IMAGE) writeonly uniform image2D spread;
 #endif
 #if HINT && !SHUTTER
-layout(binding = 6) uniform sampler2D given_hint;
+layout(binding = GATHER_GIVEN_HINT) uniform sampler2D given_hint;
 #endif
 #if HINT
-layout(binding = 1) writeonly uniform image2D hint;
+layout(binding = GATHER_HINT_IMAGE) writeonly uniform image2D hint;
 #endif
 #ifdef LAYERS
-layout(binding = 13) uniform sampler2DArray layers;
-layout(binding = 14) uniform sampler2DArray background_layers;
+layout(binding = GATHER_LAYERS) uniform sampler2DArray layers;
+layout(binding = GATHER_BACKGROUND_LAYERS) uniform sampler2DArray background_layers;
 #endif
 
 // Shared by all samples of a pixel.

@@ -6,19 +6,19 @@
 #include "inverse_warp/frames.glsl"
 
 #if BEFORE
-layout(binding = 7) uniform sampler2D color_before;
+layout(binding = GATHER_COLOR_BEFORE) uniform sampler2D color_before;
 #endif
 #if AFTER
-layout(binding = 9) uniform sampler2D color_after;
+layout(binding = GATHER_COLOR_AFTER) uniform sampler2D color_after;
 #endif
 #if BEFORE || AFTER
-layout(binding = 8) uniform usampler2D neighbor_surfaces;
+layout(binding = GATHER_NEIGHBOR_SURFACES) uniform usampler2D neighbor_surfaces;
 #endif
 #if BEFORE && defined(LAYERS)
-layout(binding = 15) uniform sampler2DArray layers_before;
+layout(binding = GATHER_LAYERS_BEFORE) uniform sampler2DArray layers_before;
 #endif
 #if AFTER && defined(LAYERS)
-layout(binding = 5) uniform sampler2DArray layers_after;
+layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 #endif
 
 const int kNeighborSteps = 3;  // from each start surface

@@ -1,5 +1,6 @@
 #include "chain/gl/image_reads.h"
 
+#include <map>
 #include <sstream>
 #include <string_view>
 
@@ -22,6 +23,12 @@ constexpr const char* kMacros =
 
 std::string define_of_unit(int unit) {
     return concat("IMAGE_", unit);
+}
+
+// A unit is a number, or a macro that stands for one.
+int unit_of(const std::string& text, const std::map<std::string, std::string>& macros) {
+    const auto macro = macros.find(text);
+    return std::stoi(macro == macros.end() ? text : macro->second);
 }
 
 }  // namespace
@@ -49,13 +56,20 @@ std::string with_image_reads(const std::string& source, const ProgramKey& key) {
     constexpr std::string_view kBinding = "layout(binding = ", kUniform = ") uniform ";
     std::istringstream lines(source);
     std::string line;
+    std::map<std::string, std::string> macros;
     std::getline(lines, line);
     std::string out = line + "\n" + kMacros;
     while (std::getline(lines, line)) {
+        if (line.starts_with("#define ")) {
+            std::istringstream words(line);
+            std::string define, name, value;
+            if (words >> define >> name >> value) macros[name] = value;
+        }
         const size_t uniform = line.find(kUniform);
         if (line.starts_with(kBinding) && uniform != line.npos &&
             line.find("sampler2D", uniform) != line.npos) {
-            const int unit = std::stoi(line.substr(kBinding.size()));
+            const int unit =
+                unit_of(line.substr(kBinding.size(), uniform - kBinding.size()), macros);
             const auto format = key.defines.find(define_of_unit(unit));
             const bool bits = line.find("usampler") != line.npos;
             // The macros make the type an image. One that the step does not bind is not read.

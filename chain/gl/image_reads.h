@@ -23,8 +23,9 @@ Reads best_reads(const Device& device);
 // The step's program for textures that are read as images.
 ProgramKey image_program(const Plan& plan, const Step& step);
 
-// The source of such a program, whose includes are resolved: each sampler at `layout(binding = N)`
-// is a readonly image at unit kFirstReadImage + N, and texelFetch() is imageLoad().
+// The source of such a program, whose includes are resolved: each sampler at `layout(binding = N)`,
+// N a number or a macro, is a readonly image at unit kFirstReadImage + N, and texelFetch() is
+// imageLoad().
 std::string with_image_reads(const std::string& source, const ProgramKey& key);
 
 // True if the key is one of image_program().

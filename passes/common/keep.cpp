@@ -6,7 +6,7 @@
 
 namespace postchain {
 
-void add_keep(PassPlanner& planner, TextureId list, const Kept& kept) {
+void add_keep(PassPlanner& planner, TextureId list, const KeepTargets& kept) {
     Step step;
     step.name = "keep";
     step.program = {"common/keep.comp",

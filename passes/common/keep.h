@@ -6,7 +6,7 @@
 namespace postchain {
 
 // The textures that the blocks keep, and their targets; -1 = none.
-struct Kept {
+struct KeepTargets {
     TextureId color = -1;       // takes the pass's input color, bit for bit
     TextureId given_hint = -1;  // goes to `hint`; without it the hint is 0
     TextureId hint = -1;
@@ -15,6 +15,6 @@ struct Kept {
 };
 
 // Adds the step "keep" (shaders/common/keep.comp) for the blocks of `list`.
-void add_keep(PassPlanner& planner, TextureId list, const Kept& kept);
+void add_keep(PassPlanner& planner, TextureId list, const KeepTargets& kept);
 
 }  // namespace postchain

@@ -19,7 +19,7 @@ const ParameterTable& table() {
                     {.help = "gilham: a downsampled Gaussian blur, mixed in by the circle of "
                              "confusion; inverse_warp: the surface that each lens sample sees at "
                              "the pixel, in the shape of the aperture"})
-            .rows(&Parameters::lens, lens::parameter_table())
+            .rows<lens::Parameters>(&Parameters::lens, lens::parameter_table())
             .integer("downsample", &Parameters::downsample,
                      {.min = 1,
                       .max = 4,
@@ -58,28 +58,24 @@ const ParameterTable& table() {
                       .read_if = warp,
                       .convergence = Convergence::set,
                       .converged = 512})
-            .rows(&Parameters::search, inverse_warp::parameter_table(), warp)
+            .rows<inverse_warp::SearchParameters>(&Parameters::search, inverse_warp::search_table(),
+                                                  warp)
             .boolean("denoise", &Parameters::denoise,
                      {.help = "remove the noise of the samples if the blur is wider than a few "
                               "pixels",
                       .read_if = warp})
-            .rows(&Parameters::aperture, lens::aperture_parameter_table(), warp)
-            .rows(&Parameters::noise, noise::parameter_table(), warp)
+            .rows<lens::ApertureParameters>(&Parameters::aperture, lens::aperture_parameter_table(),
+                                            warp)
+            .rows<noise::Parameters>(&Parameters::noise, noise::parameter_table(), warp)
             .table();
     return rows;
 }
 
-inverse_warp::Settings warp_settings(const Parameters& parameters, const Camera& camera,
+inverse_warp::Settings warp_settings(const Parameters& parameters, const FrameDescription& frame,
                                      const lens::CircleOfConfusion& coc) {
-    inverse_warp::Settings settings;
-    settings.lens = {.coc = coc,
-                     .aperture = lens::aperture_of(parameters.aperture, camera, coc.axes)};
-    settings.samples = parameters.samples;
-    settings.search = parameters.search;
-    settings.denoise = parameters.denoise;
-    settings.noise = parameters.noise;
-    settings.still_rule = kRuleFocusBlocks;
-    return settings;
+    return {.parameters = parameters,
+            .lens = inverse_warp::lens_on(frame, parameters, coc),
+            .still_rule = kRuleFocusBlocks};
 }
 
 // The pass with either filter, Gilham or the inverse warp.
@@ -90,20 +86,6 @@ class DepthOfFieldOnFrame final : public Filter {
     DepthOfFieldOnFrame(const Parameters& parameters, const lens::CircleOfConfusion& coc,
                         const FrameDescription& frame, const OfFilter&... of_filter)
         : Filter(of_filter...), parameters_(parameters), coc_(coc), frame_(frame) {}
-
-    std::vector<UsedValue> used_values() const override {
-        std::vector<UsedValue> values =
-            lens::used_values(parameters_.lens, coc_, frame_, kSharpRadiusPx);
-        if (warps())
-            for (UsedValue& value : lens::used_values(parameters_.aperture, frame_.camera))
-                values.push_back(std::move(value));
-        return values;
-    }
-
-    // Gilham's radii beyond two deviations of its Gaussian look the same, cut or not.
-    std::vector<Cut> cuts() const override {
-        return warps() ? lens::cuts(coc_, frame_) : std::vector<Cut>();
-    }
 
     // The color is exact up to a radius of 0.5 px; gilham's hint only if the radius is 0.
     std::optional<Identity> identity(const PlanContext& context) const override {
@@ -154,7 +136,8 @@ class DepthOfField final : public Pass {
     Guarantees guarantees() const override {
         Guarantees guarantees;
         if (warps()) {
-            guarantees = inverse_warp::guarantees_of(warp_settings(parameters_, {}, {}));
+            const FrameDescription any;
+            guarantees = inverse_warp::guarantees_of(warp_settings(parameters_, any, {}));
         } else {
             guarantees.keeps_constants = true;
             guarantees.convex = 1e-6;
@@ -206,7 +189,7 @@ class DepthOfField final : public Pass {
 
     ResolvedPass warp(const lens::CircleOfConfusion& coc, const FrameDescription& frame) const {
         return DepthOfFieldOnFrame<inverse_warp::WarpOnFrame>(
-            parameters_, coc, frame, warp_settings(parameters_, frame.camera, coc), frame);
+            parameters_, coc, frame, warp_settings(parameters_, frame, coc), frame);
     }
     ResolvedPass gilham(const lens::CircleOfConfusion& coc, const FrameDescription& frame,
                         const GilhamSizes& sizes) const {

@@ -10,9 +10,6 @@
 #include <optional>
 
 #include "chain/pass.h"
-#include "passes/common/aperture.h"
-#include "passes/common/lens.h"
-#include "passes/common/noise.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::depth_of_field {
@@ -20,21 +17,18 @@ namespace postchain::depth_of_field {
 enum class Method { gilham, inverse_warp };
 enum class Leak { none, depth, coc };  // neighbors that the Gaussian may mix in
 
-struct Parameters {
+struct Parameters : inverse_warp::Parameters {
+    Parameters() {
+        samples = 32;
+        noise.noise = noise::Kind::ign;
+    }
+
     Method method = Method::inverse_warp;
-    lens::Parameters lens;
 
     std::optional<int> downsample;        // unset = from the Gaussian's width, gilham.cpp
     std::optional<double> blur_sigma_px;  // unset = from the lens, gilham.cpp
     Leak leak = Leak::coc;
     bool hdr_weight = false;
-
-    // method: inverse_warp
-    int samples = 32;
-    inverse_warp::Parameters search;
-    bool denoise = true;
-    lens::ApertureParameters aperture;
-    noise::Parameters noise = {.noise = noise::Kind::ign};
 };
 
 // Its own rule of elision, for blocks that the device finds.

@@ -25,10 +25,11 @@
 
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
-#include "passes/depth_of_field/focus_blocks.h"
 #include "passes/depth_of_field/gilham_reference.h"
 #include "shaders/shared/depth_of_field_blur_uniforms.h"
+#include "shaders/shared/depth_of_field_needed_uniforms.h"
 #include "shaders/shared/depth_of_field_uniforms.h"
+#include "shaders/shared/sharp_radius.h"
 
 namespace postchain::depth_of_field {
 namespace {
@@ -97,6 +98,119 @@ DepthOfFieldBlurUniforms blur_uniforms_of(const GilhamSizes& sizes, size_t axis)
         uniforms.weights[(i - 1) / 4][(i - 1) % 4] = float(std::exp(-0.5 * x * x));
     }
     return uniforms;
+}
+
+// Blocks of 16 x 16 pixels are sorted by their circles of confusion (rule focus_blocks): blocks
+// that return their color, blocks that show only the blurred image, and blocks of the blurred image
+// that are read at all. Found on the device; no bit of the result depends on it.
+//
+//   depth     --coc----------> sharp, blurred, mixed; blurs
+//   blurs     --needed_y-----> blur_y blocks; needed_y     read by the image's bilinear taps
+//   needed_y  --needed_x-----> blur_x blocks; needed_x     read by the Gaussian along y
+//   needed_x  --needed_small-> small blocks                read by the Gaussian along x
+//
+// Work lists; -1 = none, and the whole image is filtered.
+struct FocusBlocks {
+    TextureId sharp = -1, blurred = -1, mixed = -1;  // of the frame
+    TextureId small = -1, blur_x = -1, blur_y = -1;  // of the downsampled image
+    TextureId blurs = -1;                            // mask: 1 where a block of the frame blurs
+};
+
+// One texel for each block of a plane.
+TextureId add_mask(PassPlanner& planner, const char* name, const Area& pixels) {
+    return planner.texture(name, Format::r8, groups_for(pixels));
+}
+
+// A search of a mask for the blocks that need a block of the downsampled image.
+struct Search {
+    const char* step;
+    const char* list;
+    int factor;
+    glm::ivec2 reach;
+    std::array<int, 3> readers;  // blocks of the reader's plane
+};
+
+// The frame's bilinear taps reach one more pixel of the downsampled image, less than a block. The
+// Gaussian's taps come in fours; the last of them have weight 0, but are read.
+std::array<Search, 3> searches_of(const GilhamSizes& sizes) {
+    const auto of_frame = groups_for(sizes.width, sizes.height);
+    const auto of_small = groups_for(sizes.low_width, sizes.low_height);
+    const auto reach = [&](size_t axis) {
+        return (4 * ((sizes.taps[axis] + 3) / 4) + kBlockPx - 1) / kBlockPx;
+    };
+    return {{{"needed_y", "blur_y_blocks", sizes.factor, {1, 1}, of_frame},
+             {"needed_x", "blur_x_blocks", 1, {0, reach(1)}, of_small},
+             {"needed_small", "small_blocks", 1, {reach(0), 0}, of_small}}};
+}
+
+shared::DepthOfFieldNeededUniforms uniforms_of(const Search& search, const GilhamSizes& sizes) {
+    const auto grid = groups_for(sizes.low_width, sizes.low_height);
+    shared::DepthOfFieldNeededUniforms uniforms{};
+    uniforms.blocks = {grid[0], grid[1]};
+    uniforms.reach = search.reach;
+    uniforms.reader_blocks = {search.readers[0], search.readers[1]};
+    uniforms.factor = search.factor;
+    return uniforms;
+}
+
+// Makes `sort`, a step of coc.comp over width x height pixels, fill the frame's lists and mask.
+FocusBlocks sort_focus_blocks(PassPlanner& planner, Step& sort) {
+    FocusBlocks blocks;
+    sort.program.defines.emplace("SORT", "1");
+    if (planner.context().precision == Precision::fp16)
+        sort.program.defines.emplace("HALF_RADIUS", "1");
+    blocks.sharp = add_work_list(planner, sort, 0, "sharp_blocks");
+    blocks.blurred = add_work_list(planner, sort, 1, "blurred_blocks");
+    blocks.mixed = add_work_list(planner, sort, 2, "mixed_blocks");
+    blocks.blurs = add_mask(planner, "blurs", {});
+    sort.bindings.push_back({2, blocks.blurs, Access::write});
+    return blocks;
+}
+
+// Adds the steps that fill the lists of the downsampled image. `guided`: the Gaussian reads a guide
+// plane (leak: depth or coc).
+void add_needed_blocks(PassPlanner& planner, FocusBlocks& blocks, const GilhamSizes& sizes,
+                       bool guided) {
+    TextureId read = blocks.blurs;
+    const auto needed = [&](const Search& search) {
+        Step step;
+        step.name = search.step;
+        step.program = {"depth_of_field/needed_blocks.comp", {}};
+        const TextureId list = add_work_list(planner, step, 0, search.list, sizes.low());
+        const TextureId mask = add_mask(planner, search.step, sizes.low());
+        step.bindings.push_back({0, read});
+        step.bindings.push_back({0, mask, Access::write});
+        step.take_uniforms<shared::DepthOfFieldNeededUniforms>();
+        step.spread = groups_for(groups_for(sizes.low()));
+        const glm::ivec2 texels = search.factor + 2 * search.reach;
+        step.group_taps = uint64_t(kBlockPx * kBlockPx) * uint64_t(texels.x) * uint64_t(texels.y);
+        planner.step(std::move(step));
+        read = mask;
+        return list;
+    };
+    const auto [for_picture, for_columns, for_rows] = searches_of(sizes);
+    blocks.blur_y = needed(for_picture);
+    blocks.blur_x = needed(for_columns);
+    blocks.small = needed(for_rows);
+
+    const auto elide = [&](const char* item, TextureId list, bool outside, int taps_px, Fact why) {
+        elide_blocks(planner, item, kRuleFocusBlocks, std::move(why), list, taps_px, outside);
+    };
+    elide("blurred image in sharp blocks", blocks.sharp, false, sizes.factor == 1 ? 1 : 4,
+          {.name = "largest radius", .limit = shared::kSharpRadiusPx, .unit = "px"});
+    elide("color and radius in blurred blocks", blocks.blurred, false, 2,
+          {.name = "smallest radius",
+           .limit = float(sizes.full_blur_px),
+           .unit = "px",
+           .relation = Fact::Relation::at_least});
+    // Fetches per pixel of the downsampled image: for downsampling, and for the Gaussian along x or
+    // y.
+    const int down = sizes.factor * sizes.factor;
+    const auto along = [&](size_t axis) { return (2 * sizes.taps[axis] + 1) * (guided ? 2 : 1); };
+    const Fact unread = {"no block of the result reads them"};
+    elide("downsample", blocks.small, true, down, unread);
+    elide("blur_x", blocks.blur_x, true, along(0), unread);
+    elide("blur_y", blocks.blur_y, true, along(1), unread);
 }
 
 // Color and its extra layers; -1 = none.
@@ -315,6 +429,10 @@ std::vector<GilhamSizes> every_gilham_size(const Parameters& parameters,
     return sizes;
 }
 
+std::vector<UsedValue> Gilham::used_values() const {
+    return lens::used_values(parameters_.lens, coc_, frame_, shared::kSharpRadiusPx);
+}
+
 // The Gaussian's taps on the copy, a box more for the bilinear taps, and the boxes themselves.
 Reach Gilham::reach() const {
     const double px = double(sizes_.factor) * (std::max(sizes_.taps[0], sizes_.taps[1]) + 2);
@@ -335,7 +453,9 @@ void Gilham::write_uniforms(const PlanContext& context, UniformWriter& uniforms)
     uniforms.set(uniforms_of(coc_, sizes_, frame_));
     uniforms.set("blur_x", blur_uniforms_of(sizes_, 0));
     uniforms.set("blur_y", blur_uniforms_of(sizes_, 1));
-    if (context.uses(kRuleFocusBlocks)) write_focus_uniforms(sizes_, uniforms);
+    if (!context.uses(kRuleFocusBlocks)) return;
+    for (const Search& search : searches_of(sizes_))
+        uniforms.set(search.step, uniforms_of(search, sizes_));
 }
 
 void Gilham::reference(const PlanContext& context, ReferenceFrame& frame) const {

@@ -1,42 +1,56 @@
 #include "passes/inverse_warp/inverse_warp.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "chain/work_list.h"
 #include "passes/common/lens_samples.h"
 #include "passes/inverse_warp/reference.h"
 #include "passes/inverse_warp/steps.h"
-#include "passes/inverse_warp/surface_steps.h"
-#include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
 
 constexpr double kMinHalfOpen = 1.0 / 16;  // frames
 
-// To the farthest cell, 16 of 2 px away, in which behind.comp looks for a hidden surface.
-constexpr double kBehindReachPx = 2 * 16 + 2;
+// To the farthest cell, 16 of 2 px away, in which continuation.comp looks for a hidden surface.
+constexpr double kContinuationReachPx = 2 * 16 + 2;
 
 }  // namespace
 
-double default_max_path_px(const FrameDescription& frame) {
-    return std::clamp(frame.display_width / 8.0, 40.0, 512.0);
-}
-
-const ParameterTable& parameter_table() {
+const ParameterTable& search_table() {
     static const ParameterTable table =
-        ParameterTableBuilder<Parameters>()
-            .integer("starts", &Parameters::starts,
+        ParameterTableBuilder<SearchParameters>()
+            .integer("starts", &SearchParameters::starts,
                      {.min = 1,
                       .max = kMaxStarts,
                       .help = "start surfaces of the search from the blocks around, "
                               "beside the pixel's own"})
-            .choice("neighbors", &Parameters::neighbors, {"none", "before", "both"},
+            .choice("neighbors", &SearchParameters::neighbors, {"none", "before", "both"},
                     {.help = "neighboring frames searched for surfaces occluded in "
                              "this one, if their planes are available: none, the one before (as "
                              "an engine has), or both"})
             .table();
     return table;
+}
+
+Shutter shutter_on(const FrameDescription& frame, const Parameters& parameters) {
+    const double default_max_path_px = std::clamp(frame.display_width / 8.0, 40.0, 512.0);
+    return {.half_open = 0.5 * shutter::open_frames(parameters.shutter, frame.camera),
+            .max_path_px = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
+                               .value_or(default_max_path_px)};
+}
+
+Lens lens_on(const FrameDescription& frame, const Parameters& parameters,
+             const lens::CircleOfConfusion& coc) {
+    return {coc, lens::aperture_of(parameters.aperture, frame.camera, coc.axes)};
+}
+
+noise::Parameters Settings::noise() const {
+    noise::Parameters noise = parameters.noise;
+    if (!lens && parameters.time_jitter == 0) noise.noise = noise::Kind::none;
+    return noise;
 }
 
 RoleSet required_planes(bool shutter) {
@@ -58,11 +72,11 @@ RoleSet optional_planes(bool shutter, Neighbors neighbors) {
 
 NeighborList searched_neighbors(const Settings& settings, RoleSet available) {
     NeighborList found;
+    const Neighbors neighbors = settings.parameters.search.neighbors;
     if (settings.shutter && settings.shutter->half_open < kMinHalfOpen) return found;
     for (const Neighbor neighbor : kNeighbors) {
-        if (settings.search.neighbors == Neighbors::none) break;
-        if (settings.search.neighbors == Neighbors::before && neighbor != Neighbor::before)
-            continue;
+        if (neighbors == Neighbors::none) break;
+        if (neighbors == Neighbors::before && neighbor != Neighbor::before) continue;
         bool all = available.has(Role::motion);
         for (const Role role : {Role::color, Role::inverse_depth, Role::motion})
             all = all && available.has(role_of(neighbor, role));
@@ -74,6 +88,12 @@ NeighborList searched_neighbors(const Settings& settings, RoleSet available) {
     return found;
 }
 
+bool uses_second_layer(const Settings& settings, const PlanContext& context) {
+    const bool given_hint =
+        !settings.shutter && context.available.has(Role::hint) && context.wanted.has(Role::hint);
+    return context.available.has(Role::behind) && !given_hint;
+}
+
 Guarantees guarantees_of(const Settings& settings) {
     Guarantees guarantees;
     guarantees.keeps_constants = true;
@@ -83,7 +103,7 @@ Guarantees guarantees_of(const Settings& settings) {
     guarantees.lattice_px = barrel ? 0 : kBlockPx;
     // Random numbers belong to places. On a tie between surfaces a block takes the first, which
     // prefers a side.
-    if (settings.noise.noise == noise::Kind::none && !barrel)
+    if (settings.noise().noise == noise::Kind::none && !barrel)
         guarantees.symmetries = {Symmetry::shift};
     return guarantees;
 }
@@ -96,17 +116,41 @@ std::vector<Settings> every_shape(const Settings& settings) {
     return {closed, open};
 }
 
+std::vector<UsedValue> WarpOnFrame::used_values() const {
+    const Parameters& parameters = settings_.parameters;
+    std::vector<UsedValue> values;
+    const auto add = [&](std::vector<UsedValue> more) {
+        std::move(more.begin(), more.end(), std::back_inserter(values));
+    };
+    if (settings_.shutter) add(shutter::used_values(parameters.shutter, frame_));
+    if (settings_.lens) {
+        add(lens::used_values(parameters.lens, settings_.lens->coc, frame_,
+                              shared::kSharpRadiusPx));
+        add(lens::used_values(parameters.aperture, frame_.camera));
+    }
+    return values;
+}
+
+std::vector<Cut> WarpOnFrame::cuts() const {
+    std::vector<Cut> cuts;
+    if (settings_.shutter)
+        cuts = shutter::cuts(settings_.parameters.shutter, frame_, settings_.shutter->max_path_px);
+    if (settings_.lens)
+        for (Cut& cut : lens::cuts(settings_.lens->coc, frame_)) cuts.push_back(std::move(cut));
+    return cuts;
+}
+
 // The blocks that can reach a pixel's block end `ring` blocks from it, and the edges of a surface
 // there are found in up to four pixels around it. Every position of the search lies on a path that
-// ends at the pixel; occluded surfaces come from cells up to kBehindReachPx around, and denoised
-// colors from two pixels further. If blocks choose how many samples they take, a pixel
+// ends at the pixel; occluded surfaces come from cells up to kContinuationReachPx around, and
+// denoised colors from two pixels further. If blocks choose how many samples they take, a pixel
 // depends on all of its block.
 Reach WarpOnFrame::reach() const {
     // In a neighboring frame paths are as long as the motion vectors.
     if (!searched_neighbors(settings_, frame_.planes).empty()) return {};
     const double longest = longest_px(settings_);
-    const double block = settings_.more_samples > 0 ? kBlockPx : 0;
-    const double hidden = longest + kBehindReachPx + 7 + block;
+    const double block = settings_.more_samples() > 0 ? kBlockPx : 0;
+    const double hidden = longest + kContinuationReachPx + 7 + block;
     return {std::max(kBlockPx * (ring_of(longest) + 1) + 7.0 + block, hidden), hidden};
 }
 
@@ -123,10 +167,9 @@ void WarpOnFrame::plan(PassPlanner& planner) const {
 }
 
 void WarpOnFrame::write_uniforms(const PlanContext& context, UniformWriter& uniforms) const {
-    const auto all = uniforms_of(settings_, frame_);
-    uniforms.set(all);
-    write_surface_uniforms(searched_neighbors(settings_, context.available), all, uniforms);
-    noise::write_uniforms(settings_.noise, frame_.frame_number, uniforms);
+    write_step_uniforms(settings_, frame_, searched_neighbors(settings_, context.available),
+                        uniforms);
+    noise::write_uniforms(settings_.noise(), frame_.frame_number, uniforms);
 }
 
 void WarpOnFrame::reference(const PlanContext& context, ReferenceFrame& frame) const {

@@ -9,7 +9,7 @@
 //   block_surfaces --row_starts-> row_starts
 //   row_starts --starts--> starts; work lists: moving_blocks, still_blocks
 //   color, surfaces --background--> background_color, background_depth
-//   background_depth, background_color --behind-> background
+//   background_depth, background_color --continuation-> background
 //   behind --second_surfaces-> some of surfaces, below the frame's
 //   layers of this frame and its neighbors --occupied-> occupied
 //   color, surfaces, starts, background_color, background [, noise] [, lens_samples]
@@ -23,13 +23,16 @@
 // Iterative Image Warping, 2012.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "chain/pass.h"
 #include "passes/common/aperture.h"
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/noise.h"
+#include "passes/common/shutter.h"
 #include "shaders/shared/sharp_radius.h"
 
 namespace postchain::inverse_warp {
@@ -39,43 +42,60 @@ inline constexpr int kMaxStarts = 8;
 // Frames that are searched for surfaces occluded in this one.
 enum class Neighbors { none, before, both };
 
-struct Shutter {
-    double half_open = 0.25;      // half the open time, frames; 0: closed
-    double max_path_px = 40;      // longest path on one side of the frame
-    double path_px_per_time = 2;  // without a lens: pixels of a block's path per time sample
-    double time_jitter = 0.25;    // without a lens: largest shift of its times, in spacings
+// Shutter::max_path_px if the user sets no limit.
+inline constexpr const char* kDefaultMaxPathText =
+    "an eighth of the display width, at least 40 and at most 512";
+
+struct SearchParameters {
+    int starts = 4;  // start surfaces of a block, beside the pixel's own; 1..kMaxStarts
+    Neighbors neighbors = Neighbors::both;
+};
+// Rows for the table of a pass.
+const ParameterTable& search_table();
+
+// Base of the parameters of a pass, whose table has the rows that its user may set.
+struct Parameters {
+    int samples = 25;     // per pixel, 1..lens::kMaxLensSamples; without a lens an upper limit
+    int max_samples = 0;  // with a lens: of blocks whose samples disagree; off unless larger
+    SearchParameters search;
+    bool denoise = true;      // remove the noise of the samples where they are blurred
+    noise::Parameters noise;  // shifts the times of a pixel, turns its lens samples
+
+    shutter::Parameters shutter;
+    std::optional<int> max_blur_px;  // longest path on one side of the frame
+    double path_px_per_time = 2;     // without a lens: pixels of a block's path per time sample
+    double time_jitter = 0.25;       // without a lens: largest shift of its times, in spacings
+
+    lens::Parameters lens;
+    lens::ApertureParameters aperture;
 };
 
+// On one frame.
+struct Shutter {
+    double half_open = 0.25;  // half the open time, frames; 0: closed
+    double max_path_px = 40;  // longest path on one side of the frame
+};
+Shutter shutter_on(const FrameDescription& frame, const Parameters& parameters);
 struct Lens {
     lens::CircleOfConfusion coc;
     lens::Aperture aperture;
 };
+Lens lens_on(const FrameDescription& frame, const Parameters& parameters,
+             const lens::CircleOfConfusion& coc);
 
-// Longest path on one side of the frame if the user sets no limit: an eighth of the display width.
-double default_max_path_px(const FrameDescription& frame);
-inline constexpr const char* kDefaultMaxPathText =
-    "an eighth of the display width, at least 40 and at most 512";
-
-// The parameters of the search that a pass gives its user.
-struct Parameters {
-    int starts = 4;  // start surfaces of a block, beside the pixel's own; 1..kMaxStarts
-    Neighbors neighbors = Neighbors::both;
-};
-const ParameterTable& parameter_table();
-
-// At least one of shutter and lens.
+// At least one of shutter and lens. The parameters must outlive it.
 struct Settings {
-    std::optional<Shutter> shutter;
-    std::optional<Lens> lens;
-    int samples = 25;      // per pixel, 1..lens::kMaxLensSamples; without a lens an upper limit
-    int more_samples = 0;  // with a lens: extra samples of blocks whose samples disagree; both
-                           // together at most lens::kMaxLensSamples
-    Parameters search;
+    const Parameters& parameters;
+    std::optional<Shutter> shutter = {};
+    std::optional<Lens> lens = {};
     // A block keeps its color if no displacement is longer.
     double still_limit_px = shared::kSharpRadiusPx;
-    bool denoise = true;          // remove the noise of the samples where they are blurred
-    noise::Parameters noise;      // shifts the times of a pixel, turns its lens samples
     const char* still_rule = "";  // rule under which the device finds still blocks; "" = none
+
+    // Extra samples of blocks whose samples disagree.
+    int more_samples() const { return std::max(parameters.max_samples - parameters.samples, 0); }
+    // Without a jitter of its times, the shutter alone needs no random numbers.
+    noise::Parameters noise() const;
 };
 
 // Planes that it reads, color among them.
@@ -104,6 +124,11 @@ class NeighborList {
 // frame: a frame is then farther away than the paths of surfaces are known.
 NeighborList searched_neighbors(const Settings& settings, RoleSet available);
 
+// Does the pass use the layer behind (chain/behind.h)? Not beside a hint that it is given: a step
+// has too few textures for both, and that hint comes from a pass that has blurred the frame's
+// color.
+bool uses_second_layer(const Settings& settings, const PlanContext& context);
+
 // Settings that lead to the same programs as these and to every other choice of programs that
 // another shutter time can lead to.
 std::vector<Settings> every_shape(const Settings& settings);
@@ -115,6 +140,8 @@ class WarpOnFrame : public PassOnFrame {
     WarpOnFrame(const Settings& settings, const FrameDescription& frame)
         : settings_(settings), frame_(frame) {}
 
+    std::vector<UsedValue> used_values() const override;
+    std::vector<Cut> cuts() const override;
     Reach reach() const override;
     ShapeNumbers shape(const PlanContext& context) const override;
     void plan(PassPlanner& planner) const override;

@@ -1,10 +1,12 @@
-// The gather (gather.comp, samples.glsl), one pixel at a time, written from docs/inverse_warp.md.
-// The functions are named as in GLSL; the two share only the random numbers and the rounding of
-// storage.
+// The gather (gather.comp, samples.glsl), the sums over a pixel's samples (accumulate.glsl,
+// adaptive.glsl) and denoising (denoise.comp), one pixel at a time, written from
+// docs/inverse_warp.md. The functions are named as in GLSL; the two share only the random numbers
+// and the rounding of storage.
 #include "passes/inverse_warp/reference.h"
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -15,18 +17,168 @@
 #include "chain/work_list.h"
 #include "passes/common/lens_samples.h"
 #include "passes/common/wide_color.h"
-#include "passes/inverse_warp/reference_accumulate.h"
-#include "passes/inverse_warp/reference_background.h"
-#include "passes/inverse_warp/reference_denoise.h"
-#include "passes/inverse_warp/reference_light.h"
 #include "passes/inverse_warp/reference_search.h"
-#include "passes/inverse_warp/uniforms.h"
 
 namespace postchain::inverse_warp {
+namespace reference {
 namespace {
 
-using namespace reference;
+// accumulate.glsl, adaptive.glsl
+constexpr double kSoftSpread = 8;  // px^2
+constexpr double kMaxSpread = 65536;
+constexpr double kNoiseVariance = 0.045;  // of samples, as shown; above it a block takes more
+constexpr double kFullWeight = 1.25;      // times that: they count as much as the first
 
+// A sample's color, and the surface that it sees.
+struct Hit {
+    Color color;
+    double inverse_depth = 0;
+    Vec path;  // a
+    Vec at;    // where this frame shows or hides it, px
+};
+
+// Samples of blurred surfaces.
+struct Soft {
+    Color color;
+    double weight = 0;
+    std::array<double, 3> spread = {};  // sum of covariances: xx, xy, yy, px^2
+};
+
+// Half of a pixel's samples.
+struct Half {
+    std::array<double, 3> color = {};
+    double weight = 0;
+};
+
+// Colors are differences to the pixel's own.
+struct Sums {
+    Color color;
+    double weight = 0;
+    double moment = 0;  // of the displacements, px^2
+    Soft soft;
+    std::array<Half, 2> halves;
+};
+
+// sum + weight color
+void add(Color& sum, double weight, const Color& color) {
+    for (size_t c = 0; c < sum.size(); ++c) sum[c] += weight * color[c];
+}
+
+std::array<double, 3> covariance_of(const Hit& hit, const Settings& settings) {
+    std::array<double, 3> covariance = {};
+    if (settings.lens) {
+        const double radius = settings.lens->coc.radius_px(hit.inverse_depth);
+        const auto [x, y] = settings.lens->coc.axes;
+        covariance[0] += x * x * radius * radius / 4;
+        covariance[2] += y * y * radius * radius / 4;
+    }
+    if (settings.shutter) {
+        covariance[0] += hit.path.x * hit.path.x / 3;
+        covariance[1] += hit.path.x * hit.path.y / 3;
+        covariance[2] += hit.path.y * hit.path.y / 3;
+    }
+    return covariance;
+}
+
+void add_soft(Soft& soft, const Hit& hit, const Color& difference, double weight,
+              const Settings& settings) {
+    const auto covariance = covariance_of(hit, settings);
+    const double variance = covariance[0] + covariance[2];
+    if (variance < kSoftSpread) return;
+    const double kept = std::min(kMaxSpread / variance, 1.0);
+    add(soft.color, weight, difference);
+    soft.weight += weight;
+    for (size_t c = 0; c < 3; ++c) soft.spread[c] += weight * kept * covariance[c];
+}
+
+void add_to_half(std::array<Half, 2>& halves, int number, const Color& difference, double weight) {
+    Half& half = halves[size_t(std::popcount(unsigned(number)) % 2)];
+    for (size_t c = 0; c < 3; ++c) half.color[c] += weight * difference[c];
+    half.weight += weight;
+}
+
+Sums no_samples(int channels) {
+    Sums sums;
+    sums.color = sums.soft.color = Color(size_t(channels));
+    return sums;
+}
+
+void accumulate(Sums& sums, const Pixel& pixel, const Sample& now, const Hit& hit,
+                const Settings& settings) {
+    Color difference = hit.color;
+    for (size_t c = 0; c < difference.size(); ++c) difference[c] -= pixel.color[c];
+    const Vec moved_px = hit.at - pixel.p;
+    add(sums.color, now.weight, difference);
+    sums.weight += now.weight;
+    sums.moment += now.weight * dot(moved_px, moved_px);
+    add_to_half(sums.halves, now.number, difference, now.weight);
+    add_soft(sums.soft, hit, difference, now.weight, settings);
+}
+
+// Squared difference between the means of the two halves of a pixel's samples, as shown: mean of
+// red, green and blue; 0 if a half is empty.
+double noise_of(const std::array<Half, 2>& halves, const double* own) {
+    if (halves[0].weight == 0 || halves[1].weight == 0) return 0;
+    const auto shown = [&](const Half& half, size_t c) {
+        const double light = std::max(own[c] + half.color[c] / half.weight, 0.0);
+        return std::sqrt(light / (1 + light));
+    };
+    double squared = 0;
+    for (size_t c = 0; c < 3; ++c)
+        squared += std::pow(shown(halves[0], c) - shown(halves[1], c), 2) / 3;
+    return squared;
+}
+
+// Weight of each sample beyond the first `samples` of a block, whose pixels have this mean noise.
+double weight_of_more(double noise, int samples) {
+    // The means of halves of n samples of variance v differ by 4 v/n in the mean square.
+    const double variance = noise * samples / 4;
+    return std::clamp((variance / kNoiseVariance - 1) / (kFullWeight - 1), 0.0, 1.0);
+}
+
+// denoise.comp
+constexpr double kPixelVariance = 1.0 / 12;  // px^2, along x and y, added to each covariance
+constexpr int kReachPx = 2;
+constexpr double kMinWeight = 1.0 / 64;
+
+// Replaces, in each pixel of `color`, the part that blurred samples have by their mean over the
+// pixels around. soft: their mean color, as wide as `color`; shares: their share; spread: their
+// covariance, xx, xy, yy.
+void denoise(const Settings& settings, const ImageD& soft, const ImageD& shares,
+             const ImageD& spread, ImageD& color) {
+    const double window = (settings.shutter ? 4.2 : 5.7) * std::sqrt(settings.parameters.samples);
+    const ImageD gathered = color;
+    for (int y = 0; y < color.height; ++y) {
+        for (int x = 0; x < color.width; ++x) {
+            const double share = shares.at(x, y);
+            if (!(share > 0)) continue;
+            const double xx = spread.at(x, y, 0) + kPixelVariance, xy = spread.at(x, y, 1);
+            const double yy = spread.at(x, y, 2) + kPixelVariance;
+            std::vector<double> sums(size_t(color.channels), 0.0);
+            double total = 0;
+            for (int j = std::max(y - kReachPx, 0); j <= std::min(y + kReachPx, color.height - 1);
+                 ++j) {
+                for (int i = std::max(x - kReachPx, 0);
+                     i <= std::min(x + kReachPx, color.width - 1); ++i) {
+                    const double dx = i - x, dy = j - y;
+                    // d^T covariance^-1 d
+                    const double form =
+                        (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy);
+                    const double weight =
+                        shares.at(i, j) * std::max(std::exp(-window * form) - kMinWeight, 0.0);
+                    if (weight == 0) continue;
+                    for (size_t c = 0; c < sums.size(); ++c)
+                        sums[c] += weight * (soft.at(i, j, int(c)) - soft.at(x, y, int(c)));
+                    total += weight;
+                }
+            }
+            for (int c = 0; c < color.channels; ++c)
+                color.at(x, y, c) = gathered.at(x, y, c) + share / total * sums[size_t(c)];
+        }
+    }
+}
+
+// gather.comp, samples.glsl
 constexpr double kMinDepthRatio = 1.01, kMaxDepthRatio = 1.03;
 constexpr double kSharpening = 1.5;
 constexpr int kMinTimes = 5;
@@ -135,7 +287,7 @@ class Gather {
           frames_(frames_of(context, settings, frame)),
           blocks_(blocks_of(frames_.here.surfaces, width_, height_, settings)),
           background_(frames_.here.color, frames_.here.surfaces),
-          noise_(noise::table(settings.noise, context.frame.frame_number)),
+          noise_(noise::table(settings.noise(), context.frame.frame_number)),
           weights_of_more_(blocks_.size()),
           color_(width_, height_, frames_.here.color.channels),
           soft_(width_, height_, color_.channels),
@@ -143,12 +295,12 @@ class Gather {
           spread_(width_, height_, 3),
           hint_(width_, height_, 2) {
         if (settings.lens)
-            points_ = lens::lens_samples(settings.lens->aperture, settings.samples,
-                                         settings.more_samples);
+            points_ = lens::lens_samples(settings.lens->aperture, settings.parameters.samples,
+                                         settings.more_samples());
     }
 
     void run() {
-        if (s_.more_samples > 0) find_noisy_blocks();
+        if (s_.more_samples() > 0) find_noisy_blocks();
         for (int y = 0; y < height_; ++y)
             for (int x = 0; x < width_; ++x) {
                 const Pixel pixel = pixel_at(x, y);
@@ -157,7 +309,7 @@ class Gather {
                 else
                     store_mean(pixel, gather(pixel));
             }
-        if (s_.denoise) {
+        if (s_.parameters.denoise) {
             show_soft_stages();
             denoise(s_, soft_, share_, spread_, color_);
         }
@@ -194,9 +346,9 @@ class Gather {
     bool is_still(const Pixel& pixel) const { return pixel.block->longest_px <= s_.still_limit_px; }
 
     SampleSet first_set(const Pixel& pixel) const {
-        if (s_.lens) return {double(s_.samples)};
-        return {std::clamp(2 * pixel.block->longest_px / s_.shutter->path_px_per_time,
-                           double(kMinTimes), double(std::max(s_.samples, kMinTimes)))};
+        if (s_.lens) return {double(s_.parameters.samples)};
+        return {std::clamp(2 * pixel.block->longest_px / s_.parameters.path_px_per_time,
+                           double(kMinTimes), double(std::max(s_.parameters.samples, kMinTimes)))};
     }
 
     // Time of sample k. The lens samples go outward, so the times beside them go by mirrored
@@ -204,7 +356,7 @@ class Gather {
     double time_of(int k, double n, double part, double random) const {
         // n intervals of one length, the last cut off at the end of the shutter.
         if (!s_.lens)
-            return 2 * (k + 0.5 * part + 0.5 * part * s_.shutter->time_jitter * random) / n - 1;
+            return 2 * (k + 0.5 * part + 0.5 * part * s_.parameters.time_jitter * random) / n - 1;
         double mirrored = 0, place = 0.5;
         for (int rest = k; rest > 0; rest /= 2, place /= 2) mirrored += place * (rest % 2);
         const double turns = mirrored + 0.5 / n + 0.5 + 0.5 * random;
@@ -247,16 +399,16 @@ class Gather {
         return dot(passed, passed) <= 1;
     }
 
-    Seen resolve(const Pixel& pixel, const Sample& now, const Search& here) const {
+    Hit resolve(const Pixel& pixel, const Sample& now, const Search& here) const {
         const Vec far =
             frames_.here.inside(pixel.p - here.far.displacement(now, frames_.half_open));
         const Vec at = here.nearest.inverse_depth >= 0 ? here.nearest.at : far;
         const Found found = resolve_occluded(frames_, pixel, now, here);
-        const Behind behind =
-            find_behind(frames_, background_, pixel, now, here, found.inverse_depth);
-        if (behind.inverse_depth >= 0)
-            return {from(kEstimated, background_.color_behind(behind.sides, behind.at)),
-                    behind.inverse_depth, behind.path, behind.at};
+        const Continuation continued =
+            find_continuation(frames_, background_, pixel, now, here, found.inverse_depth);
+        if (continued.inverse_depth >= 0)
+            return {from(kEstimated, background_.continued_color(continued.sides, continued.at)),
+                    continued.inverse_depth, continued.path, continued.at};
         if (found.inverse_depth >= 0)
             return {shown_color(found), found.inverse_depth, found.path, at};
         const Color far_color = color_at(frames_.here.color, here.far_at);
@@ -296,7 +448,8 @@ class Gather {
         Sums sums = no_samples(color_.channels);
         add_set(sums, pixel, first_set(pixel));
         if (pixel.weight_of_more > 0)
-            add_set(sums, pixel, {double(s_.more_samples), s_.samples, pixel.weight_of_more});
+            add_set(sums, pixel,
+                    {double(s_.more_samples()), s_.parameters.samples, pixel.weight_of_more});
         return sums;
     }
 
@@ -311,7 +464,7 @@ class Gather {
                     noise[block_index(x, y)] += noise_of(gather(pixel).halves, pixel.color);
             }
         for (size_t i = 0; i < blocks_.size(); ++i)
-            weights_of_more_[i] = weight_of_more(noise[i] / pixels[i], s_.samples);
+            weights_of_more_[i] = weight_of_more(noise[i] / pixels[i], s_.parameters.samples);
     }
 
     void store_hint(const Pixel& pixel, std::array<double, 2> of_shutter, double of_given) {
@@ -344,7 +497,8 @@ class Gather {
         share_.at(x, y) = mean_of * sums.soft.weight;
         // The window narrows with the root of the samples.
         const double noise =
-            std::sqrt(s_.samples / (s_.samples + pixel.weight_of_more * s_.more_samples));
+            std::sqrt(s_.parameters.samples /
+                      (s_.parameters.samples + pixel.weight_of_more * s_.more_samples()));
         for (int c = 0; c < 3; ++c)
             spread_.at(x, y, c) = noise * mean_of_soft * sums.soft.spread[size_t(c)];
         // Half-length of the even streak with this second moment: above half a pixel?
@@ -388,12 +542,13 @@ class Gather {
 };
 
 }  // namespace
+}  // namespace reference
 
 void warp_reference(const PlanContext& context, const Settings& settings, ReferenceFrame& frame) {
     Settings held = settings;
     // As a float, like the depths: what is in focus has a radius of 0.
     if (held.lens) held.lens->coc.focus_inverse = float(held.lens->coc.focus_inverse);
-    Gather(context, held, frame).run();
+    reference::Gather(context, held, frame).run();
 }
 
 }  // namespace postchain::inverse_warp

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "chain/convert.h"
+#include "chain/work_list.h"
 
 namespace postchain::inverse_warp::reference {
 namespace {
@@ -236,6 +237,243 @@ class BrightEdges {
     const Settings& settings_;
 };
 
+// light.comp, shown_surfaces.comp
+constexpr int kPatchPx = 8, kStepPx = 2, kRings = 2, kMinPixels = 4;
+constexpr double kOneMotionPx = 1, kOneMotion = 0.5, kMinDifference = 0.004;
+
+class Comparison {
+  public:
+    Comparison(const ShadedFrame& here, const ShadedFrame& there, double offset,
+               const Settings& settings)
+        : here_(finite_color(here.color)),
+          there_(finite_color(there.color)),
+          surfaces_here_(here.surfaces),
+          surfaces_there_(there.surfaces),
+          half_open_(half_open_of(settings)),
+          columns_((here_.width + kPatchPx - 1) / kPatchPx),
+          rows_((here_.height + kPatchPx - 1) / kPatchPx) {
+        now_.u = -offset / half_open_;
+        for (int y = 0; y < rows_; ++y)
+            for (int x = 0; x < columns_; ++x) patches_.push_back(light_of(x, y));
+    }
+
+    // Is the light other around surface s, seen in the neighbor's pixel x, y?
+    bool has_other_light(const Surface& s, int x, int y) const {
+        if (s.inverse_depth < 0 || shown_here(s, x, y)) return false;
+        for (int ring = 0; ring <= kRings; ++ring) {
+            PatchLight sum;
+            double apart = 0;
+            for (int j = -ring; j <= ring; ++j)
+                for (int i = -ring; i <= ring; ++i) {
+                    if (std::max(std::abs(i), std::abs(j)) != ring) continue;
+                    const PatchLight* patch = patch_at(x / kPatchPx + i, y / kPatchPx + j);
+                    if (!patch || patch->count == 0 ||
+                        !one_depth(patch->inverse_depth, s.inverse_depth))
+                        continue;
+                    ++sum.count;
+                    sum.here += patch->here;
+                    sum.square += patch->square;
+                    apart += (patch->there - patch->here) * (patch->there - patch->here);
+                }
+            if (sum.count == 0) continue;
+            const double mean = sum.here / sum.count;
+            const double variance = std::max(sum.square / sum.count - mean * mean, 0.0);
+            return apart / sum.count > variance + kMinDifference;
+        }
+        return false;
+    }
+
+  private:
+    // The farthest surface of a patch that both frames show: means of its brightness.
+    struct PatchLight {
+        double inverse_depth = 0;  // of its last pixel
+        int count = 0;             // 0: none is known
+        double here = 0, there = 0, square = 0;
+    };
+    struct Place {
+        int x = 0, y = 0;
+    };
+
+    // The pixel of this frame that shows surface s, seen in the neighbor's pixel x, y.
+    std::optional<Place> shown_here(const Surface& s, int x, int y) const {
+        const Vec at = Vec{double(x), double(y)} + s.displacement(now_, half_open_);
+        const double px = std::floor(at.x + 0.5), py = std::floor(at.y + 0.5);
+        if (px < 0 || py < 0 || px >= here_.width || py >= here_.height) return std::nullopt;
+        const Surface& t = surfaces_here_[size_t(py) * size_t(here_.width) + size_t(px)];
+        const Vec apart = s.a - t.a;
+        if (t.edge || !one_depth(s.inverse_depth, t.inverse_depth) ||
+            dot(apart, apart) >
+                kOneMotionPx * kOneMotionPx + kOneMotion * kOneMotion * dot(t.a, t.a))
+            return std::nullopt;
+        return Place{int(px), int(py)};
+    }
+
+    static double brightness(const double* color) {
+        double sum = 0;
+        for (int c = 0; c < 3; ++c) sum += std::max(color[c], 0.0) / (1 + std::max(color[c], 0.0));
+        return sum / 3;
+    }
+
+    PatchLight light_of(int column, int row) const {
+        struct Pixel {
+            double inverse_depth, here, there;
+        };
+        std::vector<Pixel> pixels;
+        for (int y = row * kPatchPx; y < std::min((row + 1) * kPatchPx, here_.height); y += kStepPx)
+            for (int x = column * kPatchPx; x < std::min((column + 1) * kPatchPx, here_.width);
+                 x += kStepPx) {
+                const Surface& s = surfaces_there_[size_t(y) * size_t(here_.width) + size_t(x)];
+                if (s.edge || s.inverse_depth < 0) continue;
+                if (const auto at = shown_here(s, x, y))
+                    pixels.push_back({s.inverse_depth, brightness(here_.pixel(at->x, at->y)),
+                                      brightness(there_.pixel(x, y))});
+            }
+        // One pass: a pixel that is farther than the surface so far begins anew.
+        PatchLight light;
+        for (const Pixel& pixel : pixels) {
+            if (light.count > 0 && pixel.inverse_depth > kOneDepth * light.inverse_depth) continue;
+            if (light.count > 0 && kOneDepth * pixel.inverse_depth < light.inverse_depth)
+                light = {};
+            light.inverse_depth = pixel.inverse_depth;
+            ++light.count;
+            light.here += pixel.here;
+            light.there += pixel.there;
+            light.square += pixel.here * pixel.here;
+        }
+        if (light.count < kMinPixels) return {};
+        light.here /= light.count;
+        light.there /= light.count;
+        light.square /= light.count;
+        return light;
+    }
+
+    const PatchLight* patch_at(int column, int row) const {
+        if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return nullptr;
+        return &patches_[size_t(row) * size_t(columns_) + size_t(column)];
+    }
+
+    const ImageD here_, there_;
+    const std::vector<Surface>& surfaces_here_;
+    const std::vector<Surface>& surfaces_there_;
+    const double half_open_;
+    const int columns_, rows_;
+    Sample now_;  // this frame's time as seen from the neighbor
+    std::vector<PatchLight> patches_;
+};
+
+// block_surfaces.comp, starts.comp
+constexpr double kAlikePx = 1;
+constexpr double kEqual = 1.001;  // of squares
+constexpr int kMoreInRow = 2;
+
+class Blocks {
+  public:
+    Blocks(const std::vector<Surface>& surfaces, int width, int height, const Settings& settings)
+        : surfaces_(surfaces),
+          s_(settings),
+          width_(width),
+          height_(height),
+          columns_((width + kBlockPx - 1) / kBlockPx),
+          rows_((height + kBlockPx - 1) / kBlockPx),
+          blocks_(size_t(columns_ * rows_)),
+          row_starts_(blocks_.size()) {}
+
+    std::vector<Block> choose() {
+        for (int j = 0; j < rows_; ++j)
+            for (int i = 0; i < columns_; ++i) choose_surfaces(i, j);
+        for (int j = 0; j < rows_; ++j)
+            for (int i = 0; i < columns_; ++i) choose_in_row(i, j);
+        for (int j = 0; j < rows_; ++j)
+            for (int i = 0; i < columns_; ++i) choose_starts(i, j);
+        return std::move(blocks_);
+    }
+
+  private:
+    size_t index(int x, int y) const { return size_t(y) * size_t(width_) + size_t(x); }
+    Block& block(int i, int j) { return blocks_[size_t(j * columns_ + i)]; }
+
+    // The three surfaces of a block that are displaced most differently.
+    void choose_surfaces(int i, int j) {
+        Block& b = block(i, j);
+        const auto farthest = [&](const auto& measure) {
+            double max_apart = -1;
+            Surface best;
+            for (int y = j * kBlockPx; y < std::min((j + 1) * kBlockPx, height_); ++y)
+                for (int x = i * kBlockPx; x < std::min((i + 1) * kBlockPx, width_); ++x)
+                    if (const double m = measure(surfaces_[index(x, y)]); m > max_apart * kEqual) {
+                        max_apart = m;
+                        best = surfaces_[index(x, y)];
+                    }
+            return best;
+        };
+        b.surfaces[0] = farthest([&](const Surface& s) { return displaced(s, s_); });
+        b.surfaces[1] = farthest([&](const Surface& s) { return apart(s, b.surfaces[0], s_); });
+        b.surfaces[2] = farthest([&](const Surface& s) {
+            return std::min(apart(s, b.surfaces[0], s_), apart(s, b.surfaces[1], s_));
+        });
+    }
+
+    // Can a surface be displaced so many blocks along x, or along y?
+    bool reaches(const Surface& s, int blocks, bool along_x) const {
+        double reach = 1 + 1.1 * std::abs(s.radius);
+        if (s_.shutter) {
+            const double a = along_x ? s.a.x : s.a.y, b = along_x ? s.b.x : s.b.y;
+            reach += std::abs(a) + std::abs(b) + 0.1 * std::sqrt(dot(s.a, s.a));
+        }
+        return reach >= std::max(std::abs(blocks) - 1, 0) * kBlockPx;
+    }
+
+    // Up to `count` surfaces that are displaced most differently.
+    std::vector<Surface> most_different(const std::vector<Surface>& candidates, int count) const {
+        std::vector<Surface> chosen;
+        for (int k = 0; k < count; ++k) {
+            double max_apart = kAlikePx * kAlikePx;
+            const Surface* next = nullptr;
+            for (const Surface& s : candidates) {
+                double apart_px2 = k == 0 ? displaced(s, s_) + 2 * kAlikePx * kAlikePx : 3e38;
+                for (const Surface& c : chosen) apart_px2 = std::min(apart_px2, apart(s, c, s_));
+                if (apart_px2 > max_apart * kEqual) {
+                    max_apart = apart_px2;
+                    next = &s;
+                }
+            }
+            if (!next) break;
+            chosen.push_back(*next);
+        }
+        return chosen;
+    }
+
+    // From the surfaces of the blocks in its row.
+    void choose_in_row(int i, int j) {
+        std::vector<Surface> candidates;
+        for (int x = 0; x < columns_; ++x)
+            for (const Surface& s : block(x, j).surfaces)
+                if (reaches(s, x - i, true)) candidates.push_back(s);
+        row_starts_[size_t(j * columns_ + i)] =
+            most_different(candidates, s_.parameters.search.starts + kMoreInRow);
+    }
+
+    // From those that the rows of its column have chosen.
+    void choose_starts(int i, int j) {
+        std::vector<Surface> candidates;
+        for (int y = 0; y < rows_; ++y)
+            for (const Surface& s : row_starts_[size_t(y * columns_ + i)])
+                if (reaches(s, y - j, false)) candidates.push_back(s);
+        Block& b = block(i, j);
+        for (const Surface& s : candidates) b.longest_px = std::max(b.longest_px, longest(s, s_));
+        b.starts = most_different(candidates, s_.parameters.search.starts);
+        std::stable_sort(b.starts.begin(), b.starts.end(), [](const Surface& a, const Surface& c) {
+            return a.inverse_depth > c.inverse_depth;
+        });
+    }
+
+    const std::vector<Surface>& surfaces_;
+    const Settings& s_;
+    int width_, height_, columns_, rows_;
+    std::vector<Block> blocks_;
+    std::vector<std::vector<Surface>> row_starts_;
+};
+
 }  // namespace
 
 double Surface::path() const {
@@ -280,6 +518,20 @@ double longest(const Surface& s, const Settings& settings) {
 
 double half_open_of(const Settings& settings) {
     return settings.shutter ? settings.shutter->half_open : 1;
+}
+
+void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
+                      const Settings& settings, std::vector<Surface>& shown) {
+    const Comparison comparison(here, there, offset, settings);
+    const size_t width = size_t(here.color.width);
+    for (size_t i = 0; i < shown.size(); ++i)
+        if (comparison.has_other_light(shown[i], int(i % width), int(i / width)))
+            shown[i].inverse_depth = kNotThere;
+}
+
+std::vector<Block> blocks_of(const std::vector<Surface>& surfaces, int width, int height,
+                             const Settings& settings) {
+    return Blocks(surfaces, width, height, settings).choose();
 }
 
 }  // namespace postchain::inverse_warp::reference

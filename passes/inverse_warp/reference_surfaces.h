@@ -1,8 +1,10 @@
-// Surfaces of the inverse warp's double-precision reference (surface.glsl, surfaces.comp,
-// bright_edges.comp, shown_surfaces.comp): the surface seen in each pixel of a frame, its motion
-// and its circle of confusion. Written from docs/inverse_warp.md.
+// Surfaces of the inverse warp's double-precision reference: the surface seen in each pixel of a
+// frame, its motion and its circle of confusion (surface.glsl, surfaces.comp, bright_edges.comp,
+// shown_surfaces.comp), a neighbor's light beside this frame's (light.comp), and the surfaces from
+// which a search starts (block_surfaces.comp, starts.comp). Written from docs/inverse_warp.md.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "chain/image.h"
@@ -81,5 +83,26 @@ double longest(const Surface& s, const Settings& settings);
 
 // Half the open time, frames: 1 without a shutter.
 double half_open_of(const Settings& settings);
+
+// A frame's color and, for each of its pixels, a surface.
+struct ShadedFrame {
+    const ImageD& color;
+    const std::vector<Surface>& surfaces;
+};
+
+// Makes those of `shown`, the neighbor's surfaces, kNotThere that this frame hides and around which
+// the light differs. `there` has the surfaces of the neighbor's planes. offset: -1 before, 1 after
+void hide_other_light(const ShadedFrame& here, const ShadedFrame& there, double offset,
+                      const Settings& settings, std::vector<Surface>& shown);
+
+struct Block {
+    std::array<Surface, 3> surfaces;  // its own that are displaced most differently
+    std::vector<Surface> starts;      // of those that can be displaced into it, nearest first
+    double longest_px = 0;            // longest displacement into it
+};
+
+// Blocks of kBlockPx x kBlockPx pixels, row by row. `surfaces`: width x height.
+std::vector<Block> blocks_of(const std::vector<Surface>& surfaces, int width, int height,
+                             const Settings& settings);
 
 }  // namespace postchain::inverse_warp::reference

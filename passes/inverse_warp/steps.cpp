@@ -2,27 +2,139 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <string_view>
+#include <utility>
 
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
-#include "passes/inverse_warp/surface_steps.h"
-#include "passes/inverse_warp/uniforms.h"
 #include "shaders/shared/frame_uniforms.h"
+#include "shaders/shared/inverse_warp_gather_units.h"
+#include "shaders/shared/inverse_warp_uniforms.h"
 
 namespace postchain::inverse_warp {
 namespace {
+
+using shared::InverseWarpUniforms;
+
+// A sample is denoised if its displacements have at least the variance kSoftSpread (px^2; a circle
+// of confusion of 4 px radius). A pixel d away has the weight exp(-window d^T covariance^-1 d); the
+// window grows with the root of the samples. Lens samples are more even than random ones, with
+// times they are not. Chosen by measurement (docs/inverse_warp.md).
+constexpr double kSoftSpread = 8;
+constexpr double kWindow = 5.7;
+constexpr double kWindowWithShutter = 4.2;
+
+// A block takes more samples if their variance, as shown, is above this. Chosen by measurement
+// (docs/inverse_warp.md).
+constexpr double kNoiseVariance = 0.045;
 
 // A row keeps so many more surfaces than a block: some of them do not reach the block along its
 // column.
 constexpr int kMoreInRow = 2;
 
+constexpr Area kBlocks = groups_for(Area());  // of the frame
+constexpr Area kSquares = Area().in_squares(INVERSE_WARP_SQUARE_PX);
+
+Role role_in(std::optional<Neighbor> neighbor, Role role) {
+    return neighbor ? role_of(*neighbor, role) : role;
+}
+
+std::string suffix_of(std::optional<Neighbor> neighbor) {
+    return neighbor ? concat("_", name_of(*neighbor)) : std::string();
+}
+
+// The steps of a neighbor: constants, because uniforms are written without an allocation.
+constexpr std::array<std::string_view, 4> steps_of(Neighbor neighbor) {
+    if (neighbor == Neighbor::before)
+        return {"surfaces_before", "light_before", "bright_edges_before", "shown_surfaces_before"};
+    return {"surfaces_after", "light_after", "bright_edges_after", "shown_surfaces_after"};
+}
+
+// Value of a macro.
+std::string flag(bool on) {
+    return on ? "1" : "0";
+}
+
+// True if surfaces hold their motion, and also the motion from the frame before.
+bool holds_motion(const Settings& settings, const PlanContext& context) {
+    return settings.shutter || !searched_neighbors(settings, context.available).empty();
+}
+
+bool holds_motion_back(const Settings& settings, const PlanContext& context) {
+    return holds_motion(settings, context) && context.available.has(Role::motion_back);
+}
+
+// The longest displacement that the frame's bounds allow, pixels. `back`: surfaces hold the motion
+// from the frame before.
+double longest_px(const Settings& settings, const FrameDescription& frame, bool back) {
+    const FrameBounds& bounds = frame.bounds;
+    double longest = 0;
+    if (settings.shutter) {
+        const double half_open = settings.shutter->half_open;
+        // With a closed shutter nothing moves, however fast; infinity is an unknown speed.
+        const double path = half_open > 0 ? half_open * bounds.fastest_px(back) : 0;
+        // a and b are rounded by up to 2^-20 of them, and a step of 1/64 px.
+        longest = std::min(path * (1 + 1e-5) + 0.05, settings.shutter->max_path_px);
+    }
+    if (settings.lens)
+        longest += settings.lens->coc.largest_radius_px(bounds.min_inverse_depth,
+                                                        bounds.max_inverse_depth) +
+                   0.05;
+    return std::min(longest, longest_px(settings));
+}
+
+InverseWarpUniforms uniforms_of(const Settings& settings, const FrameDescription& frame) {
+    const auto blocks = groups_for(frame.width, frame.height);
+    InverseWarpUniforms uniforms{};
+    uniforms.size = {frame.width, frame.height};
+    uniforms.blocks = {blocks[0], blocks[1]};
+    uniforms.starts = settings.parameters.search.starts;
+    uniforms.samples = settings.parameters.samples;
+    uniforms.fill_layer = frame.fill_layer;
+    uniforms.half_shutter = 1;
+    uniforms.max_path_px = 1e15f;
+    uniforms.still_limit_px = float(settings.still_limit_px);
+    uniforms.soft_spread = float(kSoftSpread);
+    uniforms.denoise_window = float((settings.shutter ? kWindowWithShutter : kWindow) *
+                                    std::sqrt(double(settings.parameters.samples)));
+    if (settings.shutter) {
+        uniforms.half_shutter = float(settings.shutter->half_open);
+        uniforms.max_path_px = float(settings.shutter->max_path_px);
+        uniforms.time_jitter = float(settings.parameters.time_jitter);
+        uniforms.path_px_per_time = float(settings.parameters.path_px_per_time);
+    }
+    if (settings.lens) {
+        lens::set_uniforms(settings.lens->coc, uniforms);
+        const double barrel = lens::barrel_per_px(settings.lens->aperture, frame);
+        uniforms.barrel_per_px = float(barrel);
+        uniforms.barrel_scale = float(1 - barrel * settings.lens->coc.radius_px(0));
+        uniforms.center_x = float(0.5 * (frame.display_width - 1) - frame.origin_x);
+        uniforms.center_y = float(0.5 * (frame.display_height - 1) - frame.origin_y);
+        uniforms.pixel_axis_x = float(settings.lens->aperture.axes[0]);
+        uniforms.pixel_axis_y = float(settings.lens->aperture.axes[1]);
+        uniforms.lens_sets = lens::sets_of(settings.parameters.samples + settings.more_samples());
+        uniforms.more_samples = settings.more_samples();
+        // Halves of n samples of variance v: their means differ by 4 v/n in the mean square.
+        uniforms.noise_limit = float(4 * kNoiseVariance / settings.parameters.samples);
+    }
+    return uniforms;
+}
+
 // Plans the steps in their order. A function adds the steps of one line of inverse_warp.h and
 // returns their textures; -1 is a texture that is not needed.
-class Planner : private SurfacePlanner {
+class Planner {
   public:
     Planner(PassPlanner& planner, const Settings& settings)
-        : SurfacePlanner(planner, settings), layered_(planner.has(Role::layers)) {}
+        : planner_(planner),
+          settings_(settings),
+          frame_(planner.context().frame),
+          motion_(holds_motion(settings, planner.context())),
+          layered_(planner.has(Role::layers)),
+          second_layer_(uses_second_layer(settings, planner.context())),
+          blocks_(groups_for(frame_.width, frame_.height)),
+          pixels_(frame_.pixels()) {}
 
     void plan() {
         Gathered from;
@@ -35,12 +147,12 @@ class Planner : private SurfacePlanner {
         const Hint hint = add_hint();
         Colors result = {planner_.texture("color", planner_.context().color_format()), -1};
         if (layered_) result.layers = layer_images("layers");
-        const Soft soft = settings_.denoise ? add_soft() : Soft();
+        const Soft soft = settings_.parameters.denoise ? add_soft() : Soft();
         add_tables(from);
         if (from.starts.still_blocks >= 0)
             keep_still_blocks(from.starts.still_blocks, result, hint, soft);
         add_gather(from, hint, result, soft);
-        if (settings_.denoise) add_denoise(soft, result, from.starts.moving_blocks);
+        if (settings_.parameters.denoise) add_denoise(soft, result, from.starts.moving_blocks);
         planner_.output(Role::color, result.color);
         if (layered_) planner_.output(Role::layers, result.layers);
         if (hint.made >= 0) planner_.output(Role::hint, hint.made);
@@ -76,13 +188,151 @@ class Planner : private SurfacePlanner {
         TextureId occupied = -1;  // with layers
         TextureId noise = -1, lens_samples = -1;
     };
+    // The planes of this frame, or of a neighbor whose light is compared with this frame's.
+    struct Packed {
+        TextureId surfaces = -1;
+        std::optional<Neighbor> neighbor = {};
+        TextureId here = -1;   // with a neighbor: surfaces of this frame
+        TextureId marks = -1;  // of squares
+        TextureId light = -1;  // with a neighbor
+    };
+
+    Format surface_format() const { return motion_ ? Format::rgba32ui : Format::r32ui; }
+
+    // A step over all pixels.
+    Step make_step(const std::string& name) const {
+        Step step;
+        step.name = name;
+        step.program.file = "inverse_warp/" + name + ".comp";
+        step.take_uniforms<InverseWarpUniforms>();
+        return step;
+    }
+
+    // For every step that reads surfaces.
+    Step make_surface_step(const std::string& name) const {
+        Step step = make_step(name);
+        step.program.defines = {{"SHUTTER", flag(settings_.shutter.has_value())},
+                                {"LENS", flag(settings_.lens.has_value())},
+                                {"MOTION", flag(motion_)}};
+        if (settings_.lens)
+            step.program.defines[settings_.lens->coc.lens ? "COC_LENS" : "COC_PLANES"] = "1";
+        return step;
+    }
+
+    // With a layer behind also its surfaces, in the texture's second half.
+    TextureId add_surfaces() {
+        Packed packed = {
+            planner_.texture("surfaces", surface_format(), second_layer_ ? Area().two() : Area())};
+        add_packed(packed);
+        add_shown(packed);
+        if (second_layer_) add_second_surfaces(packed.surfaces);
+        return packed.surfaces;
+    }
+
+    void add_second_surfaces(TextureId surfaces) {
+        Step step = make_surface_step("second_surfaces");
+        step.program.defines["SECOND_LAYER"] = "1";
+        step.program.defines["NEIGHBOR"] = step.program.defines["BACK"] = "0";
+        step.bindings = {{0, planner_.input(Role::behind)}, {0, surfaces, Access::write}};
+        step.taps = 9 * pixels_;
+        planner_.step(std::move(step));
+    }
+
+    // Surfaces of the neighbors, a half of the texture each if there are two. Those that this frame
+    // hides are left out if the light has changed around them.
+    TextureId add_surfaces_of(const NeighborList& neighbors, TextureId surfaces_here) {
+        if (neighbors.empty()) return -1;
+        const TextureId surfaces = planner_.texture("neighbor_surfaces", surface_format(),
+                                                    neighbors.size() == 2 ? Area().two() : Area());
+        for (const Neighbor neighbor : neighbors) {
+            Packed packed = {surfaces, neighbor, surfaces_here};
+            add_packed(packed);
+            add_light(packed);
+            add_shown(packed);
+        }
+        return surfaces;
+    }
+
+    // A step over all pixels of this frame or of a neighbor.
+    Step make_surface_step_of(const Packed& packed, const std::string& name) const {
+        Step step = make_surface_step(name);
+        step.name += suffix_of(packed.neighbor);
+        return step;
+    }
+
+    // A step that reads planes, with a thread for each square.
+    Step make_plane_step(const Packed& packed, const std::string& name) const {
+        const auto role = [&](Role of) { return role_in(packed.neighbor, of); };
+        const bool back = motion_ && planner_.has(role(Role::motion_back));
+        Step step = make_surface_step_of(packed, name);
+        step.spread = groups_for(kSquares);
+        step.program.defines["BACK"] = flag(back);
+        step.program.defines["NEIGHBOR"] = flag(packed.neighbor.has_value());
+        step.bindings = {{0, planner_.input(role(Role::inverse_depth))},
+                         {0, packed.surfaces, Access::write}};
+        if (motion_) step.bindings.push_back({1, planner_.input(role(Role::motion))});
+        if (back) step.bindings.push_back({2, planner_.input(role(Role::motion_back))});
+        return step;
+    }
+
+    // From the planes.
+    void add_packed(Packed& packed) {
+        packed.marks =
+            planner_.texture("marks" + suffix_of(packed.neighbor), Format::r32ui, kSquares);
+        Step step = make_plane_step(packed, "surfaces");
+        step.bindings.push_back({1, packed.marks, Access::write});
+        if (packed.neighbor) step.bindings.push_back({3, packed.here});
+        // All pixels and, at most, all once more as edges.
+        step.taps = pixels_ * 20;
+        planner_.step(std::move(step));
+    }
+
+    void add_light(Packed& packed) {
+        constexpr Area kPatches = Area().in_squares(INVERSE_WARP_LIGHT_PATCH_PX);
+        const Neighbor neighbor = *packed.neighbor;
+        packed.light = planner_.texture("light" + suffix_of(neighbor), Format::rgba32f, kPatches);
+        Step step = make_surface_step_of(packed, "light");
+        step.spread = groups_for(kPatches);
+        step.bindings = {{0, planner_.input(role_of(neighbor, Role::color))},
+                         {1, packed.surfaces},
+                         {2, planner_.input(Role::color)},
+                         {3, packed.here},
+                         {0, packed.light, Access::write}};
+        step.taps = pixels_;  // four of each fourth pixel
+        planner_.step(std::move(step));
+    }
+
+    // Changes the surfaces of bright edges and, of a neighbor, of those whose light differs.
+    void add_shown(const Packed& packed) {
+        const TextureId shown = planner_.texture("shown" + suffix_of(packed.neighbor),
+                                                 Format::r32ui, kSquares.times(2, 1));
+        Step edges = make_surface_step_of(packed, "bright_edges");
+        edges.spread = groups_for(kSquares);
+        edges.bindings = {{0, planner_.input(role_in(packed.neighbor, Role::color))},
+                          {1, packed.surfaces},
+                          {2, packed.marks},
+                          {0, shown, Access::write}};
+        edges.taps = 10 * pixels_;
+        planner_.step(std::move(edges));
+
+        Step step = make_plane_step(packed, "shown_surfaces");
+        step.bindings.push_back({3, shown});
+        if (packed.neighbor) {
+            step.bindings.push_back({4, packed.here});
+            step.bindings.push_back({5, packed.light});
+            step.bindings.push_back({6, packed.marks});
+        }
+        step.taps = 10 * pixels_;
+        planner_.step(std::move(step));
+    }
 
     TextureId layer_images(const std::string& name) {
         return planner_.layers(name, planner_.context().layers_format());
     }
     // Two positions and a color for each sample, if the first start surface is right.
     int taps_px() const {
-        return 3 * std::max(settings_.samples + settings_.more_samples, INVERSE_WARP_MIN_TIMES);
+        return 3 * std::max(settings_.parameters.samples + settings_.more_samples(),
+                            INVERSE_WARP_MIN_TIMES);
     }
 
     // Room for a pixel's taps (taps.glsl), rounded up so that few programs serve all numbers.
@@ -93,9 +343,9 @@ class Planner : private SurfacePlanner {
 
     // Texture fetches of a pixel, at most: two from itself and from each start surface, twice three
     // of them in each neighbor and in the layer behind, three for what continues behind; then one
-    // where a sample that was put off is taken up, and eight for the color.
+    // where a deferred sample is resolved, and eight for the color.
     uint64_t most_taps_px(size_t neighbors) const {
-        const uint64_t begins = uint64_t(settings_.search.starts) + 1;
+        const uint64_t begins = uint64_t(settings_.parameters.search.starts) + 1;
         return uint64_t(taps_px()) / 3 * ((2 + 6 * neighbors + 3) * begins + 1 + 8);
     }
 
@@ -130,7 +380,7 @@ class Planner : private SurfacePlanner {
 
     Starts add_starts(TextureId block_surfaces) {
         const bool by_blocks = planner_.context().uses(settings_.still_rule);
-        const int count = settings_.search.starts, row_count = count + kMoreInRow;
+        const int count = settings_.parameters.search.starts, row_count = count + kMoreInRow;
         const TextureId row_starts =
             planner_.texture("row_starts", Format::rgba32ui, kBlocks.times(row_count, 1));
         Step rows = make_starts_step("row_starts", true, 3, row_count);
@@ -175,7 +425,7 @@ class Planner : private SurfacePlanner {
             step.taps += 2 * pixels_ * uint64_t(frame_.layers);
         }
         planner_.step(std::move(step));
-        add_behind(background, depth);
+        add_continuation(background, depth);
         return background;
     }
 
@@ -209,10 +459,10 @@ class Planner : private SurfacePlanner {
         return occupied;
     }
 
-    void add_behind(Background& background, TextureId depth) {
+    void add_continuation(Background& background, TextureId depth) {
         const Area cells = planner_.describe(depth).area;
         background.cells = planner_.texture("background", Format::rg32f, cells);
-        Step step = make_surface_step("behind");
+        Step step = make_surface_step("continuation");
         step.spread = groups_for(kBlocks.times(8, 8));
         step.bindings = {{0, depth}, {1, background.color}, {0, background.cells, Access::write}};
         step.taps = 20 * pixels_;
@@ -247,11 +497,11 @@ class Planner : private SurfacePlanner {
     // Before the steps that write the result: such steps then stand together in the plan, and two
     // plans can share them (chain/merge.h).
     void add_tables(Gathered& from) {
-        from.noise = noise::add_table(planner_, settings_.noise);
+        from.noise = noise::add_table(planner_, settings_.noise());
         if (!settings_.lens) return;
         from.lens_samples = lens::add_table(
-            planner_, lens::lens_samples(settings_.lens->aperture, settings_.samples,
-                                         settings_.more_samples));
+            planner_, lens::lens_samples(settings_.lens->aperture, settings_.parameters.samples,
+                                         settings_.more_samples()));
     }
 
     void keep_still_blocks(TextureId still_blocks, const Colors& result, const Hint& hint,
@@ -273,36 +523,41 @@ class Planner : private SurfacePlanner {
                     const Soft& soft) {
         Step step = make_surface_step("gather");
         auto& defines = step.program.defines;
-        defines["STARTS"] = std::to_string(std::bit_ceil(unsigned(settings_.search.starts)));
+        defines["STARTS"] =
+            std::to_string(std::bit_ceil(unsigned(settings_.parameters.search.starts)));
         defines["NOISE"] = flag(from.noise >= 0);
-        defines["DENOISE"] = flag(settings_.denoise);
+        defines["DENOISE"] = flag(settings_.parameters.denoise);
         defines["HINT"] = flag(hint.made >= 0);
         if (frame_.fill_layer >= 0) defines["FILL_LAYER"] = "1";
-        defines["ADAPTIVE"] = flag(settings_.more_samples > 0);
+        defines["ADAPTIVE"] = flag(settings_.more_samples() > 0);
         defines["BEFORE"] = defines["AFTER"] = "0";
         defines["BARREL"] = flag(settings_.lens && settings_.lens->aperture.cats_eye > 0);
-        step.bindings = {{0, planner_.input(Role::color)}, {1, from.surfaces},
-                         {2, from.starts.surfaces},        {0, result.color, Access::write},
-                         {11, from.background.color},      {12, from.background.cells}};
-        if (from.noise >= 0) step.bindings.push_back({3, from.noise});
+        step.bindings = {{GATHER_COLOR, planner_.input(Role::color)},
+                         {GATHER_SURFACES, from.surfaces},
+                         {GATHER_STARTS, from.starts.surfaces},
+                         {GATHER_BLURRED_IMAGE, result.color, Access::write},
+                         {GATHER_BACKGROUND_COLOR, from.background.color},
+                         {GATHER_BACKGROUND, from.background.cells}};
+        const auto bind = [&](int unit, TextureId texture, Access access = Access::sample_nearest) {
+            if (texture >= 0) step.bindings.push_back({unit, texture, access});
+        };
+        bind(GATHER_NOISE, from.noise);
         for (const Neighbor neighbor : from.neighbors) {
             const bool before = neighbor == Neighbor::before;
             defines[before ? "BEFORE" : "AFTER"] = "1";
-            step.bindings.push_back(
-                {before ? 7 : 9, planner_.input(role_of(neighbor, Role::color))});
+            bind(before ? GATHER_COLOR_BEFORE : GATHER_COLOR_AFTER,
+                 planner_.input(role_of(neighbor, Role::color)));
         }
-        if (from.neighbor_surfaces >= 0) step.bindings.push_back({8, from.neighbor_surfaces});
-        if (from.lens_samples >= 0) step.bindings.push_back({4, from.lens_samples});
-        if (settings_.denoise) {
-            step.bindings.push_back({2, soft.blurred.color, Access::write});
-            step.bindings.push_back({3, soft.spread, Access::write});
-        }
-        if (hint.given >= 0) step.bindings.push_back({6, hint.given});
+        bind(GATHER_NEIGHBOR_SURFACES, from.neighbor_surfaces);
+        bind(GATHER_LENS_SAMPLES, from.lens_samples);
+        bind(GATHER_SOFT_IMAGE, soft.blurred.color, Access::write);
+        bind(GATHER_SPREAD_IMAGE, soft.spread, Access::write);
+        bind(GATHER_GIVEN_HINT, hint.given);
         if (second_layer_) {
             defines["SECOND_LAYER"] = "1";
-            step.bindings.push_back({6, planner_.input(Role::behind)});
+            bind(GATHER_SECOND_LAYER, planner_.input(Role::behind));
         }
-        if (hint.made >= 0) step.bindings.push_back({1, hint.made, Access::write});
+        bind(GATHER_HINT_IMAGE, hint.made, Access::write);
         step.taps = pixels_ * uint64_t(taps_px());
         step.group_taps = uint64_t(kBlockPx * kBlockPx) *
                           most_taps_px(from.neighbors.size() + size_t(second_layer_));
@@ -320,17 +575,18 @@ class Planner : private SurfacePlanner {
     // The layers that gather reads and writes.
     std::vector<Binding> gathered_layers(const Gathered& from, const Colors& result,
                                          const Soft& soft) const {
-        std::vector<Binding> arrays = {{13, planner_.input(Role::layers)},
-                                       {14, from.background.layers},
-                                       {4, result.layers, Access::write},
-                                       {6, from.occupied, Access::read}};
-        if (settings_.denoise) {
-            arrays.push_back({5, soft.blurred.layers, Access::write});
-            arrays.push_back({7, soft.reached, Access::write});
+        std::vector<Binding> arrays = {{GATHER_LAYERS, planner_.input(Role::layers)},
+                                       {GATHER_BACKGROUND_LAYERS, from.background.layers},
+                                       {GATHER_LAYERS_BLURRED_IMAGE, result.layers, Access::write},
+                                       {GATHER_OCCUPIED_IMAGE, from.occupied, Access::read}};
+        if (settings_.parameters.denoise) {
+            arrays.push_back({GATHER_LAYERS_SOFT_IMAGE, soft.blurred.layers, Access::write});
+            arrays.push_back({GATHER_REACHED_IMAGE, soft.reached, Access::write});
         }
         for (const Neighbor neighbor : from.neighbors)
-            arrays.push_back({neighbor == Neighbor::before ? 15 : 5,
-                              planner_.input(role_of(neighbor, Role::layers))});
+            arrays.push_back(
+                {neighbor == Neighbor::before ? GATHER_LAYERS_BEFORE : GATHER_LAYERS_AFTER,
+                 planner_.input(role_of(neighbor, Role::layers))});
         return arrays;
     }
 
@@ -353,13 +609,43 @@ class Planner : private SurfacePlanner {
         planner_.step(std::move(step));
     }
 
-    const bool layered_;  // the frame has extra layers
+    PassPlanner& planner_;
+    const Settings& settings_;
+    const FrameDescription& frame_;
+    const bool motion_;        // surfaces hold it
+    const bool layered_;       // the frame has extra layers
+    const bool second_layer_;  // the pass uses the layer behind (chain/behind.h)
+    const std::array<int, 3> blocks_;
+    const uint64_t pixels_;
 };
 
 }  // namespace
 
+double longest_px(const Settings& settings) {
+    return (settings.shutter ? settings.shutter->max_path_px : 0) +
+           (settings.lens ? settings.lens->coc.max_radius_px : 0);
+}
+
+// A surface of a block may differ by a tenth from those that its block has chosen (starts.comp).
+int ring_of(double longest_px) {
+    return int(std::ceil((1.1 * longest_px + 1) / kBlockPx)) + 1;
+}
+
 void add_steps(PassPlanner& planner, const Settings& settings) {
     Planner(planner, settings).plan();
+}
+
+void write_step_uniforms(const Settings& settings, const FrameDescription& frame,
+                         const NeighborList& neighbors, UniformWriter& writer) {
+    InverseWarpUniforms uniforms = uniforms_of(settings, frame);
+    writer.set(uniforms);
+    uniforms.second_half = 1;
+    writer.set("second_surfaces", uniforms);
+    for (const Neighbor neighbor : neighbors) {
+        uniforms.neighbor = frames_to(neighbor);
+        uniforms.second_half = neighbor == *neighbors.begin() ? 0 : 1;
+        for (const std::string_view step : steps_of(neighbor)) writer.set(step, uniforms);
+    }
 }
 
 }  // namespace postchain::inverse_warp

@@ -1,10 +1,6 @@
 #include "passes/joint_blur/joint_blur.h"
 
-#include <algorithm>
-
-#include "passes/common/lens.h"
 #include "passes/common/lens_samples.h"
-#include "passes/common/shutter.h"
 #include "passes/inverse_warp/inverse_warp.h"
 #include "shaders/shared/sharp_radius.h"
 
@@ -13,16 +9,11 @@ namespace {
 
 using shared::kSharpRadiusPx;  // of displacements too: up to here a pixel keeps its color
 
-struct Parameters {
-    int samples = 64;
-    int max_samples = 0;
-    inverse_warp::Parameters search;
-    std::optional<int> max_blur_px;
-    shutter::Parameters shutter;
-    lens::Parameters lens;
-    bool denoise = true;
-    lens::ApertureParameters aperture;
-    noise::Parameters noise = {.noise = noise::Kind::ign};
+struct Parameters : inverse_warp::Parameters {
+    Parameters() {
+        samples = 64;
+        noise.noise = noise::Kind::ign;
+    }
 };
 
 const ParameterTable& table() {
@@ -44,7 +35,7 @@ const ParameterTable& table() {
                       .unit = "samples",
                       .help = "adaptive sampling: samples per pixel in blocks whose samples "
                               "disagree; off unless larger than samples"})
-            .rows(&P::search, inverse_warp::parameter_table())
+            .rows<inverse_warp::SearchParameters>(&P::search, inverse_warp::search_table())
             .integer("max_blur_px", &P::max_blur_px,
                      {.min = 1,
                       .max = 1024,
@@ -52,63 +43,33 @@ const ParameterTable& table() {
                       .unit = "px",
                       .help = "largest half-length of a streak",
                       .unset_means = inverse_warp::kDefaultMaxPathText})
-            .rows(&P::shutter, shutter::parameter_table())
-            .rows(&P::lens, lens::parameter_table())
+            .rows<shutter::Parameters>(&P::shutter, shutter::parameter_table())
+            .rows<lens::Parameters>(&P::lens, lens::parameter_table())
             .boolean("denoise", &P::denoise,
                      {.help = "remove the noise of the samples if the blur is wider than a few "
                               "pixels"})
-            .rows(&P::aperture, lens::aperture_parameter_table())
-            .rows(&P::noise, noise::parameter_table())
+            .rows<lens::ApertureParameters>(&P::aperture, lens::aperture_parameter_table())
+            .rows<noise::Parameters>(&P::noise, noise::parameter_table())
             .table();
     return rows;
 }
 
 inverse_warp::Settings settings_of(const Parameters& parameters, const lens::CircleOfConfusion& coc,
                                    const FrameDescription& frame) {
-    const Camera& camera = frame.camera;
-    inverse_warp::Settings settings;
-    const double open_frames =
-        frame.bounds.camera_cut ? 0 : shutter::open_frames(parameters.shutter, camera);
-    settings.shutter = {
-        .half_open = 0.5 * open_frames,
-        .max_path_px = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame)
-                           .value_or(inverse_warp::default_max_path_px(frame))};
-    settings.lens = {.coc = coc,
-                     .aperture = lens::aperture_of(parameters.aperture, camera, coc.axes)};
-    settings.samples = parameters.samples;
-    settings.more_samples = std::max(parameters.max_samples - parameters.samples, 0);
-    settings.search = parameters.search;
-    settings.denoise = parameters.denoise;
+    inverse_warp::Settings settings{parameters};
+    settings.shutter = inverse_warp::shutter_on(frame, parameters);
+    if (frame.bounds.camera_cut) settings.shutter->half_open = 0;
+    settings.lens = inverse_warp::lens_on(frame, parameters, coc);
     // A few roundings of 2^-24, so that blocks unblurred by the frame's bounds are unblurred here
     // too.
     settings.still_limit_px = kSharpRadiusPx * (1 + 0x1p-18);
-    settings.noise = parameters.noise;
     settings.still_rule = kRuleUnblurredBlocks;
     return settings;
 }
 
 class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
   public:
-    JointBlurOnFrame(const Parameters& parameters, const inverse_warp::Settings& settings,
-                     const FrameDescription& frame)
-        : WarpOnFrame(settings, frame), parameters_(parameters) {}
-
-    std::vector<UsedValue> used_values() const override {
-        std::vector<UsedValue> values = shutter::used_values(parameters_.shutter, frame());
-        for (UsedValue& value :
-             lens::used_values(parameters_.lens, settings().lens->coc, frame(), kSharpRadiusPx))
-            values.push_back(std::move(value));
-        for (UsedValue& value : lens::used_values(parameters_.aperture, frame().camera))
-            values.push_back(std::move(value));
-        return values;
-    }
-
-    std::vector<Cut> cuts() const override {
-        std::vector<Cut> cuts =
-            shutter::cuts(parameters_.shutter, frame(), settings().shutter->max_path_px);
-        for (Cut& cut : lens::cuts(settings().lens->coc, frame())) cuts.push_back(std::move(cut));
-        return cuts;
-    }
+    using WarpOnFrame::WarpOnFrame;
 
     std::optional<Identity> identity(const PlanContext& context) const override {
         const lens::CircleOfConfusion& coc = settings().lens->coc;
@@ -135,9 +96,6 @@ class JointBlurOnFrame final : public inverse_warp::WarpOnFrame {
                          .limit = kSharpRadiusPx,
                          .unit = "px"}};
     }
-
-  private:
-    const Parameters& parameters_;
 };
 
 class JointBlur final : public Pass {
@@ -161,8 +119,7 @@ class JointBlur final : public Pass {
     Result<ResolvedPass> resolve(const FrameDescription& frame) const override {
         ASSIGN_OR_RETURN(const auto coc, lens::circle_of_confusion(parameters_.lens, frame));
         RETURN_IF_ERROR(lens::check_aperture(parameters_.aperture, frame.camera));
-        return ResolvedPass(
-            JointBlurOnFrame(parameters_, settings_of(parameters_, coc, frame), frame));
+        return ResolvedPass(JointBlurOnFrame(settings_of(parameters_, coc, frame), frame));
     }
 
     std::vector<ResolvedPass> every_shape(const FrameDescription& frame) const override {
@@ -170,7 +127,7 @@ class JointBlur final : public Pass {
         if (!lens::check_aperture(parameters_.aperture, frame.camera).ok()) return shapes;
         const lens::CircleOfConfusion coc = lens::any_circle_of_confusion(parameters_.lens);
         for (const auto& settings : inverse_warp::every_shape(settings_of(parameters_, coc, frame)))
-            shapes.push_back(JointBlurOnFrame(parameters_, settings, frame));
+            shapes.push_back(JointBlurOnFrame(settings, frame));
         return shapes;
     }
 

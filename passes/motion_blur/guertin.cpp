@@ -14,11 +14,13 @@
 // beside v does not fit a half.
 #include "passes/motion_blur/guertin.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "chain/layered_step.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"
-#include "passes/motion_blur/motion_blur.h"
 #include "passes/motion_blur/reference.h"
 #include "shaders/shared/motion_blur_uniforms.h"
 
@@ -311,8 +313,57 @@ class Planner {
 
 }  // namespace
 
+int tile_px(const Parameters& parameters, const FrameDescription& frame) {
+    if (const auto limit = shutter::limit_px(parameters.shutter, parameters.max_blur_px, frame))
+        return std::clamp(int(std::lround(*limit)), least_tile_px(parameters), 1024);
+    return std::clamp((frame.display_width + 8) / 16, kMinTilePx, 512);
+}
+
+int least_tile_px(const Parameters& parameters) {
+    if (parameters.shutter.max_blur_fraction) return kMinFractionTilePx;
+    return parameters.max_blur_px.value_or(kMinTilePx);
+}
+
+double still_limit_px(const Parameters& parameters, int tile_px) {
+    switch (parameters.velocity_storage) {
+        case VelocityStorage::fp16:  // 11 significant bits per component, subnormal step 2^-24
+            return parameters.min_speed_px * (1 + 0x1p-10) + 0x1p-24;
+        case VelocityStorage::unorm8:  // half a step of r/127 per component, times sqrt(2)
+            return parameters.min_speed_px * (1 + 0x1p-20) + 0.70711 * tile_px / 127.0;
+        default:  // a few roundings of 2^-24
+            return parameters.min_speed_px * (1 + 0x1p-20);
+    }
+}
+
+bool compares_depth(const Parameters& parameters) {
+    return parameters.depth_softness > 0;
+}
+
+bool splits_by_variance(const Parameters& parameters) {
+    return parameters.sample_split == SampleSplit::variance && parameters.mode != Mode::single;
+}
+
+bool jitters_tiles(const Parameters& parameters) {
+    return parameters.tile_jitter && parameters.noise.noise != noise::Kind::none;
+}
+
+bool jitters_taps(const Parameters& parameters) {
+    return parameters.jitter > 0 && parameters.noise.noise != noise::Kind::none;
+}
+
 Guertin::Depths Guertin::depths_of(const FrameBounds& bounds) {
     return {bounds.min_inverse_depth == bounds.max_inverse_depth, bounds.min_inverse_depth <= 0};
+}
+
+std::vector<UsedValue> Guertin::used_values() const {
+    return shutter::used_values(parameters_.shutter, frame_);
+}
+
+std::vector<Cut> Guertin::cuts() const {
+    std::vector<Cut> cuts =
+        shutter::cuts(parameters_.shutter, frame_, tile_px(parameters_, frame_));
+    for (Cut& cut : cuts) cut.planes = {Role::motion};
+    return cuts;
 }
 
 // A pixel's tile takes the longest vector of the tiles around it, whose far sides lie up to two

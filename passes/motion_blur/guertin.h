@@ -2,9 +2,30 @@
 #pragma once
 
 #include "chain/pass.h"
-#include "passes/motion_blur/parameters.h"
+#include "passes/motion_blur/motion_blur.h"
 
 namespace postchain::motion_blur {
+
+// The limit of the report's filter, which is the edge of its tiles: the user's, or a sixteenth of
+// the display width but at least kMinTilePx.
+inline constexpr int kMinTilePx = 40;
+inline constexpr int kMinFractionTilePx = 8;  // with max_blur_fraction
+int tile_px(const Parameters& parameters, const FrameDescription& frame);
+// On frames of every size.
+int least_tile_px(const Parameters& parameters);
+
+// A tile is left unblurred if |v_max| is at most this: min_speed_px plus the largest lengthening by
+// storage of a half-velocity, so that motion that is still by the frame's bounds is still by its
+// stored vectors too.
+double still_limit_px(const Parameters& parameters, int tile_px);
+
+// True if the report's filter compares depths, and splits its taps by the tiles' variance.
+bool compares_depth(const Parameters& parameters);
+bool splits_by_variance(const Parameters& parameters);
+
+// True if the filter needs random numbers for tiles, and for taps.
+bool jitters_tiles(const Parameters& parameters);
+bool jitters_taps(const Parameters& parameters);
 
 // The pass on a frame, without its identity. Steps and textures: guertin.cpp.
 class Guertin : public PassOnFrame {
@@ -19,6 +40,8 @@ class Guertin : public PassOnFrame {
     Guertin(const Parameters& parameters, const FrameDescription& frame, Depths depths)
         : parameters_(parameters), frame_(frame), depths_(depths) {}
 
+    std::vector<UsedValue> used_values() const override;
+    std::vector<Cut> cuts() const override;
     Reach reach() const override;
     TileEdge tile_edge() const override;
     ShapeNumbers shape(const PlanContext& context) const override;

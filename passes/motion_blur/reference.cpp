@@ -9,6 +9,7 @@
 
 #include "passes/common/noise.h"
 #include "passes/common/wide_color.h"
+#include "passes/motion_blur/guertin.h"
 
 namespace postchain::motion_blur {
 namespace {

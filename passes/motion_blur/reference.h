@@ -2,7 +2,7 @@
 #pragma once
 
 #include "chain/pass.h"
-#include "passes/motion_blur/parameters.h"
+#include "passes/motion_blur/motion_blur.h"
 
 namespace postchain::motion_blur {
 

@@ -7,6 +7,7 @@
 // thresholds are 0.
 //
 // Needs uniforms, luma_at(), inside(), color_at(), blend().
+#include "common/software_loop.glsl"
 
 // Mean luma across the edge between the lines of p and q, `halves` half texels along it. Both texels
 // along the edge are read even if one is enough: a branch is no faster on a software renderer.
@@ -35,14 +36,13 @@ void step_to(int distance, int sense, ivec2 p, ivec2 q, ivec2 along, float pair_
     end.open = abs(difference) < stop_at;
 }
 
-// Walks in both directions in one loop, tested at its end: a software renderer runs a body once more
-// to find the test at its start.
+// Walks in both directions in one loop.
 void walk(ivec2 p, ivec2 q, ivec2 along, float pair_mean, float stop_at, out End backward,
           out End forward) {
     backward = forward = End(0, 0.0, true);
     const int last = uniforms.walk_length - 1;
     int i = 0;
-    do {
+    SOFTWARE_LOOP do {
         const int distance = uniforms.walk[i >> 2][i & 3];
         step_to(distance, -1, p, q, along, pair_mean, stop_at, backward);
         step_to(distance, 1, p, q, along, pair_mean, stop_at, forward);

@@ -3,8 +3,8 @@
 // DENOISE: samples of blurred surfaces are also summed apart, for denoise.comp
 // ADAPTIVE: and two halves of the samples, for adaptive.glsl
 
-// The surface that a sample sees.
-struct Seen {
+// The surface that a sample sees, and where its color comes from.
+struct Hit {
     Source source;
     float inverse_depth;
     vec2 path;  // a
@@ -50,8 +50,8 @@ vec3 covariance_of(float inverse_depth, vec2 path) {
 }
 
 // True if the sample is also summed apart.
-bool add_soft(precise inout Soft soft, Seen seen, vec4 color, float weight) {
-    const vec3 covariance = covariance_of(seen.inverse_depth, seen.path);
+bool add_soft(precise inout Soft soft, Hit hit, vec4 color, float weight) {
+    const vec3 covariance = covariance_of(hit.inverse_depth, hit.path);
     precise const float variance = covariance.x + covariance.z;
     if (variance < uniforms.soft_spread) return false;
     add(soft.color, color, weight);
@@ -70,9 +70,9 @@ void add_to_half(precise inout Half halves[2], int number, vec3 difference, floa
     halves[1].weight += odd ? weight : 0.0;
 }
 
-void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Seen seen) {
-    const vec4 color = color_from(seen.source, kColor);
-    const vec2 moved_px = seen.at - pixel.p;
+void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Hit hit) {
+    const vec4 color = color_from(hit.source, kColor);
+    const vec2 moved_px = hit.at - pixel.p;
     add(sums.color, color, now.weight);
     sums.moment += now.weight * precise_dot(moved_px, moved_px);
 #if ADAPTIVE
@@ -80,6 +80,6 @@ void accumulate(precise inout Sums sums, Pixel pixel, Sample now, Seen seen) {
     add_to_half(sums.halves, now.number, difference, now.weight);
 #endif
     bool soft = false;
-    if (DENOISE == 1) soft = add_soft(sums.soft, seen, color, now.weight);
-    keep_tap(seen.source, now.weight, soft);
+    if (DENOISE == 1) soft = add_soft(sums.soft, hit, color, now.weight);
+    keep_tap(hit.source, now.weight, soft);
 }

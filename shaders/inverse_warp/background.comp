@@ -7,6 +7,8 @@
 // LAYERS: defined if the frame has extra layers -> background_layers. Work groups z of 1 and more average
 // layer z - 1.
 #define DENSE
+#include "common/software_loop.glsl"
+
 #include "inverse_warp/cells.glsl"
 #include "inverse_warp/square.glsl"
 #include "inverse_warp/surface.glsl"
@@ -81,7 +83,7 @@ ivec2 corner(int i) {
 Cell merge_pixels(ivec2 at) {
     Cell cell = empty();
     uint left = 15u;
-    do {
+    SOFTWARE_LOOP do {
         cell = merge(cell, pixel(at + corner(findLSB(left))));
         left &= left - 1u;
     } while (left != 0u);
@@ -94,7 +96,7 @@ shared Cell cells[kSquares];
 // The cell of square k, and three more of its size, whose edge is given in squares.
 Cell merge_cells(int k, Cell cell, int edge) {
     uint left = 14u;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 offset = edge * corner(findLSB(left));
         cell = merge(cell, cells[k + offset.y * kBlockPx + offset.x]);
         left &= left - 1u;
@@ -108,9 +110,8 @@ void main() {
     const bool is_cell = all(lessThan(square, 4 * uniforms.blocks));
     Cell of_4 = empty();
     if (is_cell) {
-        // Tested at the end: a software renderer runs a body once more to find the test at its start.
         int i = 0;
-        do {
+        SOFTWARE_LOOP do {
             const ivec2 at = 2 * square + corner(i);
             const Cell of_2 = merge_pixels(2 * at);
             store(of_2, at, 4.0);

@@ -1,4 +1,5 @@
 // The fill of surfaces that no frame shows, from the cells of background.comp.
+#include "common/software_loop.glsl"
 
 // Cells of one size (cells.glsl).
 struct CellLevel {
@@ -40,7 +41,7 @@ Cells cells_around(CellLevel level, float inverse_depth) {
 Cells background_cells(vec2 at, float inverse_depth) {
     precise CellLevel level = CellLevel(8 * uniforms.blocks, ivec2(0), 0.5 * (at + 0.5) - 0.5);
     Cells cells;
-    do {
+    SOFTWARE_LOOP do {
         cells = cells_around(level, inverse_depth);
         level.first = ivec2(first_of_4().x, level.first.x == 0 ? 0 : level.first.y + level.cells.y);
         level.cells /= 2;

@@ -4,6 +4,7 @@
 // One thread per block: on a software renderer a group with shared memory took ten times as long.
 //
 //   surfaces -> block_surfaces   3 blocks.x by blocks.y
+#include "common/software_loop.glsl"
 #include "common/work_group.glsl"
 
 #include "inverse_warp/surface.glsl"
@@ -23,7 +24,7 @@ void main() {
         // Four pixels of a row at a time, its last one again beyond the frame: a loop costs a software
         // renderer as much as their comparison.
         ivec2 row = first;
-        do {
+        SOFTWARE_LOOP do {
             for (int i = 0; i < 4; ++i) {
                 const uvec4 bits =
                     texelFetch(surfaces, ivec2(min(row.x + i, end.x - 1), row.y), 0);

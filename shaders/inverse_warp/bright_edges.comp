@@ -7,6 +7,7 @@
 //                                     than their own; whose it is, two bits each, an index of
 //                                     kAround
 #include "common/finite.glsl"
+#include "common/software_loop.glsl"
 
 #include "inverse_warp/around.glsl"
 #include "inverse_warp/square.glsl"
@@ -56,7 +57,7 @@ float light_around(ivec2 p, Surface own) {
     // One loop over the pixels of both squares; it ends after the first square that shows some.
     ivec2 offset = ivec2(-1);
     int reach = 1;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 at = p + offset;
         const ivec2 read = clamp(at, ivec2(0), uniforms.size - 1);
         const Surface s = surface_at(read);
@@ -112,9 +113,16 @@ bool shows_lamp(ivec2 p, ivec2 at) {
     return own.inverse_depth <= other.inverse_depth || covered >= kCovered;
 }
 
-// Pixels beside a lamp, of which there are few: their items, and above these two bits of the lamp's
-// offset, in the upper halves of `list`. The lower halves stay for the threads that still read them.
-shared uint lamps;
+// Pixels beside a lamp, of which there are few, are a second list in the upper halves of `list`. The
+// lower halves stay for the threads that still read them.
+//
+//    31 30 29 28 27                   16 15  12 11                    0
+//   +-----+-----+-----------------------+------+-----------------------+
+//   |  0  | to  | item beside a lamp    |  0   | item at an edge       |
+//   +-----+-----+-----------------------+------+-----------------------+
+//
+// to: the lamp is seen at the offset kAround[to]
+shared uint lamps;  // length of the second list
 
 shared uint shows_of_square[kSquares], to_of_square[kSquares];
 
@@ -123,14 +131,14 @@ void main() {
     if (first == 0) lamps = 0u;
     begin_list();
     int k = first;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 square = square_of(k);
         shows_of_square[k] = to_of_square[k] = 0u;
         add_to_list(k, is_square(square) ? texelFetch(marks, square, 0).x & 0xffffu : 0u);
     } while ((k += kThreads) < kSquares);
     barrier();
     int i = first, end = int(list_length);
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const uint item = list[i] & kItem;
         const ivec2 p = pixel_of(item);
         const Surface own = surface_at(p);
@@ -143,7 +151,7 @@ void main() {
     barrier();
     i = first;
     end = int(lamps);
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const uint both = list[i] >> 16, item = both & kItem, to = both >> kItemBits;
         const ivec2 p = pixel_of(item);
         if (!shows_lamp(p, p + kAround[to])) continue;
@@ -153,7 +161,7 @@ void main() {
     } while ((i += kThreads) < end);
     barrier();
     k = first;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 square = square_of(k);
         if (!is_square(square)) continue;
         imageStore(shown, square * ivec2(2, 1), uvec4(shows_of_square[k]));

@@ -10,6 +10,7 @@
 // LAYERS: defined if the frame has extra layers: layers, layers_soft, and the bits of those that are
 // not 0 in a pixel, `reached` (taps.glsl)
 // LIST: only the blocks of a work list
+#include "common/software_loop.glsl"
 #include "common/work_list.glsl"
 
 #include "inverse_warp/wide_color.glsl"
@@ -81,7 +82,7 @@ vec4 denoised_color(Around a, Plane plane) {
     precise vec4 sum = vec4(0.0);
     precise float total = 0.0;
     ivec2 at = a.first;
-    do {
+    SOFTWARE_LOOP do {
         const float share = texelFetch(soft, at, 0).a;
         if (share != 0.0) {
             const float weight = share * weight_at(a.window, vec2(at - a.p));

@@ -11,19 +11,19 @@
 //       -> color [, soft, spread] [, hint]
 //   color, surfaces of the frames before and after; the layer behind
 //
-//   block_starts.glsl            the start surfaces of the pixel's block
-//   samples.glsl     SampleSet   time samples and lens samples
-//   search.glsl      Search      the search for one sample's surface in this frame
-//   put_off.glsl                 the samples that it does not settle
-//   second_layer.glsl            the search for an occluded surface in the layer behind
-//   neighbors.glsl   Found       and in the frames before and after
-//   behind.glsl      Behind      the occluded surfaces that continue behind their occluder
-//   background.glsl              the fill of surfaces that no frame shows
-//   source.glsl      Source      where a sample's color comes from
-//   mean.glsl        Mean        of samples
-//   taps.glsl        Tap         the extra layers, from the samples of color
-//   accumulate.glsl  Seen, Sums  one sample's color; the sums over a pixel's samples
-//   adaptive.glsl                a second set of samples for noisy blocks
+//   block_starts.glsl                    the start surfaces of the pixel's block
+//   samples.glsl           SampleSet     time samples and lens samples
+//   search.glsl            Search        the search for one sample's surface in this frame
+//   deferred_samples.glsl                the samples that it does not settle
+//   second_layer.glsl                    the search for an occluded surface in the layer behind
+//   neighbors.glsl         Found         and in the frames before and after
+//   background.glsl                      the fill of surfaces that no frame shows
+//   continuation.glsl      Continuation  the occluded surfaces that continue behind their occluder
+//   source.glsl            Source        where a sample's color comes from
+//   mean.glsl              Mean          of samples
+//   taps.glsl              Tap           the extra layers, from the samples of color
+//   accumulate.glsl        Hit, Sums     one sample's color; the sums over a pixel's samples
+//   adaptive.glsl                        a second set of samples for noisy blocks
 //
 // SHUTTER, LENS: which of the two are open    STARTS: room for a block's start surfaces
 // BEFORE, AFTER: that frame is searched       NOISE: noise is read
@@ -33,31 +33,33 @@
 // LAYERS: defined if the frame has extra layers, also those of the background and the neighbors
 // TAPS: with LAYERS: room for a pixel's samples    FILL_LAYER: a layer is the fill mask
 // HINT: written; of the lens alone: also read    LIST: only the blocks of a work list
+#include "common/software_loop.glsl"
 #include "common/work_list.glsl"
 
 #include "inverse_warp/cells.glsl"
 #include "inverse_warp/surface.glsl"
 #include "inverse_warp/wide_color.glsl"
+#include "shared/inverse_warp_gather_units.h"
 
-layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform usampler2D surfaces;
-layout(binding = 2) uniform usampler2D starts;
-layout(binding = 11) uniform sampler2D background_color;
-layout(binding = 12) uniform sampler2D background;
-layout(binding = 0) writeonly uniform image2D blurred;
+layout(binding = GATHER_COLOR) uniform sampler2D color;
+layout(binding = GATHER_SURFACES) uniform usampler2D surfaces;
+layout(binding = GATHER_STARTS) uniform usampler2D starts;
+layout(binding = GATHER_BACKGROUND_COLOR) uniform sampler2D background_color;
+layout(binding = GATHER_BACKGROUND) uniform sampler2D background;
+layout(binding = GATHER_BLURRED_IMAGE) writeonly uniform image2D blurred;
 #if DENOISE
-layout(binding = 2) writeonly uniform image2D soft;
-layout(binding = 3) writeonly uniform image2D spread;
+layout(binding = GATHER_SOFT_IMAGE) writeonly uniform image2D soft;
+layout(binding = GATHER_SPREAD_IMAGE) writeonly uniform image2D spread;
 #endif
 #if HINT && !SHUTTER
-layout(binding = 6) uniform sampler2D given_hint;
+layout(binding = GATHER_GIVEN_HINT) uniform sampler2D given_hint;
 #endif
 #if HINT
-layout(binding = 1) writeonly uniform image2D hint;
+layout(binding = GATHER_HINT_IMAGE) writeonly uniform image2D hint;
 #endif
 #ifdef LAYERS
-layout(binding = 13) uniform sampler2DArray layers;
-layout(binding = 14) uniform sampler2DArray background_layers;
+layout(binding = GATHER_LAYERS) uniform sampler2DArray layers;
+layout(binding = GATHER_BACKGROUND_LAYERS) uniform sampler2DArray background_layers;
 #endif
 
 // Shared by all samples of a pixel.
@@ -75,10 +77,10 @@ struct Pixel {
 #include "inverse_warp/samples.glsl"
 #include "inverse_warp/search.glsl"
 #include "inverse_warp/second_layer.glsl"
-#include "inverse_warp/put_off.glsl"
+#include "inverse_warp/deferred_samples.glsl"
 #include "inverse_warp/neighbors.glsl"
 #include "inverse_warp/background.glsl"
-#include "inverse_warp/behind.glsl"
+#include "inverse_warp/continuation.glsl"
 #include "inverse_warp/source.glsl"
 #include "inverse_warp/mean.glsl"
 #include "inverse_warp/taps.glsl"
@@ -103,29 +105,29 @@ vec4 own_color(Pixel pixel) {
     return fetch(WIDE(color, layers), kColor, pixel.at);
 }
 
-// A surface that a frame shows; `at`: where this frame shows or hides it.
-Seen seen(Found found, vec2 at) {
-    return Seen(Source(found.frame, found.at, uvec2(0u), found.beyond), found.inverse_depth,
+// On a surface that a frame shows; `at`: where this frame shows or hides it.
+Hit hit_of(Found found, vec2 at) {
+    return Hit(Source(found.frame, found.at, uvec2(0u), found.beyond), found.inverse_depth,
                 found.path, at);
 }
 
 // A sample sees the nearest surface found in any frame or known to continue behind the one that
 // this frame shows, otherwise the fill.
-Seen resolve(Pixel pixel, Sample now, Search here) {
+Hit resolve(Pixel pixel, Sample now, Search here) {
     const bool shown = here.nearest.inverse_depth >= 0.0;
     precise const vec2 far_at = pixel.p - displacement(here.far, now);
     const vec2 far = inside_of(far_at);
     const vec2 at = shown ? here.nearest.at : far;
     Found found = resolve_second_layer(pixel, now, here);
     if (kNeighbors) found = resolve_occluded(pixel, now, here, found);
-    const Behind behind = find_behind(pixel, now, here, found.inverse_depth);
-    if (behind.inverse_depth >= 0.0)
-        return Seen(Source(kBehind, behind.at, behind.sides, false), behind.inverse_depth,
-                    behind.path, behind.at);
-    if (found.inverse_depth >= 0.0) return seen(found, at);
+    const Continuation continued = find_continuation(pixel, now, here, found.inverse_depth);
+    if (continued.inverse_depth >= 0.0)
+        return Hit(Source(kContinuation, continued.at, continued.sides, false),
+                   continued.inverse_depth, continued.path, continued.at);
+    if (found.inverse_depth >= 0.0) return hit_of(found, at);
     const uvec2 farthest =
         uvec2(floatBitsToUint(here.far.inverse_depth), pack_cell(ivec2(here.far_at)));
-    return Seen(Source(kFill, far, farthest, false), here.far.inverse_depth, here.far.a, at);
+    return Hit(Source(kFill, far, farthest, false), here.far.inverse_depth, here.far.a, at);
 }
 
 vec2 given_hint_at(ivec2 at) {
@@ -192,17 +194,15 @@ void store_mean(Pixel pixel, Sums sums, SampleSet last) {
                                   : given_hint_at(pixel.at) * in_focus);
 }
 
-// These loops, and those that they call, test at their end: if lanes run in step and skip nothing,
-// as on llvmpipe, a loop that tests at its beginning runs its body once more.
 void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums) {
     const int count = int(ceil(set.n));
     // One more than needed: Mesa keeps arrays of up to 256 bytes in a GPU's registers, of which the
     // gather has none left.
-    uvec2 kept[kMaxPutOff + 1];
+    uvec2 deferred[kMaxDeferred + 1];
     int first = 0;
-    do {
-        int left = 0, k = first;
-        do {
+    SOFTWARE_LOOP do {
+        int count_deferred = 0, k = first;
+        SOFTWARE_LOOP do {
             const Sample now = sample_at(k, set, pixel);
             if (!passes_barrel(pixel, now)) continue;
             Search here = search(pixel, now, begin);
@@ -212,18 +212,18 @@ void add_samples(Pixel pixel, SampleSet set, inout uvec4 begin, inout Sums sums)
             if (is_settled(now, here)) {
                 Found shown = here.nearest;
                 shown.frame = 0;  // known to the compiler, which leaves all other sources out
-                accumulate(sums, pixel, now, seen(shown, shown.at));
+                accumulate(sums, pixel, now, hit_of(shown, shown.at));
             } else {
-                kept[left++] = pack_search(k - first, here);
+                deferred[count_deferred++] = pack_search(k - first, here);
             }
-        } while (++k < min(first + kMaxPutOff, count));
+        } while (++k < min(first + kMaxDeferred, count));
         int i = 0;
-        if (left > 0) do {
-            const uvec2 words = kept[i];
+        if (count_deferred > 0) SOFTWARE_LOOP do {
+            const uvec2 words = deferred[i];
             const Sample now = sample_at(first + number_of_search(words), set, pixel);
             accumulate(sums, pixel, now, resolve(pixel, now, unpack_search(words, pixel, now)));
-        } while (++i < left);
-        first += kMaxPutOff;
+        } while (++i < count_deferred);
+        first += kMaxDeferred;
     } while (first < count);
 }
 

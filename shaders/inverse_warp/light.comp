@@ -1,11 +1,12 @@
 #version 450 core
 // The light of a neighboring frame beside this one's: a shadow may have moved between them. For each
-// cell, the farthest surface that both frames show away from edges.
+// patch, the farthest surface that both frames show away from edges.
 //
 //   color and surfaces of the neighbor, before shown_surfaces.comp; color, surfaces
 //       -> light   x: inverse depth, below 0 if there is none; mean brightness, y: in this frame,
 //                  z: in the neighbor; w: mean square in this frame
 #include "common/finite.glsl"
+#include "common/software_loop.glsl"
 #include "common/work_group.glsl"
 
 #include "inverse_warp/surface.glsl"
@@ -20,7 +21,7 @@ layout(binding = 3) uniform usampler2D surfaces;
 layout(binding = 0) writeonly uniform image2D light;
 
 const int kStepPx = 2;         // every second pixel of every second row
-const float kMinPixels = 4.0;  // of a cell
+const float kMinPixels = 4.0;  // of a patch
 
 // Mean of red, green and blue, each as c/(1 + c).
 float brightness(vec4 texel) {
@@ -30,17 +31,17 @@ float brightness(vec4 texel) {
     return mean;
 }
 
-// Sums over the pixels of a cell that show one surface.
-struct Light {
+// Sums over the pixels of a patch that show one surface.
+struct LightSums {
     float inverse_depth;  // of the last of them
     float count;
     float here, there, square;
 };
 
-void add(precise inout Light sums, float inverse_depth, float here, float there) {
+void add(precise inout LightSums sums, float inverse_depth, float here, float there) {
     if (inverse_depth > kOneDepth * sums.inverse_depth) return;
     if (kOneDepth * inverse_depth < sums.inverse_depth)
-        sums = Light(inverse_depth, 0.0, 0.0, 0.0, 0.0);
+        sums = LightSums(inverse_depth, 0.0, 0.0, 0.0, 0.0);
     sums.inverse_depth = inverse_depth;
     sums.count += 1.0;
     sums.here += here;
@@ -49,13 +50,12 @@ void add(precise inout Light sums, float inverse_depth, float here, float there)
 }
 
 void main() {
-    const ivec2 cell = invocation_at(), first = kLightCellPx * cell;
+    const ivec2 own_patch = invocation_at(), first = kLightPatchPx * own_patch;
     if (any(greaterThanEqual(first, uniforms.size))) return;
-    const ivec2 end = min(first + kLightCellPx, uniforms.size);
-    precise Light sums = Light(3.0e38, 0.0, 0.0, 0.0, 0.0);
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
+    const ivec2 end = min(first + kLightPatchPx, uniforms.size);
+    precise LightSums sums = LightSums(3.0e38, 0.0, 0.0, 0.0, 0.0);
     ivec2 there = first;
-    do {
+    SOFTWARE_LOOP do {
         const Surface s = unpack_surface(texelFetch(surfaces_of_neighbor, in_half(there), 0));
         const Here here = place_of(surfaces, s, there);
         if (!s.edge && s.inverse_depth >= 0.0 && is_shown(here, s))
@@ -65,5 +65,5 @@ void main() {
         if (there.x >= end.x) there = ivec2(first.x, there.y + kStepPx);
     } while (there.y < end.y);
     precise const vec3 means = vec3(sums.here, sums.there, sums.square) / max(sums.count, 1.0);
-    imageStore(light, cell, vec4(sums.count < kMinPixels ? -1.0 : sums.inverse_depth, means));
+    imageStore(light, own_patch, vec4(sums.count < kMinPixels ? -1.0 : sums.inverse_depth, means));
 }

@@ -1,7 +1,7 @@
-// Finds a neighbor's surfaces in this frame, and compares their light in cells of kLightCellPx.
+// Finds a neighbor's surfaces in this frame, and compares their light in patches of kLightPatchPx.
 #include "inverse_warp/frames.glsl"
 
-const int kLightCellPx = INVERSE_WARP_LIGHT_CELL_PX;
+const int kLightPatchPx = INVERSE_WARP_LIGHT_PATCH_PX;
 // Paths of one surface differ by at most the root of the sum of squares of these: surfaces turn.
 const float kOneMotionPx = 1.0, kOneMotion = 0.5;  // pixels, parts of the path
 

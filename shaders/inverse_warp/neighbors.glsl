@@ -1,22 +1,24 @@
 // The search for occluded surfaces in the frames before and after.
 //
 // BEFORE, AFTER: that frame is searched
+#include "common/software_loop.glsl"
+
 #include "inverse_warp/frames.glsl"
 
 #if BEFORE
-layout(binding = 7) uniform sampler2D color_before;
+layout(binding = GATHER_COLOR_BEFORE) uniform sampler2D color_before;
 #endif
 #if AFTER
-layout(binding = 9) uniform sampler2D color_after;
+layout(binding = GATHER_COLOR_AFTER) uniform sampler2D color_after;
 #endif
 #if BEFORE || AFTER
-layout(binding = 8) uniform usampler2D neighbor_surfaces;
+layout(binding = GATHER_NEIGHBOR_SURFACES) uniform usampler2D neighbor_surfaces;
 #endif
 #if BEFORE && defined(LAYERS)
-layout(binding = 15) uniform sampler2DArray layers_before;
+layout(binding = GATHER_LAYERS_BEFORE) uniform sampler2DArray layers_before;
 #endif
 #if AFTER && defined(LAYERS)
-layout(binding = 5) uniform sampler2DArray layers_after;
+layout(binding = GATHER_LAYERS_AFTER) uniform sampler2DArray layers_after;
 #endif
 
 const int kNeighborSteps = 3;  // from each start surface
@@ -100,7 +102,7 @@ Found resolve_occluded(Pixel pixel, Sample now, Search here, Found nearest) {
     bool other = false;
     Sample then = now;
     vec2 x = pixel.p;
-    if (searches != 0u) do {
+    if (searches != 0u) SOFTWARE_LOOP do {
         if (steps == 0) {
             const int search = findLSB(searches);
             searches &= searches - 1u;

@@ -2,10 +2,10 @@
 //
 // NOISE: read    BARREL: the lens barrel cuts the aperture away from the center of the frame
 #if NOISE
-layout(binding = 3) uniform sampler2D noise;
+layout(binding = GATHER_NOISE) uniform sampler2D noise;
 #endif
 #if LENS
-layout(binding = 4) uniform sampler2D lens_samples;
+layout(binding = GATHER_LENS_SAMPLES) uniform sampler2D lens_samples;
 #endif
 
 // Range of Sample::depth_ratio.

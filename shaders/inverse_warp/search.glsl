@@ -1,4 +1,5 @@
 // The search of one sample in this frame, by fixed-point iteration: X <- p - D(X).
+#include "common/software_loop.glsl"
 
 const bool kBefore = BEFORE == 1, kAfter = AFTER == 1, kNeighbors = kBefore || kAfter;
 #ifdef SECOND_LAYER
@@ -34,49 +35,52 @@ struct Visit {
     bool accepted;
 };
 
-// State and result of the search.
+// Result of the search.
 struct Search {
+    Found nearest;         // of the accepted surfaces
+    vec2 nearest_at;       // its pixel
+    bool nearest_edge;     // which is at a depth edge: its color is read at_edge()
+    Surface far;           // the farthest surface visited
+    vec2 far_at;           // its pixel
+    bool shows_behind;     // the farthest surface is behind the first
+    uint occluded_starts;  // a bit for each start surface that this frame may hide
+    uint hidden_starts;    // and for each that is behind what this frame shows at its place
+    float deferred_for;    // inverse depth of the nearest that a sample is deferred for; -1: none
+};
+
+// State of its loop.
+struct SearchState {
     vec2 d;               // displacement of the surface from which the next step goes
     int start;            // 0: from the pixel itself; i + 1: from start surface i
     float start_depth;    // inverse depth of that start surface
     int steps;            // so far, from that
     float occluded_from;  // start surfaces with at most this inverse depth are not searched
-    Found nearest;        // of the accepted surfaces
-    vec2 nearest_at;      // its pixel
-    bool nearest_edge;    // which is at a depth edge: its color is read at_edge()
-    float residual;       // its error
-    Surface far;          // the farthest surface visited
-    float far_residual;
-    vec2 far_at;           // its pixel
-    float first_depth;     // inverse depth of the first surface visited; below 0 before that
-    bool shows_behind;     // the farthest surface is behind the first
-    uint occluded_starts;  // a bit for each start surface that this frame may hide
-    uint hidden_starts;    // and for each that is behind what this frame shows at its place
-    float put_off_for;     // inverse depth of the nearest that a sample is put off for; -1: none
+    float residual;       // of Search::nearest
+    float far_residual;   // of Search::far
+    float first_depth;    // inverse depth of the first surface visited; below 0 before that
 };
 
 vec2 inside_of(vec2 at) {
     return clamp(at, vec2(0.0), vec2(uniforms.size - 1));
 }
 
-Search begin_search(Pixel pixel, Sample now, Surface begin) {
+SearchState begin_state(Surface begin, Sample now) {
+    return SearchState(displacement(begin, now), 0, 0.0, 0, -1.0, kAcceptPx, 3.4e38, -1.0);
+}
+
+// The result before the first visit.
+Search begin_search(Pixel pixel, Surface begin) {
     Search s;
-    s.d = displacement(begin, now);
-    s.start = s.steps = 0;
-    s.start_depth = 0.0;
-    s.occluded_from = -1.0;
     s.nearest = Found(0, pixel.p, -1.0, vec2(0.0), false);
     s.nearest_at = pixel.p;
     s.nearest_edge = false;
-    s.residual = kAcceptPx;
     s.far = begin;
-    s.far.inverse_depth = s.far_residual = 3.4e38;
+    s.far.inverse_depth = 3.4e38;
     s.far_at = pixel.p;
-    s.first_depth = -1.0;
     s.shows_behind = false;
     s.occluded_starts = 0u;
     s.hidden_starts = 0u;
-    s.put_off_for = -1.0;
+    s.deferred_for = -1.0;
     return s;
 }
 
@@ -124,80 +128,81 @@ vec2 at_edge(vec2 x, vec2 at, float q, vec2 a, vec2 p, Sample now) {
 }
 
 // The nearest accepted surface counts; at one depth the one with the smaller error.
-void keep_nearest(inout Search s, Visit v, vec2 p, float ratio) {
+void keep_nearest(inout Search s, inout SearchState state, Visit v, vec2 p, float ratio) {
     const float q = v.surface.inverse_depth, nearest = s.nearest.inverse_depth;
     if (!v.accepted ||
-        !(q > nearest * ratio || (q * ratio >= nearest && v.error < s.residual)))
+        !(q > nearest * ratio || (q * ratio >= nearest && v.error < state.residual)))
         return;
     s.nearest = found_at(v.x, v.surface, v.d, v.beyond, p);
     s.nearest_at = v.x;
     s.nearest_edge = v.surface.edge;
-    s.residual = v.error;
+    state.residual = v.error;
 }
 
 // The farthest surface visited is the one to extend if nothing is found; at one depth the one with
 // the smaller error.
-void keep_farthest(inout Search s, Visit v, float ratio) {
+void keep_farthest(inout Search s, inout SearchState state, Visit v, float ratio) {
     const float q = v.surface.inverse_depth, far = s.far.inverse_depth;
-    if (!(q * ratio < far || (q <= far * ratio && v.error < s.far_residual))) return;
+    if (!(q * ratio < far || (q <= far * ratio && v.error < state.far_residual))) return;
     s.far = v.surface;
-    s.far_residual = v.error;
+    state.far_residual = v.error;
     s.far_at = v.x;
 }
 
 // A start surface may be occluded if a step visits a nearer one or leaves the frame, or if the last
 // step still visits one that is not farther: an earlier one may lead to the surface itself.
-void note_occluded(inout Search s, Visit v, float ratio) {
+void note_occluded(inout Search s, inout SearchState state, Visit v, float ratio) {
     const float q = v.surface.inverse_depth;
-    if (s.first_depth < 0.0) s.first_depth = q;
-    if (s.start == 0 || v.accepted) return;
-    const bool nearer = q > s.start_depth * ratio;
-    const bool unsettled = s.steps == kSteps - 1 && q * ratio >= s.start_depth;
+    if (state.first_depth < 0.0) state.first_depth = q;
+    if (state.start == 0 || v.accepted) return;
+    const bool nearer = q > state.start_depth * ratio;
+    const bool unsettled = state.steps == kSteps - 1 && q * ratio >= state.start_depth;
     if (!v.beyond && !nearer && !unsettled) return;
-    const uint start = 1u << (s.start - 1);
+    const uint start = 1u << (state.start - 1);
     s.occluded_starts |= start;
-    const bool hidden = s.steps == 0 && !v.beyond;
+    const bool hidden = state.steps == 0 && !v.beyond;
     if (hidden) s.hidden_starts |= start;
     // Start surfaces are searched nearest first.
-    if ((kSearchedOutside || hidden) && s.put_off_for < 0.0) s.put_off_for = s.start_depth;
+    if ((kSearchedOutside || hidden) && s.deferred_for < 0.0) s.deferred_for = state.start_depth;
 }
 
 // Does the search from a start surface end at this visit? A surface that is not nearer than the one
 // found leads to no nearer one.
-bool leads_nowhere(Search s, Visit v, float ratio) {
-    return s.start > 0 && s.nearest.inverse_depth >= 0.0 &&
+bool leads_nowhere(Search s, SearchState state, Visit v, float ratio) {
+    return state.start > 0 && s.nearest.inverse_depth >= 0.0 &&
            v.surface.inverse_depth <= s.nearest.inverse_depth * ratio;
 }
 
 // Goes on to the next start surface, unless the surface found occludes all that are left: one found
 // from the pixel itself occludes all that are not nearer; one found from a start surface only those
 // that are farther, because the order of start surfaces must not count.
-bool next_start(inout Search s, Pixel pixel, Sample now) {
+bool next_start(Search s, inout SearchState state, Pixel pixel, Sample now) {
     const float nearest = s.nearest.inverse_depth;
-    s.occluded_from = s.start == 0 ? nearest * now.depth_ratio
-                                   : max(s.occluded_from, nearest / now.depth_ratio);
-    s.steps = 0;
-    const bool more = s.start < pixel.start_count;
-    const Surface start = start_surface(s.start);
-    s.d = displacement(start, now);
-    s.start_depth = start.inverse_depth;
-    ++s.start;
-    return more && s.start_depth > s.occluded_from;
+    state.occluded_from = state.start == 0 ? nearest * now.depth_ratio
+                                           : max(state.occluded_from, nearest / now.depth_ratio);
+    state.steps = 0;
+    const bool more = state.start < pixel.start_count;
+    const Surface start = start_surface(state.start);
+    state.d = displacement(start, now);
+    state.start_depth = start.inverse_depth;
+    ++state.start;
+    return more && state.start_depth > state.occluded_from;
 }
 
 // One visit, and where to go from there. False if the search has ended.
-bool search_on(inout Search s, Pixel pixel, Sample now, inout uvec4 begin) {
-    const Visit v = visit(pixel.p, s.d, now);
-    keep_nearest(s, v, pixel.p, now.depth_ratio);
-    keep_farthest(s, v, now.depth_ratio);
-    note_occluded(s, v, now.depth_ratio);
-    if (!kLens && v.accepted && s.start == 0) begin = v.bits;
-    s.d = v.d;
-    ++s.steps;
+bool search_on(inout Search s, inout SearchState state, Pixel pixel, Sample now,
+               inout uvec4 begin) {
+    const Visit v = visit(pixel.p, state.d, now);
+    keep_nearest(s, state, v, pixel.p, now.depth_ratio);
+    keep_farthest(s, state, v, now.depth_ratio);
+    note_occluded(s, state, v, now.depth_ratio);
+    if (!kLens && v.accepted && state.start == 0) begin = v.bits;
+    state.d = v.d;
+    ++state.steps;
     bool more = true;
-    if (v.accepted || leads_nowhere(s, v, now.depth_ratio) ||
-        s.steps >= (s.start == 0 ? kOwnSteps : kSteps))
-        more = next_start(s, pixel, now);
+    if (v.accepted || leads_nowhere(s, state, v, now.depth_ratio) ||
+        state.steps >= (state.start == 0 ? kOwnSteps : kSteps))
+        more = next_start(s, state, pixel, now);
     return more;
 }
 
@@ -205,16 +210,18 @@ bool search_on(inout Search s, Pixel pixel, Sample now, inout uvec4 begin) {
 // first. With the shutter alone, `begin` becomes the surface found from it: the search of the next
 // time sample begins there.
 Search search(Pixel pixel, Sample now, inout uvec4 begin) {
-    Search s = begin_search(pixel, now, unpack_surface(begin));
+    const Surface first = unpack_surface(begin);
+    Search s = begin_search(pixel, first);
+    SearchState state = begin_state(first, now);
     bool more = true;
 #ifdef VULKAN
     // Mesa's lavapipe 22.3 mixes up visits in this loop if it tests at its end.
-    while (more) more = search_on(s, pixel, now, begin);
+    while (more) more = search_on(s, state, pixel, now, begin);
 #else
-    do {
-        more = search_on(s, pixel, now, begin);
+    SOFTWARE_LOOP do {
+        more = search_on(s, state, pixel, now, begin);
     } while (more);
 #endif
-    s.shows_behind = s.far.inverse_depth * now.depth_ratio < s.first_depth;
+    s.shows_behind = s.far.inverse_depth * now.depth_ratio < state.first_depth;
     return s;
 }

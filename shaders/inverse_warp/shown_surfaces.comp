@@ -7,6 +7,8 @@
 //
 // NEIGHBOR: of the frame before or after. Surfaces that this frame hides are skipped if the light
 // around them has changed: surfaces of this frame, light, marks -> surfaces
+#include "common/software_loop.glsl"
+
 #include "inverse_warp/planes.glsl"
 
 #include "inverse_warp/half.glsl"
@@ -21,21 +23,21 @@ layout(binding = 6) uniform usampler2D marks;
 
 #include "inverse_warp/light.glsl"
 
-const int kRings = 2;                  // of cells, around that of a pixel
+const int kRings = 2;                  // of patches, around that of a pixel
 const float kMinDifference = 0.004;  // squared
 
 // This frame hides a surface of this inverse depth, seen at p. Does the light around it differ from
-// this frame's? That is, in the cells around that show it, of the smallest ring that has some, the
+// this frame's? That is, in the patches around that show it, of the smallest ring that has some, the
 // brightness differs by more than its deviation there: a fill from this frame errs less.
 bool has_other_light(ivec2 p, float inverse_depth) {
-    const ivec2 cell = p / kLightCellPx;
-    const ivec2 last = (uniforms.size - 1) / kLightCellPx;
+    const ivec2 own_patch = p / kLightPatchPx;
+    const ivec2 last = (uniforms.size - 1) / kLightPatchPx;
     precise float count = 0.0, mean = 0.0, square = 0.0, difference = 0.0;
     int ring = 0;
     ivec2 offset = ivec2(0);
-    // One loop over the cells of all rings; it ends after the first ring that shows the surface.
-    do {
-        const ivec2 at = cell + offset;
+    // One loop over the patches of all rings; it ends after the first ring that shows the surface.
+    SOFTWARE_LOOP do {
+        const ivec2 at = own_patch + offset;
         const bool within = all(greaterThanEqual(at, ivec2(0))) && all(lessThanEqual(at, last));
         const vec4 l = texelFetch(light, clamp(at, ivec2(0), last), 0);
         if (within && l.x >= 0.0 && one_depth(l.x, inverse_depth)) {
@@ -60,14 +62,14 @@ bool has_other_light(ivec2 p, float inverse_depth) {
 
 shared uint hidden_of_square[kSquares];
 
-// The hidden pixels of a square, if some cell around it has another brightness; otherwise none.
+// The hidden pixels of a square, if some patch around it has another brightness; otherwise none.
 uint hidden_in_other_light(ivec2 square, uint hidden) {
-    const ivec2 cell = kSquarePx * square / kLightCellPx;
-    const ivec2 last = (uniforms.size - 1) / kLightCellPx;
+    const ivec2 own_patch = kSquarePx * square / kLightPatchPx;
+    const ivec2 last = (uniforms.size - 1) / kLightPatchPx;
     bool differs = false, more = hidden != 0u;
     ivec2 offset = ivec2(-kRings);
-    do {
-        const vec4 l = texelFetch(light, clamp(cell + offset, ivec2(0), last), 0);
+    SOFTWARE_LOOP do {
+        const vec4 l = texelFetch(light, clamp(own_patch + offset, ivec2(0), last), 0);
         differs = differs || (l.x >= 0.0 && (l.z - l.y) * (l.z - l.y) > 0.99 * kMinDifference);
         offset = offset.x < kRings ? offset + ivec2(1, 0) : ivec2(-kRings, offset.y + 1);
         more = more && !differs && offset.y <= kRings;
@@ -81,7 +83,7 @@ uint changed_in(ivec2 square) {
     return is_square(square) ? texelFetch(shown, square * ivec2(2, 1), 0).x : 0u;
 }
 
-// They and the pixels next to them.
+// They and the pixels next to them (bits: square.glsl).
 uint near_changed(ivec2 square) {
     const uint own = changed_in(square);
     return own | (own & 0x7777u) << 1 | (own & 0xeeeeu) >> 1 | (own << 4 & 0xffffu) | own >> 4 |
@@ -108,7 +110,7 @@ ivec2 shown_at(ivec2 p) {
 bool is_edge(ivec2 p, float inverse_depth) {
     bool edge = false;
     uint left = 15u;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 at = nearest_inside(p + kAround[findLSB(left)]), from = shown_at(at);
         edge = at != from && !one_depth(stored_depth_at(from), inverse_depth);
         left &= left - 1u;
@@ -116,11 +118,13 @@ bool is_edge(ivec2 p, float inverse_depth) {
     return edge;
 }
 
+// `list` holds items alone (square.glsl): first the pixels that have changed or are beside one that
+// has, then those of a neighbor that this frame hides and whose light may differ.
 void main() {
     const int first = int(gl_LocalInvocationIndex);
     begin_list();
     int k = first;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 square = square_of(k);
         add_to_list(k, is_square(square) ? near_changed(square) : 0u);
 #if NEIGHBOR
@@ -129,7 +133,7 @@ void main() {
     } while ((k += kThreads) < kSquares);
     barrier();
     int i = first, end = int(list_length);
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const uint item = list[i];
         const ivec2 p = pixel_of(item);
         if (!inside(p)) continue;
@@ -152,12 +156,12 @@ void main() {
     barrier();
     begin_list();
     k = first;
-    do add_to_list(k, hidden_in_other_light(square_of(k), hidden_of_square[k]));
+    SOFTWARE_LOOP do add_to_list(k, hidden_in_other_light(square_of(k), hidden_of_square[k]));
     while ((k += kThreads) < kSquares);
     barrier();
     i = first;
     end = int(list_length);
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const ivec2 p = pixel_of(list[i]);
         if (has_other_light(p, stored_depth_at(shown_at(p))))
             imageStore(surfaces, in_half(p), pack_surface(not_there()));

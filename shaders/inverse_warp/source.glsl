@@ -3,20 +3,20 @@
 // FILL_LAYER: one of the frame's layers is the fill mask (chain/layers.h)
 
 struct Source {
-    int kind;     // the frame that shows it, -1 to 1; kSecondLayer; kBehind; kFill
+    int kind;     // the frame that shows it, -1 to 1; kSecondLayer; kContinuation; kFill
     vec2 at;      // px
-    uvec2 cells;  // kBehind: on both sides; kFill: bits of the inverse depth, and the pixel of the
+    uvec2 cells;  // kContinuation: on both sides; kFill: bits of the inverse depth, and the pixel of the
                   // farthest surface visited
     bool beyond;  // this frame's border pixels, continued beyond it
 };
 
-const int kBehind = 2, kFill = 3;
+const int kContinuation = 2, kFill = 3;
 
 vec4 color_from(Source source, Plane plane) {
     if (source.kind == kSecondLayer) return second_color(source.at, plane);
-    if (source.kind < kBehind) return color_in(source.kind, source.at, plane);
+    if (source.kind < kContinuation) return color_in(source.kind, source.at, plane);
     const vec4 far = fetch(WIDE(color, layers), plane, unpack_cell(source.cells.y));
-    Cells cells = cells_behind(source.cells, source.at);
+    Cells cells = continuation_cells(source.cells, source.at);
     if (source.kind == kFill)
         cells = background_cells(source.at, uintBitsToFloat(source.cells.x));
     return color_of(cells, plane, far);

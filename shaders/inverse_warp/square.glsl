@@ -2,9 +2,6 @@
 // the whole group and shared out among its threads: a device that runs threads in step waits for the
 // busiest of them. The order of a list changes from run to run; no pixel may depend on it.
 //
-// Loops over squares and items are tested at their end: a software renderer runs a body once more to find
-// the test at its start.
-//
 // A GPU has a thread for each square: the lists limit how many groups run at a time. On a software renderer
 // a thread does four squares, for most work is in lists, unless DENSE is defined.
 #include "shared/inverse_warp_uniforms.h"
@@ -19,6 +16,7 @@ layout(local_size_x = kBlockPx / 2, local_size_y = kBlockPx / 2) in;
 #endif
 
 #include "common/first_group.glsl"
+#include "common/software_loop.glsl"
 
 const int kSquarePx = INVERSE_WARP_SQUARE_PX;
 const int kThreads = kEdgeThreads * kEdgeThreads;
@@ -34,7 +32,12 @@ bool is_square(ivec2 square) {
            all(lessThan(kSquarePx * square, uniforms.size));
 }
 
-// The number of a pixel in its square: the place of its bit.
+// The number of a pixel in its square, and the place of its bit:
+//
+//    0  1  2  3
+//    4  5  6  7
+//    8  9 10 11
+//   12 13 14 15
 int number_of(ivec2 p) {
     return (p.y & 3) << 2 | (p.x & 3);
 }
@@ -43,7 +46,12 @@ uint bit_of(ivec2 p) {
     return 1u << number_of(p);
 }
 
-// Items: a bit of a square.
+// An item of `list` is a pixel of the work group. Steps may use the upper bits.
+//
+//    31       12 11             4 3   2 1   0
+//   +-----------+----------------+-----+-----+
+//   |     0     | square         |  y  |  x  |
+//   +-----------+----------------+-----+-----+
 const int kItemBits = 12;
 const uint kItem = (1u << kItemBits) - 1u;
 shared uint list_length;
@@ -58,7 +66,7 @@ void begin_list() {
 // Lists bits of square k.
 void add_to_list(int k, uint bits) {
     uint at = atomicAdd(list_length, uint(bitCount(bits)));
-    if (bits != 0u) do {
+    if (bits != 0u) SOFTWARE_LOOP do {
         list[at] = uint(k << 4 | findLSB(bits));
         bits &= bits - 1u;
         ++at;

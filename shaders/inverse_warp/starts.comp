@@ -19,6 +19,7 @@ const int kGroupEdge = INVERSE_WARP_STARTS_BLOCKS;
 layout(local_size_x = kGroupEdge, local_size_y = kGroupEdge) in;
 
 #include "common/first_group.glsl"
+#include "common/software_loop.glsl"
 #include "common/work_list_fill.glsl"
 
 #include "inverse_warp/surface.glsl"
@@ -120,9 +121,8 @@ void consider(int k, int i, int place, ivec2 block, inout Farthest farthest, ino
 // if all are alike.
 bool choose(int i, ivec2 block, ivec2 reaching, inout Starts chosen) {
     Farthest farthest = Farthest(not_there(), ivec2(0), kAlikePx * kAlikePx, false);
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
     int place = reaching[0];
-    do {
+    SOFTWARE_LOOP do {
         // Two at a time: llvmpipe ends the loops of an invocation after 65535 iterations of all of them
         // together, and a line may have 1024 blocks.
         for (int k = 0; k < GIVEN; k += 2) {

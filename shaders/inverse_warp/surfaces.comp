@@ -8,6 +8,8 @@
 // NEIGHBOR: of the frame before or after. Also: surfaces of this frame -> upper 16 bits of `marks`:
 // pixels that this frame hides
 #define DENSE
+#include "common/software_loop.glsl"
+
 #include "inverse_warp/planes.glsl"
 
 #include "inverse_warp/half.glsl"
@@ -49,9 +51,8 @@ uint pack_square(ivec2 square) {
     const ivec2 first = kSquarePx * square;
     uint edges = 0u, hidden = 0u;
     vec4 above = row_of_depths(first - ivec2(0, 1)), own = row_of_depths(first);
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
     int y = 0;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 row = first + ivec2(0, y);
         const vec4 below = row_of_depths(row + ivec2(0, 1));
         const vec4 left = vec4(depth_at(nearest_inside(row - ivec2(1, 0))), own.xyz);
@@ -92,7 +93,7 @@ uint pack_edges(int k, uint edges) {
     barrier();
     const int end = int(list_length);
     int i = k;
-    if (i < end) do {
+    if (i < end) SOFTWARE_LOOP do {
         const uint item = list[i];
         const ivec2 p = pixel_of(item);
         const uint hidden = store(p, surface_at(p));

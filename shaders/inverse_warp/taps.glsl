@@ -8,12 +8,12 @@
 #ifdef LAYERS
 #include "inverse_warp/layer_bits.glsl"
 
-layout(binding = 4) writeonly uniform image2DArray layers_blurred;
+layout(binding = GATHER_LAYERS_BLURRED_IMAGE) writeonly uniform image2DArray layers_blurred;
 #if DENOISE
-layout(binding = 5) writeonly uniform image2DArray layers_soft;
-layout(binding = 7) writeonly uniform uimage2DArray reached;
+layout(binding = GATHER_LAYERS_SOFT_IMAGE) writeonly uniform image2DArray layers_soft;
+layout(binding = GATHER_REACHED_IMAGE) writeonly uniform uimage2DArray reached;
 #endif
-layout(binding = 6, r32ui) readonly uniform uimage2DArray occupied;
+layout(binding = GATHER_OCCUPIED_IMAGE, r32ui) readonly uniform uimage2DArray occupied;
 
 struct Tap {
     Source source;
@@ -41,7 +41,7 @@ uint occupied_in(int frame, ivec2 block, int word) {
 // The layers that are not 0 where a source reads.
 uint occupied_at(Source source, int word) {
     if (source.kind == kSecondLayer) return 0xffffffffu;
-    if (source.kind == kBehind)
+    if (source.kind == kContinuation)
         return occupied_in(0, unpack_cell(source.cells.x) / 8, word) |
                occupied_in(0, unpack_cell(source.cells.y) / 8, word);
     if (source.kind != kFill)

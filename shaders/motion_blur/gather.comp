@@ -14,6 +14,7 @@
 // Notation of the report: p this pixel, S a sample, v_c = v(p), w_c and w_max unit directions,
 // T distance along the streak. Equations and deviations: docs/motion_blur.md.
 #include "common/layers.glsl"
+#include "common/software_loop.glsl"
 #include "common/work_list.glsl"
 #include "shared/motion_blur_uniforms.h"
 
@@ -232,9 +233,8 @@ void main() {
     FOR_LAYERS(l) layers_p[l] = LAYER_FETCH(layers, p, l);
     FOR_LAYERS(l) layer_sums[l] = vec4(0.0);
 #endif
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
     int i = 0;
-    do {
+    SOFTWARE_LOOP do {
         const float along = (float(2 * i) + shift) * spacing;  // t |v_max|
         const float distance = abs(along);
 #if SINGLE

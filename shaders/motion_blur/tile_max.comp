@@ -15,6 +15,7 @@ const int kThreads = 64;
 layout(local_size_x = kThreads) in;
 
 #include "common/first_group.glsl"
+#include "common/software_loop.glsl"
 
 layout(binding = 0) uniform sampler2D motion;
 layout(binding = 0) writeonly uniform image2D tile_max;
@@ -76,12 +77,11 @@ void main() {
 #if DEPTH
     part.depths = vec2(texelFetch(inverse_depth, first, 0).x);
 #endif
-    // Every 64th pixel in row order. Tested at the end: a software renderer runs a body once more
-    // to find the test at its start.
+    // Every 64th pixel in row order.
     const ivec2 size = min(ivec2(uniforms.tile_px), uniforms.size - first);
     const int count = size.x * size.y;
     int next = thread;
-    do {
+    SOFTWARE_LOOP do {
         // One beyond the end is taken for the last, which changes no extreme.
         const int index = min(next, count - 1);
         precise const float rows = (float(index) + 0.5) / float(size.x);

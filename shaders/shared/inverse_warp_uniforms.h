@@ -52,8 +52,8 @@ UNIFORMS_END
 // Edge of the squares of pixels that a thread packs.
 #define INVERSE_WARP_SQUARE_PX 4
 
-// Edge of the cells in which the light of two frames is compared.
-#define INVERSE_WARP_LIGHT_CELL_PX 8
+// Edge of the patches in which the light of two frames is compared.
+#define INVERSE_WARP_LIGHT_PATCH_PX 8
 
 // Minimum of a pixel's time samples, however short its path.
 #define INVERSE_WARP_MIN_TIMES 5

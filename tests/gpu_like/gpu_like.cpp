@@ -153,12 +153,11 @@ std::string with_behaviors(std::string source) {
                    ", kGpuLikeUlp = " + (behaves("ulp") ? "true" : "false") + ";" + kFilters;
     if (behaves("half") && source.find("imageStore(") != std::string::npos) {
         static const std::regex declared(
-            R"(layout\(binding = (\d+)\) (?:coherent )?writeonly uniform u?image2D(?:Array)? (\w+);)");
+            R"(layout\(binding = (\w+)\) (?:coherent )?writeonly uniform u?image2D(?:Array)? (\w+);)");
         std::set<std::string> known;
         for (std::sregex_iterator at(source.begin(), source.end(), declared), end; at != end; ++at)
             if (known.insert((*at)[2]).second)
-                prelude +=
-                    "const int gpu_like_unit_" + (*at)[2].str() + " = " + (*at)[1].str() + ";\n";
+                prelude += "#define gpu_like_unit_" + (*at)[2].str() + " " + (*at)[1].str() + "\n";
         prelude += kHalfStores;
     }
     if (prelude.empty()) return source;

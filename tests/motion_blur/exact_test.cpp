@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "passes/motion_blur/parameters.h"
+#include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
 
 namespace postchain::test {
@@ -68,7 +68,7 @@ TEST(Exact, MaxBlurFollowsTheWidth) {
           std::array{3840, 240, 480}, std::array{16384, 512, 512}}) {
         frame.display_width = width;
         EXPECT_EQ(motion_blur::tile_px({}, frame), tile);
-        EXPECT_EQ(motion_blur::warp_settings({}, frame).shutter->max_path_px, path);
+        EXPECT_EQ(inverse_warp::shutter_on(frame, {}).max_path_px, path);
     }
 }
 

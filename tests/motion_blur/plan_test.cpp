@@ -2,8 +2,7 @@
 
 #include <limits>
 
-#include "passes/motion_blur/motion_blur.h"
-#include "passes/motion_blur/parameters.h"
+#include "passes/motion_blur/guertin.h"
 #include "tests/motion_blur/support.h"
 
 namespace postchain::test {

@@ -1,6 +1,7 @@
-// Surfaces that this frame hides, and that continue behind what it shows (behind.comp).
+// Surfaces that this frame hides, and that continue behind what it shows (continuation.comp).
+#include "common/software_loop.glsl"
 
-struct Behind {
+struct Continuation {
     float inverse_depth;  // -1: none
     uvec2 sides;          // cells that show it on both sides
     vec2 path;            // a
@@ -17,10 +18,10 @@ uvec2 sides_of(vec2 x, float q) {
 
 // The nearest start surface, nearer than the inverse depth `found`, that is displaced to the pixel
 // from behind what this frame shows.
-Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
-    Behind behind = Behind(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
+Continuation find_continuation(Pixel pixel, Sample now, Search here, float found) {
+    Continuation continued = Continuation(-1.0, uvec2(kNoCell), vec2(0.0), pixel.p);
     uint starts_left = here.hidden_starts;
-    if (starts_left != 0u) do {
+    if (starts_left != 0u) SOFTWARE_LOOP do {
         const int i = findLSB(starts_left);
         starts_left &= starts_left - 1u;
         const Surface start = start_surface(i);
@@ -33,14 +34,14 @@ Behind find_behind(Pixel pixel, Sample now, Search here, float found) {
         const float shown = texelFetch(background, unpack_cell(sides.x), 0).x;
         if (!one_depth(shown, start.inverse_depth)) continue;
         const vec2 at = inside_of(to);
-        behind = Behind(start.inverse_depth, sides, start.a, at);
+        continued = Continuation(start.inverse_depth, sides, start.a, at);
         break;
     } while (starts_left != 0u);
-    return behind;
+    return continued;
 }
 
 // The cells on both sides of what hides a surface, by their distance to the position `x`.
-Cells cells_behind(uvec2 sides, vec2 x) {
+Cells continuation_cells(uvec2 sides, vec2 x) {
     const ivec2 a = unpack_cell(sides.x), b = unpack_cell(sides.y);
     const vec2 way = vec2(b - a);
     precise const float share =

@@ -5,6 +5,7 @@
 //
 //   background_depth, background_color -> background   as background_depth, and for cells of 2 px the
 //                                                      line (cells.glsl)
+#include "common/software_loop.glsl"
 #include "common/work_group.glsl"
 
 #include "inverse_warp/cells.glsl"
@@ -57,11 +58,11 @@ uint find_lines(ivec2 cell, float q) {
 
 // The number of the distance to the first surface behind inverse depth q: to the first of its cells
 // that shows it away from edges. -1: there is none, or it ends before such a cell.
-int find_behind(ivec2 cell, ivec2 line, float q) {
+int distance_behind(ivec2 cell, ivec2 line, float q) {
     float behind = -1.0;
     int found = -1, i = 0;
     bool more;
-    do {
+    SOFTWARE_LOOP do {
         const ivec2 at = cell + distance_of(i) * line;
         const vec2 depth_part = texelFetch(background_depth, nearest_cell(at), 0).xy;
         if (behind < 0.0 && depth_part.x * kOneDepth < q) behind = depth_part.x;
@@ -108,13 +109,12 @@ uint pack_length(int line, int i, int j) {
 uint shortest_line(ivec2 cell, float q) {
     uint shortest = kNoLine;
     uint left = find_lines(cell, q);
-    // Tested at the end: a software renderer runs a body once more to find the test at its start.
-    if (left != 0u) do {
+    if (left != 0u) SOFTWARE_LOOP do {
         const int line = findLSB(left);
         left &= left - 1u;
-        const int first = find_behind(cell, line_of(line), q);
+        const int first = distance_behind(cell, line_of(line), q);
         if (first < 0) continue;
-        const int second = find_behind(cell, -line_of(line), q);
+        const int second = distance_behind(cell, -line_of(line), q);
         if (second >= 0) shortest = min(shortest, pack_length(line, first, second));
     } while (left != 0u);
     return shortest;

@@ -1,8 +1,8 @@
-// Samples that the search of this frame does not settle are put off until all samples of a set have
+// Samples that the search of this frame does not settle are deferred until all samples of a set have
 // searched: the lanes whose samples are settled do not wait for the others. Two words a sample store
 // the search's result; the surface at the stored pixel restores it.
 
-const int kMaxPutOff = 32;
+const int kMaxDeferred = 32;
 const uint kShown = 1u << 16, kBeyond = 1u << 17, kShowsBehind = 1u << 18;
 const uint kAtX = 1u << 19, kAtY = 1u << 20;  // the color is read at the pixel along this axis
 const int kNumber = 21;                       // its first bit
@@ -13,7 +13,7 @@ const int kNumber = 21;                       // its first bit
 bool is_settled(Sample now, Search here) {
     precise const float nearest =
         here.nearest.inverse_depth * (kSearchedOutside ? now.depth_ratio : kOneDepth);
-    return nearest >= 0.0 && here.put_off_for <= nearest;
+    return nearest >= 0.0 && here.deferred_for <= nearest;
 }
 
 // x: the pixel that shows the nearest surface; if none, the farthest. y: eight occluded starts,
@@ -36,7 +36,7 @@ Search unpack_search(uvec2 words, Pixel pixel, Sample now) {
     const vec2 at = vec2(unpack_cell(words.x));
     const Surface surface = unpack_surface(texelFetch(surfaces, ivec2(at), 0));
     const uint bits = words.y;
-    Search here = begin_search(pixel, now, surface);
+    Search here = begin_search(pixel, surface);
     if ((bits & kShown) != 0u) {
         here.nearest = found_at(at, surface, displacement(surface, now), (bits & kBeyond) != 0u,
                                 pixel.p);

@@ -1,0 +1,32 @@
+// Units of gather.comp, which several files declare: of textures, then of images. Other steps of the
+// inverse warp declare theirs in one place.
+#ifndef POSTCHAIN_SHARED_INVERSE_WARP_GATHER_UNITS_H
+#define POSTCHAIN_SHARED_INVERSE_WARP_GATHER_UNITS_H
+
+#define GATHER_COLOR 0
+#define GATHER_SURFACES 1
+#define GATHER_STARTS 2
+#define GATHER_NOISE 3
+#define GATHER_LENS_SAMPLES 4
+#define GATHER_LAYERS_AFTER 5
+#define GATHER_GIVEN_HINT 6  // or the layer behind: never both
+#define GATHER_SECOND_LAYER 6
+#define GATHER_COLOR_BEFORE 7
+#define GATHER_NEIGHBOR_SURFACES 8
+#define GATHER_COLOR_AFTER 9
+#define GATHER_BACKGROUND_COLOR 11
+#define GATHER_BACKGROUND 12
+#define GATHER_LAYERS 13
+#define GATHER_BACKGROUND_LAYERS 14
+#define GATHER_LAYERS_BEFORE 15
+
+#define GATHER_BLURRED_IMAGE 0
+#define GATHER_HINT_IMAGE 1
+#define GATHER_SOFT_IMAGE 2
+#define GATHER_SPREAD_IMAGE 3
+#define GATHER_LAYERS_BLURRED_IMAGE 4
+#define GATHER_LAYERS_SOFT_IMAGE 5
+#define GATHER_OCCUPIED_IMAGE 6
+#define GATHER_REACHED_IMAGE 7
+
+#endif

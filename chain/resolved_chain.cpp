@@ -78,8 +78,8 @@ RoleSet without_neighbors(RoleSet planes) {
     return planes;
 }
 
-std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescription& frame) {
-    const RoleSet has = could_use | frame.not_converted;
+std::string missing_text(const Pass& pass, RoleSet available, const FrameDescription& frame) {
+    const RoleSet has = available | frame.not_converted;
     return "needs " + (pass.roles().required - has).text() + "; the frame has " + has.text();
 }
 
@@ -91,6 +91,15 @@ FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
 
 RoleSet outputs_of(const FrameDescription& frame, const PlanOptions& options) {
     return options.outputs | (frame.planes & RoleSet{Role::layers});
+}
+
+RoleSet readable_after(const Chain& chain, size_t pass) {
+    RoleSet readable;
+    for (size_t i = pass + 1; i < chain.links.size(); ++i) {
+        const RoleUse use = chain.links[i].pass->roles();
+        readable = readable | use.required | use.optional;
+    }
+    return readable;
 }
 
 PlanContext ResolvedChain::context(size_t pass) const {
@@ -113,7 +122,6 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
     shape_.passes.assign(chain.links.size(), {});
     RETURN_IF_ERROR(judge());
     find_wanted();
-    find_available();
     return Status();
 }
 
@@ -121,8 +129,6 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
 // an upper bound: every plane that a later pass could read.
 Status ResolvedChain::judge() {
     auto& passes = shape_.passes;
-    each_readable(*chain_, frame_, *options_,
-                  [&](size_t i, RoleSet readable) { passes[i].wanted = readable; });
     RoleSet available = frame_.planes;
     bool color_is_input = true;
     double spread_px = 0;
@@ -131,6 +137,7 @@ Status ResolvedChain::judge() {
         const Pass& pass = *chain_->links[i].pass;
         if (i > first_spreading_) available = without_neighbors(available);
         passes[i].available = available;
+        passes[i].wanted = outputs_of(frame_, *options_) | readable_after(*chain_, i);
         passes[i].color_is_input = color_is_input;
         auto resolved = resolve_link(*chain_, i, frame_);
         if (!resolved.ok()) return resolved.status().at(place_of(*chain_, i));
@@ -142,14 +149,15 @@ Status ResolvedChain::judge() {
         // An elided pass makes nothing: an earlier plane of that role must not stand in for it.
         const RoleSet made = pass.roles().on_demand;
         passes[i].elided = identity->has_value();
-        links_.push_back({std::move(*resolved), *identity, available});
+        links_.push_back({std::move(*resolved), *identity});
         available = passes[i].elided ? available - made : available | made;
         if (!passes[i].elided) color_is_input = false;
     }
     return Status();
 }
 
-// Last to first: which planes a later pass that runs reads.
+// Last to first: which planes a later pass that runs reads. The passes that run make their planes
+// on demand if these are wanted; no pass that runs reads others.
 void ResolvedChain::find_wanted() {
     auto& passes = shape_.passes;
     RoleSet wanted = outputs_of(frame_, *options_);
@@ -158,20 +166,9 @@ void ResolvedChain::find_wanted() {
         const RoleUse use = chain_->links[i].pass->roles();
         const RoleSet carried = wanted & use.carried;
         wanted = wanted - use.on_demand;
-        if (!passes[i].elided) wanted = wanted | use.required | use.optional | carried;
-    }
-}
-
-// First to last: a plane on demand exists only if it was wanted.
-void ResolvedChain::find_available() {
-    auto& passes = shape_.passes;
-    RoleSet existing = frame_.planes;
-    for (size_t i = 0; i < passes.size(); ++i) {
-        if (i > first_spreading_) existing = without_neighbors(existing);
-        passes[i].available = existing;
-        const RoleSet made = chain_->links[i].pass->roles().on_demand;
-        existing = passes[i].elided ? existing - made : existing | (made & passes[i].wanted);
-        if (!passes[i].elided) passes[i].numbers = links_[i].pass->shape(context(i));
+        if (passes[i].elided) continue;
+        wanted = wanted | use.required | use.optional | carried;
+        passes[i].numbers = links_[i].pass->shape(context(i));
     }
 }
 

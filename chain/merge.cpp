@@ -53,7 +53,6 @@ class Merger {
         merged_.outputs[0] = a.outputs;
         for (const auto& pass : b.passes) merged_.plan.passes.push_back(pass);
         merged_.plan.reads = a.reads | b.reads;
-        merged_.plan.uses_frame_number = a.uses_frame_number || b.uses_frame_number;
         merged_.plan.missing_neighbors.insert(b.missing_neighbors.begin(),
                                               b.missing_neighbors.end());
     }

@@ -40,10 +40,6 @@ const PlanTexture& PassPlanner::describe(TextureId texture) const {
     return target_.plan.textures[size_t(texture)];
 }
 
-void PassPlanner::use_frame_number() {
-    target_.plan.uses_frame_number = true;
-}
-
 void PassPlanner::step(Step step) {
     step.pass = target_.pass;
     const auto groups = step.spread.of(frame_size());
@@ -64,7 +60,7 @@ void PassPlanner::output(Role role, TextureId texture) {
 }
 
 void PassPlanner::unused(const std::string& step, Fact why) {
-    target_.reasons[concat(target_.pass, ".", step)] = std::move(why);
+    target_.reasons[{target_.pass, step}] = std::move(why);
 }
 
 void PassPlanner::elide(Elision elision) {

@@ -68,8 +68,8 @@ struct PlanContext {
 // The plan that a pass adds its textures and steps to, named after the pass.
 class PassPlanner {
   public:
-    // Why nothing reads what a step writes, by "<index of the pass>.<step>".
-    using Reasons = std::map<std::string, Fact>;
+    // Why nothing reads what a step writes, by index of the pass and name of the step.
+    using Reasons = std::map<std::pair<int, std::string>, Fact>;
     struct Target {
         Plan& plan;
         std::map<Role, TextureId>& current;  // the planes so far
@@ -94,9 +94,6 @@ class PassPlanner {
     // An array of `planes` planes.
     TextureId array(const std::string& name, Format format, const Area& area, int planes);
     const PlanTexture& describe(TextureId texture) const;
-    // A pass whose uniforms depend on the frame's number says so: its plan is one of this frame
-    // alone (Plan::uses_frame_number). Nothing else of a plan depends on the number.
-    void use_frame_number();
     // Steps run in the order they are added. A step has work groups for every block of the frame's
     // pixels, unless its `spread` says otherwise.
     void step(Step step);

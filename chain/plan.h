@@ -162,8 +162,7 @@ struct Plan {
     int height = 0;
     Precision precision = Precision::fp32;
     uint64_t chain_hash = 0;
-    bool uses_frame_number = false;  // another frame's plan may have other values
-    std::vector<PlanPass> passes;    // passes of the chain, in order, elided or not
+    std::vector<PlanPass> passes;  // passes of the chain, in order, elided or not
     std::vector<PlanTexture> textures;
     std::vector<Step> steps;
     std::vector<Elision> elisions;

@@ -30,7 +30,7 @@ void drop_unread_steps(Plan& plan, const Reasons& reasons, const RuleNames& rule
     std::vector<Elision> elisions;
     for (size_t i = plan.steps.size(); i-- > 0;) {
         Step& step = plan.steps[i];
-        const auto reason = reasons.find(concat(step.pass, ".", step.name));
+        const auto reason = reasons.find({step.pass, step.name});
         const char* rule = reason == reasons.end() ? kRuleUnusedOutput : kRuleUnusedStep;
         bool keep = rules.count(rule) == 0;
         for (const auto& binding : step.bindings)

@@ -188,30 +188,6 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
     return concat("the chain's values were changed since ", prepare, remedy);
 }
 
-FrameValues values_of(const HostFrame& frame) {
-    const pc_frame& given = *frame.given;
-    FrameValues values = {float(frame.width),
-                          float(frame.height),
-                          given.near_clip,
-                          given.far_clip,
-                          given.focal_length_mm,
-                          given.sensor_width_mm,
-                          given.f_stop,
-                          given.focus_distance,
-                          given.meters_per_unit,
-                          given.shutter_frames,
-                          given.max_speed_px,
-                          given.nearest,
-                          given.farthest,
-                          given.pixel_aspect,
-                          frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f,
-                          frame.flag(PC_GIVEN_SHUTTER) ? 1.0f : 0.0f};
-    if (!frame.focus) return values;
-    size_t next = values.size();
-    for (const auto& [place, inverse_depth] : *frame.focus) values[--next] = float(inverse_depth);
-    return values;
-}
-
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     shared::GuestUniforms uniforms{};

@@ -112,10 +112,6 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared,
                             const std::string& prepare = "pc_prepare()");
 
-// The frame's size, camera, bounds, 1 for each flag that changes them, and the depths in focus.
-using FrameValues = std::array<float, 16 + GUEST_FOCUS_PLACES>;
-FrameValues values_of(const HostFrame& frame);
-
 // The uniform block of the steps that convert from and to the host's textures.
 shared::GuestUniforms uniforms_of(const HostFrame& frame);
 

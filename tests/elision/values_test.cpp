@@ -104,7 +104,6 @@ TEST(Values, APlanWithAnothersValuesIsThatPlan) {
             ASSERT_TRUE(same_shape(*plan, *fresh)) << seed << "\n" << one.text;
             write_values(resolved, *plan);
             EXPECT_EQ(plan->frame_number, frame.frame_number);
-            EXPECT_EQ(plan->uses_frame_number, fresh->uses_frame_number);
             ASSERT_TRUE(plan->textures == fresh->textures) << seed << "\n" << one.text;
             EXPECT_EQ(plan->width, fresh->width);
             EXPECT_EQ(plan->height, fresh->height);

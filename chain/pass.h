@@ -114,6 +114,19 @@ class PassPlanner {
     const PlanContext& context_;
 };
 
+// Layers that one dispatch filters at most, beside color: their sums are held in registers.
+inline constexpr int kLayersPerStep = 4;
+
+// Adds a step that averages color and the extra layers: the weights are color's and are found once
+// for several layers. The shader's side of it is shaders/common/layers.glsl. `step` averages color.
+// If the frame has extra layers the step also does the first of them, and steps for the other
+// layers alone follow (they find the weights again). All of these have one program, whatever their
+// number: the last one does some layers a second time. Macros: LAYERS, the number of a step's
+// layers, and LAYERS_ONLY. `arrays`: bindings of layers, beside step.bindings. `taps`: fetches for
+// each layer.
+void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding>& arrays,
+                      uint64_t taps);
+
 // A Fact made of literals: stating one allocates nothing.
 struct StatedFact {
     const char* name;

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "chain/hold_still.h"
-#include "chain/matte.h"
 #include "chain/planner.h"
 #include "shaders/shared/frame_uniforms.h"
 
@@ -28,48 +26,11 @@ Result<std::optional<Identity>> judge_pass(const Pass& pass, const PassOnFrame& 
     return std::optional(Identity{kRuleMissingPlane, {"a plane is missing"}});
 }
 
-// The frame that a pass with a matte sees, and the effect around the pass.
-struct Matted {
-    MattedPass::Seen seen;
-    ResolvedPass (*effect)(ResolvedPass pass, MattedPass::Seen seen, int matte);
-};
-Matted matted(const ChainLink& link, const FrameDescription& frame, int matte) {
-    if (link.keeps_still())
-        return {std::make_shared<FrameDescription>(with_still_objects(frame, matte)), unmoved};
-    return {std::make_shared<FrameDescription>(with_held_layers(frame)), unblurred};
-}
-
 std::string place_of(const Chain& chain, size_t link) {
     return concat("passes[", link, "].", chain.links[link].type->name);
 }
 
 }  // namespace
-
-Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame) {
-    const ChainLink& one = chain.links[link];
-    RETURN_IF_ERROR(one.check_matte());
-    const int matte = matte_of(frame, link);
-    if (matte < 0 && !one.matte.empty() && !frame.without_mattes)
-        return Status(
-            StatusCode::input,
-            concat("matte ", one.matte, " was not handed in with frame ", frame.frame_number));
-    if (matte < 0) return one.pass->resolve(frame);
-    const auto [seen, effect] = matted(one, frame, matte);
-    ASSIGN_OR_RETURN(auto pass, one.pass->resolve(*seen));
-    return effect(std::move(pass), seen, matte);
-}
-
-std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
-                                      const FrameDescription& frame) {
-    const ChainLink& one = chain.links[link];
-    const int matte = matte_of(frame, link);
-    if (matte < 0) return one.pass->every_shape(frame);
-    const auto [seen, effect] = matted(one, frame, matte);
-    std::vector<ResolvedPass> shapes;
-    for (ResolvedPass& pass : one.pass->every_shape(*seen))
-        shapes.push_back(effect(std::move(pass), seen, matte));
-    return shapes;
-}
 
 RoleSet without_neighbors(RoleSet planes) {
     for (const Neighbor neighbor : kNeighbors)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "chain/chain.h"
+#include "chain/matte.h"
 
 namespace postchain {
 
@@ -68,13 +69,6 @@ class ResolvedChain {
     PlanShape shape_;
     size_t first_spreading_ = 0;
 };
-
-// A link of a chain on a frame: its pass with the effect of its matte. Errors: Pass::resolve()'s,
-// and of the matte.
-Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame);
-// Pass::every_shape() of the link, likewise.
-std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
-                                      const FrameDescription& frame);
 
 // Planes that exist for passes after one that moves color too far: without those of other frames.
 RoleSet without_neighbors(RoleSet planes);

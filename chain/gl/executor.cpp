@@ -33,10 +33,10 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
       clock_(device),
       transfers_(device.software) {}
 
-Turn Executor::turn() const {
-    Turn turn = Turn::go_on;
-    for (const AskTurn& ask : asks_) turn = std::max(turn, ask());
-    return turn;
+RunDecision Executor::decide() const {
+    RunDecision decision = RunDecision::go_on;
+    for (const ContinueCallback& ask : asks_) decision = std::max(decision, ask());
+    return decision;
 }
 
 // Textures that this step is the last to write.
@@ -152,7 +152,7 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
     const gl::Meanwhile meanwhile =
         expect_ && !software_ ? gl::Meanwhile([this] { return upload_ahead(); }) : gl::Meanwhile();
     gl::BandQueue queue(
-        software_, [this] { return turn(); }, meanwhile);
+        software_, [this] { return decide(); }, meanwhile);
     Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
     std::vector<FramePlanes> results(outputs.size());

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "chain/levels.h"
+#include "chain/hazards.h"
 #include "chain/work_list.h"
 
 namespace postchain::guest {

@@ -8,7 +8,7 @@
 
 #include "chain/gl/debug.h"
 #include "chain/guest/frame_check.h"
-#include "chain/guest/program_callbacks.h"
+#include "chain/guest/host_struct.h"
 #include "chain/guest/validate.h"
 
 namespace postchain::guest {
@@ -87,7 +87,7 @@ Failure Instance::open() {
                 concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
                        "; give both or neither, up to ", limit)};
     if (info_.keep_frames) plans_.set_kept_frames(info_.keep_frames);
-    rooms_ = Rooms({int(info_.max_width), int(info_.max_height)}, plans_.kept_frames());
+    max_sizes_ = MaxFrameSizes({int(info_.max_width), int(info_.max_height)}, plans_.kept_frames());
     return {};
 }
 
@@ -197,7 +197,7 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
     if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
     const size_t before = objects_->programs.compiled();
     const auto list = [&](const Plan& plan) {
-        rooms_.restore(chain.id);
+        max_sizes_.restore(chain.id);
         return programs_to_prepare(handle, frame, plan);
     };
     if (Failure failure = plans_.compile_programs(chain, frame, wait, list); !failure.ok())
@@ -246,24 +246,24 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
 Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame, Entry*& entry) {
     const bool runs =
         std::exchange(newest_frame_, plans_.frames) != plans_.frames;  // not pc_prepare()
-    const Room room = rooms_.room_for(chain.id, frame, runs),
-               tight = {frame.plane_width(), frame.plane_height()};
-    Failure failure = plans_.find_or_make(chain, frame, room, entry);
+    const MaxFrameSize max_size = max_sizes_.size_for(chain.id, frame, runs),
+                       tight = {frame.plane_width(), frame.plane_height()};
+    Failure failure = plans_.find_or_make(chain, frame, max_size, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
     // Once more without what other plans hold, unless they run in turn with this one.
     const bool in_turn = runs && forgot_ > 0 && plans_.frames <= forgot_ + plans_.kept_frames();
     if (runs) forgot_ = plans_.frames;
     forget_all();
     if (!in_turn) {
-        failure = plans_.find_or_make(chain, frame, room, entry);
+        failure = plans_.find_or_make(chain, frame, max_size, entry);
         if (failure.result != PC_ERROR_MEMORY) return failure;
         forget_all();
     }
-    if (room != tight || in_turn) {
+    if (max_size != tight || in_turn) {
         failure = plans_.find_or_make(chain, frame, tight, entry);
         if (failure.result == PC_ERROR_MEMORY) forget_all();
     }
-    rooms_.fall_back(chain.id, tight, failure.ok());
+    max_sizes_.fall_back(chain.id, tight, failure.ok());
     return failure;
 }
 
@@ -273,10 +273,11 @@ void Instance::forget_all() {
     objects_->pool.trim(0);
 }
 
-Result<std::unique_ptr<gl::CompiledPlan>> Instance::compile(Plan plan, const Room& room) {
-    ASSIGN_OR_RETURN(auto compiled,
-                     gl::CompiledPlan::make(std::move(plan), objects_->pool, objects_->programs,
-                                            objects_->run, (info_.flags & PC_LABELS) != 0, room));
+Result<std::unique_ptr<gl::CompiledPlan>> Instance::compile(Plan plan,
+                                                            const MaxFrameSize& max_size) {
+    ASSIGN_OR_RETURN(auto compiled, gl::CompiledPlan::make(
+                                        std::move(plan), objects_->pool, objects_->programs,
+                                        objects_->run, (info_.flags & PC_LABELS) != 0, max_size));
     return std::make_unique<gl::CompiledPlan>(std::move(compiled));
 }
 
@@ -303,7 +304,7 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     if (Failure failure = Focus::find_places(chain, focused); !failure.ok()) return failure;
     if (!focused.empty()) frame.focus = &focused;
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame));
-    plans_.count_needs(host.plan, rooms_.expected(frame),
+    plans_.count_needs(host.plan, max_sizes_.expected(frame),
                        programs_to_prepare(handle, frame, host.plan), out);
     return {};
 }
@@ -348,8 +349,8 @@ Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_textu
         result = {};
         result.name = entry->compiled->name_of(id);
         result.internal_format = gl::internal_format(plan.textures[size_t(id)].format);
-        result.width = entry->key.room.width;
-        result.height = entry->key.room.height;
+        result.width = entry->key.max_size.width;
+        result.height = entry->key.max_size.height;
     }
     plans_.forget_unused();
     objects_->pool.trim(plans_.kept_frames());

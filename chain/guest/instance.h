@@ -18,13 +18,12 @@
 #include "chain/gl/texture_pool.h"
 #include "chain/guest/budgets.h"
 #include "chain/guest/chain_handle.h"
-#include "chain/guest/context.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/focus.h"
-#include "chain/guest/gl_state.h"
+#include "chain/guest/host_context.h"
 #include "chain/guest/host_frame.h"
+#include "chain/guest/max_frame_sizes.h"
 #include "chain/guest/plan_cache.h"
-#include "chain/guest/rooms.h"
 
 namespace postchain::guest {
 
@@ -105,7 +104,7 @@ class Instance {
     bool has(const ProgramKey& key) const { return objects_ && objects_->programs.has(key); }
     void begin(const ProgramKey& key) { objects_->programs.begin(key); }
     Status compile(const ProgramKey& key) { return objects_->programs.get(key).status(); }
-    Result<std::unique_ptr<gl::CompiledPlan>> compile(Plan plan, const Room& room);
+    Result<std::unique_ptr<gl::CompiledPlan>> compile(Plan plan, const MaxFrameSize& max_size);
     bool holds_unused(const gl::CompiledPlan& plan) const {
         return plan.holds_unused(plans_.kept_frames());
     }
@@ -128,7 +127,7 @@ class Instance {
     Plans plans_{*this, kMaxPlans, "pc_prepare()"};
     Focus::Depths focused_;  // the places of the last chain that was checked
     GlState state_;
-    Rooms rooms_;
+    MaxFrameSizes max_sizes_;
     uint64_t forgot_ = 0;        // plans_.frames when a run found no memory beside other plans
     uint64_t newest_frame_ = 0;  // plans_.frames when a plan was looked for
     int timing_ = 0;

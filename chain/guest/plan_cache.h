@@ -16,15 +16,15 @@
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_frame.h"
 #include "chain/guest/host_plan.h"
+#include "chain/plan.h"
 #include "chain/plan_print.h"
 #include "chain/resolved_chain.h"
-#include "chain/same_shape.h"
 
 namespace postchain::guest {
 
 // `Instance` compiles for its device:
 //   bool has(const ProgramKey&) const, void begin(const ProgramKey&), Status compile(const
-//   ProgramKey&) Result<std::unique_ptr<Compiled>> compile(Plan, const Room&) bool
+//   ProgramKey&) Result<std::unique_ptr<Compiled>> compile(Plan, const MaxFrameSize&) bool
 //   holds_unused(const Compiled&) const   storage that no plan used for a while void
 //   retire(std::unique_ptr<Compiled>)     a plan that is forgotten
 // `Compiled` is a PlanValues.
@@ -92,10 +92,10 @@ class PlanCache {
 
     // The frame's plan with its values. PC_ERROR_PREPARE if a program is not compiled. Allocates
     // nothing for a frame whose plan is kept, unless a pass has a matte.
-    Failure find_or_make(const ChainVersion& version, const HostFrame& frame, const Room& room,
-                         Entry*& entry) {
+    Failure find_or_make(const ChainVersion& version, const HostFrame& frame,
+                         const MaxFrameSize& max_size, Entry*& entry) {
         const Chain& chain = *version.chain;
-        const PlanKey key = key_of(frame, room, version.id, version.revision);
+        const PlanKey key = key_of(frame, max_size, version.id, version.revision);
         entry = nullptr;
         bool is_resolved = false;
         for (const auto& known : entries_) {
@@ -126,7 +126,8 @@ class PlanCache {
                 known->key.chain == key.chain && known->key.revision != key.revision;
             if (!replaced && known->last_run + std::max<uint64_t>(kept_frames_, most_) >= frames)
                 continue;
-            if (known->key.room != key.room || !same_shape(known->compiled->plan(), plan)) continue;
+            if (known->key.max_size != key.max_size || !same_shape(known->compiled->plan(), plan))
+                continue;
             made->compiled = std::move(known->compiled);
             made->compiled->take_values(std::move(plan));
             known = std::move(made);
@@ -135,7 +136,7 @@ class PlanCache {
         }
         for (const Step& step : plan.steps)
             if (!instance_.has(step.program)) return not_prepared(version, frame);
-        ASSIGN_OR_RETURN(made->compiled, instance_.compile(std::move(plan), room));
+        ASSIGN_OR_RETURN(made->compiled, instance_.compile(std::move(plan), max_size));
         entries_.push_back(std::move(made));
         entry = entries_.back().get();
         return {};
@@ -169,9 +170,9 @@ class PlanCache {
     bool empty() const { return entries_.empty(); }
 
     // What the frame of this plan takes; `programs`: of every frame of its kind.
-    void count_needs(const Plan& plan, const std::optional<Room>& room,
+    void count_needs(const Plan& plan, const std::optional<MaxFrameSize>& max_size,
                      const std::vector<ProgramKey>& programs, pc_frame_needs& out) const {
-        const StoragePlan storage = share_storage(plan, room);
+        const StoragePlan storage = share_storage(plan, max_size);
         out.textures = uint32_t(storage.all.size());
         out.texture_bytes = storage.bytes();
         out.programs = uint32_t(programs.size());

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "chain/guest/frame_check.h"
-#include "chain/guest/program_callbacks.h"
+#include "chain/guest/host_struct.h"
 
 namespace postchain::vk {
 
@@ -93,17 +93,17 @@ Failure Instance::prepare(const ChainHandle& chain, const pc_vk_frame& given, bo
 
 Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame,
                                Plans::Entry*& entry) {
-    Failure failure = plans_.find_or_make(chain, frame, room(frame), entry);
+    Failure failure = plans_.find_or_make(chain, frame, max_size(frame), entry);
     if (failure.result != PC_ERROR_MEMORY || plans_.empty()) return failure;
     // Once more without what other plans hold.
     plans_.forget_all();
     pool_->trim(plans_.frames, plans_.frames, *retired_);
-    return plans_.find_or_make(chain, frame, room(frame), entry);
+    return plans_.find_or_make(chain, frame, max_size(frame), entry);
 }
 
-Result<std::unique_ptr<CompiledPlan>> Instance::compile(Plan plan, const Room& room) {
+Result<std::unique_ptr<CompiledPlan>> Instance::compile(Plan plan, const MaxFrameSize& max_size) {
     const Objects objects{device_, *pool_, *programs_, runs_of(info_), *unused_};
-    auto compiled = CompiledPlan::make(std::move(plan), objects, room, plans_.frames);
+    auto compiled = CompiledPlan::make(std::move(plan), objects, max_size, plans_.frames);
     if (!compiled.ok()) pool_->trim(plans_.frames, plans_.frames, *retired_);
     return compiled;
 }
@@ -136,7 +136,7 @@ Failure Instance::needs_of(const ChainHandle& chain, const pc_vk_frame& given,
     HostImages images;
     if (Failure failure = check(given, images); !failure.ok()) return failure;
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain.chain(), images.frame));
-    plans_.count_needs(host.plan, room(images.frame),
+    plans_.count_needs(host.plan, max_size(images.frame),
                        host_programs(chain.chain(), images.frame, host.plan), out);
     return {};
 }

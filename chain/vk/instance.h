@@ -50,10 +50,10 @@ class Instance {
     bool has(const ProgramKey& key) const { return programs_->has(key); }
     static void begin(const ProgramKey&) {}
     Status compile(const ProgramKey& key) { return programs_->get(key).status(); }
-    Result<std::unique_ptr<CompiledPlan>> compile(Plan plan, const Room& room);
+    Result<std::unique_ptr<CompiledPlan>> compile(Plan plan, const MaxFrameSize& max_size);
     bool holds_unused(const CompiledPlan& plan) const { return plan.holds_unused(last_kept()); }
     void retire(std::unique_ptr<CompiledPlan> plan);
-    Room room(const guest::HostFrame& frame) const {
+    MaxFrameSize max_size(const guest::HostFrame& frame) const {
         const int part = frame.halved() ? 2 : 1;
         return {(int(info_.max_width) + part - 1) / part,
                 (int(info_.max_height) + part - 1) / part};

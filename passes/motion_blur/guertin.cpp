@@ -14,7 +14,7 @@
 // beside v does not fit a half.
 #include "passes/motion_blur/guertin.h"
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"

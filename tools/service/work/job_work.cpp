@@ -8,7 +8,8 @@
 namespace postchain::service {
 
 bool WorkPlace::goes_on() const {
-    while (!stop && turn() == Turn::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!stop && turn() == RunDecision::wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return !stop;
 }
 

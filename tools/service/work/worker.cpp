@@ -272,9 +272,9 @@ void Worker::wait_longer(Hand& hand) {
 }
 
 // The running job's question, on its thread.
-Turn Worker::turn(Hand& hand) {
-    const Turn turn = gate_.ask();
-    counters_.waited_for_previews(hand.progress.waits(turn == Turn::wait));
+RunDecision Worker::turn(Hand& hand) {
+    const RunDecision turn = gate_.ask();
+    counters_.waited_for_previews(hand.progress.waits(turn == RunDecision::wait));
     return turn;
 }
 
@@ -305,7 +305,7 @@ WorkEnd Worker::work_on(Hand& hand, const Job& job, int attempts) {
         if (!hand.lost) limit_s_ = request.frame_timeout_s;
     }
     const auto ask = [&] { return turn(hand); };
-    const TurnScope turns(hand.gl->executor(), ask);
+    const ContinueScope turns(hand.gl->executor(), ask);
     const WorkPlace place{store_,
                           read->reader,
                           *hand.gl,

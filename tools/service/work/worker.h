@@ -66,7 +66,7 @@ class Worker final : public Backend {
     WorkEnd work_on(Hand& hand, const Job& job, int attempts);
     bool enter_end(const Hand& hand, const Job& job, const WorkEnd& end);
     void between(Hand& hand, const Job& job);
-    Turn turn(Hand& hand);
+    RunDecision turn(Hand& hand);
     void watch();
     void let_go(std::unique_lock<std::mutex>& lock, const Progress::UnderWay& stuck);
     void set_trouble(const std::string& text);

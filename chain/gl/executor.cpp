@@ -110,20 +110,6 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
 
 Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
                                      const StageObserver& observer) {
-    ASSIGN_OR_RETURN(auto results, filter_outputs(plan, inputs, {plan.outputs}, observer));
-    return std::move(results.front());
-}
-
-Result<std::array<FramePlanes, 2>> Executor::filter_both(const MergedPlan& merged,
-                                                         PlaneView inputs) {
-    ASSIGN_OR_RETURN(auto results, filter_outputs(merged.plan, inputs,
-                                                  {merged.outputs[0], merged.outputs[1]}, {}));
-    return std::array<FramePlanes, 2>{std::move(results[0]), std::move(results[1])};
-}
-
-Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, const PlaneView& inputs,
-                                                          const std::vector<Outputs>& outputs,
-                                                          const StageObserver& observer) {
     const PoolFrame frame(pool_, options_.frames_kept);
     if (!plan.steps.empty()) gl::forget_errors();
     std::map<Role, unsigned> names;
@@ -155,20 +141,18 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
         software_, [this] { return decide(); }, meanwhile);
     Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
-    std::vector<FramePlanes> results(outputs.size());
-    for (size_t i = 0; i < outputs.size() && status.ok(); ++i) {
-        for (const auto& [role, id] : outputs[i]) {
-            const auto& texture = plan.textures[size_t(id)];
-            if (texture.imported) {
-                results[i][role] = inputs.at(texture.role);
-                continue;
-            }
-            auto pixels = transfers_.download(running_->name_of(id), texture.format, texture.width,
-                                              texture.height, texture.layers, meanwhile);
-            status = pixels.status();
-            if (!status.ok()) break;
-            results[i][role] = std::move(*pixels);
+    FramePlanes results;
+    for (const auto& [role, id] : plan.outputs) {
+        if (!status.ok()) break;
+        const auto& texture = plan.textures[size_t(id)];
+        if (texture.imported) {
+            results[role] = inputs.at(texture.role);
+            continue;
         }
+        auto pixels = transfers_.download(running_->name_of(id), texture.format, texture.width,
+                                          texture.height, texture.layers, meanwhile);
+        status = pixels.status();
+        if (status.ok()) results[role] = std::move(*pixels);
     }
     for (size_t t = 0; t < plan.textures.size() && status.ok(); ++t) {
         const auto& texture = plan.textures[t];

@@ -24,7 +24,6 @@
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
-#include "chain/merge.h"
 #include "chain/plan.h"
 #include "chain/status.h"
 
@@ -71,9 +70,6 @@ class Executor {
     Result<FramePlanes> filter(const Plan& plan, PlaneView inputs,
                                const StageObserver& observer = {});
 
-    // Both results of a merged plan, A's first.
-    Result<std::array<FramePlanes, 2>> filter_both(const MergedPlan& merged, PlaneView inputs);
-
     // Runs on textures that are already on the device (imported role -> GL name); the result's
     // textures belong to the pool until the next call. Nothing is read back.
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
@@ -102,10 +98,6 @@ class Executor {
 
   private:
     friend class ContinueScope;
-    using Outputs = std::map<Role, TextureId>;
-    Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const PlaneView& inputs,
-                                                    const std::vector<Outputs>& outputs,
-                                                    const StageObserver& observer);
     Status execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
                    const StageObserver& observer, gl::BandQueue* queue);
     RunDecision decide() const;

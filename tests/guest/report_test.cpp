@@ -9,7 +9,6 @@
 #include <set>
 #include <thread>
 
-#include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"

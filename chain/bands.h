@@ -1,7 +1,7 @@
 // Bands: parts of a dispatch. A desktop GPU is reset when one dispatch runs for about two seconds,
 // and nothing can stop a dispatch that has begun. So a long one is cut into bands of work groups,
-// each a dispatch of its own. Before each a run asks if it may go on (chain/gl/turn.h). A shader
-// takes its place in the frame from shaders/common/first_group.glsl, and no bit changes.
+// each a dispatch of its own. Before each a run asks if it may go on (chain/gl/band_queue.h). A
+// shader takes its place in the frame from shaders/common/first_group.glsl, and no bit changes.
 #pragma once
 
 #include <array>

@@ -134,7 +134,7 @@ struct FrameDescription {
     // -1, or beyond the end: no matte.
     std::vector<int> mattes;
     bool without_mattes = false;  // its passes run without those that they name
-    // Largest speeds beside a matte, by its index, if they are known (chain/hold_still.h).
+    // Largest speeds beside a matte, by its index, if they are known (chain/matte.h).
     std::map<int, Speeds> speeds_beside;
     // Why a neighbor brings no planes: "frame 4 is not on disk".
     std::map<Neighbor, std::string> missing_neighbors;

@@ -1,5 +1,5 @@
-// The uses that each step of a plan has to wait for: a pure function, so that it can be tested on
-// devices that do not show a missing barrier.
+// The order of a plan's steps, and what each has to wait for: pure functions, so that they can be
+// tested on devices that do not show a missing barrier.
 #pragma once
 
 #include <cstdint>
@@ -29,5 +29,14 @@ std::vector<uint32_t> waits_of(const Plan& plan, const std::vector<int>& storage
 // Enters into `storage` that imported textures of one name are one storage. `names`: of each
 // texture; 0: not imported yet. True if `storage` has changed.
 bool share_imports(const Plan& plan, const std::vector<unsigned>& names, std::vector<int>& storage);
+
+// The level of each step, from 0: after every step whose results it reads, and every step that
+// reads a texture that it overwrites; as late as possible without another level, so that textures
+// live short. Steps that write one texture together stay in their order.
+std::vector<int> levels_of(const Plan& plan);
+
+// Sorts the steps by level; steps of one level keep their order. Steps of different passes may then
+// be mixed. Lifetimes of textures are found anew.
+void order_by_level(Plan& plan);
 
 }  // namespace postchain

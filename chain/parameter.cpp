@@ -220,28 +220,32 @@ Status ParameterTable::check(ConstParameterRef parameters) const {
     return Status();
 }
 
-std::string ParameterTable::unread(const Parameter& row, ConstParameterRef parameters) const {
+std::vector<const RowValue*> ParameterTable::lacks(const Parameter& row,
+                                                   ConstParameterRef parameters) const {
     const auto holds = [&](const RowValue& condition) {
         const std::string value = postchain::text_of(find(condition.key)->get(parameters));
         const bool among = std::ranges::find(condition.values, value) != condition.values.end();
         return among != condition.none_of;
     };
-    // The conditions that fail, in the alternative with the fewest.
     std::vector<const RowValue*> lacks;
     for (const auto& all : row.read_if) {
         std::vector<const RowValue*> here;
         for (const RowValue& condition : all)
             if (!holds(condition)) here.push_back(&condition);
-        if (here.empty()) return "";
+        if (here.empty()) return {};
         if (lacks.empty() || here.size() < lacks.size()) lacks = std::move(here);
     }
+    return lacks;
+}
+
+std::string ParameterTable::unread(const Parameter& row, ConstParameterRef parameters) const {
     std::vector<std::string> now, remedies;
-    for (const RowValue* condition : lacks) {
-        now.push_back(concat(condition->key, ": ",
-                             postchain::text_of(find(condition->key)->get(parameters))));
+    for (const RowValue* condition : lacks(row, parameters)) {
+        now.push_back(condition->key + ": " +
+                      postchain::text_of(find(condition->key)->get(parameters)));
         remedies.push_back(text_of(*condition));
     }
-    if (lacks.empty()) return "";
+    if (now.empty()) return "";
     return concat("has no effect with ", joined(now, " and "), "; remove it, or set ",
                   joined(remedies, " and "));
 }
@@ -249,7 +253,7 @@ std::string ParameterTable::unread(const Parameter& row, ConstParameterRef param
 std::string ParameterTable::text(ConstParameterRef parameters) const {
     std::string text;
     for (const auto& row : rows_) {
-        if (!unread(row, parameters).empty()) continue;
+        if (!lacks(row, parameters).empty()) continue;
         if (!text.empty()) text += ' ';
         text += row.key + '=' + postchain::text_of(row.get(parameters));
     }

@@ -164,6 +164,9 @@ class ParameterTable {
     std::string text(ConstParameterRef parameters) const;
 
   private:
+    // The conditions of read_if that fail, in the alternative with the fewest; none if it holds.
+    std::vector<const RowValue*> lacks(const Parameter& row, ConstParameterRef parameters) const;
+
     std::vector<Parameter> rows_;
 };
 

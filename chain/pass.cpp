@@ -40,10 +40,6 @@ const PlanTexture& PassPlanner::describe(TextureId texture) const {
     return target_.plan.textures[size_t(texture)];
 }
 
-void PassPlanner::use_frame_number() {
-    target_.plan.uses_frame_number = true;
-}
-
 void PassPlanner::step(Step step) {
     step.pass = target_.pass;
     const auto groups = step.spread.of(frame_size());
@@ -64,7 +60,7 @@ void PassPlanner::output(Role role, TextureId texture) {
 }
 
 void PassPlanner::unused(const std::string& step, Fact why) {
-    target_.reasons[concat(target_.pass, ".", step)] = std::move(why);
+    target_.reasons[{target_.pass, step}] = std::move(why);
 }
 
 void PassPlanner::elide(Elision elision) {
@@ -76,11 +72,39 @@ void PassPlanner::fail(Status status) {
     if (target_.status.ok()) target_.status = std::move(status);
 }
 
+void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding>& arrays,
+                      uint64_t taps) {
+    const int layers = planner.has(Role::layers) ? planner.context().frame.layers : 0;
+    if (layers == 0) {
+        planner.step(std::move(step));
+        return;
+    }
+    const FrameDescription& frame = planner.context().frame;
+    const auto groups = step.spread.of({frame.width, frame.height});
+    for (int first = 0; first < layers; first += kLayersPerStep) {
+        Step one = step;
+        one.layers = std::min(layers, kLayersPerStep);
+        one.first_layer = std::min(first, layers - one.layers);
+        one.taps += taps * uint64_t(one.layers);
+        if (one.group_taps > 0)
+            one.group_taps +=
+                taps * uint64_t(one.layers) / (uint64_t(groups[0]) * uint64_t(groups[1]));
+        one.program.defines["LAYERS"] = std::to_string(one.layers);
+        if (first > 0) {
+            one.name += concat("_layers_", first);
+            one.program.defines["LAYERS_ONLY"] = "1";
+            std::erase_if(one.bindings, [](const Binding& b) { return b.access == Access::write; });
+        }
+        one.bindings.insert(one.bindings.end(), arrays.begin(), arrays.end());
+        planner.step(std::move(one));
+    }
+}
+
 void UniformWriter::write(std::string_view name, std::string_view type,
                           std::span<const std::byte> bytes) {
     for (Step& step : plan_.steps) {
         if (step.pass != pass_ || step.uniforms_type != type) continue;
-        // A step over many layers runs in parts, NAME_layers_4 (chain/layered_step.cpp).
+        // A step over many layers runs in parts, NAME_layers_4 (add_layered_step()).
         const std::string_view own =
             std::string_view(step.name).substr(0, step.name.starts_with(name) ? name.size() : 0);
         const std::string_view rest = std::string_view(step.name).substr(own.size());

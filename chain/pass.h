@@ -68,8 +68,8 @@ struct PlanContext {
 // The plan that a pass adds its textures and steps to, named after the pass.
 class PassPlanner {
   public:
-    // Why nothing reads what a step writes, by "<index of the pass>.<step>".
-    using Reasons = std::map<std::string, Fact>;
+    // Why nothing reads what a step writes, by index of the pass and name of the step.
+    using Reasons = std::map<std::pair<int, std::string>, Fact>;
     struct Target {
         Plan& plan;
         std::map<Role, TextureId>& current;  // the planes so far
@@ -94,9 +94,6 @@ class PassPlanner {
     // An array of `planes` planes.
     TextureId array(const std::string& name, Format format, const Area& area, int planes);
     const PlanTexture& describe(TextureId texture) const;
-    // A pass whose uniforms depend on the frame's number says so: its plan is one of this frame
-    // alone (Plan::uses_frame_number). Nothing else of a plan depends on the number.
-    void use_frame_number();
     // Steps run in the order they are added. A step has work groups for every block of the frame's
     // pixels, unless its `spread` says otherwise.
     void step(Step step);
@@ -116,6 +113,19 @@ class PassPlanner {
     Target& target_;
     const PlanContext& context_;
 };
+
+// Layers that one dispatch filters at most, beside color: their sums are held in registers.
+inline constexpr int kLayersPerStep = 4;
+
+// Adds a step that averages color and the extra layers: the weights are color's and are found once
+// for several layers. The shader's side of it is shaders/common/layers.glsl. `step` averages color.
+// If the frame has extra layers the step also does the first of them, and steps for the other
+// layers alone follow (they find the weights again). All of these have one program, whatever their
+// number: the last one does some layers a second time. Macros: LAYERS, the number of a step's
+// layers, and LAYERS_ONLY. `arrays`: bindings of layers, beside step.bindings. `taps`: fetches for
+// each layer.
+void add_layered_step(PassPlanner& planner, Step step, const std::vector<Binding>& arrays,
+                      uint64_t taps);
 
 // A Fact made of literals: stating one allocates nothing.
 struct StatedFact {

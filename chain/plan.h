@@ -162,8 +162,7 @@ struct Plan {
     int height = 0;
     Precision precision = Precision::fp32;
     uint64_t chain_hash = 0;
-    bool uses_frame_number = false;  // another frame's plan may have other values
-    std::vector<PlanPass> passes;    // passes of the chain, in order, elided or not
+    std::vector<PlanPass> passes;  // passes of the chain, in order, elided or not
     std::vector<PlanTexture> textures;
     std::vector<Step> steps;
     std::vector<Elision> elisions;
@@ -196,6 +195,9 @@ std::optional<Elision> found_in(const Elision& elision, const Plan& plan,
 // item_text() of one of the plan's entries.
 std::string item_text(const Elision& elision, const Plan& plan);
 
+// True if both plans differ only in values and in what fit() sets: a compiled one can take the
+// values of the other. Names of passes and elisions do not count.
+bool same_shape(const Plan& a, const Plan& b);
 // Makes the plan one for a frame of this size: sets its size, and those of textures and work
 // groups. Allocates nothing.
 void fit(Plan& plan, int width, int height);

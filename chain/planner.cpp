@@ -30,7 +30,7 @@ void drop_unread_steps(Plan& plan, const Reasons& reasons, const RuleNames& rule
     std::vector<Elision> elisions;
     for (size_t i = plan.steps.size(); i-- > 0;) {
         Step& step = plan.steps[i];
-        const auto reason = reasons.find(concat(step.pass, ".", step.name));
+        const auto reason = reasons.find({step.pass, step.name});
         const char* rule = reason == reasons.end() ? kRuleUnusedOutput : kRuleUnusedStep;
         bool keep = rules.count(rule) == 0;
         for (const auto& binding : step.bindings)
@@ -122,9 +122,15 @@ PlanOptions whole_passes_of(const Chain& chain, const PlanOptions& options) {
     return whole;
 }
 
-// The cost of an elided pass had it run: the last pass of `plan`.
-Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const PassOnFrame& pass,
-                 const PlanContext& context) {
+// The cost of an elided pass had it run: the last pass of `plan`. None if a plane is missing that
+// it requires.
+Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const Pass& pass,
+                 const PassOnFrame& on_frame, const PlanContext& resolved) {
+    PlanContext context = resolved;
+    for (const Role role : kAllRoles)
+        if (!current.contains(role)) context.available.remove(role);
+    if (!(pass.roles().required - (context.available | context.frame.not_converted)).empty())
+        return {};
     Plan planned;
     planned.passes = plan.passes;
     planned.textures = plan.textures;
@@ -133,7 +139,7 @@ Saving saving_of(const Plan& plan, std::map<Role, TextureId> current, const Pass
         current[role] = TextureId(planned.textures.size());
         planned.textures.push_back(input_texture(role, context.frame));
     }
-    const Plan alone = plan_alone(std::move(planned), std::move(current), pass, context);
+    const Plan alone = plan_alone(std::move(planned), std::move(current), on_frame, context);
     Saving saving;
     saving.dispatches = int(alone.steps.size());
     saving.bytes = alone.transient_bytes();
@@ -251,7 +257,7 @@ Result<Plan> make_plan(const ResolvedChain& resolved) {
     Reasons reasons;
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const ChainLink& link = chain.links[i];
-        const auto& [pass, identity, could_use] = resolved.links()[i];
+        const auto& [pass, identity] = resolved.links()[i];
         const PlanContext context = resolved.context(i);
         const RoleUse use = link.pass->roles();
         plan.passes.push_back(
@@ -265,10 +271,9 @@ Result<Plan> make_plan(const ResolvedChain& resolved) {
         elision.pass = int(i);
         elision.rule = identity->rule;
         elision.fact = identity->rule == kRuleMissingPlane
-                           ? Fact{missing_text(*link.pass, could_use, frame)}
+                           ? Fact{missing_text(*link.pass, context.available, frame)}
                            : identity->fact.fact();
-        if ((use.required - (context.available | frame.not_converted)).empty())
-            elision.saving = saving_of(plan, current, *pass, context);
+        elision.saving = saving_of(plan, current, *link.pass, *pass, context);
         plan.elisions.push_back(std::move(elision));
         for (Role role : kAllRoles)
             if (use.on_demand.has(role)) current.erase(role);
@@ -310,16 +315,15 @@ std::vector<ProgramKey> programs_of(const Chain& chain, const FrameDescription& 
             if (std::find(programs.begin(), programs.end(), step.program) == programs.end())
                 programs.push_back(step.program);
     };
-    std::vector<RoleSet> readable(chain.links.size());
-    each_readable(chain, frame, options, [&](size_t i, RoleSet planes) { readable[i] = planes; });
     RoleSet made;  // by earlier passes, those that run
     for (size_t i = 0; i < chain.links.size(); ++i) {
         const ChainLink& link = chain.links[i];
         const RoleUse use = link.pass->roles();
         const std::vector<ResolvedPass> shapes = every_shape(chain, i, frame);
+        const RoleSet readable = outputs_of(frame, options) | readable_after(chain, i);
         const RoleSet may_be_wanted =
-            drops_unwanted ? readable[i] & (use.on_demand | use.carried) : RoleSet();
-        const RoleSet always = drops_unwanted ? readable[i] - may_be_wanted : kEveryRole;
+            drops_unwanted ? readable & (use.on_demand | use.carried) : RoleSet();
+        const RoleSet always = drops_unwanted ? readable - may_be_wanted : kEveryRole;
         for (const RoleSet exists : subsets_of(made)) {
             const RoleSet all = (frame.planes - made) | exists;
             // After a pass that spreads color there are no neighbors.

@@ -1,6 +1,9 @@
-// Sources of compute programs: embedded, or read from a folder (development).
+// The sources of programs, and compiled programs that outlive the process.
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,5 +23,12 @@ Result<std::string> program_source(const ProgramKey& key, const std::string& fol
 
 // Likewise, of a source whose includes are resolved.
 std::string with_defines(const std::string& source, const ProgramKey& key);
+
+// Compiled programs that outlive the process. Keys are hexadecimal. Either function may be empty.
+struct ProgramStore {
+    // The bytes of a key; empty: there are none.
+    std::function<std::vector<std::byte>(const std::string& key)> load;
+    std::function<void(const std::string& key, std::span<const std::byte> bytes)> store;
+};
 
 }  // namespace postchain

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "chain/hold_still.h"
-#include "chain/matte.h"
 #include "chain/planner.h"
 #include "shaders/shared/frame_uniforms.h"
 
@@ -28,48 +26,11 @@ Result<std::optional<Identity>> judge_pass(const Pass& pass, const PassOnFrame& 
     return std::optional(Identity{kRuleMissingPlane, {"a plane is missing"}});
 }
 
-// The frame that a pass with a matte sees, and the effect around the pass.
-struct Matted {
-    MattedPass::Seen seen;
-    ResolvedPass (*effect)(ResolvedPass pass, MattedPass::Seen seen, int matte);
-};
-Matted matted(const ChainLink& link, const FrameDescription& frame, int matte) {
-    if (link.keeps_still())
-        return {std::make_shared<FrameDescription>(with_still_objects(frame, matte)), unmoved};
-    return {std::make_shared<FrameDescription>(with_held_layers(frame)), unblurred};
-}
-
 std::string place_of(const Chain& chain, size_t link) {
     return concat("passes[", link, "].", chain.links[link].type->name);
 }
 
 }  // namespace
-
-Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame) {
-    const ChainLink& one = chain.links[link];
-    RETURN_IF_ERROR(one.check_matte());
-    const int matte = matte_of(frame, link);
-    if (matte < 0 && !one.matte.empty() && !frame.without_mattes)
-        return Status(
-            StatusCode::input,
-            concat("matte ", one.matte, " was not handed in with frame ", frame.frame_number));
-    if (matte < 0) return one.pass->resolve(frame);
-    const auto [seen, effect] = matted(one, frame, matte);
-    ASSIGN_OR_RETURN(auto pass, one.pass->resolve(*seen));
-    return effect(std::move(pass), seen, matte);
-}
-
-std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
-                                      const FrameDescription& frame) {
-    const ChainLink& one = chain.links[link];
-    const int matte = matte_of(frame, link);
-    if (matte < 0) return one.pass->every_shape(frame);
-    const auto [seen, effect] = matted(one, frame, matte);
-    std::vector<ResolvedPass> shapes;
-    for (ResolvedPass& pass : one.pass->every_shape(*seen))
-        shapes.push_back(effect(std::move(pass), seen, matte));
-    return shapes;
-}
 
 RoleSet without_neighbors(RoleSet planes) {
     for (const Neighbor neighbor : kNeighbors)
@@ -78,8 +39,8 @@ RoleSet without_neighbors(RoleSet planes) {
     return planes;
 }
 
-std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescription& frame) {
-    const RoleSet has = could_use | frame.not_converted;
+std::string missing_text(const Pass& pass, RoleSet available, const FrameDescription& frame) {
+    const RoleSet has = available | frame.not_converted;
     return "needs " + (pass.roles().required - has).text() + "; the frame has " + has.text();
 }
 
@@ -91,6 +52,15 @@ FrameDescription seen_by(const Chain& chain, const FrameDescription& given) {
 
 RoleSet outputs_of(const FrameDescription& frame, const PlanOptions& options) {
     return options.outputs | (frame.planes & RoleSet{Role::layers});
+}
+
+RoleSet readable_after(const Chain& chain, size_t pass) {
+    RoleSet readable;
+    for (size_t i = pass + 1; i < chain.links.size(); ++i) {
+        const RoleUse use = chain.links[i].pass->roles();
+        readable = readable | use.required | use.optional;
+    }
+    return readable;
 }
 
 PlanContext ResolvedChain::context(size_t pass) const {
@@ -113,7 +83,6 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
     shape_.passes.assign(chain.links.size(), {});
     RETURN_IF_ERROR(judge());
     find_wanted();
-    find_available();
     return Status();
 }
 
@@ -121,8 +90,6 @@ Status ResolvedChain::resolve(const Chain& chain, const FrameDescription& frame,
 // an upper bound: every plane that a later pass could read.
 Status ResolvedChain::judge() {
     auto& passes = shape_.passes;
-    each_readable(*chain_, frame_, *options_,
-                  [&](size_t i, RoleSet readable) { passes[i].wanted = readable; });
     RoleSet available = frame_.planes;
     bool color_is_input = true;
     double spread_px = 0;
@@ -131,6 +98,7 @@ Status ResolvedChain::judge() {
         const Pass& pass = *chain_->links[i].pass;
         if (i > first_spreading_) available = without_neighbors(available);
         passes[i].available = available;
+        passes[i].wanted = outputs_of(frame_, *options_) | readable_after(*chain_, i);
         passes[i].color_is_input = color_is_input;
         auto resolved = resolve_link(*chain_, i, frame_);
         if (!resolved.ok()) return resolved.status().at(place_of(*chain_, i));
@@ -142,14 +110,15 @@ Status ResolvedChain::judge() {
         // An elided pass makes nothing: an earlier plane of that role must not stand in for it.
         const RoleSet made = pass.roles().on_demand;
         passes[i].elided = identity->has_value();
-        links_.push_back({std::move(*resolved), *identity, available});
+        links_.push_back({std::move(*resolved), *identity});
         available = passes[i].elided ? available - made : available | made;
         if (!passes[i].elided) color_is_input = false;
     }
     return Status();
 }
 
-// Last to first: which planes a later pass that runs reads.
+// Last to first: which planes a later pass that runs reads. The passes that run make their planes
+// on demand if these are wanted; no pass that runs reads others.
 void ResolvedChain::find_wanted() {
     auto& passes = shape_.passes;
     RoleSet wanted = outputs_of(frame_, *options_);
@@ -158,20 +127,9 @@ void ResolvedChain::find_wanted() {
         const RoleUse use = chain_->links[i].pass->roles();
         const RoleSet carried = wanted & use.carried;
         wanted = wanted - use.on_demand;
-        if (!passes[i].elided) wanted = wanted | use.required | use.optional | carried;
-    }
-}
-
-// First to last: a plane on demand exists only if it was wanted.
-void ResolvedChain::find_available() {
-    auto& passes = shape_.passes;
-    RoleSet existing = frame_.planes;
-    for (size_t i = 0; i < passes.size(); ++i) {
-        if (i > first_spreading_) existing = without_neighbors(existing);
-        passes[i].available = existing;
-        const RoleSet made = chain_->links[i].pass->roles().on_demand;
-        existing = passes[i].elided ? existing - made : existing | (made & passes[i].wanted);
-        if (!passes[i].elided) passes[i].numbers = links_[i].pass->shape(context(i));
+        if (passes[i].elided) continue;
+        wanted = wanted | use.required | use.optional | carried;
+        passes[i].numbers = links_[i].pass->shape(context(i));
     }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "chain/chain.h"
+#include "chain/matte.h"
 
 namespace postchain {
 
@@ -33,7 +34,6 @@ class ResolvedChain {
     struct Link {
         ResolvedPass pass;
         std::optional<Identity> identity;  // why it is elided; empty: it runs
-        RoleSet could_use;                 // planes available when that was decided
     };
 
     ResolvedChain() = default;
@@ -60,7 +60,6 @@ class ResolvedChain {
   private:
     Status judge();
     void find_wanted();
-    void find_available();
 
     const Chain* chain_ = nullptr;
     const PlanOptions* options_ = nullptr;
@@ -71,35 +70,18 @@ class ResolvedChain {
     size_t first_spreading_ = 0;
 };
 
-// A link of a chain on a frame: its pass with the effect of its matte. Errors: Pass::resolve()'s,
-// and of the matte.
-Result<ResolvedPass> resolve_link(const Chain& chain, size_t link, const FrameDescription& frame);
-// Pass::every_shape() of the link, likewise.
-std::vector<ResolvedPass> every_shape(const Chain& chain, size_t link,
-                                      const FrameDescription& frame);
-
 // Planes that exist for passes after one that moves color too far: without those of other frames.
 RoleSet without_neighbors(RoleSet planes);
 
 // The planes that a pass requires and the frame does not have, and the ones found instead.
-std::string missing_text(const Pass& pass, RoleSet could_use, const FrameDescription& frame);
+std::string missing_text(const Pass& pass, RoleSet available, const FrameDescription& frame);
 
 // The frame with the chain's own camera laid over its.
 FrameDescription seen_by(const Chain& chain, const FrameDescription& given);
 // Planes that a plan of the frame returns: the requested ones, and its extra layers.
 RoleSet outputs_of(const FrameDescription& frame, const PlanOptions& options);
-// Calls found(i, planes) for each pass, last to first: the outputs and the planes that later passes
-// could read. Allocates nothing.
-template <class Found>
-void each_readable(const Chain& chain, const FrameDescription& frame, const PlanOptions& options,
-                   Found&& found) {
-    RoleSet readable = outputs_of(frame, options);
-    for (size_t i = chain.links.size(); i-- > 0;) {
-        found(i, readable);
-        const RoleUse use = chain.links[i].pass->roles();
-        readable = readable | use.required | use.optional;
-    }
-}
+// The planes that the passes after this one could read.
+RoleSet readable_after(const Chain& chain, size_t pass);
 
 // Makes `plan`, of a frame of the same shape, one of this frame: its size, and the bytes of its
 // uniform blocks. Blocks of steps that were added to it since are left alone. Allocates nothing.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "chain/frame.h"
-#include "chain/strip.h"
+#include "chain/image.h"
 
 namespace postchain {
 

@@ -8,11 +8,12 @@
 namespace postchain {
 namespace {
 
-Storage storage_for(const Plan& plan, const PlanTexture& texture, const std::optional<Room>& room) {
+Storage storage_for(const Plan& plan, const PlanTexture& texture,
+                    const std::optional<MaxFrameSize>& max_size) {
     Storage storage{texture.format, texture.width, texture.height, texture.layers};
-    if (!room) return storage;
+    if (!max_size) return storage;
     const int tile_px = texture.pass < 0 ? 1 : plan.passes[size_t(texture.pass)].tiles.least_px;
-    const auto size = size_of(texture, {room->width, room->height, tile_px});
+    const auto size = size_of(texture, {max_size->width, max_size->height, tile_px});
     storage.width = size[0];
     storage.height = size[1];
     return storage;
@@ -42,7 +43,7 @@ std::vector<int> StoragePlan::numbers() const {
     return numbers;
 }
 
-StoragePlan share_storage(const Plan& plan, const std::optional<Room>& room) {
+StoragePlan share_storage(const Plan& plan, const std::optional<MaxFrameSize>& max_size) {
     const size_t count = plan.textures.size();
     std::vector<int> own(count);
     std::iota(own.begin(), own.end(), 0);
@@ -62,7 +63,7 @@ StoragePlan share_storage(const Plan& plan, const std::optional<Room>& room) {
         for (size_t t = 0; t < count; ++t) {
             const PlanTexture& texture = plan.textures[t];
             if (texture.imported || texture.first_step != i) continue;
-            const Storage needed = storage_for(plan, texture, room);
+            const Storage needed = storage_for(plan, texture, max_size);
             size_t place = 0;
             while (place < in_use.size() && (in_use[place] || shared.all[place] != needed)) ++place;
             if (place == in_use.size()) {

@@ -9,9 +9,9 @@
 namespace postchain {
 
 // The largest frame of a plan.
-struct Room {
+struct MaxFrameSize {
     int width = 0, height = 0;
-    bool operator==(const Room&) const = default;
+    bool operator==(const MaxFrameSize&) const = default;
 };
 
 // A texture or work list of the device.
@@ -22,6 +22,13 @@ struct Storage {
     bool operator==(const Storage&) const = default;
 
     uint64_t bytes() const;
+};
+
+// One image of a texture.
+struct ImageOf {
+    int layer = 0;  // of an array
+    int level = 0;
+    bool operator==(const ImageOf&) const = default;
 };
 
 struct StoragePlan {
@@ -35,8 +42,8 @@ struct StoragePlan {
 
 // Textures take storage at their first step and give it back after their last, as if the steps ran,
 // so that textures with disjoint lifetimes share. They give it back only where a step waits in any
-// case: sharing must not make another step wait. With `room`, storage is as large as frames up to
-// that size need.
-StoragePlan share_storage(const Plan& plan, const std::optional<Room>& room = {});
+// case: sharing must not make another step wait. With `max_size`, storage is as large as frames up
+// to that size need.
+StoragePlan share_storage(const Plan& plan, const std::optional<MaxFrameSize>& max_size = {});
 
 }  // namespace postchain

@@ -1,7 +1,7 @@
 #include "config/chain_from_text.h"
 
+#include "chain/guest/chain_handle.h"
 #include "chain/guest/handles.h"
-#include "chain/guest/registry.h"
 #include "chain/text.h"
 #include "config/chain_find.h"
 

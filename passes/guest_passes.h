@@ -1,4 +1,4 @@
-// Hands this build's passes to the guest: defines guest::passes() of chain/guest/registry.h.
+// Hands this build's passes to the guest: defines guest::passes() of chain/guest/chain_handle.h.
 #pragma once
 
-#include "chain/guest/registry.h"
+#include "chain/guest/chain_handle.h"

@@ -29,7 +29,7 @@ double milliseconds(std::chrono::duration<double, std::milli> time) {
 
 }  // namespace
 
-BandQueue::BandQueue(bool software, AskTurn ask, Meanwhile meanwhile)
+BandQueue::BandQueue(bool software, ContinueCallback ask, Meanwhile meanwhile)
     : software_(software),
       least_(software_ ? std::max(1u, std::thread::hardware_concurrency()) : 1),
       ask_(std::move(ask)),
@@ -41,8 +41,8 @@ void BandQueue::begin_dispatch(double taps_of_group) {
 }
 
 Status BandQueue::band_begins() {
-    for (Turn turn; ask_ && (turn = ask_()) != Turn::go_on;) {
-        if (turn == Turn::stop)
+    for (RunDecision decision; ask_ && (decision = ask_()) != RunDecision::go_on;) {
+        if (decision == RunDecision::stop)
             return Status(StatusCode::canceled, "stopped while it was filtered");
         while (!queued_.empty()) wait_for_first();
         const auto since = Clock::now();

@@ -5,18 +5,32 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <utility>
 
 #include "chain/gl/fence.h"
-#include "chain/gl/turn.h"
 #include "chain/status.h"
+
+namespace postchain {
+
+// Whether a run goes on before its next band. The largest of several answers counts.
+enum class RunDecision {
+    go_on,
+    wait,  // other work has the device: ask again
+    stop,
+};
+
+// Must return at once. Called on the thread of the run.
+using ContinueCallback = std::function<RunDecision()>;
+
+}  // namespace postchain
 
 namespace postchain::gl {
 
 class BandQueue {
   public:
     // `software`: the renderer is. `ask` and `meanwhile` may be empty.
-    BandQueue(bool software, AskTurn ask, Meanwhile meanwhile = {});
+    BandQueue(bool software, ContinueCallback ask, Meanwhile meanwhile = {});
     BandQueue(const BandQueue&) = delete;
     BandQueue& operator=(const BandQueue&) = delete;
 
@@ -49,7 +63,7 @@ class BandQueue {
 
     const bool software_;
     const double least_;  // groups that the device works on at once
-    AskTurn ask_;
+    ContinueCallback ask_;
     Meanwhile meanwhile_;
     std::deque<Queued> queued_;
     Clock::time_point begun_, last_;

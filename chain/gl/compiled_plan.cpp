@@ -52,10 +52,10 @@ Status check_units(const UsedUnits& used) {
 
 Result<CompiledPlan> CompiledPlan::make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                         RunObjects& objects, bool labels,
-                                        const std::optional<Room>& room, Reads reads) {
+                                        const std::optional<MaxFrameSize>& max_size, Reads reads) {
     CompiledPlan compiled(std::move(plan), pool, objects.alignment(), reads);
     RETURN_IF_ERROR(compiled.take_programs(programs));
-    RETURN_IF_ERROR(compiled.take_textures(labels, room));
+    RETURN_IF_ERROR(compiled.take_textures(labels, max_size));
     RETURN_IF_ERROR(objects.reserve(compiled.bytes().size()));
     return compiled;
 }
@@ -64,9 +64,9 @@ CompiledPlan::~CompiledPlan() {
     for (Texture* texture : textures_) --texture->plans;
 }
 
-Status CompiledPlan::take_textures(bool labels, const std::optional<Room>& room) {
+Status CompiledPlan::take_textures(bool labels, const std::optional<MaxFrameSize>& max_size) {
     const size_t count = plan().textures.size();
-    const StoragePlan shared = share_storage(plan(), room);
+    const StoragePlan shared = share_storage(plan(), max_size);
     names_.assign(count, 0);
     image_formats_.assign(count, 0);
     images_.assign(count, {});

@@ -14,7 +14,6 @@
 #include "chain/bands.h"
 #include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
-#include "chain/gl/image_of.h"
 #include "chain/gl/image_reads.h"
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
@@ -48,14 +47,14 @@ struct RunOptions {
 class CompiledPlan : public PlanValues {
   public:
     // Takes the plan's textures from the pool, which keeps them: plans that do not run at the same
-    // time share them. Compiles the programs that are not yet compiled. With `room`, textures are
-    // as large as frames up to that size need (chain/plan.h, fit()); otherwise as in `plan`. With
-    // Reads::images, imported textures have the plan's formats.
-    // Errors: those of pool and compiler, and StatusCode::internal if a step's block is not its
-    // program's. The pool must outlive it.
+    // time share them. Compiles the programs that are not yet compiled. With `max_size`, textures
+    // are as large as frames up to that size need (chain/plan.h, fit()); otherwise as in `plan`.
+    // With Reads::images, imported textures have the plan's formats. Errors: those of pool and
+    // compiler, and StatusCode::internal if a step's block is not its program's. The pool must
+    // outlive it.
     static Result<CompiledPlan> make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                      RunObjects& objects, bool labels,
-                                     const std::optional<Room>& room = {},
+                                     const std::optional<MaxFrameSize>& max_size = {},
                                      Reads reads = Reads::textures);
     CompiledPlan(CompiledPlan&&) = default;
     CompiledPlan& operator=(CompiledPlan&&) = delete;
@@ -88,7 +87,7 @@ class CompiledPlan : public PlanValues {
     };
     CompiledPlan(Plan plan, TexturePool& pool, size_t alignment, Reads reads)
         : PlanValues(std::move(plan), alignment), pool_(&pool), reads_(reads) {}
-    Status take_textures(bool labels, const std::optional<Room>& room);
+    Status take_textures(bool labels, const std::optional<MaxFrameSize>& max_size);
     Status take_programs(ProgramCache& programs);
     void find_barriers();
     // `offset`: of the uniform blocks in the buffer.

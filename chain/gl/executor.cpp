@@ -33,10 +33,10 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
       clock_(device),
       transfers_(device.software) {}
 
-Turn Executor::turn() const {
-    Turn turn = Turn::go_on;
-    for (const AskTurn& ask : asks_) turn = std::max(turn, ask());
-    return turn;
+RunDecision Executor::decide() const {
+    RunDecision decision = RunDecision::go_on;
+    for (const ContinueCallback& ask : asks_) decision = std::max(decision, ask());
+    return decision;
 }
 
 // Textures that this step is the last to write.
@@ -110,20 +110,6 @@ Result<std::map<Role, unsigned>> Executor::run(const Plan& plan,
 
 Result<FramePlanes> Executor::filter(const Plan& plan, PlaneView inputs,
                                      const StageObserver& observer) {
-    ASSIGN_OR_RETURN(auto results, filter_outputs(plan, inputs, {plan.outputs}, observer));
-    return std::move(results.front());
-}
-
-Result<std::array<FramePlanes, 2>> Executor::filter_both(const MergedPlan& merged,
-                                                         PlaneView inputs) {
-    ASSIGN_OR_RETURN(auto results, filter_outputs(merged.plan, inputs,
-                                                  {merged.outputs[0], merged.outputs[1]}, {}));
-    return std::array<FramePlanes, 2>{std::move(results[0]), std::move(results[1])};
-}
-
-Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, const PlaneView& inputs,
-                                                          const std::vector<Outputs>& outputs,
-                                                          const StageObserver& observer) {
     const PoolFrame frame(pool_, options_.frames_kept);
     if (!plan.steps.empty()) gl::forget_errors();
     std::map<Role, unsigned> names;
@@ -152,23 +138,21 @@ Result<std::vector<FramePlanes>> Executor::filter_outputs(const Plan& plan, cons
     const gl::Meanwhile meanwhile =
         expect_ && !software_ ? gl::Meanwhile([this] { return upload_ahead(); }) : gl::Meanwhile();
     gl::BandQueue queue(
-        software_, [this] { return turn(); }, meanwhile);
+        software_, [this] { return decide(); }, meanwhile);
     Status status = execute(plan, names, observer, &queue);
     if (status.ok() && !plan.steps.empty()) status = gl::check_error("running the plan");
-    std::vector<FramePlanes> results(outputs.size());
-    for (size_t i = 0; i < outputs.size() && status.ok(); ++i) {
-        for (const auto& [role, id] : outputs[i]) {
-            const auto& texture = plan.textures[size_t(id)];
-            if (texture.imported) {
-                results[i][role] = inputs.at(texture.role);
-                continue;
-            }
-            auto pixels = transfers_.download(running_->name_of(id), texture.format, texture.width,
-                                              texture.height, texture.layers, meanwhile);
-            status = pixels.status();
-            if (!status.ok()) break;
-            results[i][role] = std::move(*pixels);
+    FramePlanes results;
+    for (const auto& [role, id] : plan.outputs) {
+        if (!status.ok()) break;
+        const auto& texture = plan.textures[size_t(id)];
+        if (texture.imported) {
+            results[role] = inputs.at(texture.role);
+            continue;
         }
+        auto pixels = transfers_.download(running_->name_of(id), texture.format, texture.width,
+                                          texture.height, texture.layers, meanwhile);
+        status = pixels.status();
+        if (status.ok()) results[role] = std::move(*pixels);
     }
     for (size_t t = 0; t < plan.textures.size() && status.ok(); ++t) {
         const auto& texture = plan.textures[t];

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "chain/frame.h"
+#include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
 #include "chain/gl/compiled_plan.h"
 #include "chain/gl/device.h"
@@ -23,8 +24,6 @@
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
-#include "chain/gl/turn.h"
-#include "chain/merge.h"
 #include "chain/plan.h"
 #include "chain/status.h"
 
@@ -71,9 +70,6 @@ class Executor {
     Result<FramePlanes> filter(const Plan& plan, PlaneView inputs,
                                const StageObserver& observer = {});
 
-    // Both results of a merged plan, A's first.
-    Result<std::array<FramePlanes, 2>> filter_both(const MergedPlan& merged, PlaneView inputs);
-
     // Runs on textures that are already on the device (imported role -> GL name); the result's
     // textures belong to the pool until the next call. Nothing is read back.
     Result<std::map<Role, unsigned>> run(const Plan& plan, const std::map<Role, unsigned>& inputs,
@@ -101,14 +97,10 @@ class Executor {
     ExecutorCounters counters() const;
 
   private:
-    friend class TurnScope;
-    using Outputs = std::map<Role, TextureId>;
-    Result<std::vector<FramePlanes>> filter_outputs(const Plan& plan, const PlaneView& inputs,
-                                                    const std::vector<Outputs>& outputs,
-                                                    const StageObserver& observer);
+    friend class ContinueScope;
     Status execute(const Plan& plan, const std::map<Role, unsigned>& inputs,
                    const StageObserver& observer, gl::BandQueue* queue);
-    Turn turn() const;
+    RunDecision decide() const;
     Status show(const Plan& plan, int step, const StageObserver& observer);
     // A plane whose texture is filled before the run that reads it.
     struct Ahead {
@@ -132,7 +124,7 @@ class Executor {
     bool ahead_begun_ = false;  // of the run after this one
     std::function<NextRun()> expect_;
     std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
-    std::vector<AskTurn> asks_;                // of the scopes
+    std::vector<ContinueCallback> asks_;       // of the scopes
     bool timing_ = false, time_steps_ = false;
     uint64_t runs_ = 0;
     uint64_t dispatches_ = 0;
@@ -140,25 +132,28 @@ class Executor {
 };
 
 // While it exists, filter() of the executor asks this too before each band of a dispatch, waits
-// (Turn::wait), or ends with StatusCode::canceled (Turn::stop). Scopes end in reverse order.
-class TurnScope {
+// (RunDecision::wait), or ends with StatusCode::canceled (RunDecision::stop). Scopes end in reverse
+// order.
+class ContinueScope {
   public:
-    TurnScope(Executor& executor, AskTurn ask) : executor_(executor) {
+    ContinueScope(Executor& executor, ContinueCallback ask) : executor_(executor) {
         executor_.asks_.push_back(std::move(ask));
     }
-    ~TurnScope() { executor_.asks_.pop_back(); }
-    TurnScope(const TurnScope&) = delete;
-    TurnScope& operator=(const TurnScope&) = delete;
+    ~ContinueScope() { executor_.asks_.pop_back(); }
+    ContinueScope(const ContinueScope&) = delete;
+    ContinueScope& operator=(const ContinueScope&) = delete;
 
   private:
     Executor& executor_;
 };
 
 // While it exists, filter() of the executor ends soon after `stop` (null: never) is set.
-class StopScope : public TurnScope {
+class StopScope : public ContinueScope {
   public:
     StopScope(Executor& executor, const std::atomic<bool>* stop)
-        : TurnScope(executor, [stop] { return stop && *stop ? Turn::stop : Turn::go_on; }) {}
+        : ContinueScope(executor,
+                        [stop] { return stop && *stop ? RunDecision::stop : RunDecision::go_on; }) {
+    }
 };
 
 // While it exists, filter() of the executor uploads planes of the run after it.

@@ -10,7 +10,7 @@
 
 #include "chain/gl/device.h"
 #include "chain/plan.h"
-#include "chain/program_store.h"
+#include "chain/program_source.h"
 #include "chain/status.h"
 
 namespace postchain::gl {

@@ -42,6 +42,36 @@ Chain with_part(const ChainHandle& chain, double part) {
 
 }  // namespace
 
+void SampleController::add(double milliseconds) {
+    times_[frames_++ % kMaxFrames] = milliseconds;
+}
+
+double SampleController::milliseconds() const {
+    const size_t count = std::min(frames_, kMaxFrames);
+    if (count == 0) return 0;
+    auto sorted = times_;
+    const auto middle = sorted.begin() + std::ptrdiff_t(count / 2);
+    std::nth_element(sorted.begin(), middle, sorted.begin() + std::ptrdiff_t(count));
+    return *middle;
+}
+
+bool SampleController::change(double now) {
+    if (frames_ < kMinFrames || now - changed_ < kMinSeconds) return false;
+    const double time = milliseconds();
+    const auto predicted = [&](size_t level) { return time * kParts[level] / part(); };
+    size_t next = level_;
+    while (next + 1 < kParts.size() && kParts[next + 1] >= least_ && predicted(next) > budget_ms_)
+        ++next;
+    if (next == level_ && level_ > 0 && predicted(level_ - 1) <= 0.9 * budget_ms_) --next;
+    if (next == level_) return false;
+    before_ = level_;
+    level_ = next;
+    frames_ = 0;
+    changed_ = now;
+    ++changes_;
+    return true;
+}
+
 const Budgets::Governed* Budgets::find(uint64_t chain) const {
     for (const Governed& one : all_)
         if (one.chain == chain) return &one;
@@ -68,21 +98,22 @@ Failure Budgets::set(const ChainHandle& chain, const pc_budget& budget) {
             "passes out, or choose a method that has samples"};
     std::erase_if(all_, [&](const Governed& one) { return one.chain == chain.id(); });
     if (budget.milliseconds > 0)
-        all_.push_back({chain.id(), chain.life(), Governor(double(budget.milliseconds), least)});
+        all_.push_back(
+            {chain.id(), chain.life(), SampleController(double(budget.milliseconds), least)});
     return {};
 }
 
 void Budgets::query(const ChainHandle& chain, pc_budget_state& state) const {
     const Governed* governed = find(chain.id());
-    state.milliseconds = governed ? float(governed->governor.budget_ms()) : 0;
-    state.part = governed ? float(governed->governor.part()) : 1;
-    state.frame_ms = governed ? float(governed->governor.milliseconds()) : 0;
-    state.changes = governed ? uint32_t(governed->governor.changes()) : 0;
+    state.milliseconds = governed ? float(governed->controller.budget_ms()) : 0;
+    state.part = governed ? float(governed->controller.part()) : 1;
+    state.frame_ms = governed ? float(governed->controller.milliseconds()) : 0;
+    state.changes = governed ? uint32_t(governed->controller.changes()) : 0;
 }
 
 ChainVersion Budgets::version(const ChainHandle& chain) {
     Governed* governed = find(chain.id());
-    const double part = governed ? governed->governor.part() : 1;
+    const double part = governed ? governed->controller.part() : 1;
     if (part == 1) return chain.version();
     if (governed->revision != chain.revision() || governed->part != part) {
         governed->scaled = {std::make_shared<const Chain>(with_part(chain, part)), chain.id(),
@@ -96,7 +127,7 @@ ChainVersion Budgets::version(const ChainHandle& chain) {
 std::vector<Chain> Budgets::variants(const ChainHandle& chain) const {
     std::vector<Chain> all;
     if (!find(chain.id())) return all;
-    for (const double part : Governor::kParts) all.push_back(with_part(chain, part));
+    for (const double part : SampleController::kParts) all.push_back(with_part(chain, part));
     return all;
 }
 
@@ -104,7 +135,7 @@ bool Budgets::undo(const ChainHandle& chain) {
     Governed* governed = find(chain.id());
     if (!governed || !governed->changed) return false;
     governed->changed = false;
-    governed->governor.take_back();
+    governed->controller.take_back();
     return true;
 }
 
@@ -112,7 +143,7 @@ void Budgets::Governed::take_times(gl::Clock& clock) {
     const gl::Times* newest = clock.newest(std::span(ran).first(std::min(runs, ran.size())));
     if (!newest || newest->tag <= last) return;
     last = newest->tag;
-    governor.add(newest->milliseconds());
+    controller.add(newest->milliseconds());
 }
 
 bool Budgets::govern(const ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
@@ -121,7 +152,7 @@ bool Budgets::govern(const ChainHandle& chain, gl::Clock& clock, uint64_t tag) {
     for (Governed& one : all_) one.take_times(clock);
     Governed* governed = find(chain.id());
     if (!governed) return false;
-    governed->changed = governed->governor.change(now_seconds());
+    governed->changed = governed->controller.change(now_seconds());
     if (governed->changed) governed->runs = 0;
     governed->ran[governed->runs++ % governed->ran.size()] = tag;
     return true;

@@ -4,7 +4,6 @@
 #include <atomic>
 #include <cmath>
 
-#include "chain/guest/registry.h"
 #include "chain/planner.h"
 
 namespace postchain::guest {

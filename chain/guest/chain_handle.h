@@ -15,6 +15,9 @@ namespace postchain::guest {
 // The matte of a pass that treats the object of pc_frame.mask differently.
 inline constexpr const char* kMask = "mask";
 
+// The passes of the guest. chain/ knows no pass; the library of passes defines this function.
+const PassRegistry& passes();
+
 // A chain with its values at one moment.
 struct ChainVersion {
     std::shared_ptr<const Chain> chain;
@@ -24,7 +27,7 @@ struct ChainVersion {
 
 class ChainHandle {
   public:
-    // Takes over a chain of passes() (chain/guest/registry.h). If none of them names a matte, all
+    // Takes over a chain of passes(). If none of them names a matte, all
     // get kMask.
     explicit ChainHandle(Chain chain);
     // "motion_blur,fxaa". PC_ERROR_CHAIN: unknown pass; the message suggests the closest name.

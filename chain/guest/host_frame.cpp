@@ -8,14 +8,69 @@
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
 
+#include "chain/status.h"
+
 namespace postchain::guest {
 namespace {
+
+#define FORMAT(name, ...) \
+    { name, #name, __VA_ARGS__ }
+// Format, channels, depth, image, half. A half has 11 bits: 8 normalized bits are no halves.
+constexpr HostFormat kFormats[] = {
+    FORMAT(GL_RGBA32F, 4, false, true, false),
+    FORMAT(GL_RGBA16F, 4, false, true, true),
+    FORMAT(GL_RGB32F, 3, false, false, false),
+    FORMAT(GL_RGB16F, 3, false, false, true),
+    FORMAT(GL_R11F_G11F_B10F, 3, false, true, true),
+    FORMAT(GL_RGB9_E5, 3, false, false, false),
+    FORMAT(GL_RGBA16, 4, false, true, false),
+    FORMAT(GL_RGBA8, 4, false, true, false),
+    FORMAT(GL_RGB10_A2, 4, false, true, false),
+    FORMAT(GL_RGB8, 3, false, false, false),
+    FORMAT(GL_SRGB8_ALPHA8, 4, false, false, false),
+    FORMAT(GL_SRGB8, 3, false, false, false),
+    FORMAT(GL_RGBA16_SNORM, 4, false, true, false),
+    FORMAT(GL_RGBA8_SNORM, 4, false, true, false),
+    FORMAT(GL_RG32F, 2, false, true, false),
+    FORMAT(GL_RG16F, 2, false, true, true),
+    FORMAT(GL_RG16, 2, false, true, false),
+    FORMAT(GL_RG8, 2, false, true, false),
+    FORMAT(GL_RG16_SNORM, 2, false, true, false),
+    FORMAT(GL_RG8_SNORM, 2, false, true, false),
+    FORMAT(GL_R32F, 1, false, true, false),
+    FORMAT(GL_R16F, 1, false, true, true),
+    FORMAT(GL_R16, 1, false, true, false),
+    FORMAT(GL_R8, 1, false, true, false),
+    FORMAT(GL_DEPTH_COMPONENT32F, 1, true, false, false),
+    FORMAT(GL_DEPTH_COMPONENT32, 1, true, false, false),
+    FORMAT(GL_DEPTH_COMPONENT24, 1, true, false, false),
+    FORMAT(GL_DEPTH_COMPONENT16, 1, true, false, false),
+    FORMAT(GL_DEPTH32F_STENCIL8, 1, true, false, false),
+    FORMAT(GL_DEPTH24_STENCIL8, 1, true, false, false),
+};
+#undef FORMAT
 
 float scale_of(float given) {
     return given == 0 ? 1 : given;
 }
 
 }  // namespace
+
+float HostFormat::largest() const {
+    if (half && channels == 3 && image) return 64512;  // floats of 11 and 10 bits
+    return half ? 65504 : 0;
+}
+
+const HostFormat* find_format(unsigned internal_format) {
+    for (const auto& format : kFormats)
+        if (format.name == internal_format) return &format;
+    return nullptr;
+}
+
+std::string text_of_format(unsigned internal_format) {
+    if (const HostFormat* format = find_format(internal_format)) return format->text;
+    return concat("0x", std::hex, internal_format);
+}
 
 bool HostFrame::has_gain() const {
     return exposure.name != 0 || (given->pre_exposure != 0 && given->pre_exposure != 1);
@@ -109,12 +164,13 @@ FrameDescription describe(const HostFrame& frame, const Chain& chain) {
     return description;
 }
 
-PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_t revision) {
+PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t chain,
+               uint64_t revision) {
     const pc_frame& given = *frame.given;
     PlanKey key;
     key.chain = chain;
     key.revision = revision;
-    key.room = room;
+    key.max_size = max_size;
     key.flags = given.flags & (PC_TOP_LEFT | PC_HALF_PLANES | PC_NO_ELISION | PC_HALF_RESOLUTION);
     key.formats = {frame.color.format, frame.depth.format, frame.motion.format,
                    frame.output.format};
@@ -188,30 +244,6 @@ std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>&
     return concat("the chain's values were changed since ", prepare, remedy);
 }
 
-FrameValues values_of(const HostFrame& frame) {
-    const pc_frame& given = *frame.given;
-    FrameValues values = {float(frame.width),
-                          float(frame.height),
-                          given.near_clip,
-                          given.far_clip,
-                          given.focal_length_mm,
-                          given.sensor_width_mm,
-                          given.f_stop,
-                          given.focus_distance,
-                          given.meters_per_unit,
-                          given.shutter_frames,
-                          given.max_speed_px,
-                          given.nearest,
-                          given.farthest,
-                          given.pixel_aspect,
-                          frame.flag(PC_CAMERA_CUT) ? 1.0f : 0.0f,
-                          frame.flag(PC_GIVEN_SHUTTER) ? 1.0f : 0.0f};
-    if (!frame.focus) return values;
-    size_t next = values.size();
-    for (const auto& [place, inverse_depth] : *frame.focus) values[--next] = float(inverse_depth);
-    return values;
-}
-
 shared::GuestUniforms uniforms_of(const HostFrame& frame) {
     const pc_frame& given = *frame.given;
     shared::GuestUniforms uniforms{};
@@ -225,12 +257,12 @@ shared::GuestUniforms uniforms_of(const HostFrame& frame) {
     uniforms.mask_at = {given.mask.x, given.mask.y};
     uniforms.depth_size = {frame.depth.width, frame.depth.height};
     uniforms.motion_size = {frame.motion.width, frame.motion.height};
-    const auto each = [&](int gl::ImageOf::*member) {
+    const auto each = [&](int ImageOf::*member) {
         return glm::ivec4(frame.color.image.*member, frame.depth.image.*member,
                           frame.motion.image.*member, frame.mask.image.*member);
     };
-    uniforms.layers = each(&gl::ImageOf::layer);
-    uniforms.levels = each(&gl::ImageOf::level);
+    uniforms.layers = each(&ImageOf::layer);
+    uniforms.levels = each(&ImageOf::level);
     if (frame.has_depth_range()) {
         uniforms.clips = 1;
         uniforms.depth_first = given.depth_range[0];

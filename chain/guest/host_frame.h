@@ -10,20 +10,35 @@
 
 #include "chain/chain.h"
 #include "chain/frame.h"
-#include "chain/gl/image_of.h"
 #include "chain/guest/failure.h"
-#include "chain/guest/host_format.h"
 #include "chain/storage.h"
 #include "shaders/shared/guest_uniforms.h"
 
 namespace postchain::guest {
+
+struct HostFormat {
+    unsigned name = 0;  // GL_RGBA16F
+    const char* text = "";
+    int channels = 0;
+    bool depth = false;
+    bool image = false;  // can be written as an image
+    bool half = false;   // halves hold every value
+    // Largest value of a float format; 0: normalized, or as large as color can be.
+    float largest() const;
+};
+
+// Null for integer, compressed and unsized formats, and others that no plane can be read from.
+const HostFormat* find_format(unsigned internal_format);
+
+// "GL_RGBA16F", "0x8d7c".
+std::string text_of_format(unsigned internal_format);
 
 // One of the frame's textures.
 struct HostTexture {
     uint32_t name = 0;
     const HostFormat* format = nullptr;
     bool at_origin = false;     // the frame's rectangle begins at its first texel
-    gl::ImageOf image;          // the layer and level that count
+    ImageOf image;              // the layer and level that count
     bool array = false;         // a GL_TEXTURE_2D_ARRAY
     int width = 0, height = 0;  // texels of the frame's rectangle
 };
@@ -86,7 +101,7 @@ inline constexpr size_t kLongestView = 63;  // letters of a debug_view
 // Plans of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
 struct PlanKey {
     uint64_t chain = 0, revision = 0;
-    Room room;  // its textures are as large as frames of this size need
+    MaxFrameSize max_size;  // its textures are as large as frames of this size need
     uint32_t flags = 0;
     std::array<const HostFormat*, 4> formats = {};  // color, depth, motion, output
     std::array<bool, 12> cases = {};
@@ -94,7 +109,8 @@ struct PlanKey {
     std::array<char, kLongestView + 1> debug_view = {};
     bool operator==(const PlanKey&) const = default;
 };
-PlanKey key_of(const HostFrame& frame, const Room& room, uint64_t chain, uint64_t revision);
+PlanKey key_of(const HostFrame& frame, const MaxFrameSize& max_size, uint64_t chain,
+               uint64_t revision);
 
 // The values that select programs, beside the planes that a frame may lack: pc_prepare() compiles
 // the programs of all frames of one kind. docs/integration.md lists the members.
@@ -111,10 +127,6 @@ FrameKind kind_of(const HostFrame& frame, uint64_t chain, uint64_t revision);
 // the host that prepares.
 std::string difference_text(const FrameKind& kind, const std::vector<FrameKind>& prepared,
                             const std::string& prepare = "pc_prepare()");
-
-// The frame's size, camera, bounds, 1 for each flag that changes them, and the depths in focus.
-using FrameValues = std::array<float, 16 + GUEST_FOCUS_PLACES>;
-FrameValues values_of(const HostFrame& frame);
 
 // The uniform block of the steps that convert from and to the host's textures.
 shared::GuestUniforms uniforms_of(const HostFrame& frame);

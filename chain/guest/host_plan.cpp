@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "chain/levels.h"
+#include "chain/hazards.h"
 #include "chain/work_list.h"
 
 namespace postchain::guest {
@@ -69,6 +69,12 @@ class Builder {
         if (host_.result >= 0) plan().outputs[Role::color] = host_.result;
         find_lifetimes(plan(), outputs);
         fit(plan(), frame_.plane_width(), frame_.plane_height());
+        host_.samples_arrays = frame_.arrays() != 0;
+        for (const Step& step : plan().steps)
+            for (const Binding& binding : step.bindings)
+                if (binding.access == Access::sample_nearest &&
+                    plan().textures[size_t(binding.texture)].layers > 0)
+                    host_.samples_arrays = true;
         return std::move(host_);
     }
 
@@ -375,6 +381,29 @@ Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame) {
     ResolvedChain resolved;
     RETURN_IF_ERROR(resolved.resolve(chain, describe(frame, chain), options, rules));
     return make_host_plan(resolved, frame);
+}
+
+shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, const Plan& plan) {
+    shared::GuestUniforms uniforms = uniforms_of(frame);
+    uniforms.makes = host.makes;
+    if (host.shown < 0) return uniforms;
+    const PlanTexture& shown = plan.textures[size_t(host.shown)];
+    uniforms.shown_size = {shown.width, shown.height};
+    const struct {
+        TextureId id;
+        const pc_texture& texture;
+        const HostTexture& checked;
+    } views[] = {{host.color, frame.given->color, frame.color},
+                 {host.depth, frame.given->depth, frame.depth},
+                 {host.motion, frame.given->motion, frame.motion},
+                 {host.mask, frame.given->mask, frame.mask}};
+    for (const auto& [id, texture, checked] : views) {
+        if (host.shown != id) continue;
+        uniforms.shown_at = {texture.x, texture.y};
+        uniforms.shown_size = {checked.width, checked.height};
+        uniforms.shown_image = {checked.image.layer, checked.image.level};
+    }
+    return uniforms;
 }
 
 std::vector<ProgramKey> host_programs(const Chain& chain, const HostFrame& given,

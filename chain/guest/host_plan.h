@@ -18,9 +18,10 @@ struct HostPlan {
     // writes it.
     TextureId result = -1;
     bool writes_output = false;
-    std::vector<int> own_steps;  // those with a GuestUniforms
-    int makes = 0;               // GuestUniforms::makes of the import
-    TextureId shown = -1;        // the texture that a debug view draws
+    std::vector<int> own_steps;   // those with a GuestUniforms
+    int makes = 0;                // GuestUniforms::makes of the import
+    TextureId shown = -1;         // the texture that a debug view draws
+    bool samples_arrays = false;  // a step samples an array of textures
 };
 
 // The plan options that the host's flags select.
@@ -30,6 +31,9 @@ PlanOptions options_of(const HostFrame& frame);
 // name a texture of the plan.
 Result<HostPlan> make_host_plan(const ResolvedChain& resolved, const HostFrame& frame);
 Result<HostPlan> make_host_plan(const Chain& chain, const HostFrame& frame);
+
+// The uniform block of the steps that convert this frame from and to the host's textures.
+shared::GuestUniforms uniforms_of(const HostFrame& frame, const HostPlan& host, const Plan& plan);
 
 // Every program of the host plans of frames of one kind: of this chain, with these flags of planes
 // and elision, with an exposure or without, and with depth, motion and mask of this frame or

@@ -1,7 +1,8 @@
 // Structs of a host that was compiled with an older or newer postchain.h than this library.
 //
 // A smaller struct is read as if the members that it lacks were 0, their default. A larger one is
-// read if all bytes beyond this library's struct are 0. And texts for a host.
+// read if all bytes beyond this library's struct are 0. And the callbacks
+// of a host, and texts for it.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <cstring>
 
 #include "chain/guest/failure.h"
+#include "chain/program_source.h"
 
 namespace postchain::guest {
 
@@ -74,6 +76,27 @@ Failure change_struct(Struct* given, const char* name, const Work& work) {
     whole.struct_size = host_size;
     std::memcpy(given, &whole, size);
     return {};
+}
+
+// The callbacks load_program() and store_program(). `Info`: pc_create_info or pc_vk_create_info,
+// which outlives the store.
+template <class Info>
+ProgramStore store_of(const Info& info) {
+    ProgramStore made;
+    if (info.load_program)
+        made.load = [&info](const std::string& key) {
+            std::vector<std::byte> bytes(info.load_program(info.user, key.c_str(), nullptr, 0));
+            if (bytes.empty()) return bytes;
+            const size_t size =
+                info.load_program(info.user, key.c_str(), bytes.data(), bytes.size());
+            if (size != bytes.size()) bytes.clear();  // another process wrote it meanwhile
+            return bytes;
+        };
+    if (info.store_program)
+        made.store = [&info](const std::string& key, std::span<const std::byte> bytes) {
+            info.store_program(info.user, key.c_str(), bytes.data(), bytes.size());
+        };
+    return made;
 }
 
 // Copies a text to a host that gives room for *size bytes, and sets *size to those that it needs.

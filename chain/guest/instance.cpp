@@ -8,10 +8,8 @@
 
 #include "chain/gl/debug.h"
 #include "chain/guest/frame_check.h"
-#include "chain/guest/program_callbacks.h"
+#include "chain/guest/host_struct.h"
 #include "chain/guest/validate.h"
-#include "chain/plan_print.h"
-#include "chain/same_shape.h"
 
 namespace postchain::guest {
 namespace {
@@ -41,16 +39,6 @@ std::vector<ProgramKey> all_programs(const Chain& chain, const HostFrame& frame,
     std::vector<ProgramKey> all = host_programs(chain, frame, plan);
     if (frame.focus && frame.depth.name) all.push_back(Focus::program(frame));
     return all;
-}
-
-bool samples_arrays(const Plan& plan, const HostFrame& frame) {
-    if (frame.arrays() != 0) return true;
-    for (const Step& step : plan.steps)
-        for (const auto& binding : step.bindings)
-            if (binding.access == Access::sample_nearest &&
-                plan.textures[size_t(binding.texture)].layers > 0)
-                return true;
-    return false;
 }
 
 }  // namespace
@@ -98,7 +86,8 @@ Failure Instance::open() {
         return {PC_ERROR_ARGUMENT,
                 concat("max_width, max_height: ", info_.max_width, "x", info_.max_height,
                        "; give both or neither, up to ", limit)};
-    rooms_ = Rooms({int(info_.max_width), int(info_.max_height)}, kept_frames());
+    if (info_.keep_frames) plans_.set_kept_frames(info_.keep_frames);
+    max_sizes_ = MaxFrameSizes({int(info_.max_width), int(info_.max_height)}, plans_.kept_frames());
     return {};
 }
 
@@ -106,7 +95,7 @@ Instance::~Instance() {
     if (!objects_) return;
     if (lost_ || !context_.is_current()) abandon();
     if (!objects_) return;
-    objects_->entries.clear();  // before the pool that their textures are of
+    plans_.forget_all();  // before the pool that their textures are of
     // A program that the last step left in use would be one that is deleted and current.
     const auto deleted = [] {
         GLint program = 0, status = GL_FALSE;
@@ -121,7 +110,7 @@ Instance::~Instance() {
 
 void Instance::abandon() {
     if (!objects_) return;
-    objects_->entries.clear();
+    plans_.forget_all();
     objects_->pool.abandon();
     objects_->programs.abandon();
     objects_->focus.abandon();
@@ -183,11 +172,9 @@ Failure Instance::ready_focus(const HostFrame& frame) {
 
 Failure Instance::follow_focus(const ChainVersion& chain, HostFrame& frame) {
     if (!frame.focus || frame.depth.name == 0) return {};
-    if (!objects_->programs.has(Focus::program(frame)))
-        return {PC_ERROR_PREPARE,
-                difference_text(kind_of(frame, chain.id, chain.revision), prepared_kinds_)};
+    if (!objects_->programs.has(Focus::program(frame))) return plans_.not_prepared(chain, frame);
     if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
-    ++dispatches_;
+    ++plans_.dispatches;
     return keep_state(Focus::kUsed, frame.arrays() != 0, [&] {
         return objects_->focus.follow(chain.id, focused_, frame, objects_->run);
     });
@@ -208,34 +195,16 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
     const ChainVersion chain = budgets_.version(handle);
     HostFrame frame;
     if (Failure failure = check(chain, given, frame); !failure.ok()) return failure;
-    // Without waiting the host calls again and again with one frame: that is planned once.
-    const PlanKey key = key_of(frame, {}, chain.id, chain.revision);
-    const FrameValues values = values_of(frame);
-    if (prepared_ != key || prepared_values_ != values) {
-        prepared_.reset();
-        prepared_programs_.clear();
-        ASSIGN_OR_RETURN(auto host, make_host_plan(*chain.chain, frame));
-        prepared_programs_ = programs_to_prepare(handle, frame, host.plan);
-        rooms_.restore(chain.id);
-        prepared_ = key;
-        prepared_values_ = values;
-    }
-    for (const ProgramKey& program_key : prepared_programs_)
-        if (wait) objects_->programs.begin(program_key);
-    int compiled = 0;
-    for (const ProgramKey& program_key : prepared_programs_) {
-        if (objects_->programs.has(program_key)) continue;
-        if (!wait && compiled > 0) return {PC_PENDING, ""};
-        RETURN_IF_ERROR(objects_->programs.get(program_key).status());
-        ++compiled;
-    }
-    if (!wait && compiled > 0) return {PC_PENDING, ""};
+    const size_t before = objects_->programs.compiled();
+    const auto list = [&](const Plan& plan) {
+        max_sizes_.restore(chain.id);
+        return programs_to_prepare(handle, frame, plan);
+    };
+    if (Failure failure = plans_.compile_programs(chain, frame, wait, list); !failure.ok())
+        return failure;
+    if (!wait && objects_->programs.compiled() > before) return {PC_PENDING, ""};
     if (frame.focus && frame.depth.name)
         if (Failure failure = ready_focus(frame); !failure.ok()) return failure;
-    const FrameKind kind = kind_of(frame, chain.id, chain.revision);
-    std::erase(prepared_kinds_, kind);
-    prepared_kinds_.push_back(kind);
-    if (prepared_kinds_.size() > kMaxKinds) prepared_kinds_.erase(prepared_kinds_.begin());
     objects_->pool.begin_frame();
     pc_frame cut = *given;
     cut.flags ^= PC_CAMERA_CUT;
@@ -252,8 +221,8 @@ Failure Instance::prepare(const ChainHandle& handle, const pc_frame* given, bool
 // The output is a texture of one texel: stores beside it are ignored.
 bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
     std::vector<int> cold;
-    for (int i = 0; i < int(entry.compiled.plan().steps.size()); ++i)
-        if ((wait || cold.empty()) && !objects_->warm.contains(entry.compiled.program_of(i)))
+    for (int i = 0; i < int(entry.compiled->plan().steps.size()); ++i)
+        if ((wait || cold.empty()) && !objects_->warm.contains(entry.compiled->program_of(i)))
             cold.push_back(i);
     if (cold.empty()) return true;
     HostFrame aside = frame;
@@ -262,11 +231,11 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
         glCreateTextures(GL_TEXTURE_2D, 1, &aside.output.name);
         glTextureStorage2D(aside.output.name, 1, frame.output.format->name, 1, 1);
     }
-    import_frame(entry.host, aside, entry.compiled);
-    wait = keep_state(entry.compiled.used(), entry.arrays, [&] {
+    import_frame(entry.host, aside, *entry.compiled);
+    wait = keep_state(entry.compiled->used(), entry.host.samples_arrays, [&] {
         for (const int step : cold) {
-            entry.compiled.warm_up(objects_->run, step);
-            objects_->warm.insert(entry.compiled.program_of(step));
+            entry.compiled->warm_up(objects_->run, step);
+            objects_->warm.insert(entry.compiled->program_of(step));
         }
         return wait;
     });
@@ -275,92 +244,41 @@ bool Instance::warm_up(Entry& entry, const HostFrame& frame, bool wait) {
 }
 
 Failure Instance::find_or_make(const ChainVersion& chain, const HostFrame& frame, Entry*& entry) {
-    const bool runs = std::exchange(newest_frame_, frames_) != frames_;  // not pc_prepare()
-    const Room room = rooms_.room_for(chain.id, frame, runs),
-               tight = {frame.plane_width(), frame.plane_height()};
-    PlanKey key = key_of(frame, room, chain.id, chain.revision);
-    Failure failure = find_or_make(chain, frame, key, entry);
+    const bool runs =
+        std::exchange(newest_frame_, plans_.frames) != plans_.frames;  // not pc_prepare()
+    const MaxFrameSize max_size = max_sizes_.size_for(chain.id, frame, runs),
+                       tight = {frame.plane_width(), frame.plane_height()};
+    Failure failure = plans_.find_or_make(chain, frame, max_size, entry);
     if (failure.result != PC_ERROR_MEMORY) return failure;
     // Once more without what other plans hold, unless they run in turn with this one.
-    const bool in_turn = runs && forgot_ > 0 && frames_ <= forgot_ + kept_frames();
-    if (runs) forgot_ = frames_;
+    const bool in_turn = runs && forgot_ > 0 && plans_.frames <= forgot_ + plans_.kept_frames();
+    if (runs) forgot_ = plans_.frames;
     forget_all();
     if (!in_turn) {
-        failure = find_or_make(chain, frame, key, entry);
+        failure = plans_.find_or_make(chain, frame, max_size, entry);
         if (failure.result != PC_ERROR_MEMORY) return failure;
         forget_all();
     }
-    if (room != tight || in_turn) {
-        key.room = tight;
-        failure = find_or_make(chain, frame, key, entry);
+    if (max_size != tight || in_turn) {
+        failure = plans_.find_or_make(chain, frame, tight, entry);
         if (failure.result == PC_ERROR_MEMORY) forget_all();
     }
-    rooms_.fall_back(chain.id, tight, failure.ok());
+    max_sizes_.fall_back(chain.id, tight, failure.ok());
     return failure;
 }
 
 void Instance::forget_all() {
-    objects_->entries.clear();
+    plans_.forget_all();
     objects_->pool.begin_frame();
     objects_->pool.trim(0);
 }
 
-Failure Instance::find_or_make(const ChainVersion& version, const HostFrame& frame,
-                               const PlanKey& key, Entry*& entry) {
-    const Chain& chain = *version.chain;
-    if (Failure failure = find_entry(objects_->entries, chain, frame, key, resolved_, entry);
-        entry || !failure.ok())
-        return failure;
-    Purpose purpose;
-    RETURN_IF_ERROR(resolve(chain, frame, key, resolved_, purpose));
-    ASSIGN_OR_RETURN(auto host, make_host_plan(resolved_, frame));
-    ++plans_;
-    for (const auto& known : objects_->entries) {
-        const PlanKey& other = known->purpose.key;
-        const bool replaced = other.chain == key.chain && other.revision != key.revision;
-        if (!replaced && known->last_run + std::max(kept_frames(), kMaxEntries) >= frames_)
-            continue;
-        if (other.room != key.room || !same_shape(known->compiled.plan(), host.plan)) continue;
-        known->compiled.take_values(std::move(host.plan));
-        known->purpose = std::move(purpose);
-        known->host = std::move(host);
-        entry = known.get();
-        return {};
-    }
-    for (const Step& step : host.plan.steps)
-        if (!objects_->programs.has(step.program))
-            return {PC_ERROR_PREPARE,
-                    difference_text(kind_of(frame, version.id, version.revision), prepared_kinds_)};
-    return make(std::move(purpose), frame, host, entry);
-}
-
-Failure Instance::make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry) {
-    ASSIGN_OR_RETURN(
-        auto compiled,
-        gl::CompiledPlan::make(host.plan, objects_->pool, objects_->programs, objects_->run,
-                               (info_.flags & PC_LABELS) != 0, purpose.key.room));
-    HostPlan about = host;
-    about.plan = {};
-    const bool arrays = samples_arrays(compiled.plan(), frame);
-    objects_->entries.push_back(std::unique_ptr<Entry>(
-        new Entry{std::move(purpose), std::move(about), std::move(compiled), arrays, frames_}));
-    entry = objects_->entries.back().get();
-    return {};
-}
-
-// Plans that did not run for a while and hold textures that no other plan uses, and the one that
-// ran longest ago.
-void Instance::forget_entries() {
-    auto& entries = objects_->entries;
-    const uint64_t kept = kept_frames();
-    std::erase_if(entries, [&](const auto& entry) {
-        return entry->last_run + kept < frames_ && entry->compiled.holds_unused(kept);
-    });
-    while (entries.size() > kMaxEntries)
-        entries.erase(std::min_element(
-            entries.begin(), entries.end(),
-            [](const auto& a, const auto& b) { return a->last_run < b->last_run; }));
-    objects_->pool.trim(kept);
+Result<std::unique_ptr<gl::CompiledPlan>> Instance::compile(Plan plan,
+                                                            const MaxFrameSize& max_size) {
+    ASSIGN_OR_RETURN(auto compiled, gl::CompiledPlan::make(
+                                        std::move(plan), objects_->pool, objects_->programs,
+                                        objects_->run, (info_.flags & PC_LABELS) != 0, max_size));
+    return std::make_unique<gl::CompiledPlan>(std::move(compiled));
 }
 
 Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
@@ -368,15 +286,12 @@ Failure Instance::dispatch(Entry& entry, const HostFrame& frame, bool timed) {
     options.labels = (info_.flags & PC_LABELS) != 0;
     options.barriers = frame.given->barriers;
     if (timing_ > 0 || timed) {
-        objects_->clock.begin(frame.given->frame_number, frames_);
+        objects_->clock.begin(frame.given->frame_number, plans_.frames);
         options.clock = &objects_->clock;
         options.time_steps = timing_ > 1;
     }
-    const Status status = keep_state(entry.compiled.used(), entry.arrays,
-                                     [&] { return entry.compiled.run(objects_->run, options); });
-    dispatches_ += entry.compiled.plan().steps.size();
-    barriers_ += entry.compiled.barriers() + 1;
-    return status;
+    return keep_state(entry.compiled->used(), entry.host.samples_arrays,
+                      [&] { return entry.compiled->run(objects_->run, options); });
 }
 
 Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_frame_needs& out) {
@@ -389,14 +304,8 @@ Failure Instance::needs_of(const ChainHandle& handle, const pc_frame* given, pc_
     if (Failure failure = Focus::find_places(chain, focused); !failure.ok()) return failure;
     if (!focused.empty()) frame.focus = &focused;
     ASSIGN_OR_RETURN(auto host, make_host_plan(chain, frame));
-    const StoragePlan storage = share_storage(host.plan, rooms_.expected(frame));
-    out.textures = uint32_t(storage.all.size());
-    out.texture_bytes = storage.bytes();
-    out.programs = out.programs_to_compile = 0;
-    for (const ProgramKey& key : programs_to_prepare(handle, frame, host.plan)) {
-        ++out.programs;
-        if (!objects_ || !objects_->programs.has(key)) ++out.programs_to_compile;
-    }
+    plans_.count_needs(host.plan, max_sizes_.expected(frame),
+                       programs_to_prepare(handle, frame, host.plan), out);
     return {};
 }
 
@@ -412,8 +321,8 @@ Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_textu
         if (Failure failure = validate(frame); !failure.ok()) return failure;
     }
     if (Failure failure = follow_focus(chain, frame); !failure.ok()) return failure;
-    ++frames_;
-    const bool timed = budgets_.govern(handle, objects_->clock, frames_);
+    ++plans_.frames;
+    const bool timed = budgets_.govern(handle, objects_->clock, plans_.frames);
     chain = budgets_.version(handle);
     objects_->pool.begin_frame();
     Entry* entry = nullptr;
@@ -426,14 +335,10 @@ Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_textu
         failure = find_or_make(chain, frame, entry);
     }
     if (!failure.ok()) return failure;
-    entry->last_run = frames_;
-    last_.chain = chain.chain;
-    last_.frame = *given;
-    if (frame.focus) last_.focus = *frame.focus;
-    last_.debug_view = entry->purpose.key.debug_view;
-    const Plan& plan = entry->compiled.plan();
+    plans_.run(*entry, chain, frame);
+    const Plan& plan = entry->compiled->plan();
     if (!plan.steps.empty()) {
-        import_frame(entry->host, frame, entry->compiled);
+        import_frame(entry->host, frame, *entry->compiled);
         failure = dispatch(*entry, frame, timed);
         if (!failure.ok()) return failure;
     }
@@ -442,12 +347,13 @@ Failure Instance::run(const ChainHandle& handle, const pc_frame* given, pc_textu
         result = given->output;
     } else if (id >= 0) {
         result = {};
-        result.name = entry->compiled.name_of(id);
+        result.name = entry->compiled->name_of(id);
         result.internal_format = gl::internal_format(plan.textures[size_t(id)].format);
-        result.width = entry->purpose.key.room.width;
-        result.height = entry->purpose.key.room.height;
+        result.width = entry->key.max_size.width;
+        result.height = entry->key.max_size.height;
     }
-    forget_entries();
+    plans_.forget_unused();
+    objects_->pool.trim(plans_.kept_frames());
     if (!validates) return {};
     return gl::check_error("pc_run()");
 }
@@ -459,30 +365,6 @@ void Instance::capabilities(pc_capabilities& out) const {
     out.gl_version = gl_version_;
     std::strncpy(out.renderer, device_.renderer.c_str(), sizeof(out.renderer) - 1);
     std::strncpy(out.version, POSTCHAIN_VERSION, sizeof(out.version) - 1);
-}
-
-void Instance::count(pc_counters& out) const {
-    out.frames = frames_;
-    out.dispatches = dispatches_;
-    out.barriers = barriers_;
-    out.plans_made = plans_;
-    out.programs = objects_->programs.compiled();
-    out.texture_allocations = objects_->pool.allocations();
-    out.textures_alive = objects_->pool.alive();
-    out.texture_bytes = objects_->pool.bytes();
-    out.texture_bytes_peak = objects_->pool.bytes_peak();
-    out.programs_loaded = objects_->programs.loaded();
-}
-
-std::string Instance::explain() const {
-    if (!last_.chain) return {};
-    pc_frame given = last_.frame;
-    given.debug_view = last_.debug_view.data();
-    HostFrame frame;
-    if (!check_frame(&given, frame).ok()) return {};
-    frame.focus = &last_.focus;
-    const auto host = make_host_plan(*last_.chain, frame);
-    return host.ok() ? json_text(plan_json(host->plan)) : std::string();
 }
 
 }  // namespace postchain::guest

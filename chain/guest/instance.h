@@ -1,7 +1,6 @@
 // Implementation of pc_instance: the programs, textures and plans of one GL context.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -19,14 +18,12 @@
 #include "chain/gl/texture_pool.h"
 #include "chain/guest/budgets.h"
 #include "chain/guest/chain_handle.h"
-#include "chain/guest/context.h"
 #include "chain/guest/failure.h"
 #include "chain/guest/focus.h"
-#include "chain/guest/gl_state.h"
+#include "chain/guest/host_context.h"
 #include "chain/guest/host_frame.h"
-#include "chain/guest/host_plan.h"
-#include "chain/guest/purpose.h"
-#include "chain/guest/rooms.h"
+#include "chain/guest/max_frame_sizes.h"
+#include "chain/guest/plan_cache.h"
 
 namespace postchain::guest {
 
@@ -48,7 +45,7 @@ class Instance {
     Failure run(const ChainHandle& chain, const pc_frame* given, pc_texture& result);
 
     Failure set_budget(const ChainHandle& chain, const pc_budget& given) {
-        prepared_.reset();  // the budget's samples may be other programs
+        plans_.forget_prepared();  // the budget's samples may be other programs
         return budgets_.set(chain, given);
     }
     void budget(const ChainHandle& chain, pc_budget_state& state) const {
@@ -61,34 +58,19 @@ class Instance {
     void capabilities(pc_capabilities& out) const;
     // Calls no GL.
     Failure needs_of(const ChainHandle& chain, const pc_frame* given, pc_frame_needs& out);
-    void count(pc_counters& out) const;
-    // Plans the last frame again; "" before the first frame.
-    std::string explain() const;
+    void count(pc_counters& out) const { plans_.count(objects_->programs, objects_->pool, out); }
+    std::string explain() const { return plans_.explain(find_format); }
     const gl::Device& device() const { return device_; }
     void log(int level, const std::string& message) const;
 
     std::string error;  // of the last call
 
   private:
-    // A plan that is ready to run.
-    struct Entry {
-        Purpose purpose;
-        HostPlan host;  // without its plan
-        gl::CompiledPlan compiled;
-        bool arrays = false;  // it samples some
-        uint64_t last_run = 0;
-    };
-    // The values of the last frame that its plan depends on.
-    struct LastFrame {
-        std::shared_ptr<const Chain> chain;  // null before the first frame
-        pc_frame frame = {};
-        Focus::Depths focus;
-        std::array<char, sizeof(PlanKey::debug_view)> debug_view = {};
-    };
-    static constexpr size_t kMaxKinds = 64;  // for messages
-    // Maximum number of plans kept, for example for other chains, a cut, or the other eye. A plan
-    // is taken over by another chain after as many frames without a run.
-    static constexpr size_t kMaxEntries = 64;
+    using Plans = PlanCache<Instance, gl::CompiledPlan>;
+    using Entry = Plans::Entry;
+    friend Plans;
+    // A plan is taken over by another chain after as many frames without a run.
+    static constexpr size_t kMaxPlans = 64;
 
     // GL objects of the context.
     struct Objects {
@@ -100,7 +82,6 @@ class Instance {
         gl::RunObjects run;
         gl::Clock clock;
         Focus focus;
-        std::vector<std::unique_ptr<Entry>> entries;
         std::set<unsigned> warm;  // programs that were dispatched
     };
 
@@ -119,13 +100,15 @@ class Instance {
     Failure ready_focus(const HostFrame& frame);
     // Finds and follows the depths at the places that the chain focuses at.
     Failure follow_focus(const ChainVersion& chain, HostFrame& frame);
-    // PC_ERROR_PREPARE if a program is not compiled.
     Failure find_or_make(const ChainVersion& chain, const HostFrame& frame, Entry*& entry);
-    Failure find_or_make(const ChainVersion& chain, const HostFrame& frame, const PlanKey& key,
-                         Entry*& entry);
-    uint64_t kept_frames() const { return info_.keep_frames ? info_.keep_frames : 8; }
-    Failure make(Purpose purpose, const HostFrame& frame, HostPlan& host, Entry*& entry);
-    void forget_entries();
+    bool has(const ProgramKey& key) const { return objects_ && objects_->programs.has(key); }
+    void begin(const ProgramKey& key) { objects_->programs.begin(key); }
+    Status compile(const ProgramKey& key) { return objects_->programs.get(key).status(); }
+    Result<std::unique_ptr<gl::CompiledPlan>> compile(Plan plan, const MaxFrameSize& max_size);
+    bool holds_unused(const gl::CompiledPlan& plan) const {
+        return plan.holds_unused(plans_.kept_frames());
+    }
+    static void retire(std::unique_ptr<gl::CompiledPlan>) {}
     // Every plan, and their textures.
     void forget_all();
     // Dispatches the plan's programs that never were, or, without waiting, one of them. True if
@@ -141,20 +124,14 @@ class Instance {
     uint32_t gl_version_ = 0;
     gl::Device device_;
     std::unique_ptr<Objects> objects_;
-    std::optional<PlanKey> prepared_;  // of the last prepare(), and the programs that it needs
-    std::vector<ProgramKey> prepared_programs_;
-    std::vector<FrameKind> prepared_kinds_;  // the newest last
-    FrameValues prepared_values_ = {};
-    ResolvedChain resolved_;  // the frame whose plan is looked for
-    Focus::Depths focused_;   // the places of the last chain that was checked
-    LastFrame last_;
+    Plans plans_{*this, kMaxPlans, "pc_prepare()"};
+    Focus::Depths focused_;  // the places of the last chain that was checked
     GlState state_;
-    Rooms rooms_;
-    uint64_t forgot_ = 0;        // frames_ when a run found no memory beside other plans
-    uint64_t newest_frame_ = 0;  // frames_ when a plan was looked for
+    MaxFrameSizes max_sizes_;
+    uint64_t forgot_ = 0;        // plans_.frames when a run found no memory beside other plans
+    uint64_t newest_frame_ = 0;  // plans_.frames when a plan was looked for
     int timing_ = 0;
     Budgets budgets_;
-    uint64_t frames_ = 0, dispatches_ = 0, barriers_ = 0, plans_ = 0;
     mutable std::string logged_;
 };
 

@@ -4,13 +4,11 @@
 #include <cstring>
 
 #include "chain/guest/chain_handle.h"
-#include "chain/guest/conventions.h"
 #include "chain/guest/handles.h"
 #include "chain/guest/host_struct.h"
 #include "chain/guest/instance.h"
-#include "chain/guest/motion_check.h"
-#include "chain/guest/registry.h"
-#include "chain/guest/tiers.h"
+#include "chain/guest/presets.h"
+#include "chain/guest/validate.h"
 
 using postchain::concat;
 using postchain::ParameterValue;

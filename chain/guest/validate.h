@@ -1,4 +1,4 @@
-// The checks of a host's textures by PC_VALIDATE.
+// Checks that read a host's textures or ask GL about them: PC_VALIDATE and pc_check_motion().
 #pragma once
 
 #include "chain/guest/failure.h"
@@ -13,5 +13,9 @@ Failure validate(const HostFrame& frame);
 // One texture, with the target, level and layer of `checked`. `written`: as output.
 Failure validate(const char* member, const pc_texture& given, const HostTexture& checked,
                  bool written);
+
+// pc_check_motion(). Reads color, motion and the other color back, and waits.
+Failure check_motion(const pc_frame* frame, const pc_texture& other_color, int signs[2],
+                     float& margin);
 
 }  // namespace postchain::guest

@@ -56,10 +56,11 @@ Status check_units(const Step& step, const Program& program) {
 }  // namespace
 
 Result<std::unique_ptr<CompiledPlan>> CompiledPlan::make(Plan plan, const Objects& objects,
-                                                         const Room& room, uint64_t run) {
+                                                         const MaxFrameSize& max_size,
+                                                         uint64_t run) {
     std::unique_ptr<CompiledPlan> made(new CompiledPlan(std::move(plan), objects));
     RETURN_IF_ERROR(made->take_programs());
-    RETURN_IF_ERROR(made->take_images(room, run));
+    RETURN_IF_ERROR(made->take_images(max_size, run));
     RETURN_IF_ERROR(made->make_uniforms());
     RETURN_IF_ERROR(made->make_sets());
     return made;
@@ -96,9 +97,9 @@ Status CompiledPlan::take_programs() {
     return Status();
 }
 
-Status CompiledPlan::take_images(const Room& room, uint64_t run) {
+Status CompiledPlan::take_images(const MaxFrameSize& max_size, uint64_t run) {
     const size_t count = plan().textures.size();
-    const StoragePlan shared = share_storage(plan(), room);
+    const StoragePlan shared = share_storage(plan(), max_size);
     ASSIGN_OR_RETURN(images_, objects_.pool.acquire(shared.all, run));
     names_.assign(count, 0);
     image_of_.assign(count, nullptr);

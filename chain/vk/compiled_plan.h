@@ -39,7 +39,7 @@ class CompiledPlan : public PlanValues {
   public:
     // `run`: of the last run that began. Errors: those of pool and compiler.
     static Result<std::unique_ptr<CompiledPlan>> make(Plan plan, const Objects& objects,
-                                                      const Room& room, uint64_t run);
+                                                      const MaxFrameSize& max_size, uint64_t run);
     ~CompiledPlan();
     CompiledPlan(const CompiledPlan&) = delete;
     CompiledPlan& operator=(const CompiledPlan&) = delete;
@@ -68,7 +68,7 @@ class CompiledPlan : public PlanValues {
     };
     CompiledPlan(Plan plan, const Objects& objects);
     Status take_programs();
-    Status take_images(const Room& room, uint64_t run);
+    Status take_images(const MaxFrameSize& max_size, uint64_t run);
     Status make_uniforms();
     Status make_sets();
     void find_barriers();

@@ -7,7 +7,7 @@ using guest::HostFormat;
 
 #define FORMAT(name, ...) \
     { name, #name, __VA_ARGS__ }
-// Format, channels, depth, image, half: as chain/guest/host_format.cpp has them.
+// Format, channels, depth, image, half: as chain/guest/host_frame.cpp has them.
 constexpr HostFormat kFormats[] = {
     FORMAT(VK_FORMAT_R32G32B32A32_SFLOAT, 4, false, true, false),
     FORMAT(VK_FORMAT_R16G16B16A16_SFLOAT, 4, false, true, true),

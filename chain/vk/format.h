@@ -3,7 +3,7 @@
 
 #include <vulkan/vulkan_core.h>
 
-#include "chain/guest/host_format.h"
+#include "chain/guest/host_frame.h"
 #include "chain/plan.h"
 
 namespace postchain::vk {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "chain/plan.h"
-#include "chain/program_store.h"
+#include "chain/program_source.h"
 #include "chain/status.h"
 #include "chain/vk/device.h"
 #include "chain/vk/spirv.h"

@@ -1,6 +1,6 @@
 #include "passes/common/keep.h"
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "chain/work_list.h"
 #include "shaders/shared/frame_uniforms.h"
 

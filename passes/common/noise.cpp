@@ -203,7 +203,6 @@ ImageD table(const Parameters& parameters, int frame_number) {
 TextureId add_table(PassPlanner& planner, const Parameters& parameters) {
     if (parameters.noise == Kind::none) return -1;
     const TextureId noise = planner.texture("noise", Format::rg32f, Area::fixed(kSize, kSize));
-    if (parameters.animate_noise) planner.use_frame_number();
     Step step;
     step.name = "noise";
     step.program = {"common/noise.comp", {{"NOISE", std::to_string(int(parameters.noise))}}};

@@ -23,7 +23,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "chain/work_list.h"
 #include "passes/depth_of_field/gilham_reference.h"
 #include "shaders/shared/depth_of_field_blur_uniforms.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "chain/work_list.h"
 #include "passes/common/wide_color.h"
 #include "passes/fxaa/reference.h"

@@ -494,8 +494,7 @@ class Planner {
         return soft;
     }
 
-    // Before the steps that write the result: such steps then stand together in the plan, and two
-    // plans can share them (chain/merge.h).
+    // Before the steps that write the result, which then stand together in the plan.
     void add_tables(Gathered& from) {
         from.noise = noise::add_table(planner_, settings_.noise());
         if (!settings_.lens) return;

@@ -17,7 +17,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "chain/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"

@@ -60,8 +60,8 @@ TEST_F(Execute, WaitsForItsTurnBeforeEachBand) {
     const auto start = std::chrono::steady_clock::now();
     ImageF pixels;
     {
-        const TurnScope scope(*executor_, [&] {
-            return asked++ % (kWaits + 1) == kWaits ? Turn::go_on : Turn::wait;
+        const ContinueScope scope(*executor_, [&] {
+            return asked++ % (kWaits + 1) == kWaits ? RunDecision::go_on : RunDecision::wait;
         });
         auto result = executor_->filter(counted(uint64_t(1) << 60), {});
         ASSERT_TRUE(result.ok()) << result.status().message();

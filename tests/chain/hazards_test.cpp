@@ -8,7 +8,6 @@
 #include <random>
 #include <set>
 
-#include "chain/levels.h"
 #include "chain/planner.h"
 #include "chain/storage.h"
 #include "passes/registry.h"
@@ -283,12 +282,12 @@ TEST(Storage, HasRoomForTheLargestFrame) {
     for (PlanTexture& texture : plan.textures) texture.width = texture.height = 8;
     plan.passes.emplace_back();
     find_lifetimes(plan, {1});
-    const auto size = [&](const std::optional<Room>& room) {
+    const auto size = [&](const std::optional<MaxFrameSize>& room) {
         const Storage storage = share_storage(plan, room).all.at(0);
         return std::array{storage.width, storage.height};
     };
     EXPECT_EQ(size({}), (std::array{8, 8}));
-    EXPECT_EQ(size(Room{20, 10}), (std::array{20, 10}));
+    EXPECT_EQ(size(MaxFrameSize{20, 10}), (std::array{20, 10}));
 }
 
 // Random steps over textures and lists. Textures may share storage in any way, as those that a host

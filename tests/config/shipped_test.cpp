@@ -4,7 +4,7 @@
 
 #include <set>
 
-#include "chain/guest/tiers.h"
+#include "chain/guest/presets.h"
 #include "config/camera_file.h"
 #include "config/chain_file.h"
 #include "config/chain_find.h"

@@ -9,98 +9,97 @@
 #include <string>
 
 #include "chain/guest/budgets.h"
-#include "chain/guest/governor.h"
 #include "tests/guest/host.h"
 
 namespace postchain::test::budget_test {
 namespace {
 
-using guest::Governor;
+using guest::SampleController;
 using ::testing::HasSubstr;
 
 // A device whose frames take `fixed` and `full` ms in proportion to the samples, run for `seconds`
 // at 60 frames a second.
 class Device {
   public:
-    Device(double fixed, double full, Governor& governor)
-        : fixed_(fixed), full_(full), governor_(governor) {}
+    Device(double fixed, double full, SampleController& controller)
+        : fixed_(fixed), full_(full), controller_(controller) {}
     void run(double seconds) {
         for (int i = 0; i < int(60 * seconds); ++i) {
             now_ += 1.0 / 60;
-            governor_.add(fixed_ + full_ * governor_.part());
-            if (!governor_.change(now_)) continue;
+            controller_.add(fixed_ + full_ * controller_.part());
+            if (!controller_.change(now_)) continue;
             EXPECT_GE(now_ - changed_, 0.5);
             changed_ = now_;
         }
     }
-    double time() const { return fixed_ + full_ * governor_.part(); }
+    double time() const { return fixed_ + full_ * controller_.part(); }
 
   private:
     double fixed_, full_;
-    Governor& governor_;
+    SampleController& controller_;
     double now_ = 100, changed_ = 0;
 };
 
-TEST(Governor, SettlesAtTheLargestPartThatFits) {
+TEST(SampleController, SettlesAtTheLargestPartThatFits) {
     const struct {
         double fixed, full, part;
     } cases[] = {{0, 8, 1}, {0, 12, 0.75}, {2, 12, 0.5}, {0, 100, 0.25}, {50, 1, 0.25}};
     for (const auto& [fixed, full, part] : cases) {
-        Governor governor(10, 0.25);
-        Device device(fixed, full, governor);
+        SampleController controller(10, 0.25);
+        Device device(fixed, full, controller);
         device.run(10);
-        EXPECT_EQ(governor.part(), part) << fixed << " + " << full;
-        const uint64_t changes = governor.changes();
+        EXPECT_EQ(controller.part(), part) << fixed << " + " << full;
+        const uint64_t changes = controller.changes();
         device.run(10);
-        EXPECT_EQ(governor.changes(), changes) << "swings";
+        EXPECT_EQ(controller.changes(), changes) << "swings";
     }
-    Governor bounded(10, 0.5);
+    SampleController bounded(10, 0.5);
     Device(0, 100, bounded).run(10);
     EXPECT_EQ(bounded.part(), 0.5);
 }
 
 // From one part to another at a time of its frames: down only if the budget is exceeded, to the
 // first part that fits; up by one if a tenth of the budget is left then.
-TEST(Governor, ChangesAtItsLimits) {
+TEST(SampleController, ChangesAtItsLimits) {
     const struct {
         double before, milliseconds, after;
     } cases[] = {{1, 10, 1},          {1, 10.1, 0.75},    {1, 13.4, 0.5},    {1, 99, 0.25},
                  {0.75, 6.7, 1},      {0.75, 6.8, 0.75},  {0.75, 10, 0.75},  {0.75, 10.1, 0.5},
                  {0.375, 13.4, 0.25}, {0.25, 5.9, 0.375}, {0.25, 6.1, 0.25}, {0.25, 0.1, 0.375}};
     for (const auto& [before, milliseconds, after] : cases) {
-        Governor governor(10, 0.25);
+        SampleController controller(10, 0.25);
         const auto run = [&](double time, double now) {
-            for (int i = 0; i < 4; ++i) governor.add(time);
-            governor.change(now);
+            for (int i = 0; i < 4; ++i) controller.add(time);
+            controller.change(now);
         };
         run(9.99 / before, 0);
-        ASSERT_EQ(governor.part(), before);
+        ASSERT_EQ(controller.part(), before);
         run(milliseconds, 1);
-        EXPECT_EQ(governor.part(), after) << milliseconds << " ms with " << before;
+        EXPECT_EQ(controller.part(), after) << milliseconds << " ms with " << before;
     }
 }
 
-TEST(Governor, WaitsBetweenChanges) {
-    Governor governor(10, 0.25);
+TEST(SampleController, WaitsBetweenChanges) {
+    SampleController controller(10, 0.25);
     const auto changes = [&](double now) {
-        for (int i = 0; i < 4; ++i) governor.add(11);
-        return governor.change(now);
+        for (int i = 0; i < 4; ++i) controller.add(11);
+        return controller.change(now);
     };
     EXPECT_TRUE(changes(0));
     EXPECT_FALSE(changes(0.49));
     EXPECT_TRUE(changes(0.5));
-    for (int i = 0; i < 3; ++i) governor.add(11);
-    EXPECT_FALSE(governor.change(9)) << "three frames are too few";
+    for (int i = 0; i < 3; ++i) controller.add(11);
+    EXPECT_FALSE(controller.change(9)) << "three frames are too few";
 }
 
 // One slow frame, as when a window is moved, changes nothing.
-TEST(Governor, OneSlowFrameDoesNotCount) {
-    Governor governor(10, 0.25);
+TEST(SampleController, OneSlowFrameDoesNotCount) {
+    SampleController controller(10, 0.25);
     for (int i = 0; i < 20; ++i) {
-        governor.add(i % 7 == 3 ? 80 : 8);
-        EXPECT_FALSE(governor.change(i));
+        controller.add(i % 7 == 3 ? 80 : 8);
+        EXPECT_FALSE(controller.change(i));
     }
-    EXPECT_EQ(governor.milliseconds(), 8);
+    EXPECT_EQ(controller.milliseconds(), 8);
 }
 
 pc_budget_state state_of(const pc::Instance& guest, const pc::Chain& chain) {

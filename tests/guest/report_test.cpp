@@ -9,7 +9,6 @@
 #include <set>
 #include <thread>
 
-#include "chain/planner.h"
 #include "passes/registry.h"
 #include "tests/guest/gl_calls.h"
 #include "tests/guest/host.h"
@@ -180,45 +179,6 @@ TEST(Reports, PreparingInSlices) {
     }
     EXPECT_GT(pending, 10);
     run(guest, made, host.frame);
-}
-
-// For every pass and each of its values: whether the frame's number changes the plan.
-TEST(Reports, PlansThatFollowTheFrameNumberSaySo) {
-    size_t follow = 0, plans = 0;
-    for (const auto& type : builtin_passes().types()) {
-        for (const auto& row : type.parameters->rows()) {
-            std::vector<ParameterValue> values(row.choices.begin(), row.choices.end());
-            if (row.type == ParameterType::boolean) values = {false, true};
-            for (const auto& value : values) {
-                for (const bool animated : {false, true}) {
-                    postchain::Chain made;
-                    Pass* pass = made.append(builtin_passes(), type.name);
-                    if (type.parameters->find("animate_noise")) {
-                        ASSERT_TRUE(
-                            type.parameters->set(pass->parameters(), "animate_noise", animated)
-                                .ok());
-                    }
-                    ASSERT_TRUE(type.parameters->set(pass->parameters(), row.key, value).ok());
-                    FrameDescription frame = layered_frame(40, 24, {5, 1}, {1, 0}).description;
-                    std::vector<Plan> of;
-                    for (const int number : {3, 4}) {
-                        frame.frame_number = number;
-                        auto plan = make_plan(made, frame);
-                        if (plan.ok()) of.push_back(std::move(*plan));
-                    }
-                    if (of.size() < 2) continue;
-                    ++plans;
-                    follow += of[0].uses_frame_number;
-                    if (!(of[0].steps == of[1].steps)) {
-                        EXPECT_TRUE(of[0].uses_frame_number) << type.name << "." << row.key;
-                    }
-                }
-            }
-        }
-    }
-    EXPECT_GT(plans, 50u);
-    EXPECT_GT(follow, 10u);
-    EXPECT_LT(follow, plans);
 }
 
 TEST(DebugView, DrawsATextureInsteadOfThePicture) {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/hold_still.h"
+#include "chain/matte.h"
 #include "tests/elision/support.h"
 #include "tests/support/layers.h"
 #include "tests/support/variants.h"

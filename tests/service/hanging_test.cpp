@@ -108,7 +108,7 @@ TEST_F(Hanging, AfterEightThreadsThatHangItWaitsForOneOfThem) {
 TEST(Gates, PreviewsWithoutAPauseLeaveTheJobAFifth) {
     DeviceGate gate(100ms);
     const auto at = [start = DeviceGate::Clock::now()](int ms) { return start + 1ms * ms; };
-    const auto waits = [&](int ms) { return gate.ask(at(ms)) == Turn::wait; };
+    const auto waits = [&](int ms) { return gate.ask(at(ms)) == RunDecision::wait; };
     EXPECT_FALSE(waits(0));
     gate.enter(at(0));
     EXPECT_TRUE(waits(0) && waits(99));
@@ -201,7 +201,7 @@ TEST_F(Gate, AWaitingJobCanBeCanceled) {
 TEST_F(Gate, APreviewHoldsTheGate) {
     Previews previews(device_, *registry_, gate_);
     ASSERT_TRUE(previews.begin().ok());
-    EXPECT_EQ(gate_.ask(), Turn::go_on);
+    EXPECT_EQ(gate_.ask(), RunDecision::go_on);
     JobRequest request = test::got(reader_->preview(
         R"({"chain": {"postchain": 1, "passes": ["hanging"]}, "input": "in.####.exr", "frame": 3})"));
     std::promise<Answer<Picture>> answer;

@@ -1,6 +1,6 @@
 #include "tests/passes/echo/echo.h"
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "shaders/shared/frame_uniforms.h"
 
 namespace postchain::echo {

@@ -1,6 +1,6 @@
 #include "tests/passes/vignette/vignette.h"
 
-#include "chain/layered_step.h"
+#include "chain/pass.h"
 #include "chain/work_list.h"
 #include "passes/common/wide_color.h"
 #include "tests/passes/shaders/shared/vignette_uniforms.h"

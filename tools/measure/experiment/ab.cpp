@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "chain/merge.h"
 #include "config/chain_file.h"
 #include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/outcome.h"
@@ -54,9 +53,6 @@ class AbRun {
         find_means(report_.truth_noise);
         report_.crops = crops_of(std::move(worst_));
         report_.comparison = compare_variants(report_, tiles_);
-        report_.comparison->shared_steps = shared_steps_;
-        report_.comparison->steps_a = steps_[0];
-        report_.comparison->steps_b = steps_[1];
         state_outcome(report_);
         return std::move(report_);
     }
@@ -106,48 +102,24 @@ class AbRun {
     // Results of both chains; empty for one that failed.
     std::array<std::optional<ImageF>, 2> filter(const sequence::SourceFrame& frame) {
         const int number = frame.description.frame_number;
-        std::array<std::optional<Plan>, 2> plans;
         std::array<std::optional<ImageF>, 2> results;
         for (size_t v = 0; v < 2; ++v) {
-            auto plan = sequence::plan_source_frame(chains_[v]->chain, frame, settings_.run.plan);
+            const auto plan =
+                sequence::plan_source_frame(chains_[v]->chain, frame, settings_.run.plan);
             if (!plan.ok()) {
                 fail(v, number, plan.status());
                 continue;
             }
-            plans[v] = std::move(*plan);
-        }
-        if (plans[0] && plans[1]) {
-            const MergedPlan merged = merge_plans(*plans[0], *plans[1]);
-            if (steps_[0] < 0) {
-                shared_steps_ = merged.shared_steps;
-                steps_ = {int(plans[0]->steps.size()), int(plans[1]->steps.size())};
-            }
-            if (auto both = executor_.filter_both(merged, frame.planes); both.ok()) {
-                for (size_t v = 0; v < 2; ++v) results[v] = std::move((*both)[v].at(Role::color));
-                for (size_t v = 0; v < 2; ++v)
-                    note_elisions(v, number, merged.elisions[v], merged.plan);
-                return results;
-            }
-            // One of the chains failed; filtering separately shows which.
-        }
-        for (size_t v = 0; v < 2; ++v) {
-            if (!plans[v]) continue;
-            auto alone = executor_.filter(*plans[v], frame.planes);
-            if (alone.ok())
-                results[v] = std::move(alone->at(Role::color));
+            auto filtered = executor_.filter(*plan, frame.planes);
+            if (filtered.ok())
+                results[v] = std::move(filtered->at(Role::color));
             else
-                fail(v, number, alone.status());
-            note_elisions(v, number, plans[v]->elisions, *plans[v]);
+                fail(v, number, filtered.status());
+            for (const Elision& elision : plan->elisions)
+                if (const auto found = found_in(elision, *plan, executor_.work_done()))
+                    report_.variants[v].elisions.emplace_back(number, *found);
         }
         return results;
-    }
-
-    // `plan` is the executor's last plan.
-    void note_elisions(size_t variant, int frame, const std::vector<Elision>& elisions,
-                       const Plan& plan) {
-        for (const Elision& elision : elisions)
-            if (const auto found = found_in(elision, plan, executor_.work_done()))
-                report_.variants[variant].elisions.emplace_back(frame, *found);
     }
 
     Status visit(sequence::SourceFrame& frame) {
@@ -297,8 +269,6 @@ class AbRun {
     StepsInTime steps_in_time_of_input_;
     std::map<std::string, TileBootstrap> tiles_;
     std::vector<std::pair<WorstTile, std::string>> worst_;
-    int shared_steps_ = 0;
-    std::array<int, 2> steps_ = {-1, -1};
 };
 
 }  // namespace

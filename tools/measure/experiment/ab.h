@@ -1,6 +1,6 @@
 // postchain ab: runs two chains over the same frames and tests their difference.
 //
-//   each frame: plan A, plan B --merge--> filter both --> metrics against the ground truth, images
+//   each frame: filtered by A and by B --> metrics against the ground truth, images
 //   afterwards: times of each chain; intervals over frames and tiles; verdict
 #pragma once
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "chain/frame.h"
-#include "chain/strip.h"
+#include "chain/image.h"
 
 namespace postchain::sequence {
 

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "chain/depth_at.h"
-#include "chain/hold_still.h"
+#include "chain/matte.h"
 #include "config/profile_match.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/layers/fill_mask.h"

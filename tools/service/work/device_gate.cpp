@@ -14,11 +14,11 @@ void DeviceGate::leave(Clock::time_point begun, Clock::time_point now) {
     if (reservations_.empty()) ended_ = now;
 }
 
-Turn DeviceGate::ask(Clock::time_point now) const {
+RunDecision DeviceGate::ask(Clock::time_point now) const {
     const std::lock_guard lock(mutex_);
     const bool waits = !reservations_.empty() && now - *reservations_.rbegin() < kMaxReservation &&
                        (now - first_) % (previews_ + job_) < previews_;
-    return waits ? Turn::wait : Turn::go_on;
+    return waits ? RunDecision::wait : RunDecision::go_on;
 }
 
 }  // namespace postchain::service

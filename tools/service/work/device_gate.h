@@ -1,12 +1,12 @@
 // Previews go first on the device: while one has reserved it, the running job waits before its next
-// band (chain/gl/turn.h). Thread-safe.
+// band (chain/gl/band_queue.h). Thread-safe.
 #pragma once
 
 #include <chrono>
 #include <mutex>
 #include <set>
 
-#include "chain/gl/turn.h"
+#include "chain/gl/band_queue.h"
 
 namespace postchain::service {
 
@@ -36,8 +36,8 @@ class DeviceGate {
         const Clock::time_point begun_;
     };
 
-    // The job's question: Turn::go_on or Turn::wait.
-    Turn ask(Clock::time_point now = Clock::now()) const;
+    // The job's question: RunDecision::go_on or RunDecision::wait.
+    RunDecision ask(Clock::time_point now = Clock::now()) const;
 
     // Reservation calls these two.
     void enter(Clock::time_point now);

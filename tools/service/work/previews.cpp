@@ -195,7 +195,8 @@ Result<ImageF> Previews::filter(JobRequest& request, const Ticket& ticket) {
     if (over()) return canceled;
     if (!reservation) reservation.emplace(gate_);
     Executor& executor = device->executor();
-    const TurnScope stop(executor, [&] { return over() ? Turn::stop : Turn::go_on; });
+    const ContinueScope stop(executor,
+                             [&] { return over() ? RunDecision::stop : RunDecision::go_on; });
     auto planes = executor.filter(prepared.plan, prepared.planes);
     if (planes.ok()) return std::move(planes->at(Role::color));
     return planes.status();

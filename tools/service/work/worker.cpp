@@ -272,9 +272,9 @@ void Worker::wait_longer(WorkerThread& self) {
 }
 
 // The running job's question, on its thread.
-Turn Worker::turn(WorkerThread& self) {
-    const Turn turn = gate_.ask();
-    counters_.waited_for_previews(self.progress.waits(turn == Turn::wait));
+RunDecision Worker::turn(WorkerThread& self) {
+    const RunDecision turn = gate_.ask();
+    counters_.waited_for_previews(self.progress.waits(turn == RunDecision::wait));
     return turn;
 }
 
@@ -305,7 +305,7 @@ WorkEnd Worker::work_on(WorkerThread& self, const Job& job, int attempts) {
         if (!self.lost) limit_s_ = request.frame_timeout_s;
     }
     const auto ask = [&] { return turn(self); };
-    const TurnScope turns(self.gl->executor(), ask);
+    const ContinueScope turns(self.gl->executor(), ask);
     const WorkContext context{store_,
                               read->reader,
                               *self.gl,

@@ -11,19 +11,19 @@
 
 namespace postchain::guest {
 
-class Rooms {
+class MaxFrameSizes {
   public:
-    Rooms() = default;
+    MaxFrameSizes() = default;
     // `stated`: 0 x 0 = none. `kept`: frames after which textures shrink.
-    Rooms(Room stated, uint64_t kept);
+    MaxFrameSizes(MaxFrameSize stated, uint64_t kept);
 
     // The size for a frame of the chain. `runs`: the frame is filtered, not only prepared.
-    Room room_for(uint64_t chain, const HostFrame& frame, bool runs);
+    MaxFrameSize size_for(uint64_t chain, const HostFrame& frame, bool runs);
     // That of a frame that did not run, for its needs.
-    Room expected(const HostFrame& frame) const;
-    // No memory was left for the size of room_for(). The chain's frames get textures of their own
+    MaxFrameSize expected(const HostFrame& frame) const;
+    // No memory was left for the size of size_for(). The chain's frames get textures of their own
     // size, `tight`, if these fitted.
-    void fall_back(uint64_t chain, Room tight, bool fitted);
+    void fall_back(uint64_t chain, MaxFrameSize tight, bool fitted);
     // The chain was prepared anew: it gets the stated size again.
     void restore(uint64_t chain);
 
@@ -31,16 +31,16 @@ class Rooms {
     static constexpr size_t kMaxTight = 8;
     bool is_stated() const { return stated_.width > 0; }
 
-    Room stated_;
+    MaxFrameSize stated_;
     uint64_t kept_ = 0;
-    Room largest_;  // the largest frame stated or seen
+    MaxFrameSize largest_;  // the largest frame stated or seen
     // The newest frames of at most half its sides, or of the stated size.
     uint64_t small_frames_ = 0;
-    Room small_;  // the largest of them
+    MaxFrameSize small_;  // the largest of them
     // Chains whose textures of the stated size exceed the budget, the newest last, and the size
     // that they get.
     std::vector<uint64_t> tight_chains_;
-    Room tight_;
+    MaxFrameSize tight_;
 };
 
 }  // namespace postchain::guest

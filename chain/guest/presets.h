@@ -1,10 +1,13 @@
-// Chains by name for hosts without a reader of chain files: "tier:fast".
+// What a host names by one word: chains ("tier:fast"), for hosts without a reader of chain files,
+// and the depth and motion vector conventions of engines.
 #pragma once
 
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "chain/chain.h"
+#include "chain/guest/postchain.h"
 #include "chain/status.h"
 
 namespace postchain::guest {
@@ -22,5 +25,12 @@ struct Tier {
 const std::vector<Tier>& tiers();
 // Errors (chain): unknown name; the message lists the names.
 Result<Chain> make_tier(std::string_view name, const PassRegistry& registry);
+
+// Sets depth_encoding, flags of rows and vectors, motion_scale and motion_bias. False: unknown
+// engine; the frame is unchanged. Reads width and height; if they are 0, those of color.
+bool use_conventions(std::string_view engine, pc_frame& frame);
+
+// Their names, separated by commas.
+std::string engines_text();
 
 }  // namespace postchain::guest

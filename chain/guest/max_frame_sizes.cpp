@@ -1,29 +1,29 @@
-#include "chain/guest/rooms.h"
+#include "chain/guest/max_frame_sizes.h"
 
 #include <algorithm>
 
 namespace postchain::guest {
 namespace {
 
-Room half_of(const Room& room) {
-    return {(room.width + 1) / 2, (room.height + 1) / 2};
+MaxFrameSize half_of(const MaxFrameSize& max_size) {
+    return {(max_size.width + 1) / 2, (max_size.height + 1) / 2};
 }
 
-Room larger(const Room& a, const Room& b) {
+MaxFrameSize larger(const MaxFrameSize& a, const MaxFrameSize& b) {
     return {std::max(a.width, b.width), std::max(a.height, b.height)};
 }
 
-Room own_of(const HostFrame& frame) {
+MaxFrameSize own_of(const HostFrame& frame) {
     return {frame.plane_width(), frame.plane_height()};
 }
 
 }  // namespace
 
-Rooms::Rooms(Room stated, uint64_t kept)
+MaxFrameSizes::MaxFrameSizes(MaxFrameSize stated, uint64_t kept)
     : stated_(stated), kept_(kept), largest_(stated), small_(stated) {}
 
-Room Rooms::room_for(uint64_t chain, const HostFrame& frame, bool runs) {
-    const Room own = own_of(frame);
+MaxFrameSize MaxFrameSizes::size_for(uint64_t chain, const HostFrame& frame, bool runs) {
+    const MaxFrameSize own = own_of(frame);
     const bool tight =
         std::find(tight_chains_.begin(), tight_chains_.end(), chain) != tight_chains_.end();
     if (frame.halved() && !tight) return larger(own, half_of(stated_));
@@ -44,13 +44,13 @@ Room Rooms::room_for(uint64_t chain, const HostFrame& frame, bool runs) {
     return largest_;
 }
 
-Room Rooms::expected(const HostFrame& frame) const {
-    const Room own = own_of(frame);
+MaxFrameSize MaxFrameSizes::expected(const HostFrame& frame) const {
+    const MaxFrameSize own = own_of(frame);
     if (frame.halved()) return larger(own, half_of(stated_));
     return frame.output.name != 0 || is_stated() ? larger(own, largest_) : own;
 }
 
-void Rooms::fall_back(uint64_t chain, Room tight, bool fitted) {
+void MaxFrameSizes::fall_back(uint64_t chain, MaxFrameSize tight, bool fitted) {
     largest_ = is_stated() || !fitted ? stated_ : tight;
     if (!fitted || !is_stated()) return;
     std::erase(tight_chains_, chain);
@@ -59,7 +59,7 @@ void Rooms::fall_back(uint64_t chain, Room tight, bool fitted) {
     tight_ = tight;
 }
 
-void Rooms::restore(uint64_t chain) {
+void MaxFrameSizes::restore(uint64_t chain) {
     std::erase(tight_chains_, chain);
 }
 

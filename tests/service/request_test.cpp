@@ -12,41 +12,6 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-// Elision rules and chains in a request may have former names. A former key of a row warns as one
-// in a chain file does.
-TEST_F(RequestTest, FormerNamesAreReadWithAWarning) {
-    EXPECT_EQ(taken(whole_).warnings.size(), 0u);
-    const auto found = taken(with("no_elide", "still_tiles")).warnings;
-    ASSERT_EQ(found.size(), 1u);
-    EXPECT_THAT(found[0], HasSubstr("'still_tiles' is the former name of 'still_blocks'"));
-
-    struct Settings {
-        int samples = 0;
-    };
-    const ParameterTable table =
-        ParameterTableBuilder<Settings>()
-            .integer(
-                "samples", &Settings::samples,
-                {.min = 0, .max = 9, .help = "count", .former = {.keys = {"taps"}, .choices = {}}})
-            .table();
-    const auto read = [&](const std::string& text) {
-        RequestBody body(text, roots_);
-        Settings settings;
-        body.read_rows(table, "", &settings);
-        return std::pair(settings.samples, body.faults());
-    };
-    const auto [samples, faults] = read("{\"taps\": 5}");
-    EXPECT_EQ(samples, 5);
-    ASSERT_EQ(faults.size(), 1u);
-    EXPECT_EQ(faults[0].severity, Severity::warning);
-    EXPECT_EQ(
-        faults[0].message,
-        "'taps' is the former name of 'samples' and will not be accepted by the next version");
-    const auto twice = read("{\"samples\": 5, \"taps\": 6}").second;
-    ASSERT_EQ(twice.size(), 1u);
-    EXPECT_EQ(twice[0].message, "given twice, also by a former name");
-}
-
 TEST_F(RequestTest, AWholeJob) {
     const JobRequest request = taken(with({{"kind", "run"},
                                            {"priority", -7},

@@ -58,12 +58,6 @@ std::vector<std::string> choices_of(const CLI::Option& option) {
     return words;
 }
 
-// Without those of former names.
-std::vector<const CLI::Option*> shown_options(const CLI::App& subcommand) {
-    return subcommand.get_options(
-        [](const CLI::Option* option) { return !option->get_group().empty(); });
-}
-
 std::vector<std::string> set_keys() {
     std::vector<std::string> keys;
     for (const auto& type : builtin_passes().types())
@@ -92,7 +86,7 @@ std::string man_page(const CLI::App& app) {
     for (const CLI::App* subcommand : subcommands(app)) {
         out += ".SH " + roff(subcommand->get_name()) + "\n" + roff(subcommand->get_description()) +
                ".\n";
-        for (const CLI::Option* option : shown_options(*subcommand))
+        for (const CLI::Option* option : subcommand->get_options())
             out += ".TP\n.B " + roff(names_of(*option)) + "\n" + roff(option->get_description()) +
                    "\n";
     }
@@ -123,7 +117,7 @@ std::string bash_completion(const CLI::App& app) {
         "    fi\n"
         "    case \"$subcommand $previous\" in\n";
     for (const CLI::App* subcommand : subcommands(app)) {
-        for (const CLI::Option* option : shown_options(*subcommand)) {
+        for (const CLI::Option* option : subcommand->get_options()) {
             auto words = choices_of(*option);
             if (option->get_name(false, true) == "--set") {
                 for (const auto& key : set_keys()) words.push_back(key + "=");
@@ -140,7 +134,7 @@ std::string bash_completion(const CLI::App& app) {
     out += "    esac\n    if [[ $current == -* ]]; then\n        case $subcommand in\n";
     for (const CLI::App* subcommand : subcommands(app)) {
         std::vector<std::string> flags;
-        for (const CLI::Option* option : shown_options(*subcommand))
+        for (const CLI::Option* option : subcommand->get_options())
             for (const auto& name : option->get_lnames()) flags.push_back("--" + name);
         out += "        " + subcommand->get_name() + ") COMPREPLY=($(compgen -W \"" +
                joined(flags, " ") + "\" -- \"$current\")) ;;\n";

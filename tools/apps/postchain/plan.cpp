@@ -59,7 +59,6 @@ void add_plan(CLI::App& subcommand, Options& options, PlanSettings& plan) {
         .add_option("--calibration", plan.calibration,
                     "sidecar of a frame filtered on a similar machine, to estimate times")
         ->type_name("FILE");
-    subcommand.add_option("--pilot", plan.pilot)->group("");
 }
 
 int plan_subcommand(const Options& options, const PlanSettings& plan) {
@@ -67,11 +66,9 @@ int plan_subcommand(const Options& options, const PlanSettings& plan) {
     if (!chain.ok()) return fail(chain.status());
     auto settings = run_settings_of(options);
     if (!settings.ok()) return fail(settings.status());
-    if (!plan.pilot.empty()) log::warning(former_name_text("--pilot", "--calibration"));
-    const std::string& sidecar = plan.pilot.empty() ? plan.calibration : plan.pilot;
     Calibration calibration;
-    if (!sidecar.empty()) {
-        auto read = sequence::read_calibration(sidecar);
+    if (!plan.calibration.empty()) {
+        auto read = sequence::read_calibration(plan.calibration);
         if (!read.ok()) return fail(read.status().at("--calibration"));
         calibration = std::move(*read);
     }

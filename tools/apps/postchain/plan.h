@@ -10,7 +10,6 @@ namespace postchain {
 struct PlanSettings {
     std::string format = "text";
     std::string calibration;  // path of a sidecar, empty = none
-    std::string pilot;        // the same under its former name
 };
 void add_plan(CLI::App& subcommand, Options& options, PlanSettings& plan);
 int plan_subcommand(const Options& options, const PlanSettings& plan);

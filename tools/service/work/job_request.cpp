@@ -39,7 +39,7 @@ class RequestParser {
         std::vector<std::string> known;
         for (const auto& [key, schema] : body_keys(kind_, *reader_.table_)) known.push_back(key);
         for (const auto& [key, value] : body_.root().entries)
-            if (std::find(known.begin(), known.end(), current_key(key.text)) == known.end())
+            if (std::find(known.begin(), known.end(), key.text) == known.end())
                 body_.fault(key, key.text, unknown_word("key", key.text, known));
         if (is_job()) request_.kind = JobKind(kind_);
         body_.integer("priority", -kMaxPriority, kMaxPriority, request_.priority);
@@ -71,14 +71,6 @@ class RequestParser {
     }
 
     // -------------------------------------------------------------------------------- keys
-    // Also for a former key.
-    std::string current_key(const std::string& key) const {
-        for (const ParameterTable* table :
-             {reader_.table_.get(), &experiment::ab_parameters(), &experiment::bench_parameters()})
-            if (const Parameter* row = table->find(key)) return row->key;
-        return key;
-    }
-
     RequestKind kind_of_job() {
         const TextNode* node = body_.find("kind");
         if (!node) return RequestKind::run;

@@ -73,14 +73,6 @@ std::vector<std::string> RequestBody::list(const char* key) {
 void RequestBody::read_row(const Parameter& row, const ParameterTable& table,
                            ParameterRef settings) {
     const TextNode* node = find(row.key);
-    for (const std::string& former : row.former.keys) {
-        const TextNode* value = find(former);
-        if (!value) continue;
-        if (node) return fault(*value, former, "given twice, also by a former name");
-        node = value;
-        Reporter(kBodyFile, StatusCode::usage, faults_)
-            .warning(*node, former, former_name_text(former, row.key));
-    }
     if (!node) {
         if (!row.optional && row.default_value == ParameterValue()) fault(row.key, "missing");
         return;

@@ -1,4 +1,9 @@
-#include "tools/apps/postchain/blind.h"
+// postchain blind: a page on which observers compare outputs without knowing which is which, and
+// the evaluation of their choices.
+//
+//   NAME=OUT... --> DIR/index.html (for observers), DIR/key.json
+//   --choices   --> counts, intervals and probabilities on stdout
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
@@ -9,9 +14,7 @@
 
 #include "chain/printable.h"
 #include "config/text_tree.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/blind/choices.h"
 #include "tools/measure/report/words.h"
@@ -21,6 +24,14 @@
 
 namespace postchain {
 namespace {
+
+struct BlindOptions {
+    std::vector<std::string> sides;  // "joint=out/joint.####.exr"
+    std::string folder, truth;
+    std::vector<std::string> choices;
+    uint64_t seed = 1;
+    io::OnExisting on_existing = io::OnExisting::fail;
+};
 
 constexpr const char* kMark = ".postchain-blind";
 constexpr size_t kMaxBytes = size_t(256) << 20;  // all images of a page together
@@ -221,42 +232,44 @@ int evaluate(const Options& options, const BlindOptions& blind) {
     return kExitOk;
 }
 
+int blind_subcommand(const Options& options, const BlindOptions& blind) {
+    return blind.choices.empty() ? make_folder(options, blind) : evaluate(options, blind);
+}
+
 }  // namespace
 
-void add_blind(CLI::App& subcommand, Options& o, BlindOptions& blind) {
+RunSubcommand add_blind(CLI::App& subcommand, Options& o) {
+    const auto blind = std::make_shared<BlindOptions>();
     subcommand
-        .add_option("SIDE", blind.sides,
+        .add_option("SIDE", blind->sides,
                     "two or more outputs of the same frames: lens=a.####.exr joint=b.####.exr")
         ->type_name("NAME=OUT");
     subcommand
         .add_option(
-            "-o,--output", blind.folder,
+            "-o,--output", blind->folder,
             "folder of the comparison: index.html for observers, key.json for the evaluation")
         ->required()
         ->type_name("DIR");
     subcommand
-        .add_option("-r,--truth", blind.truth,
+        .add_option("-r,--truth", blind->truth,
                     "shown between both sides as a reference: both.####.exr")
         ->type_name("TRUTH");
-    subcommand.add_option("--seed", blind.seed, "another order of pairs and sides")
+    subcommand.add_option("--seed", blind->seed, "another order of pairs and sides")
         ->check(CLI::Range(int64_t(0), std::numeric_limits<int64_t>::max()))
         ->capture_default_str();
-    add_on_existing(subcommand, "if the folder has a comparison", blind.on_existing);
+    add_on_existing(subcommand, "if the folder has a comparison", blind->on_existing);
     add_displayed(subcommand, o);
     const std::vector<CLI::Option*> of_the_folder = subcommand.get_options();
     CLI::Option* choices =
         subcommand
-            .add_option("--choices", blind.choices,
+            .add_option("--choices", blind->choices,
                         "evaluate these choices of observers instead of making the folder")
             ->type_name("FILE");
     for (CLI::Option* option : of_the_folder)
         if (option != subcommand.get_help_ptr() && !option->check_lname("output"))
             choices->excludes(option);
     subcommand.add_flag("--json", o.json, "one JSON object on stdout")->needs(choices);
-}
-
-int blind_subcommand(const Options& options, const BlindOptions& blind) {
-    return blind.choices.empty() ? make_folder(options, blind) : evaluate(options, blind);
+    return [&o, blind] { return blind_subcommand(o, *blind); };
 }
 
 }  // namespace postchain

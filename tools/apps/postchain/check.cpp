@@ -1,16 +1,22 @@
-#include "tools/apps/postchain/check.h"
+// postchain check: which outputs of sequences are whole, missing, or from other settings.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
 
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/print_line.h"
+#include "tools/apps/postchain/log.h"
 #include "tools/sequence/record/check_outputs.h"
 #include "tools/sequence/settings/frame_task.h"
 
 namespace postchain {
 namespace {
+
+struct CheckOptions {
+    std::vector<std::string> outputs;
+    std::string frames;
+    std::string like;
+};
 
 using io::Json;
 using sequence::CheckedOutput;
@@ -75,24 +81,6 @@ void print_table(const std::vector<Sequence>& sequences) {
                             sequence::frames_text(frames, frames.size()).c_str());
 }
 
-}  // namespace
-
-void add_check(CLI::App& subcommand, Options& options, CheckOptions& check) {
-    subcommand.add_option("OUT", check.outputs, "output pattern, as for --output of `run`")
-        ->required()
-        ->expected(1, -1);
-    subcommand
-        .add_option("--frames", check.frames,
-                    "frames that must exist, such as 1-100 (default: from the first to the last on "
-                    "disk)")
-        ->type_name("RANGE");
-    subcommand
-        .add_option("--like", check.like,
-                    "an output whose settings all frames must have (default: those of most frames)")
-        ->type_name("OUT");
-    subcommand.add_flag("--json", options.json, "one JSON object with every frame");
-}
-
 int check_subcommand(const Options& options, const CheckOptions& check) {
     std::optional<io::FrameRange> frames;
     if (!check.frames.empty()) {
@@ -123,6 +111,26 @@ int check_subcommand(const Options& options, const CheckOptions& check) {
     else
         print_table(sequences);
     return whole ? kExitOk : kExitSomeFailed;
+}
+
+}  // namespace
+
+RunSubcommand add_check(CLI::App& subcommand, Options& options) {
+    const auto check = std::make_shared<CheckOptions>();
+    subcommand.add_option("OUT", check->outputs, "output pattern, as for --output of `run`")
+        ->required()
+        ->expected(1, -1);
+    subcommand
+        .add_option("--frames", check->frames,
+                    "frames that must exist, such as 1-100 (default: from the first to the last on "
+                    "disk)")
+        ->type_name("RANGE");
+    subcommand
+        .add_option("--like", check->like,
+                    "an output whose settings all frames must have (default: those of most frames)")
+        ->type_name("OUT");
+    subcommand.add_flag("--json", options.json, "one JSON object with every frame");
+    return [&options, check] { return check_subcommand(options, *check); };
 }
 
 }  // namespace postchain

@@ -1,14 +1,17 @@
-#include "tools/apps/postchain/completion.h"
+// postchain man and completion: man page and bash completion, from the command's options and the
+// parameter tables.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 
 #include "chain/plan.h"
 #include "chain/text.h"
 #include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/options.h"
+#include "tools/apps/postchain/log.h"
 #include "tools/measure/scenes/scene.h"
 
 namespace postchain {
@@ -75,8 +78,6 @@ void append_parameters(std::string& out, const std::string& prefix, const Parame
                             : "; default " + roff(text_of(row.default_value)) + ".\n";
     }
 }
-
-}  // namespace
 
 std::string man_page(const CLI::App& app) {
     std::string out = ".TH POSTCHAIN 1 \"\" \"postchain " + std::string(kVersion) + "\"\n";
@@ -155,6 +156,23 @@ std::string bash_completion(const CLI::App& app) {
         "}\n"
         "complete -o nospace -o filenames -F _postchain postchain\n";
     return out;
+}
+
+RunSubcommand print(const CLI::App& subcommand, std::string (*text_of)(const CLI::App&)) {
+    return [&subcommand, text_of] {
+        std::fputs(text_of(*subcommand.get_parent()).c_str(), stdout);
+        return kExitOk;
+    };
+}
+
+}  // namespace
+
+RunSubcommand add_man(CLI::App& subcommand, Options&) {
+    return print(subcommand, man_page);
+}
+
+RunSubcommand add_completion(CLI::App& subcommand, Options&) {
+    return print(subcommand, bash_completion);
 }
 
 }  // namespace postchain

@@ -1,4 +1,5 @@
-#include "tools/apps/postchain/experiments.h"
+// postchain ab and bench: run experiments with messages, progress and signals.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,15 +9,14 @@
 #include "chain/printable.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/limits.h"
 #include "tools/measure/report/lists.h"
@@ -26,6 +26,15 @@
 
 namespace postchain {
 namespace {
+
+struct ExperimentOptions {
+    experiment::ExperimentSettings ab;
+    experiment::BenchSettings bench;
+    std::string chain_b;  // of ab; A is Options::chain
+    std::vector<std::string> fail_above;
+    std::vector<std::string> sweeps;  // of bench
+    std::vector<std::string> under;   // of bench
+};
 
 void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
                     const ParameterTable& table, ParameterRef settings) {
@@ -42,11 +51,10 @@ void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
 
 // Adds the settings outside the tables: those of the run and of this process.
 Status complete(experiment::ExperimentSettings& settings, const Options& o,
-                const std::vector<std::string>& chains, const std::vector<Camera>& cameras,
-                int argc, char** argv) {
+                const std::vector<std::string>& chains, const std::vector<Camera>& cameras) {
     ASSIGN_OR_RETURN(auto run, run_settings_of(o));
-    experiment::complete(
-        settings, {std::move(run), o.job.input, chains, cameras, {argv, argv + argc}, o.threads});
+    experiment::complete(settings,
+                         {std::move(run), o.job.input, chains, cameras, o.command_line, o.threads});
     return Status();
 }
 
@@ -100,27 +108,7 @@ std::string chain_name(const std::string& path) {
     return std::filesystem::path(path).stem().string();
 }
 
-}  // namespace
-
-experiment::ProgressCallback progress_printer() {
-    return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
-        std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
-                                  log::duration(progress.elapsed_s), " elapsed");
-        if (progress.remaining_s > 0) text += ", " + log::duration(progress.remaining_s) + " to go";
-        log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
-        if (!log::progress_is_shown() && progress.done > printed) log::info(text);
-        printed = progress.done;
-    };
-}
-
-void add_ab(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
-    subcommand.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")
-        ->required();
-    subcommand.add_option("CHAIN_B", e.chain_b, "the other chain")->required();
-    add_experiment(subcommand, o, e, experiment::ab_parameters(), &e.ab);
-}
-
-int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+int ab_subcommand(const Options& options, const ExperimentOptions& e) {
     auto a = load_chain_of(options);
     if (!a.ok()) return fail(a.status());
     Options of_b = options;
@@ -129,8 +117,7 @@ int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, 
     if (!b.ok()) return fail(b.status());
     experiment::ExperimentSettings settings = e.ab;
     const std::vector<std::string> chains = {options.chain, e.chain_b};
-    if (Status status =
-            complete(settings, options, chains, {a->chain.camera, b->chain.camera}, argc, argv);
+    if (Status status = complete(settings, options, chains, {a->chain.camera, b->chain.camera});
         !status.ok())
         return fail(status);
     auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::ab,
@@ -152,19 +139,7 @@ int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, 
     return finish(*report, options, settings.assets, *limits, true);
 }
 
-void add_bench(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
-    subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
-        ->required();
-    add_list(subcommand, "--sweep", "KEY=V1,V2,...", e.sweeps,
-             "values to try for one key of --set, may be repeated (all combinations are "
-             "run): motion_blur.samples=5,9,13");
-    add_list(subcommand, "--under", "METRIC=NUMBER", e.under,
-             "pick the cheapest variant whose mean does not exceed it and write its chain "
-             "file, may be repeated: flip=0.1");
-    add_experiment(subcommand, o, e, experiment::bench_parameters(), &e.bench);
-}
-
-int bench_subcommand(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
+int bench_subcommand(const Options& options, const ExperimentOptions& e) {
     auto chain = find_chain(options.chain);
     if (!chain.ok()) return fail(chain.status());
     // Loaded once separately for its own notes and errors.
@@ -181,8 +156,7 @@ int bench_subcommand(const Options& options, const ExperimentOptions& e, int arg
     experiment::BenchSettings settings = e.bench;
     std::vector<Camera> cameras;
     for (const auto& variant : *variants) cameras.push_back(variant.chain.camera);
-    if (Status status = complete(settings, options, {options.chain}, cameras, argc, argv);
-        !status.ok())
+    if (Status status = complete(settings, options, {options.chain}, cameras); !status.ok())
         return fail(status);
     settings.chain_name = chain_name(options.chain);
     auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
@@ -219,6 +193,42 @@ int bench_subcommand(const Options& options, const ExperimentOptions& e, int arg
     auto met = experiment::choose_under(*report, *under);
     if (!met.ok()) return fail(met.status());
     return finish(*report, options, settings.assets, *limits, *met);
+}
+
+}  // namespace
+
+experiment::ProgressCallback progress_printer() {
+    return [printed = size_t(0)](const experiment::ExperimentProgress& progress) mutable {
+        std::string text = concat(progress.done, "/", progress.total, ", ", progress.what, ", ",
+                                  log::duration(progress.elapsed_s), " elapsed");
+        if (progress.remaining_s > 0) text += ", " + log::duration(progress.remaining_s) + " to go";
+        log::progress(progress.total ? double(progress.done) / double(progress.total) : 0, text);
+        if (!log::progress_is_shown() && progress.done > printed) log::info(text);
+        printed = progress.done;
+    };
+}
+
+RunSubcommand add_ab(CLI::App& subcommand, Options& o) {
+    const auto e = std::make_shared<ExperimentOptions>();
+    subcommand.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")
+        ->required();
+    subcommand.add_option("CHAIN_B", e->chain_b, "the other chain")->required();
+    add_experiment(subcommand, o, *e, experiment::ab_parameters(), &e->ab);
+    return [&o, e] { return ab_subcommand(o, *e); };
+}
+
+RunSubcommand add_bench(CLI::App& subcommand, Options& o) {
+    const auto e = std::make_shared<ExperimentOptions>();
+    subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
+        ->required();
+    add_list(subcommand, "--sweep", "KEY=V1,V2,...", e->sweeps,
+             "values to try for one key of --set, may be repeated (all combinations are "
+             "run): motion_blur.samples=5,9,13");
+    add_list(subcommand, "--under", "METRIC=NUMBER", e->under,
+             "pick the cheapest variant whose mean does not exceed it and write its chain "
+             "file, may be repeated: flip=0.1");
+    add_experiment(subcommand, o, *e, experiment::bench_parameters(), &e->bench);
+    return [&o, e] { return bench_subcommand(o, *e); };
 }
 
 }  // namespace postchain

@@ -1,4 +1,6 @@
-#include "tools/apps/postchain/inspect.h"
+// postchain inspect: what a file contains, how it is interpreted, and whether its motion vectors
+// have the profile's signs.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
@@ -9,9 +11,7 @@
 
 #include "chain/printable.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/inspect_frame.h"
@@ -179,18 +179,6 @@ void log_notes(const sequence::InspectedFrame& found) {
         log::warning("no sign self-check: " + found.signs->status().message());
 }
 
-}  // namespace
-
-void add_inspect(CLI::App& subcommand, Options& options) {
-    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
-    subcommand.add_flag("--json", options.json, "one JSON object per frame");
-    subcommand.add_flag("--camera-metadata", options.camera_metadata,
-                        "print only a Markdown table of the camera attributes that are read");
-    subcommand.get_option("--input")->required(false);
-    subcommand.add_option("IN", options.job.input,
-                          "frame or pattern, as for --input, or a folder, to list its sequences");
-}
-
 int inspect_subcommand(const Options& options) {
     if (options.camera_metadata) {
         std::fputs(io::camera_attributes_as_markdown().c_str(), stdout);
@@ -248,7 +236,7 @@ int inspect_subcommand(const Options& options) {
         }
         log_notes(found);
     }
-    const auto code = [&] { return sequence::exit_code(first_failure, survey.readable()); };
+    const auto code = [&] { return exit_code(first_failure, survey.readable()); };
     if (list->files.size() < 2 || list->frames.size() < 2) return code();
     if (!settings->frames)
         if (const int stopped = look_at_others(*settings, *list, survey); stopped != kExitOk)
@@ -261,6 +249,19 @@ int inspect_subcommand(const Options& options) {
     else
         std::fputs(printable(survey.text(), Lines::keep).c_str(), stdout);
     return first_failure.ok() && survey.failed() ? kExitSomeFailed : code();
+}
+
+}  // namespace
+
+RunSubcommand add_inspect(CLI::App& subcommand, Options& options) {
+    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
+    subcommand.add_flag("--json", options.json, "one JSON object per frame");
+    subcommand.add_flag("--camera-metadata", options.camera_metadata,
+                        "print only a Markdown table of the camera attributes that are read");
+    subcommand.get_option("--input")->required(false);
+    subcommand.add_option("IN", options.job.input,
+                          "frame or pattern, as for --input, or a folder, to list its sequences");
+    return [&options] { return inspect_subcommand(options); };
 }
 
 }  // namespace postchain

@@ -9,7 +9,6 @@
 #include <ctime>
 
 #include "chain/printable.h"
-#include "chain/status.h"
 
 namespace postchain::log {
 namespace {
@@ -116,3 +115,21 @@ void tell_openjd() {
 }
 
 }  // namespace postchain::log
+
+namespace postchain {
+
+int fail(const Status& status) {
+    if (!status.message().empty()) log::error(status.message());
+    return exit_code(status);
+}
+
+Status already_said(const Status& status) {
+    return status.ok() ? status : Status(status.code(), "");
+}
+
+void print_line(const io::Json& json) {
+    std::printf("%s\n", io::json_text(json).c_str());
+    std::fflush(stdout);
+}
+
+}  // namespace postchain

@@ -1,9 +1,12 @@
-// Messages on stderr: text, or one JSON object per line with --log-format json.
+// What the command says: messages on stderr, as text or with --log-format json as one JSON object
+// per line; JSON lines on stdout; and its exit code.
 #pragma once
 
 #include <string>
 
+#include "chain/status.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/record/exit_code.h"
 
 namespace postchain::log {
 
@@ -45,3 +48,15 @@ void progress(double share, const std::string& text);
 void tell_openjd();
 
 }  // namespace postchain::log
+
+namespace postchain {
+
+// Prints the status as an error, unless it is already printed, and returns its exit code.
+int fail(const Status& status);
+// Marks a failure whose diagnostics are on stderr, so that fail() does not print it.
+Status already_said(const Status& status);
+
+// One line of standard output, also if a reader waits for it. Text may contain invalid UTF-8.
+void print_line(const io::Json& json);
+
+}  // namespace postchain

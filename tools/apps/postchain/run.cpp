@@ -1,17 +1,20 @@
-#include "tools/apps/postchain/run.h"
+// postchain run: the runner with messages, progress and signals.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <set>
 
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/like.h"
+#include "chain/text.h"
+#include "config/camera_file.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/record/record.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/run_sequence.h"
@@ -78,19 +81,88 @@ class WaitLines {
     std::optional<std::chrono::steady_clock::time_point> said_at_;
 };
 
-}  // namespace
+// ------------------------------------------------------------------------------------ --like
+// Takes chain, camera and settings from an output's record; options given override them.
 
-void add_run(CLI::App& subcommand, Options& options) {
-    add_chain(subcommand, options);
-    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
-                              sequence::kPlanGroup, sequence::kWatchGroup})
-        add_settings(subcommand, job_parameters(), group, &options.job);
-    subcommand.add_flag("--json", options.json, "one JSON object per frame on stdout");
-    add_progress(subcommand, options);
-    add_device(subcommand, options);
-    add_like(subcommand, options);
+bool is_given(const CLI::App& run, const std::string& key) {
+    const std::string name = sequence::option_name(key);
+    for (const std::string& one : {name, "--no-" + name.substr(2)})
+        if (const CLI::Option* option = run.get_option_no_throw(one); option && option->count())
+            return true;
+    return false;
 }
 
+// Uses the camera file if it is unchanged, otherwise the values it gave for the recorded frame.
+void apply_camera(const sequence::Record& record, Options& options) {
+    if (record.camera_hash.empty()) return;
+    const auto file = load_camera(options.job.camera);
+    if (file.ok() && hex_of(file->text_hash) == record.camera_hash) return;
+    log::warning(concat(options.like, ": the camera file ", options.job.camera,
+                        file.ok() ? " has changed" : " no longer exists", ": its values of frame ",
+                        record.frame, " are used for every frame, and its matrices are unknown"));
+    options.job.camera.clear();
+    options.recorded_camera = record.camera;
+}
+
+void compare_inputs(const sequence::Record& record, const std::string& like) {
+    for (const auto& file : record.inputs) {
+        std::error_code error;
+        const auto bytes = std::filesystem::file_size(file.path, error);
+        if (error)
+            log::warning(concat(like, ": was made from ", file.path, ", which no longer exists"));
+        else if (bytes != file.bytes)
+            log::warning(concat(like, ": was made from ", file.path, " of ", file.bytes,
+                                " bytes, which has ", bytes, " now"));
+    }
+}
+
+// Adds --like to `run`; CHAIN and --input are then optional.
+void add_like(CLI::App& run, Options& options) {
+    run.add_option(
+           "--like", options.like,
+           "an output of `run`: repeats it with its chain, camera and settings; other options "
+           "override them")
+        ->type_name("OUT");
+    CLI::Option* chain = run.get_option("CHAIN")->required(false);
+    CLI::Option* input = run.get_option("--input")->required(false);
+    run.final_callback([&options, chain, input] {
+        if (!options.like.empty()) return;
+        for (const CLI::Option* option : {chain, input})
+            if (option->count() == 0) throw CLI::RequiredError(option->get_name());
+    });
+}
+
+// Fills the missing options of `run` from the record of options.like and warns about parts that no
+// longer hold. Does nothing without --like. Errors (input): those of read_record().
+Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options& options) {
+    if (options.like.empty()) return std::optional<sequence::Record>();
+    auto record = sequence::read_record(options.like);
+    if (!record.ok()) return record.status().at("--like");
+    if (record->version != kVersion)
+        log::warning(concat(options.like, ": was made by postchain ", record->version, ", this is ",
+                            kVersion, ": the result may differ"));
+    if (options.chain.empty()) options.recorded_chain = record->chain;
+    for (const auto& [key, value] : record->settings) {
+        const Parameter* row = job_parameters().find(key);
+        if (!row || !row->check(value).ok()) {
+            log::warning(
+                concat(options.like, ": its setting ", key, " is unknown in this version"));
+            continue;
+        }
+        // The layer behind belongs to the recorded input.
+        if (!is_given(run, key) && !(key == "behind" && is_given(run, "input")))
+            row->set(&options.job, value);
+    }
+    if (!is_given(run, "input")) {
+        compare_inputs(*record, options.like);
+        if (!is_given(run, "frames")) options.job.frames = concat(record->frame);
+    }
+    if (!is_given(run, "camera")) apply_camera(*record, options);
+    return std::optional(std::move(*record));
+}
+
+// ---------------------------------------------------------------------------------------- run
+// `like`: the record to repeat, if any.
 int run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
     auto chain = load_chain_of(options);
     if (!chain.ok()) return fail(chain.status());
@@ -149,6 +221,23 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
     return stop.interrupted(concat(
         summary->total - summary->written - summary->skipped - summary->held - summary->missing,
         " frames are left; the same command with --on-existing skip goes on"));
+}
+
+}  // namespace
+
+RunSubcommand add_run(CLI::App& subcommand, Options& options) {
+    add_chain(subcommand, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
+                              sequence::kPlanGroup, sequence::kWatchGroup})
+        add_settings(subcommand, job_parameters(), group, &options.job);
+    subcommand.add_flag("--json", options.json, "one JSON object per frame on stdout");
+    add_progress(subcommand, options);
+    add_device(subcommand, options);
+    add_like(subcommand, options);
+    return [&subcommand, &options] {
+        const auto like = apply_like(subcommand, options);
+        return like.ok() ? run_subcommand(options, *like) : fail(like.status());
+    };
 }
 
 }  // namespace postchain

@@ -1,10 +1,10 @@
-#include "tools/apps/postchain/scene.h"
+// postchain scene: renders a generated sequence.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "config/camera_file.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/scenes/scene.h"
@@ -14,35 +14,24 @@
 namespace postchain {
 namespace {
 
+struct SceneOptions {
+    std::string name;
+    std::string folder;
+    std::string size = "640x360";
+    std::string frames = "1-8";
+    int truth_samples = 0;
+    bool behind = false;
+    bool deep = false;
+    io::OnExisting on_existing = io::OnExisting::fail;
+    Camera camera;  // overrides the scene's
+};
+
 // "generated scene: wheels (...), poles (...)"
 std::string scene_names() {
     std::string text;
     for (const auto& scene : scenes::scenes())
         text += (text.empty() ? "" : "; ") + scene.name + ": " + scene.help;
     return text;
-}
-
-}  // namespace
-
-void add_scene(CLI::App& subcommand, Options& options, SceneOptions& scene) {
-    subcommand.add_option("NAME", scene.name, scene_names())->required();
-    subcommand
-        .add_option("-o,--output", scene.folder, "output folder; created if it does not exist")
-        ->type_name("DIR")
-        ->required();
-    subcommand.add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
-    subcommand.add_option("--frames", scene.frames, "frames to render")->capture_default_str();
-    subcommand
-        .add_option("--truth-samples", scene.truth_samples,
-                    "samples over shutter and lens for mb, dof and both; 0 = none")
-        ->check(CLI::Range(0, 1 << 20))
-        ->capture_default_str();
-    subcommand.add_flag("--behind", scene.behind, "also render the layer behind, for run --behind");
-    subcommand.add_flag("--deep", scene.deep,
-                        "also write deep files with the frame and the layer behind");
-    add_on_existing(subcommand, "if an output file exists", scene.on_existing);
-    add_settings(subcommand, camera_parameters(), "", &scene.camera);
-    add_device(subcommand, options);
 }
 
 int scene_subcommand(const Options& options, const SceneOptions& scene) {
@@ -89,6 +78,32 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
                      request.frames.size() == 1 ? " frame of " : " frames of ", scene.name,
                      " written to ", scene.folder));
     return kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_scene(CLI::App& subcommand, Options& options) {
+    const auto scene = std::make_shared<SceneOptions>();
+    subcommand.add_option("NAME", scene->name, scene_names())->required();
+    subcommand
+        .add_option("-o,--output", scene->folder, "output folder; created if it does not exist")
+        ->type_name("DIR")
+        ->required();
+    subcommand.add_option("--size", scene->size, "width x height in pixels")->capture_default_str();
+    subcommand.add_option("--frames", scene->frames, "frames to render")->capture_default_str();
+    subcommand
+        .add_option("--truth-samples", scene->truth_samples,
+                    "samples over shutter and lens for mb, dof and both; 0 = none")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    subcommand.add_flag("--behind", scene->behind,
+                        "also render the layer behind, for run --behind");
+    subcommand.add_flag("--deep", scene->deep,
+                        "also write deep files with the frame and the layer behind");
+    add_on_existing(subcommand, "if an output file exists", scene->on_existing);
+    add_settings(subcommand, camera_parameters(), "", &scene->camera);
+    add_device(subcommand, options);
+    return [&options, scene] { return scene_subcommand(options, *scene); };
 }
 
 }  // namespace postchain

@@ -13,7 +13,6 @@
 #include <thread>
 
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/notify.h"
 #include "tools/apps/postchain/stop_on_signal.h"

@@ -1,4 +1,7 @@
-#include "tools/apps/postchain/sheet.h"
+// postchain sheet: a contact sheet, one image with thumbnails of a sequence.
+//
+//   frames of IN, evenly chosen --read, shrink, show--> thumbnails with their numbers --> one PNG
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
@@ -6,7 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/contact_sheet.h"
@@ -17,6 +19,15 @@
 
 namespace postchain {
 namespace {
+
+struct SheetOptions {
+    std::string output;
+    std::string beside;  // a second pattern; empty = none
+    int cells = 60;      // maximum
+    int columns = 0;     // 0 = chosen so that the sheet is about 16:9
+    int width = 240;     // of a thumbnail, pixels
+    io::OnExisting on_existing = io::OnExisting::fail;
+};
 
 constexpr int kMaxPixels = 16384;  // on a side
 
@@ -146,35 +157,6 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
     return first;
 }
 
-}  // namespace
-
-void add_sheet(CLI::App& subcommand, Options& o, SheetOptions& sheet) {
-    subcommand.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
-        ->required();
-    subcommand.add_option("-o,--output", sheet.output, "the sheet: a PNG")
-        ->required()
-        ->type_name("FILE");
-    subcommand
-        .add_option("--beside", sheet.beside,
-                    "a second sequence, shown to the right of each frame: the input beside the "
-                    "output")
-        ->type_name("IN");
-    subcommand
-        .add_option("--cells", sheet.cells,
-                    "maximum number of frames on the sheet; more are sampled evenly")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-    subcommand
-        .add_option("--columns", sheet.columns,
-                    "frames per row (default: about 16:9 for the sheet)")
-        ->check(CLI::Range(1, 10000));
-    subcommand.add_option("--width", sheet.width, "thumbnail width in pixels")
-        ->check(CLI::Range(16, 4096))
-        ->capture_default_str();
-    add_on_existing(subcommand, "if the sheet exists", sheet.on_existing);
-    add_displayed(subcommand, o);
-}
-
 int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
     auto made = work_of(options, sheet);
     if (!made.ok()) return fail(made.status());
@@ -225,6 +207,37 @@ int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
                             " not on disk; marked 'missing' on the sheet"));
     log::info(concat(sheet.output, ": ", work.frames.size(), " of ", work.of, " frames"));
     return absent + unreadable > 0 ? kExitSomeFailed : kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_sheet(CLI::App& subcommand, Options& o) {
+    const auto sheet = std::make_shared<SheetOptions>();
+    subcommand.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
+        ->required();
+    subcommand.add_option("-o,--output", sheet->output, "the sheet: a PNG")
+        ->required()
+        ->type_name("FILE");
+    subcommand
+        .add_option("--beside", sheet->beside,
+                    "a second sequence, shown to the right of each frame: the input beside the "
+                    "output")
+        ->type_name("IN");
+    subcommand
+        .add_option("--cells", sheet->cells,
+                    "maximum number of frames on the sheet; more are sampled evenly")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    subcommand
+        .add_option("--columns", sheet->columns,
+                    "frames per row (default: about 16:9 for the sheet)")
+        ->check(CLI::Range(1, 10000));
+    subcommand.add_option("--width", sheet->width, "thumbnail width in pixels")
+        ->check(CLI::Range(16, 4096))
+        ->capture_default_str();
+    add_on_existing(subcommand, "if the sheet exists", sheet->on_existing);
+    add_displayed(subcommand, o);
+    return [&o, sheet] { return sheet_subcommand(o, *sheet); };
 }
 
 }  // namespace postchain

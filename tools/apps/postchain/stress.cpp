@@ -1,4 +1,9 @@
-#include "tools/apps/postchain/stress.h"
+// postchain stress: the stability matrix of a chain, or of every pass and both orders.
+//
+//   CHAIN, or each pass of the registry separately + shipped chains of both orders
+//     --tools/stress--> Matrix --> text or JSON on stdout
+//     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -7,7 +12,6 @@
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
@@ -19,6 +23,12 @@
 
 namespace postchain {
 namespace {
+
+struct StressOptions {
+    std::string only;
+    std::string folder;  // empty = writes no files
+    io::OnExisting on_existing = io::OnExisting::fail;
+};
 
 using io::Json;
 
@@ -112,28 +122,6 @@ std::string command_of(const Options& options, const StressOptions& stress) {
     return text;
 }
 
-}  // namespace
-
-void add_stress(CLI::App& subcommand, Options& o, StressOptions& stress) {
-    add_chain(subcommand, o);
-    subcommand.get_option("CHAIN")->required(false)->description(
-        "chain file, or the name of a shipped chain (default: each pass separately, and both "
-        "orders)");
-    subcommand
-        .add_option("-o,--output", stress.folder,
-                    "folder for index.html (a page with images of failures), stress.txt and "
-                    "stress.json")
-        ->type_name("DIR");
-    add_on_existing(subcommand, "if an output file exists", stress.on_existing);
-    subcommand
-        .add_option("--only", stress.only,
-                    "only cells whose name CHAIN/ROW/CELL/PRECISION contains this; * matches any "
-                    "characters")
-        ->type_name("PATTERN");
-    subcommand.add_flag("--json", o.json, "one JSON object");
-    add_device(subcommand, o);
-}
-
 int stress_subcommand(const Options& options, const StressOptions& stress) {
     auto subjects = subjects_of(options);
     if (!subjects.ok()) return fail(subjects.status());
@@ -178,6 +166,30 @@ int stress_subcommand(const Options& options, const StressOptions& stress) {
         if (!status.ok()) return fail(status);
     }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_stress(CLI::App& subcommand, Options& o) {
+    const auto stress = std::make_shared<StressOptions>();
+    add_chain(subcommand, o);
+    subcommand.get_option("CHAIN")->required(false)->description(
+        "chain file, or the name of a shipped chain (default: each pass separately, and both "
+        "orders)");
+    subcommand
+        .add_option("-o,--output", stress->folder,
+                    "folder for index.html (a page with images of failures), stress.txt and "
+                    "stress.json")
+        ->type_name("DIR");
+    add_on_existing(subcommand, "if an output file exists", stress->on_existing);
+    subcommand
+        .add_option("--only", stress->only,
+                    "only cells whose name CHAIN/ROW/CELL/PRECISION contains this; * matches any "
+                    "characters")
+        ->type_name("PATTERN");
+    subcommand.add_flag("--json", o.json, "one JSON object");
+    add_device(subcommand, o);
+    return [&o, stress] { return stress_subcommand(o, *stress); };
 }
 
 }  // namespace postchain

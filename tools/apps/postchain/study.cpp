@@ -1,4 +1,5 @@
-#include "tools/apps/postchain/study.h"
+// postchain study: ab or bench over several scenes, with messages, progress and signals.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
@@ -6,11 +7,9 @@
 #include "chain/printable.h"
 #include "config/text_tree.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/study/settings.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/measure/study/study_report.h"
 #include "tools/measure/study/work.h"
@@ -18,6 +17,11 @@
 
 namespace postchain {
 namespace {
+
+struct StudyOptions {
+    std::string file;
+    study::StudySettings settings;
+};
 
 Result<study::Study> study_of(const std::string& path) {
     ASSIGN_OR_RETURN(const auto text, read_text_file(path, StatusCode::usage));
@@ -47,18 +51,7 @@ int finish(const study::Study& study, const study::StudyFolder& folder, bool jso
     return report->failures() ? kExitSomeFailed : kExitOk;
 }
 
-}  // namespace
-
-void add_study(CLI::App& subcommand, Options& o, StudyOptions& s) {
-    subcommand.add_option("STUDY", s.file, "study file, YAML or JSON")->required();
-    add_settings(subcommand, study::study_parameters(), "", &s.settings);
-    add_settings(subcommand, study::study_parameters(), study::kSplitGroup, &s.settings);
-    add_device(subcommand, o);
-    subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
-    add_progress(subcommand, o);
-}
-
-int study_subcommand(const Options& options, const StudyOptions& s, int argc, char** argv) {
+int study_subcommand(const Options& options, const StudyOptions& s) {
     io::Chunk chunk;
     if (!s.settings.chunk.empty()) {
         auto parsed = io::Chunk::parse(s.settings.chunk);
@@ -82,7 +75,7 @@ int study_subcommand(const Options& options, const StudyOptions& s, int argc, ch
                                  [&] { return (*context)->make_current(); },
                                  *device,
                                  options.threads,
-                                 {argv, argv + argc}};
+                                 options.command_line};
     auto done =
         study::work_on_tasks(*study, *folder, chunk, machine, progress_printer(), &stop.flag());
     log::progress("");
@@ -94,6 +87,19 @@ int study_subcommand(const Options& options, const StudyOptions& s, int argc, ch
         concat(done->results, " of ", done->tasks,
                " results are complete; the process that makes the last one writes the report"));
     return kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_study(CLI::App& subcommand, Options& o) {
+    const auto s = std::make_shared<StudyOptions>();
+    subcommand.add_option("STUDY", s->file, "study file, YAML or JSON")->required();
+    add_settings(subcommand, study::study_parameters(), "", &s->settings);
+    add_settings(subcommand, study::study_parameters(), study::kSplitGroup, &s->settings);
+    add_device(subcommand, o);
+    subcommand.add_flag("--json", o.json, "the report as one JSON object on stdout");
+    add_progress(subcommand, o);
+    return [&o, s] { return study_subcommand(o, *s); };
 }
 
 }  // namespace postchain

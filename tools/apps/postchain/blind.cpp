@@ -181,58 +181,53 @@ Status write(const BlindWork& work, const std::string& path, std::string_view te
     return io::atomic_write_text(path, text, permit).status();
 }
 
-int make_folder(const Options& options, const BlindOptions& blind) {
-    auto work = work_of(options, blind);
-    if (!work.ok()) return fail(work.status());
+Result<int> make_folder(const Options& options, const BlindOptions& blind) {
+    ASSIGN_OR_RETURN(auto work, work_of(options, blind));
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
-    const auto pictures = pictures_of(*work, stop);
+    const auto pictures = pictures_of(work, stop);
     log::progress("");
     if (stop.asked()) return stop.interrupted("no page is written; run the same command again");
-    if (!pictures.ok()) return fail(pictures.status());
+    if (!pictures.ok()) return pictures.status();
     std::vector<std::string> names;
-    for (const Side& side : work->sides) names.push_back(side.name);
-    const blind::Kit kit = blind::make_kit(names, work->frames, blind.seed, *pictures);
+    for (const Side& side : work.sides) names.push_back(side.name);
+    const blind::Kit kit = blind::make_kit(names, work.frames, blind.seed, *pictures);
     const std::string page = blind.folder + "/index.html";
-    Status status = work->files.make_folders();
-    if (status.ok()) status = write(*work, page, blind::page_of(kit, *pictures));
-    if (status.ok()) status = write(*work, blind.folder + "/key.json", blind::key_text(kit));
-    if (!status.ok()) return fail(status);
+    Status status = work.files.make_folders();
+    if (status.ok()) status = write(work, page, blind::page_of(kit, *pictures));
+    if (status.ok()) status = write(work, blind.folder + "/key.json", blind::key_text(kit));
+    RETURN_IF_ERROR(status);
     std::printf("%s\n", printable(page).c_str());
     log::info(concat(report::counted(kit.trials.size(), "pair"), " of ", names.size(),
                      " sides; give observers ", page, " without key.json"));
     return kExitOk;
 }
 
-int evaluate(const Options& options, const BlindOptions& blind) {
+Result<int> evaluate(const Options& options, const BlindOptions& blind) {
     const std::string key = blind.folder + "/key.json";
-    const auto text = read_text_file(key, StatusCode::input, kKeyLimits);
-    if (!text.ok()) return fail(text.status());
-    const auto kit = blind::kit_from(*text, key);
-    if (!kit.ok()) return fail(kit.status());
+    ASSIGN_OR_RETURN(const auto text, read_text_file(key, StatusCode::input, kKeyLimits));
+    ASSIGN_OR_RETURN(const auto kit, blind::kit_from(text, key));
     std::vector<blind::Choice> choices;
     for (const std::string& file : blind.choices) {
-        const auto csv = read_text_file(file, StatusCode::input, kKeyLimits);
-        if (!csv.ok()) return fail(csv.status());
-        if (Status status = blind::read_choices(*csv, file, *kit, choices); !status.ok())
-            return fail(status);
+        ASSIGN_OR_RETURN(const auto csv, read_text_file(file, StatusCode::input, kKeyLimits));
+        RETURN_IF_ERROR(blind::read_choices(csv, file, kit, choices));
     }
     std::set<std::string> observers;
     for (const auto& choice : choices) observers.insert(choice.observer);
-    const auto results = blind::results_of(*kit, choices);
+    const auto results = blind::results_of(kit, choices);
     if (options.json) {
-        print_line(blind::results_json(*kit, results, observers.size()));
+        print_line(blind::results_json(kit, results, observers.size()));
         return kExitOk;
     }
     std::printf("%s of %s, %s of images\n", report::counted(choices.size(), "choice").c_str(),
                 report::counted(observers.size(), "observer").c_str(),
-                report::counted(kit->trials.size(), "pair").c_str());
+                report::counted(kit.trials.size(), "pair").c_str());
     for (const auto& counts : results)
-        std::printf("%s\n", printable(blind::words_of(*kit, counts)).c_str());
+        std::printf("%s\n", printable(blind::words_of(kit, counts)).c_str());
     return kExitOk;
 }
 
-int blind_subcommand(const Options& options, const BlindOptions& blind) {
+Result<int> blind_subcommand(const Options& options, const BlindOptions& blind) {
     return blind.choices.empty() ? make_folder(options, blind) : evaluate(options, blind);
 }
 

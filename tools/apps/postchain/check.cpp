@@ -81,27 +81,25 @@ void print_table(const std::vector<Sequence>& sequences) {
                             sequence::frames_text(frames, frames.size()).c_str());
 }
 
-int check_subcommand(const Options& options, const CheckOptions& check) {
+Result<int> check_subcommand(const Options& options, const CheckOptions& check) {
     std::optional<io::FrameRange> frames;
     if (!check.frames.empty()) {
         auto range = io::FrameRange::parse(check.frames);
-        if (!range.ok()) return fail(range.status().at("--frames"));
+        if (!range.ok()) return range.status().at("--frames");
         frames = std::move(*range);
     }
     std::vector<Sequence> sequences;
     Json all = Json::array();
     bool whole = true;
     for (const std::string& text : check.outputs) {
-        const auto pattern = io::PathPattern::parse(text);
-        if (!pattern.ok()) return fail(pattern.status());
-        const auto outputs = sequence::check_outputs(*pattern, frames, check.like);
-        if (!outputs.ok()) return fail(outputs.status());
-        sequences.push_back(summary_of(text, *outputs));
+        ASSIGN_OR_RETURN(const auto pattern, io::PathPattern::parse(text));
+        ASSIGN_OR_RETURN(const auto outputs, sequence::check_outputs(pattern, frames, check.like));
+        sequences.push_back(summary_of(text, outputs));
         Json list = Json::array(), counts = Json::object();
-        for (const CheckedOutput& one : *outputs) list.push_back(json_of(one));
+        for (const CheckedOutput& one : outputs) list.push_back(json_of(one));
         for (const OutputState state : kStates)
             counts[name_of(state)] = sequences.back().frames[state].size();
-        whole = whole && sequences.back().frames[OutputState::whole].size() == outputs->size();
+        whole = whole && sequences.back().frames[OutputState::whole].size() == outputs.size();
         all.push_back({{"output", text}, {"counts", counts}, {"frames", list}});
     }
     for (Sequence& one : sequences)

@@ -17,7 +17,7 @@
 namespace postchain {
 namespace {
 
-int info_subcommand(const Options& options) {
+Result<int> info_subcommand(const Options& options) {
     io::Json info;
     info["postchain"] = kVersion;
     info["libraries"] = {
@@ -70,7 +70,8 @@ int info_subcommand(const Options& options) {
                 std::printf("limit %s %s\n", name.c_str(), value.dump().c_str());
         }
     }
-    return context.ok() ? kExitOk : fail(context.status());
+    RETURN_IF_ERROR(context.status());
+    return kExitOk;
 }
 
 // `format`: "text", "json" or "markdown".

@@ -386,14 +386,12 @@ Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& ma
     return Status();
 }
 
-int diff_subcommand(const Options& options, const DiffOptions& diff) {
-    auto made = work_of(options, diff);
-    if (!made.ok()) return fail(made.status());
-    DiffWork& work = *made;
+Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
+    ASSIGN_OR_RETURN(DiffWork work, work_of(options, diff));
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
     if (work.wants("hdr_flip") && work.frames.size() > 1)
-        if (Status status = find_exposures(work, stop); !status.ok()) return fail(status);
+        RETURN_IF_ERROR(find_exposures(work, stop));
 
     std::vector<Values> all;
     metrics::TemporalError temporal;

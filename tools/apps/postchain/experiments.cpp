@@ -79,10 +79,9 @@ void print_curve(const report::Report& report) {
 
 // Writes the report's files and prints a summary; returns the exit code. `met`: result of
 // choose_under().
-int finish(const report::Report& report, const Options& options, const std::string& assets,
-           const std::vector<report::MetricLimit>& limits, bool met) {
-    if (Status status = experiment::write_report_files(report, assets); !status.ok())
-        return fail(status);
+Result<int> finish(const report::Report& report, const Options& options, const std::string& assets,
+                   const std::vector<report::MetricLimit>& limits, bool met) {
+    RETURN_IF_ERROR(experiment::write_report_files(report, assets));
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.notes) log::warning(note);
     for (const auto& variant : report.variants)
@@ -108,91 +107,77 @@ std::string chain_name(const std::string& path) {
     return std::filesystem::path(path).stem().string();
 }
 
-int ab_subcommand(const Options& options, const ExperimentOptions& e) {
-    auto a = load_chain_of(options);
-    if (!a.ok()) return fail(a.status());
+Result<int> ab_subcommand(const Options& options, const ExperimentOptions& e) {
+    ASSIGN_OR_RETURN(auto a, load_chain_of(options));
     Options of_b = options;
     of_b.chain = e.chain_b;
-    auto b = load_chain_of(of_b);
-    if (!b.ok()) return fail(b.status());
+    ASSIGN_OR_RETURN(auto b, load_chain_of(of_b));
     experiment::ExperimentSettings settings = e.ab;
     const std::vector<std::string> chains = {options.chain, e.chain_b};
-    if (Status status = complete(settings, options, chains, {a->chain.camera, b->chain.camera});
-        !status.ok())
-        return fail(status);
-    auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::ab,
-                                        !settings.truth.empty());
-    if (!limits.ok()) return fail(limits.status());
+    RETURN_IF_ERROR(complete(settings, options, chains, {a.chain.camera, b.chain.camera}));
+    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
+                                                        report::Kind::ab, !settings.truth.empty()));
     const StopOnSignal stop;
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    settings.renderer = sequence::renderer_text((*context)->device());
-    settings.software = (*context)->device().software;
-    Executor executor((*context)->device());
-    const experiment::NamedChain first{chain_name(options.chain), std::move(a->chain)};
-    const experiment::NamedChain second{chain_name(e.chain_b), std::move(b->chain)};
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    settings.renderer = sequence::renderer_text(context->device());
+    settings.software = context->device().software;
+    Executor executor(context->device());
+    const experiment::NamedChain first{chain_name(options.chain), std::move(a.chain)};
+    const experiment::NamedChain second{chain_name(e.chain_b), std::move(b.chain)};
     auto report =
         experiment::run_ab(first, second, settings, executor, progress_printer(), &stop.flag());
     log::progress("");
     if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
-    if (!report.ok()) return fail(report.status());
-    return finish(*report, options, settings.assets, *limits, true);
+    if (!report.ok()) return report.status();
+    return finish(*report, options, settings.assets, limits, true);
 }
 
-int bench_subcommand(const Options& options, const ExperimentOptions& e) {
-    auto chain = find_chain(options.chain);
-    if (!chain.ok()) return fail(chain.status());
+Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e) {
+    ASSIGN_OR_RETURN(auto chain, find_chain(options.chain));
     // Loaded once separately for its own notes and errors.
-    if (auto file = load_chain_of(options); !file.ok()) return fail(file.status());
+    RETURN_IF_ERROR(load_chain_of(options).status());
     std::vector<experiment::Sweep> sweeps;
     for (const auto& text : e.sweeps) {
-        auto sweep = experiment::parse_sweep(text);
-        if (!sweep.ok()) return fail(sweep.status());
-        sweeps.push_back(std::move(*sweep));
+        ASSIGN_OR_RETURN(auto sweep, experiment::parse_sweep(text));
+        sweeps.push_back(std::move(sweep));
     }
-    auto variants = experiment::sweep_variants(*chain, builtin_passes(), options.sets, sweeps,
-                                               e.bench.max_variants);
-    if (!variants.ok()) return fail(variants.status());
+    ASSIGN_OR_RETURN(auto variants,
+                     experiment::sweep_variants(chain, builtin_passes(), options.sets, sweeps,
+                                                e.bench.max_variants));
     experiment::BenchSettings settings = e.bench;
     std::vector<Camera> cameras;
-    for (const auto& variant : *variants) cameras.push_back(variant.chain.camera);
-    if (Status status = complete(settings, options, {options.chain}, cameras); !status.ok())
-        return fail(status);
+    for (const auto& variant : variants) cameras.push_back(variant.chain.camera);
+    RETURN_IF_ERROR(complete(settings, options, {options.chain}, cameras));
     settings.chain_name = chain_name(options.chain);
-    auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
-    if (!limits.ok()) return fail(limits.status());
-    auto under = experiment::limits_of("--under", e.under, report::Kind::bench, true);
-    if (!under.ok()) return fail(under.status());
-    const auto files = experiment::prepare_folder(settings);
-    if (!files.ok()) return fail(files.status());
+    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
+                                                        report::Kind::bench, true));
+    ASSIGN_OR_RETURN(auto under,
+                     experiment::limits_of("--under", e.under, report::Kind::bench, true));
+    ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
 
     const StopOnSignal stop;
-    auto device = context_options_of(options);
-    if (!device.ok()) return fail(device.status());
+    ASSIGN_OR_RETURN(auto device, context_options_of(options));
     const Status found =
-        experiment::find_truth(settings, *files, *device, [&](const std::string& text) {
+        experiment::find_truth(settings, files, device, [&](const std::string& text) {
             log::progress(text);
             return !stop.asked();
         });
     log::progress("");
-    if (!found.ok())
-        return stop.asked()
-                   ? stop.interrupted("nothing is measured yet; run the same command again")
-                   : fail(found);
-    auto context = egl::Context::create(*device);
-    if (!context.ok()) return fail(context.status());
-    settings.renderer = sequence::renderer_text((*context)->device());
-    settings.software = (*context)->device().software;
-    Executor executor((*context)->device());
-    auto report = experiment::run_bench(*variants, settings, *files, executor, progress_printer(),
+    if (!found.ok() && stop.asked())
+        return stop.interrupted("nothing is measured yet; run the same command again");
+    RETURN_IF_ERROR(found);
+    ASSIGN_OR_RETURN(auto context, egl::Context::create(device));
+    settings.renderer = sequence::renderer_text(context->device());
+    settings.software = context->device().software;
+    Executor executor(context->device());
+    auto report = experiment::run_bench(variants, settings, files, executor, progress_printer(),
                                         &stop.flag());
     log::progress("");
     if (stop.asked())
         return stop.interrupted("the same command continues with what is not measured yet");
-    if (!report.ok()) return fail(report.status());
-    auto met = experiment::choose_under(*report, *under);
-    if (!met.ok()) return fail(met.status());
-    return finish(*report, options, settings.assets, *limits, *met);
+    if (!report.ok()) return report.status();
+    ASSIGN_OR_RETURN(auto met, experiment::choose_under(*report, under));
+    return finish(*report, options, settings.assets, limits, met);
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "chain/status.h"
+#include "config/diagnostic.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/exit_code.h"
 
@@ -18,6 +18,9 @@ void write(Level level, const std::string& text);
 void write_event(Level level, const std::string& text, const io::Json& fields);
 // Prints without "postchain: error: " in front: a diagnostic states place and severity itself.
 void write_as_is(Level level, const std::string& text);
+// Writes each on its line, notes at the level `notes`. Errors become a status without a message,
+// which fail() does not print again.
+Status write(const Diagnostics& diagnostics, Level notes);
 inline void detail(const std::string& text) {
     write(Level::detail, text);
 }
@@ -53,9 +56,6 @@ namespace postchain {
 
 // Prints the status as an error, unless it is already printed, and returns its exit code.
 int fail(const Status& status);
-// Marks a failure whose diagnostics are on stderr, so that fail() does not print it.
-Status already_said(const Status& status);
-
 // One line of standard output, also if a reader waits for it. Text may contain invalid UTF-8.
 void print_line(const io::Json& json);
 

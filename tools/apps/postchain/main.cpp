@@ -111,8 +111,11 @@ int command(int argc, char** argv) {
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
     if (options.progress == "openjd") log::tell_openjd();
-    for (const auto& [subcommand, run] : added)
-        if (subcommand->parsed()) return run();
+    for (const auto& [subcommand, run] : added) {
+        if (!subcommand->parsed()) continue;
+        const Result<int> code = run();
+        return code.ok() ? *code : fail(code.status());
+    }
     return kExitOk;
 }
 

@@ -15,16 +15,6 @@
 namespace postchain {
 namespace {
 
-// Prints all diagnostics; errors become a status that fail() does not print again.
-Status say(const Diagnostics& diagnostics, log::Level notes) {
-    for (const auto& one : diagnostics)
-        log::write_as_is(one.severity == Severity::note      ? notes
-                         : one.severity == Severity::warning ? log::Level::warning
-                                                             : log::Level::error,
-                         one.text());
-    return already_said(status_of(diagnostics));
-}
-
 std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
         {"input", "-i"}, {"output", "-o"}, {"truth", "-r"}};
@@ -229,7 +219,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
                          ? load_chain(options.chain, builtin_passes(), options.sets)
                          : parse_chain(options.recorded_chain, "the record of " + options.like,
                                        builtin_passes(), options.sets));
-    RETURN_IF_ERROR(say(file.diagnostics, log::Level::info));
+    RETURN_IF_ERROR(log::write(file.diagnostics, log::Level::info));
     io::ApertureFiles pictures;
     if (Status status = pictures.read(file.chain.camera); !status.ok())
         return status.at("camera.aperture_image");
@@ -239,7 +229,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
 Result<sequence::RunSettings> run_settings_of(const Options& options) {
     Diagnostics notes;
     auto settings = sequence::run_settings_of(options.job, builtin_passes(), notes);
-    RETURN_IF_ERROR(say(notes, log::Level::detail));
+    RETURN_IF_ERROR(log::write(notes, log::Level::detail));
     if (settings.ok()) settings->version = kVersion;
     if (settings.ok() && !options.recorded_camera.empty())
         settings->source.camera =

@@ -182,15 +182,13 @@ class PlanSummaries {
     std::string text_;
 };
 
-int plan_subcommand(const Options& options, const PlanSettings& plan) {
-    auto chain = load_chain_of(options);
-    if (!chain.ok()) return fail(chain.status());
-    auto settings = run_settings_of(options);
-    if (!settings.ok()) return fail(settings.status());
+Result<int> plan_subcommand(const Options& options, const PlanSettings& plan) {
+    ASSIGN_OR_RETURN(auto chain, load_chain_of(options));
+    ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
     Calibration calibration;
     if (!plan.calibration.empty()) {
         auto read = sequence::read_calibration(plan.calibration);
-        if (!read.ok()) return fail(read.status().at("--calibration"));
+        if (!read.ok()) return read.status().at("--calibration");
         calibration = std::move(*read);
     }
     io::set_exr_threads(threads_of(options));
@@ -207,7 +205,7 @@ int plan_subcommand(const Options& options, const PlanSettings& plan) {
                                  : options.verbose
                                      ? verbose_text(planned, seconds)
                                      : summaries.add(planned.plan->frame_number,
-                                                     plan_summary(chain->chain, planned, seconds));
+                                                     plan_summary(chain.chain, planned, seconds));
         std::fputs(printable(text, Lines::keep).c_str(), stdout);
     };
     std::string said;  // of the previous frame, without its path
@@ -229,8 +227,7 @@ int plan_subcommand(const Options& options, const PlanSettings& plan) {
         if (first_failure.ok()) first_failure = status;
         return true;
     };
-    if (Status status = sequence::plan_sequence(chain->chain, *settings, show); !status.ok())
-        return fail(status);
+    RETURN_IF_ERROR(sequence::plan_sequence(chain.chain, settings, show));
     return exit_code(first_failure, good);
 }
 

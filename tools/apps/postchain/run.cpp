@@ -163,29 +163,26 @@ Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options&
 
 // ---------------------------------------------------------------------------------------- run
 // `like`: the record to repeat, if any.
-int run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
-    auto chain = load_chain_of(options);
-    if (!chain.ok()) return fail(chain.status());
-    auto settings = run_settings_of(options);
-    if (!settings.ok()) return fail(settings.status());
-    if (!options.chain.empty()) settings->other_inputs.push_back({options.chain, "the chain file"});
-    if (like) settings->other_inputs.push_back({options.like, "the output of --like"});
-    for (auto& picture : io::inputs_of(chain->chain.camera))
-        settings->other_inputs.push_back(std::move(picture));
-    std::set<int> cuts = settings->source.cuts;  // neither run yet nor on disk
+Result<int> run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
+    ASSIGN_OR_RETURN(auto chain, load_chain_of(options));
+    ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
+    if (!options.chain.empty()) settings.other_inputs.push_back({options.chain, "the chain file"});
+    if (like) settings.other_inputs.push_back({options.like, "the output of --like"});
+    for (auto& picture : io::inputs_of(chain.chain.camera))
+        settings.other_inputs.push_back(std::move(picture));
+    std::set<int> cuts = settings.source.cuts;  // neither run yet nor on disk
     std::erase_if(cuts, [&](int frame) {
         std::error_code failed;
-        const io::PathPattern& color = settings->input.color();
+        const io::PathPattern& color = settings.input.color();
         return color.has_token() && std::filesystem::exists(color.format(frame), failed);
     });
     const StopOnSignal stop;
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    const std::string renderer = sequence::renderer_text((*context)->device());
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    const std::string renderer = sequence::renderer_text(context->device());
     log::detail("renderer: " + renderer);
-    Executor executor((*context)->device());
+    Executor executor(context->device());
     auto summary = sequence::run_sequence(
-        chain->chain, *settings, executor, renderer,
+        chain.chain, settings, executor, renderer,
         [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
             say(report, progress, options.json);
             cuts.erase(report.frame);
@@ -197,7 +194,7 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
         },
         &stop.flag(), {}, WaitLines());
     log::progress("");
-    if (!summary.ok()) return fail(summary.status());
+    if (!summary.ok()) return summary.status();
     std::string text = concat(summary->written, " written");
     const auto count = [&](size_t frames, const char* what) {
         if (frames) text += concat(", ", frames, " ", what);
@@ -210,7 +207,7 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
         log::warning("--cuts: frames not in the sequence: " +
                      sequence::frames_text({cuts.begin(), cuts.end()}));
     if (!summary->gaps.empty())
-        log::warning(concat(settings->input.color().text(), ": frames missing in the sequence, ",
+        log::warning(concat(settings.input.color().text(), ": frames missing in the sequence, ",
                             summary->gaps.size(),
                             summary->gaps.size() == 1 ? " frame: " : " frames: ",
                             sequence::frames_text(summary->gaps)));
@@ -234,9 +231,9 @@ RunSubcommand add_run(CLI::App& subcommand, Options& options) {
     add_progress(subcommand, options);
     add_device(subcommand, options);
     add_like(subcommand, options);
-    return [&subcommand, &options] {
-        const auto like = apply_like(subcommand, options);
-        return like.ok() ? run_subcommand(options, *like) : fail(like.status());
+    return [&subcommand, &options]() -> Result<int> {
+        ASSIGN_OR_RETURN(const auto like, apply_like(subcommand, options));
+        return run_subcommand(options, like);
     };
 }
 

@@ -34,7 +34,7 @@ std::string scene_names() {
     return text;
 }
 
-int scene_subcommand(const Options& options, const SceneOptions& scene) {
+Result<int> scene_subcommand(const Options& options, const SceneOptions& scene) {
     scenes::SceneRequest request;
     request.name = scene.name;
     request.folder = scene.folder;
@@ -43,26 +43,23 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
     request.deep = scene.deep;
     request.camera = scene.camera;
     request.on_existing = scene.on_existing;
-    auto size = parse_size(scene.size);
-    if (!size.ok()) return fail(size.status());
-    request.width = (*size)[0];
-    request.height = (*size)[1];
+    ASSIGN_OR_RETURN(const auto size, parse_size(scene.size));
+    request.width = size[0];
+    request.height = size[1];
     auto range = io::FrameRange::parse(scene.frames);
-    if (!range.ok()) return fail(range.status().at("--frames"));
+    if (!range.ok()) return range.status().at("--frames");
     request.frames = range->frames;
     resolve_files(request.camera, "");
     io::ApertureFiles pictures;
     if (Status status = pictures.read(request.camera); !status.ok())
-        return fail(status.at("--aperture-image"));
-    if (auto model = scenes::model_for(request); !model.ok()) return fail(model.status());
+        return status.at("--aperture-image");
+    RETURN_IF_ERROR(scenes::model_for(request).status());
 
     const StopOnSignal stop;
-    auto context = context_options_of(options);
-    if (!context.ok()) return fail(context.status());
-    auto renderer = scenes::SceneRenderer::create(*context);
-    if (!renderer.ok()) return fail(renderer.status());
+    ASSIGN_OR_RETURN(auto context, context_options_of(options));
+    ASSIGN_OR_RETURN(auto renderer, scenes::SceneRenderer::create(context));
     const Status status =
-        scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
+        scenes::write_scene(*renderer, request, [&](const scenes::SceneProgress& progress) {
             char percent[16];
             std::snprintf(percent, sizeof(percent), "%.0f %%", 100 * progress.done);
             log::progress(concat("frame ", progress.frame, " ", scenes::name_of(progress.picture),
@@ -73,7 +70,7 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
     if (stop.asked())
         return stop.interrupted(
             "the scene is incomplete; run the same command again with --on-existing overwrite");
-    if (!status.ok()) return fail(status);
+    RETURN_IF_ERROR(status);
     log::info(concat(request.frames.size(),
                      request.frames.size() == 1 ? " frame of " : " frames of ", scene.name,
                      " written to ", scene.folder));

@@ -132,17 +132,15 @@ Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
 }
 
 // `only`: pattern for test names, as in stress::matches(). Returns kExitHealth, after the table, if
-// a test fails; 6 without GL.
-int selftest_subcommand(const Options& options, const std::string& only) {
-    auto all = subjects();
-    if (!all.ok()) return fail(all.status());
-    std::erase_if(*all, [&](const auto& one) { return !stress::matches(only, one.name); });
+// a test fails.
+Result<int> selftest_subcommand(const Options& options, const std::string& only) {
+    ASSIGN_OR_RETURN(auto all, subjects());
+    std::erase_if(all, [&](const auto& one) { return !stress::matches(only, one.name); });
     const bool with_files = stress::matches(only, kFilesTest);
-    if (all->empty() && !with_files)
-        return fail(Status(StatusCode::usage, "--only: no test name matches '" + only + "'"));
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    const gl::Device& device = (*context)->device();
+    if (all.empty() && !with_files)
+        return Status(StatusCode::usage, "--only: no test name matches '" + only + "'");
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    const gl::Device& device = context->device();
     const StopOnSignal stop;
     if (!options.json) {
         std::printf("postchain %s on %s%s\n", kVersion, sequence::renderer_text(device).c_str(),
@@ -158,7 +156,7 @@ int selftest_subcommand(const Options& options, const std::string& only) {
         std::fflush(stdout);
         rows.push_back(std::move(row));
     };
-    for (auto& subject : *all) {
+    for (auto& subject : all) {
         // A new executor, so that tests do not share device state.
         Executor executor(device);
         const std::string name = subject.name;

@@ -157,15 +157,12 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
     return first;
 }
 
-int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
-    auto made = work_of(options, sheet);
-    if (!made.ok()) return fail(made.status());
-    const SheetWork& work = *made;
+Result<int> sheet_subcommand(const Options& options, const SheetOptions& sheet) {
+    ASSIGN_OR_RETURN(const SheetWork work, work_of(options, sheet));
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
-    const auto layout = layout_of(work, sheet);
-    if (!layout.ok()) return fail(layout.status());
-    io::ContactSheet page(*layout);
+    ASSIGN_OR_RETURN(const auto layout, layout_of(work, sheet));
+    io::ContactSheet page(layout);
     size_t absent = 0, unreadable = 0;
     for (size_t i = 0; i < work.frames.size(); ++i) {
         const SheetFrame& frame = work.frames[i];
@@ -187,9 +184,8 @@ int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
                 page.say(int(i), side, "unreadable");
                 continue;
             }
-            const auto thumbnail = thumbnail_of(work, *picture, *layout);
-            if (!thumbnail.ok()) return fail(thumbnail.status());
-            page.put(int(i), side, *thumbnail);
+            ASSIGN_OR_RETURN(const auto thumbnail, thumbnail_of(work, *picture, layout));
+            page.put(int(i), side, thumbnail);
         }
     }
     log::progress("");
@@ -197,11 +193,9 @@ int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
                     ? concat(work.frames.size(), " of ", work.of, " frames")
                     : concat(work.of, work.of == 1 ? " frame" : " frames"));
     const auto png = io::encode_png(page.picture());
-    if (!png.ok()) return fail(png.status().at(sheet.output));
-    const auto permit = work.files.permit(sheet.output);
-    if (!permit.ok()) return fail(permit.status());
-    const auto written = io::atomic_write_text(sheet.output, *png, *permit);
-    if (!written.ok()) return fail(written.status());
+    if (!png.ok()) return png.status().at(sheet.output);
+    ASSIGN_OR_RETURN(const auto permit, work.files.permit(sheet.output));
+    RETURN_IF_ERROR(io::atomic_write_text(sheet.output, *png, permit).status());
     if (absent)
         log::warning(concat(absent, absent == 1 ? " image is" : " images are",
                             " not on disk; marked 'missing' on the sheet"));

@@ -122,48 +122,45 @@ std::string command_of(const Options& options, const StressOptions& stress) {
     return text;
 }
 
-int stress_subcommand(const Options& options, const StressOptions& stress) {
-    auto subjects = subjects_of(options);
-    if (!subjects.ok()) return fail(subjects.status());
-    const io::OutputFiles files = files_of(options, stress, *subjects);
-    if (Status status = files.check(); !status.ok()) return fail(status);
+Result<int> stress_subcommand(const Options& options, const StressOptions& stress) {
+    ASSIGN_OR_RETURN(auto subjects, subjects_of(options));
+    const io::OutputFiles files = files_of(options, stress, subjects);
+    RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    Executor executor((*context)->device());
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    Executor executor(context->device());
 
     const StopOnSignal stop;
     stress::MatrixOptions matrix_options;
     matrix_options.only = stress.only;
-    auto matrix = stress::run_matrix(executor, *subjects, matrix_options,
+    auto matrix = stress::run_matrix(executor, subjects, matrix_options,
                                      [&](const std::string& name, size_t done, size_t of) {
                                          log::progress(concat(done, " of ", of, ", ", name));
                                          return !stop.asked();
                                      });
     log::progress("");
     if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
-    if (!matrix.ok()) return fail(matrix.status());
+    if (!matrix.ok()) return matrix.status();
 
     const std::string text = stress::matrix_as_text(*matrix);
     const std::string json =
-        io::json_text(json_of(*matrix, sequence::renderer_text((*context)->device()))) + "\n";
+        io::json_text(json_of(*matrix, sequence::renderer_text(context->device()))) + "\n";
     std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
     if (!stress.folder.empty()) {
-        auto pictures = stress::pictures_of(executor, *subjects, *matrix);
-        if (!pictures.ok()) return fail(pictures.status());
+        ASSIGN_OR_RETURN(auto pictures, stress::pictures_of(executor, subjects, *matrix));
         const std::string page = stress::matrix_as_page(
-            *matrix, *pictures,
-            {kVersion, sequence::renderer_text((*context)->device()), command_of(options, stress)});
+            *matrix, pictures,
+            {kVersion, sequence::renderer_text(context->device()), command_of(options, stress)});
         std::error_code error;
         std::filesystem::create_directories(stress.folder, error);
         if (error)
-            return fail(
-                Status(StatusCode::output, "--output: " + stress.folder + ": " + error.message()));
+            return Status(StatusCode::output,
+                          "--output: " + stress.folder + ": " + error.message());
         const std::string start = stress.folder + "/";
         Status status = write_file(files, start + kText, text);
         if (status.ok()) status = write_file(files, start + kJson, json);
         if (status.ok()) status = write_file(files, start + kPage, page);
-        if (!status.ok()) return fail(status);
+        RETURN_IF_ERROR(status);
     }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;
 }

@@ -9,8 +9,9 @@
 
 namespace postchain {
 
-// Runs a subcommand with the options that were parsed. Returns the exit code.
-using RunSubcommand = std::function<int()>;
+// Runs a subcommand with the options that were parsed. Returns the exit code; a failure's is that
+// of fail(), which prints it.
+using RunSubcommand = std::function<Result<int>()>;
 
 RunSubcommand add_ab(CLI::App& subcommand, Options& options);     // experiments.cpp
 RunSubcommand add_bench(CLI::App& subcommand, Options& options);  // experiments.cpp

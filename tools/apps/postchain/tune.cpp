@@ -39,9 +39,9 @@ Status write_chain_file(const tune::Tuning& tuning, const std::string& path,
     return io::atomic_write_text(path, tune::tuned_chain_file(tuning), permit).status();
 }
 
-int tune_subcommand(const Options& options, const TuneOptions& t) {
+Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     tune::TuneSettings settings = t.settings;
-    if (const auto goal = tune::goal_of(settings); !goal.ok()) return fail(goal.status());
+    RETURN_IF_ERROR(tune::goal_of(settings).status());
     const auto names = t.chains.empty() ? tune::default_starts(!settings.truth.empty()) : t.chains;
     std::vector<tune::Start> starts;
     std::vector<std::string> fixed;
@@ -49,38 +49,32 @@ int tune_subcommand(const Options& options, const TuneOptions& t) {
     for (const std::string& name : names) {
         Options of_chain = options;
         of_chain.chain = name;
-        auto file = load_chain_of(of_chain);
-        if (!file.ok()) return fail(file.status());
-        for (auto& knob : tune::fixed_knobs(file->chain, options.sets))
+        ASSIGN_OR_RETURN(auto file, load_chain_of(of_chain));
+        for (auto& knob : tune::fixed_knobs(file.chain, options.sets))
             fixed.push_back(std::move(knob));
-        cameras.push_back(file->chain.camera);
-        starts.push_back({name, std::move(file->chain)});
+        cameras.push_back(file.chain.camera);
+        starts.push_back({name, std::move(file.chain)});
     }
-    auto run = run_settings_of(options);
-    if (!run.ok()) return fail(run.status());
-    experiment::complete(settings, {std::move(*run), options.job.input, names, cameras,
+    ASSIGN_OR_RETURN(auto run, run_settings_of(options));
+    experiment::complete(settings, {std::move(run), options.job.input, names, cameras,
                                     options.command_line, options.threads});
-    const auto files = files_of(settings);
-    if (!files.ok()) return fail(files.status());
-    if (Status status = files->check(); !status.ok()) return fail(status);
-    files->remove_left_temporaries();
+    ASSIGN_OR_RETURN(const auto files, files_of(settings));
+    RETURN_IF_ERROR(files.check());
+    files.remove_left_temporaries();
 
     const StopOnSignal stop;
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    settings.renderer = sequence::renderer_text((*context)->device());
-    settings.software = (*context)->device().software;
-    Executor executor((*context)->device());
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    settings.renderer = sequence::renderer_text(context->device());
+    settings.software = context->device().software;
+    Executor executor(context->device());
     auto tuning = tune::run_tune(std::move(starts), fixed, settings, executor, progress_printer(),
                                  &stop.flag());
     log::progress("");
     if (stop.asked()) return stop.interrupted("no chain is written; run the same command again");
-    if (!tuning.ok()) return fail(tuning.status());
+    if (!tuning.ok()) return tuning.status();
     for (const auto& line : tune::doubts_of(*tuning)) log::warning(line);
     if (!tuning->with_truth) log::info("reference: " + tuning->reference);
-    if (tuning->chosen())
-        if (Status status = write_chain_file(*tuning, settings.folder, *files); !status.ok())
-            return fail(status);
+    if (tuning->chosen()) RETURN_IF_ERROR(write_chain_file(*tuning, settings.folder, files));
     if (options.json)
         print_line(tune::tuning_json(*tuning));
     else

@@ -12,9 +12,9 @@
 namespace postchain {
 namespace {
 
-// Replaces this process by postchain-view with the words after `view`. Returns only if that fails:
-// an exit code.
-int view_subcommand(const std::vector<std::string>& command_line) {
+// Replaces this process by postchain-view with the words after `view`. Returns only if that
+// fails.
+Status view_subcommand(const std::vector<std::string>& command_line) {
     std::error_code error;
     const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
     const std::string program = (self.parent_path() / "postchain-view").string();
@@ -24,11 +24,11 @@ int view_subcommand(const std::vector<std::string>& command_line) {
         words.push_back(const_cast<char*>(word->c_str()));
     words.push_back(nullptr);
     execv(program.c_str(), words.data());
-    return fail(Status(StatusCode::gl,
-                       concat(program, ": cannot be started (", std::strerror(errno),
-                              "); install the package postchain-view, or build postchain with "
-                              "libglfw3-dev and libimgui-dev. The page of postchain serve needs "
-                              "only a browser")));
+    return Status(StatusCode::gl,
+                  concat(program, ": cannot be started (", std::strerror(errno),
+                         "); install the package postchain-view, or build postchain with "
+                         "libglfw3-dev and libimgui-dev. The page of postchain serve needs "
+                         "only a browser"));
 }
 
 }  // namespace

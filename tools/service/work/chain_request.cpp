@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "config/chain_named.h"
+#include "config/chain_find.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/service/work/held_paths.h"
 

@@ -36,13 +36,13 @@ size_t letters_apart(const std::string& a, const std::string& b) {
     return apart;
 }
 
-// The known key that a user may have meant: misspelt, or in another form or unit. Empty if none;
-// other programs' keys are short words (fov) or differ in a whole word.
+// The known key that a user may have meant: misspelt, or in another form or unit. Empty if none:
+// other programs' keys may be near, but have other letters (fov and fps).
 std::string meant_key(const std::string& key, const std::vector<std::string>& known) {
     std::vector<std::string> forms;
     for (const std::string& one : known) forms.push_back(letters_of(one));
     const std::string given = letters_of(key), near = nearest_word(given, forms);
-    if (near.empty() || given.size() < 5 || letters_apart(given, near) > 4) return "";
+    if (near.empty() || letters_apart(given, near) > given.size() / 3) return "";
     return known[size_t(std::ranges::find(forms, near) - forms.begin())];
 }
 

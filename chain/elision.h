@@ -17,10 +17,9 @@
 namespace postchain {
 
 struct ElisionRule {
-    std::string name;              // unique in a registry
-    bool on_by_default = true;     // other rules are used only if requested
-    std::string help;              // the work it elides, one line
-    std::string former_name = {};  // still accepted, with a warning (docs/compatibility.md)
+    std::string name;           // unique in a registry
+    bool on_by_default = true;  // other rules are used only if requested
+    std::string help;           // the work it elides, one line
 };
 
 inline constexpr const char* kRuleConfiguration = "off_by_configuration";

@@ -78,26 +78,6 @@ ReadIf both(const ReadIf& a, const ReadIf& b) {
     return result;
 }
 
-std::string former_name_text(std::string_view former, std::string_view name) {
-    return concat("'", former, "' is the former name of '", name,
-                  "' and will not be accepted by the next version");
-}
-
-ParameterValue Parameter::current(const ParameterValue& value) const {
-    const auto* word = std::get_if<std::string>(&value);
-    for (const auto& [old, name] : former.choices)
-        if (word && *word == old) return name;
-    return value;
-}
-
-std::string Parameter::warning(std::string_view given, const ParameterValue& value) const {
-    std::vector<std::string> texts;
-    if (given != key) texts.push_back(former_name_text(given, key));
-    if (const ParameterValue now = current(value); now != value)
-        texts.push_back(former_name_text(postchain::text_of(value), postchain::text_of(now)));
-    return joined(texts);
-}
-
 std::string Parameter::full_help() const {
     return read_if.empty() ? help : postchain::text_of(read_if) + "; " + help;
 }
@@ -136,8 +116,7 @@ Status Parameter::check(const ParameterValue& value) const {
                 return wrong(postchain::text_of(value) + " is " + kind_of(value));
             return Status();
         case ParameterType::choice: {
-            const ParameterValue name = current(value);
-            const auto* word = std::get_if<std::string>(&name);
+            const auto* word = std::get_if<std::string>(&value);
             if (!word) return wrong(postchain::text_of(value) + " is " + kind_of(value));
             if (std::find(choices.begin(), choices.end(), *word) != choices.end()) return Status();
             const std::string near = nearest_word(*word, choices);
@@ -188,8 +167,6 @@ Status Parameter::check(const ParameterValue& value) const {
 const Parameter* ParameterTable::find(std::string_view key) const {
     for (const auto& row : rows_)
         if (row.key == key) return &row;
-    for (const auto& row : rows_)
-        if (std::ranges::find(row.former.keys, key) != row.former.keys.end()) return &row;
     return nullptr;
 }
 

@@ -76,15 +76,6 @@ enum class Convergence {
     averaged,  // only random numbers depend on it: the mean over many values is the filter
 };
 
-// Names that a row had before. They are accepted for one more version, with a warning
-// (docs/compatibility.md); schema, documents and messages show only the current names.
-struct FormerNames {
-    std::vector<std::string> keys;
-    std::vector<std::pair<std::string, std::string>> choices;  // former name, current name
-};
-// "'taps' is the former name of 'samples' and will not be accepted by the next version"
-std::string former_name_text(std::string_view former, std::string_view name);
-
 // A condition on a row of the same table: its value, as text_of() writes it, is one of these, or
 // none of them.
 struct RowValue {
@@ -114,7 +105,6 @@ struct RowOptions {
     ReadIf read_if = {};                // under other values of the table it has no effect
     std::string implied = {};           // text: the value of a key without one; empty = an error
     std::string group = {};             // in a table whose users take only some rows
-    FormerNames former = {};            // names of older versions, which are still accepted
     bool required = false;              // for a text, which otherwise may be left unset
     Convergence convergence = Convergence::none;
     double converged = 0;  // Convergence::set: the value at which the filter counts as converged
@@ -137,10 +127,6 @@ struct Parameter : RowOptions {
     // Is `value` of the right type and in range? A row of type number accepts an integer. The
     // message reads "24 is even; samples is an odd integer in 1..1023".
     Status check(const ParameterValue& value) const;
-    // The value by its current name.
-    ParameterValue current(const ParameterValue& value) const;
-    // A warning if `key` or `value` is a former name, or empty.
-    std::string warning(std::string_view key, const ParameterValue& value) const;
 };
 
 class ParameterTable {
@@ -149,7 +135,6 @@ class ParameterTable {
     explicit ParameterTable(std::vector<Parameter> rows) : rows_(std::move(rows)) {}
 
     const std::vector<Parameter>& rows() const { return rows_; }
-    // By the key or a former key.
     const Parameter* find(std::string_view key) const;
     // Checks, then sets. StatusCode::chain if the key is unknown (the message suggests the closest
     // one) or the value is outside the row's domain.
@@ -355,10 +340,6 @@ class ParameterTableBuilder {
     ParameterTableBuilder& finish(Parameter row) {
         const P defaults{};
         row.default_value = row.get(&defaults);
-        if (!row.former.choices.empty())
-            row.set = [set = row.set, names = row](ParameterRef p, const ParameterValue& value) {
-                set(p, names.current(value));
-            };
         rows_.push_back(std::move(row));
         return *this;
     }

@@ -18,6 +18,14 @@ namespace {
 // Room for a matrix per frame of about ten thousand frames.
 constexpr TextLimits kCameraLimits = {size_t(64) << 20, 32};
 
+// The letters and digits of a key, in lower case: "focalLength_mm" -> "focallengthmm".
+std::string letters_of(const std::string& key) {
+    std::string letters;
+    for (const unsigned char c : key)
+        if (std::isalnum(c)) letters += char(std::tolower(c));
+    return letters;
+}
+
 // Number of letters that only one of the two words has; 0 if two letters are swapped.
 size_t letters_apart(const std::string& a, const std::string& b) {
     std::array<int, 256> count = {};
@@ -28,33 +36,14 @@ size_t letters_apart(const std::string& a, const std::string& b) {
     return apart;
 }
 
-// The words of a key, in lower case: "focalLength_mm" -> focal, length, mm.
-std::vector<std::string> words_of(const std::string& key) {
-    std::vector<std::string> words;
-    bool fresh = true, upper_before = true;
-    for (const unsigned char c : key) {
-        const bool upper = std::isupper(c);
-        if (!std::isalnum(c) || (upper && !upper_before)) fresh = true;
-        upper_before = upper;
-        if (!std::isalnum(c)) continue;
-        if (fresh) words.emplace_back();
-        words.back() += char(std::tolower(c));
-        fresh = false;
-    }
-    return words;
-}
-
-// Whether two keys differ only by case, underscores or the unit at the end.
-bool same_but_for_form(const std::string& a, const std::string& b) {
-    static const std::vector<std::string> units = {"mm",      "cm",     "m", "meters", "deg",
-                                                   "degrees", "frames", "s", "ms",     "px"};
-    const auto without_unit = [](std::vector<std::string> words) {
-        if (words.size() > 1 && std::ranges::find(units, words.back()) != units.end())
-            words.pop_back();
-        return joined(words, "");
-    };
-    const std::vector<std::string> of_a = words_of(a), of_b = words_of(b);
-    return joined(of_a, "") == joined(of_b, "") || without_unit(of_a) == without_unit(of_b);
+// The known key that a user may have meant: misspelt, or in another form or unit. Empty if none:
+// other programs' keys may be near, but have other letters (fov and fps).
+std::string meant_key(const std::string& key, const std::vector<std::string>& known) {
+    std::vector<std::string> forms;
+    for (const std::string& one : known) forms.push_back(letters_of(one));
+    const std::string given = letters_of(key), near = nearest_word(given, forms);
+    if (near.empty() || letters_apart(given, near) > given.size() / 3) return "";
+    return known[size_t(std::ranges::find(forms, near) - forms.begin())];
 }
 
 constexpr const char* kShutterAngle = "shutter_angle_deg";
@@ -279,13 +268,10 @@ class CameraParser {
         for (const auto& row : camera_parameters().rows()) known.push_back(row.key);
         if (std::ranges::find(known, key.text) != known.end())
             return reporter_.warning(key, path, "ignored: belongs at the top of the file");
-        const auto same = std::ranges::find_if(
-            known, [&](const auto& one) { return same_but_for_form(key.text, one); });
-        const std::string near = same != known.end() ? *same : nearest_word(key.text, known);
-        if (same != known.end() || (!near.empty() && letters_apart(key.text, near) <= 2))
+        if (const std::string meant = meant_key(key.text, known); !meant.empty())
             return reporter_.warning(
                 key, path,
-                "ignored: unknown key '" + key.text + "' (did you mean '" + near + "'?)");
+                "ignored: unknown key '" + key.text + "' (did you mean '" + meant + "'?)");
         if (ignored_.empty()) first_ignored_ = key;
         if (std::find(ignored_.begin(), ignored_.end(), key.text) == ignored_.end())
             ignored_.push_back(key.text);

@@ -1,7 +1,5 @@
 #include "config/chain_file.h"
 
-#include <set>
-
 #include "config/camera_file.h"
 #include "config/chain_override.h"
 #include "config/reporter.h"
@@ -114,7 +112,6 @@ class ChainParser {
     void rows(const TextNode& node, const std::string& path, const ParameterTable& own,
               ParameterRef of_own, ChainLink* link = nullptr) {
         bool good = true;
-        std::set<std::string> given;
         std::vector<std::pair<const Parameter*, const TextNode*>> stated;  // with a value
         for (const auto& [key, value] : node.entries) {
             const std::string at = path + "." + key.text;
@@ -122,21 +119,10 @@ class ChainParser {
             const ParameterTable& table = of_link ? link_parameters() : own;
             const ParameterRef parameters = of_link ? ParameterRef(link) : of_own;
             const Parameter* row = table.find(key.text);
-            if (row && !given.insert(row->key).second) {
-                reporter_.error(key, at, "given twice, also by a former name");
-                good = false;
-                continue;
-            }
             const Status status = row ? set_row(table, parameters, *row, value)
                                       : table.set(parameters, key.text, ParameterValue());
-            if (!status.ok())
-                reporter_.error(row ? value : key, at, status.message());
-            else if (const std::string text = row->warning(key.text, *value_of(value));
-                     !text.empty())
-                reporter_.warning(key, at, text);
-            if (row)
-                chain_.origins[path + "." + row->key] = {kFromChain,
-                                                         concat(file_name_, ":", key.line)};
+            if (!status.ok()) reporter_.error(row ? value : key, at, status.message());
+            if (row) chain_.origins[at] = {kFromChain, concat(file_name_, ":", key.line)};
             good = good && status.ok();
             if (status.ok() && !of_link && *value_of(value) != ParameterValue())
                 stated.emplace_back(row, &key);

@@ -88,6 +88,17 @@ Result<ChainText> find_chain(const std::string& name_or_path) {
     return ChainText{name_or_path, text, false};
 }
 
+Result<ChainText> find_named_chain(const std::string& name_or_path, const FileOf& file_of) {
+    const auto shipped = shipped_chains();
+    if (std::find(shipped.begin(), shipped.end(), name_or_path) != shipped.end())
+        return find_chain(name_or_path);
+    ASSIGN_OR_RETURN(const auto path, file_of(name_or_path));
+    std::error_code failed;
+    if (name_or_path.find_first_of("/.") == std::string::npos && !fs::exists(path, failed))
+        return Status(StatusCode::chain, unknown_word("chain", name_or_path, shipped));
+    return find_chain(path);
+}
+
 ChainFile parse_chain(const ChainText& chain, const PassRegistry& registry,
                       const std::vector<std::string>& overrides) {
     return chain.root ? parse_chain(*chain.root, chain.file_name, registry, overrides)

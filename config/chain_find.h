@@ -1,6 +1,7 @@
 // Finding chains: shipped ones by name, files by path.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -23,6 +24,12 @@ ChainFile parse_chain(const ChainText& chain, const PassRegistry& registry,
 // program. Errors: StatusCode::chain, with the shipped names.
 Result<ChainText> find_chain(const std::string& name_or_path);
 std::vector<std::string> shipped_chains();  // names, sorted
+
+// A chain that another text names (a study, a request of the service): a shipped one, otherwise the
+// file at `file_of(name_or_path)`, which gives the path at which a file is opened, or why it must
+// not be.
+using FileOf = std::function<Result<std::string>(const std::string& path)>;
+Result<ChainText> find_named_chain(const std::string& name_or_path, const FileOf& file_of);
 
 // Only the copies inside the program; opens no file.
 std::optional<ChainText> embedded_chain(const std::string& name);

@@ -26,9 +26,7 @@ Failure make_chain(std::string_view text, const std::string& name, pc_chain** ch
                            "\": a host hands in one matte, pc_frame.mask; its name is \"",
                            postchain::guest::kMask, "\"")};
     *chain = postchain::guest::new_chain(std::move(file.chain));
-    std::string warnings = postchain::text_of(file.diagnostics);
-    if (!warnings.empty()) warnings.pop_back();  // the last end of line
-    return {PC_OK, std::move(warnings)};
+    return {};
 }
 
 }  // namespace

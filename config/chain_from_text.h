@@ -7,8 +7,7 @@
 extern "C" {
 #endif
 /* `text`: YAML or JSON, ends with 0. `name`: file name for messages; may be NULL.
- * PC_ERROR_CHAIN: pc_error() has a line for each fault, with its place. After PC_OK
- * pc_error() has a line for each warning. */
+ * PC_ERROR_CHAIN: pc_error() has a line for each fault, with its place. */
 PC_API pc_result pc_chain_from_text(const char* text, const char* name, pc_chain** chain);
 /* A chain that is part of the library: "paper", "balanced", "fast", ... */
 PC_API pc_result pc_chain_shipped(const char* name, pc_chain** chain);

@@ -112,20 +112,8 @@ class Overrider {
         return a.excludes == b.key || b.excludes == a.key;
     }
 
-    // The override by the current names of key and value; former names are reported.
-    Override current(Override item, const ParameterTable& table, const std::string& path) {
-        const Parameter* row = table.find(item.key);
-        if (!row) return item;
-        if (const std::string text = row->warning(item.key, item.value); !text.empty())
-            report(item, Severity::warning, path + "." + item.key, text);
-        item.key = row->key;
-        item.value = row->current(item.value);
-        return item;
-    }
-
     // A camera value given with --set also replaces the passes' own values of that name.
-    void set_camera(const Override& given) {
-        const Override item = current(given, camera_parameters(), "camera");
+    void set_camera(const Override& item) {
         const Status status = camera_parameters().set(&chain_.camera, item.key, item.value);
         if (!status.ok())
             return report(item, Severity::error, "camera." + item.key, status.message());
@@ -203,13 +191,12 @@ class Overrider {
         return refuse("neither camera nor a pass of the chain; known are " + joined(names));
     }
 
-    void set_pass(const Override& given) {
-        const int link = find_link(given);
+    void set_pass(const Override& item) {
+        const int link = find_link(item);
         if (link < 0) return;
         ChainLink& at = chain_.links[size_t(link)];
-        const bool of_link = link_parameters().find(given.key);
+        const bool of_link = link_parameters().find(item.key);
         const ParameterTable& table = of_link ? link_parameters() : *at.type->parameters;
-        const Override item = current(given, table, path_of(link));
         const Status status =
             table.set(of_link ? ParameterRef(&at) : at.pass->parameters(), item.key, item.value);
         if (!status.ok())

@@ -165,7 +165,7 @@ Failure ChainHandle::set(uint32_t pass, std::string_view key, const ParameterVal
     }
     revision_ = new_revision();
     for (Row& known : rows_) known.cost = -1;
-    return {PC_OK, row->warning(key, value)};
+    return {};
 }
 
 Failure ChainHandle::set_number(uint32_t pass, std::string_view key, double value) {

@@ -124,8 +124,8 @@ typedef struct pc_create_info {
 } pc_create_info;
 /* [GL] On failure *instance is NULL, and the text is in pc_error(). */
 PC_API pc_result pc_create(const pc_create_info* info, pc_instance** instance);
-/* The text of this thread's last call that returned a pc_result; "" = none. After PC_OK: warnings,
- * such as a former name in a chain's text. Valid until this thread's next call. */
+/* The text of this thread's last call that returned a pc_result; "" = none. Valid until
+ * this thread's next call. */
 PC_API const char* pc_error(void);
 PC_API const char* pc_create_error(void); /* pc_error() by its former name */
 PC_API void pc_destroy(pc_instance*);     /* [GL] with another context current, as pc_abandon() */
@@ -150,8 +150,7 @@ PC_API pc_result pc_query(const pc_instance*, pc_capabilities*);
  * name the text has; more than 16 passes. On failure *chain is NULL. */
 PC_API pc_result pc_chain_create(const char* passes, pc_chain** chain);
 PC_API void pc_chain_destroy(pc_chain*);
-/* "" = none; valid until the next call. After PC_OK: a warning that a key or value was given by a
- * former name, which the next version will not accept. */
+/* "" = none; valid until the next call. */
 PC_API const char* pc_chain_error(const pc_chain*);
 /* Passes of this library, index from 0; PC_ERROR_ARGUMENT = index is past the last. `name` and
  * `help` stay valid as long as the library is loaded. */

@@ -211,8 +211,7 @@ const PassType& pass_type() {
         .rules = {
             {kRuleFocusBlocks, true,
              "the blurred image in blocks that do not show it, color and radius in blocks that "
-             "show only it",
-             "focus_tiles"}}};
+             "show only it"}}};
     return type;
 }
 

@@ -148,8 +148,8 @@ const PassType& pass_type() {
             "shutter time and lens sample.",
         .parameters = &table(),
         .create = [] { return std::make_unique<JointBlur>(); },
-        .rules = {{kRuleUnblurredBlocks, true,
-                   "the joint blur of blocks that nothing is blurred into", "unblurred_tiles"}}};
+        .rules = {
+            {kRuleUnblurredBlocks, true, "the joint blur of blocks that nothing is blurred into"}}};
     return type;
 }
 

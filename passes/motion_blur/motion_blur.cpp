@@ -252,14 +252,12 @@ const PassType& pass_type() {
         .help = "Feature-aware motion blur from motion vectors and depth (Guertin et al., 2013).",
         .parameters = &table(),
         .create = [] { return std::make_unique<MotionBlur>(); },
-        .rules = {{kRuleStillBlocks, true, "the blur of blocks that nothing moves into",
-                   "still_tiles"},
+        .rules = {{kRuleStillBlocks, true, "the blur of blocks that nothing moves into"},
                   {kRuleSkyBlocks, true,
-                   "comparing depths in blocks around which there is one depth", "sky_tiles"},
+                   "comparing depths in blocks around which there is one depth"},
                   {kRuleUniformBlocks, false,
                    "reading motion and depth of the samples in blocks around which both hardly "
-                   "change",
-                   "uniform_tiles"}},
+                   "change"}},
         .variants = {{"guertin without jitter",
                       {{"mode", "guertin"}, {"jitter", 0.0}, {"tile_jitter", false}}}}};
     return type;

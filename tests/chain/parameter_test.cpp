@@ -28,8 +28,7 @@ const ParameterTable& table() {
                      {.min = 1, .max = 255, .odd = true, .unit = "taps", .help = "taps"})
             .number("softness", &Parameters::softness, {.min = 0, .min_excluded = true})
             .boolean("tiles", &Parameters::tiles, {})
-            .choice("mode", &Parameters::mode, {"slow", "fast"},
-                    {.former = {.keys = {"speed"}, .choices = {{"sluggish", "slow"}}}})
+            .choice("mode", &Parameters::mode, {"slow", "fast"}, {})
             .number("shutter", &Parameters::shutter, {.min = 0, .max = 4, .excludes = "angle"})
             .number("angle", &Parameters::angle, {.min = 0, .max = 1440})
             .integer("preset", &Parameters::preset, {.allowed = {10, 12, 39}})
@@ -72,27 +71,6 @@ TEST(Parameter, GoodValuesAreStored) {
     }
     EXPECT_EQ(table().text(&p),
               "samples=255 softness=2 tiles=true mode=fast shutter=unset angle=unset preset=12");
-}
-
-TEST(Parameter, FormerNamesAreAcceptedAndWarnedOf) {
-    Parameters p;
-    const Parameter* row = table().find("speed");
-    ASSERT_EQ(row, table().find("mode"));
-    EXPECT_TRUE(table().set(&p, "speed", std::string("sluggish")).ok());
-    EXPECT_EQ(p.mode, Mode::slow);
-    EXPECT_EQ(table().text(&p).find("sluggish"), std::string::npos);
-    EXPECT_EQ(row->warning("mode", std::string("slow")), "");
-    EXPECT_EQ(row->warning("speed", std::string("slow")),
-              "'speed' is the former name of 'mode' and will not be accepted by the next version");
-    EXPECT_EQ(row->warning("mode", std::string("sluggish")),
-              "'sluggish' is the former name of 'slow' and will not be accepted by the next "
-              "version");
-    EXPECT_EQ(row->domain(), "one of slow, fast");
-    // Also by code that checks a value and then sets it by the row.
-    EXPECT_TRUE(row->check(std::string("sluggish")).ok());
-    p.mode = Mode::fast;
-    row->set(&p, std::string("sluggish"));
-    EXPECT_EQ(p.mode, Mode::slow);
 }
 
 TEST(Parameter, ExclusiveKeysAreFoundOut) {

@@ -7,9 +7,6 @@
 #include <postchain/postchain.hpp>
 #include <string>
 
-#include "chain/guest/handles.h"
-#include "fake_passes.h"
-
 namespace {
 
 using ::testing::HasSubstr;
@@ -33,24 +30,6 @@ TEST(ChainFromText, YamlAndJson) {
         EXPECT_STREQ(row(made, 1, "samples").pass_name, "motion_blur");
         EXPECT_EQ(row(made, PC_CAMERA, "f_stop").value, 2.5);
     }
-}
-
-TEST(ChainFromText, AFormerNameIsAWarningOfPcChainError) {
-    postchain::Chain parts;
-    ASSERT_TRUE(parts.append(postchain::test::fake_passes(), "smear"));
-    const pc::Chain made(postchain::guest::new_chain(std::move(parts)));
-    pc_chain& chain = *made;
-    const auto& set = postchain::test::smear(*chain.is.chain().links[0].pass);
-    EXPECT_EQ(pc_chain_set_number(&chain, 0, "taps", 51), PC_OK);
-    EXPECT_THAT(pc_chain_error(&chain), HasSubstr("'taps' is the former name of 'samples'"));
-    EXPECT_EQ(pc_chain_set_text(&chain, 0, "mode", "slim"), PC_OK);
-    EXPECT_THAT(pc_chain_error(&chain), HasSubstr("'slim' is the former name of 'narrow'"));
-    EXPECT_EQ(set.samples, 51);
-    EXPECT_EQ(set.mode, postchain::test::SmearMode::narrow);
-    EXPECT_EQ(pc_chain_set_number(&chain, 0, "samples", 25), PC_OK);
-    EXPECT_STREQ(pc_chain_error(&chain), "");
-    EXPECT_EQ(pc_chain_set_number(&chain, 0, "taps", 24), PC_ERROR_CHAIN);
-    EXPECT_EQ(set.samples, 25);
 }
 
 TEST(ChainFromText, FaultsAreNamedWithTheirPlace) {

@@ -22,18 +22,15 @@ class FakePass : public PlainPass {
 const ParameterTable& smear_table() {
     static const ParameterTable table =
         ParameterTableBuilder<Smear>()
-            .choice("mode", &Smear::mode, {"wide", "narrow"},
-                    {.help = "how wide", .former = {.choices = {{"slim", "narrow"}}}})
-            .integer("samples", &Smear::samples,
-                     {.min = 1, .max = 255, .odd = true, .former = {.keys = {"taps"}}})
+            .choice("mode", &Smear::mode, {"wide", "narrow"}, {.help = "how wide"})
+            .integer("samples", &Smear::samples, {.min = 1, .max = 255, .odd = true})
             .number("amount", &Smear::amount, {.min = 0, .max = 10, .help = "how much | at most"})
             .integer("factor", &Smear::factor,
                      {.allowed = {1, 2, 4}, .read_if = {{{"mode", {"wide"}}}}})
             .boolean("dither", &Smear::dither, {})
             .number("shutter_frames", &Smear::shutter_frames,
                     {.min = 0, .max = 4, .unit = "frames", .excludes = "shutter_angle_deg"})
-            .number("shutter_angle_deg", &Smear::shutter_angle_deg,
-                    {.min = 0, .max = 1440, .former = {.keys = {"angle"}}})
+            .number("shutter_angle_deg", &Smear::shutter_angle_deg, {.min = 0, .max = 1440})
             .point("middle", &Smear::middle, {.min = 0, .max = 1})
             .table();
     return table;

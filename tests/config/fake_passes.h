@@ -32,8 +32,7 @@ struct Tint {
 
 // smear: mode wide|narrow, samples odd 1..255, amount 0..10, factor 1|2|4 (read with mode: wide),
 // dither, shutter_frames 0..4 excludes shutter_angle_deg, middle a point in 0..1. tint: gain > 0,
-// limit 0..100 or unset. Former names: taps for samples, angle for shutter_angle_deg, slim for
-// narrow.
+// limit 0..100 or unset.
 const PassRegistry& fake_passes();
 
 const Smear& smear(const Pass& pass);

@@ -45,6 +45,7 @@ TEST(Override, SetsByIndexByNameAndTheCamera) {
         kChain, {"passes[0].samples=51", "tint.gain=0.25", "camera.f_stop=2", "smear.mode=narrow"});
     ASSERT_THAT(texts(file.diagnostics), IsEmpty());
     EXPECT_EQ(first_smear(file).samples, 51);
+    EXPECT_EQ(file.chain.origins.at("passes[0].samples").where, "--set passes[0].samples=51");
     EXPECT_EQ(first_smear(file).mode, test::SmearMode::narrow);
     EXPECT_EQ(tint(*file.chain.links[1].pass).gain, 0.25);
     EXPECT_EQ(file.chain.camera.f_stop, 2.0);
@@ -58,22 +59,6 @@ TEST(Override, SetsByIndexByNameAndTheCamera) {
     std::string text = kChain;
     text.replace(text.find("31"), 2, "33");
     EXPECT_EQ(parse(kChain, {"passes[0].samples=33"}).chain.hash(), parse(text, {}).chain.hash());
-}
-
-TEST(Override, FormerNamesAreReadWithAWarning) {
-    ChainFile file = parse(kChain, {"smear.taps=51", "smear.mode=slim"});
-    EXPECT_TRUE(file.status().ok());
-    EXPECT_THAT(
-        texts(file.diagnostics),
-        ElementsAre(HasSubstr("--set smear.taps=51: warning: passes[0].taps: 'taps' is the former"),
-                    HasSubstr("'slim' is the former name of 'narrow'")));
-    EXPECT_EQ(first_smear(file).samples, 51);
-    EXPECT_EQ(file.chain.origins.at("passes[0].samples").where, "--set smear.taps=51");
-    // A value of the chain file gives way to the former name as it does to the current one.
-    file = parse(kTwice, {"passes[0].angle=90"});
-    EXPECT_TRUE(file.status().ok());
-    EXPECT_EQ(first_smear(file).shutter_frames, std::nullopt);
-    EXPECT_EQ(first_smear(file).shutter_angle_deg, 90.0);
 }
 
 TEST(Override, WarnsOfWhatHasNoEffect) {

@@ -163,7 +163,7 @@ def test_wrong_arguments(planes):
     for words, settings in [("^run: unknown argument 'threads'; known are those of its signature, and "
                              "camera_motion", {"threads": 2}),
                             ("precision", {"precision": "fp8"}),
-                            ("no rule 'speed'", {"no_elide": "speed"}),
+                            ("unknown rule 'speed'", {"no_elide": "speed"}),
                             ("device: is a str; give a Device", {"device": "gpu"}),
                             ("frame: is a str; give an integer", {"frame": "7"}),
                             ("frame: 1099511627776 is too large", {"frame": 2 ** 40}),

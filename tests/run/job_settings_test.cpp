@@ -39,24 +39,6 @@ TEST(JobSettings, EveryRowSaysWhatItIs) {
     EXPECT_GE(keys.size(), 20u);
 }
 
-TEST(JobSettings, FormerNamesOfRulesAreReadWithAWarning) {
-    JobSettings job;
-    job.input = "in.####.exr";
-    job.no_elide = "still_tiles,sky_tiles,focus_tiles,unblurred_tiles,unused_step";
-    job.elide = "uniform_tiles";
-    Diagnostics notes;
-    const auto settings = run_settings_of(job, builtin_passes(), notes);
-    ASSERT_TRUE(settings.ok()) << settings.status().message();
-    EXPECT_EQ(settings->plan.rules_off,
-              std::set<std::string>({"still_blocks", "sky_blocks", "focus_blocks",
-                                     "unblurred_blocks", "unused_step"}));
-    EXPECT_EQ(settings->plan.rules_on, std::set<std::string>({"uniform_blocks"}));
-    ASSERT_EQ(notes.size(), 5u);
-    for (const Diagnostic& note : notes) EXPECT_EQ(note.severity, Severity::warning);
-    EXPECT_TRUE(notes.back().text().starts_with(
-        "--elide: warning: 'uniform_tiles' is the former name of 'uniform_blocks'"));
-}
-
 TEST(JobSettings, DefaultsAreThoseOfARun) {
     const auto settings = settings_of({});
     ASSERT_TRUE(settings.ok()) << settings.status().message();

@@ -1,5 +1,6 @@
 // A header leads to its source: x.h declares what x.cpp exports, and x.cpp includes x.h first (so
 // that every header compiles on its own). A program's main.cpp exports nothing and has no header.
+// One header declares all subcommands of the command.
 #include <gtest/gtest.h>
 
 #include <regex>
@@ -48,10 +49,19 @@ bool has_word(const std::vector<std::string>& lines, const std::string& word) {
     return false;
 }
 
+// The header that declares what a source exports: the one of its name, or for a subcommand without
+// one the header of all.
+std::string header_of(const std::string& file) {
+    const std::string own = file.substr(0, file.size() - 3) + "h";
+    return file.starts_with("tools/apps/postchain/") && !fs::exists(kRoot / own)
+               ? "tools/apps/postchain/subcommands.h"
+               : own;
+}
+
 // Faults of a source, given its header's lines; one line each.
 std::vector<std::string> faults_of(const std::string& file, const std::vector<std::string>& source,
                                    const std::vector<std::string>& header) {
-    const std::string own = file.substr(0, file.size() - 3) + "h";
+    const std::string own = header_of(file);
     if (header.empty()) return {"has no header " + own};
     std::vector<std::string> faults;
     // Samples are also built outside this tree and name neighboring files without a path.
@@ -69,7 +79,7 @@ TEST(HeaderSource, EverySourceHasTheHeaderThatDeclaresIt) {
     for (const auto& [file, source] :
          files_below({"chain", "passes", "config", "tools", "tests/support"}, {".cpp"})) {
         if (file.ends_with("/main.cpp")) continue;
-        const auto header = lines_of((kRoot / file).replace_extension(".h"));
+        const auto header = lines_of(kRoot / header_of(file));
         for (const auto& fault : faults_of(file, source, header))
             ADD_FAILURE() << file << ": " << fault;
         ++count;

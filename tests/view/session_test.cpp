@@ -174,20 +174,20 @@ TEST_F(SessionTest, ComparesWithTheFrameChainBAndGroundTruth) {
     session_->hold_chain();
     EXPECT_TRUE(session_->document().set(0, "samples", int64_t(2)).ok());
     const struct {
-        With with;
+        CompareTarget target;
         ImageF other;
-    } cases[] = {{With::before, test::read_color(path("in.0001.exr"))},
-                 {With::other_chain, as_held},
-                 {With::truth, test::read_color(path("in.0002.exr"))}};
-    for (const auto& [with, other] : cases) {
-        session_->view().with = with;
+    } cases[] = {{CompareTarget::before, test::read_color(path("in.0001.exr"))},
+                 {CompareTarget::other_chain, as_held},
+                 {CompareTarget::truth, test::read_color(path("in.0002.exr"))}};
+    for (const auto& [target, other] : cases) {
+        session_->view().target = target;
         const Rgba expected = *painted(other, Look::color, session_->view().display);
         ASSERT_TRUE(wait_for([&] {
             const auto& shown = session_->painted().other;
             return shown && shown->data == expected.data && session_->at_rest();
-        })) << int(with);
+        })) << int(target);
         EXPECT_FALSE(session_->painted().metrics.empty());
-        EXPECT_TRUE(session_->painted().map) << int(with);
+        EXPECT_TRUE(session_->painted().map) << int(target);
     }
 }
 
@@ -198,7 +198,7 @@ TEST_F(SessionTest, AGroundTruthOfAnotherSizeIsNotCompared) {
     settings_.truth->input = *io::InputSpec::parse(path("truth/in.####.exr"));
     open();
     session_->view().compare = Compare::wipe;
-    session_->view().with = With::truth;
+    session_->view().target = CompareTarget::truth;
     ASSERT_TRUE(wait_for([&] {
         return says(
             "ground truth: 32x24 pixels, the frame has 64x48; give one of the same "

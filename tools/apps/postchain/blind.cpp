@@ -1,4 +1,9 @@
-#include "tools/apps/postchain/blind.h"
+// postchain blind: a page on which observers compare outputs without knowing which is which, and
+// the evaluation of their choices.
+//
+//   NAME=OUT... --> DIR/index.html (for observers), DIR/key.json
+//   --choices   --> counts, intervals and probabilities on stdout
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
@@ -9,9 +14,7 @@
 
 #include "chain/printable.h"
 #include "config/text_tree.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/blind/choices.h"
 #include "tools/measure/report/words.h"
@@ -21,6 +24,14 @@
 
 namespace postchain {
 namespace {
+
+struct BlindOptions {
+    std::vector<std::string> sides;  // "joint=out/joint.####.exr"
+    std::string folder, truth;
+    std::vector<std::string> choices;
+    uint64_t seed = 1;
+    io::OnExisting on_existing = io::OnExisting::fail;
+};
 
 constexpr const char* kMark = ".postchain-blind";
 constexpr size_t kMaxBytes = size_t(256) << 20;  // all images of a page together
@@ -170,93 +181,90 @@ Status write(const BlindWork& work, const std::string& path, std::string_view te
     return io::atomic_write_text(path, text, permit).status();
 }
 
-int make_folder(const Options& options, const BlindOptions& blind) {
-    auto work = work_of(options, blind);
-    if (!work.ok()) return fail(work.status());
+Result<int> make_folder(const Options& options, const BlindOptions& blind) {
+    ASSIGN_OR_RETURN(auto work, work_of(options, blind));
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
-    const auto pictures = pictures_of(*work, stop);
+    const auto pictures = pictures_of(work, stop);
     log::progress("");
     if (stop.asked()) return stop.interrupted("no page is written; run the same command again");
-    if (!pictures.ok()) return fail(pictures.status());
+    if (!pictures.ok()) return pictures.status();
     std::vector<std::string> names;
-    for (const Side& side : work->sides) names.push_back(side.name);
-    const blind::Kit kit = blind::make_kit(names, work->frames, blind.seed, *pictures);
+    for (const Side& side : work.sides) names.push_back(side.name);
+    const blind::Kit kit = blind::make_kit(names, work.frames, blind.seed, *pictures);
     const std::string page = blind.folder + "/index.html";
-    Status status = work->files.make_folders();
-    if (status.ok()) status = write(*work, page, blind::page_of(kit, *pictures));
-    if (status.ok()) status = write(*work, blind.folder + "/key.json", blind::key_text(kit));
-    if (!status.ok()) return fail(status);
+    Status status = work.files.make_folders();
+    if (status.ok()) status = write(work, page, blind::page_of(kit, *pictures));
+    if (status.ok()) status = write(work, blind.folder + "/key.json", blind::key_text(kit));
+    RETURN_IF_ERROR(status);
     std::printf("%s\n", printable(page).c_str());
     log::info(concat(report::counted(kit.trials.size(), "pair"), " of ", names.size(),
                      " sides; give observers ", page, " without key.json"));
     return kExitOk;
 }
 
-int evaluate(const Options& options, const BlindOptions& blind) {
+Result<int> evaluate(const Options& options, const BlindOptions& blind) {
     const std::string key = blind.folder + "/key.json";
-    const auto text = read_text_file(key, StatusCode::input, kKeyLimits);
-    if (!text.ok()) return fail(text.status());
-    const auto kit = blind::kit_from(*text, key);
-    if (!kit.ok()) return fail(kit.status());
+    ASSIGN_OR_RETURN(const auto text, read_text_file(key, StatusCode::input, kKeyLimits));
+    ASSIGN_OR_RETURN(const auto kit, blind::kit_from(text, key));
     std::vector<blind::Choice> choices;
     for (const std::string& file : blind.choices) {
-        const auto csv = read_text_file(file, StatusCode::input, kKeyLimits);
-        if (!csv.ok()) return fail(csv.status());
-        if (Status status = blind::read_choices(*csv, file, *kit, choices); !status.ok())
-            return fail(status);
+        ASSIGN_OR_RETURN(const auto csv, read_text_file(file, StatusCode::input, kKeyLimits));
+        RETURN_IF_ERROR(blind::read_choices(csv, file, kit, choices));
     }
     std::set<std::string> observers;
     for (const auto& choice : choices) observers.insert(choice.observer);
-    const auto results = blind::results_of(*kit, choices);
+    const auto results = blind::results_of(kit, choices);
     if (options.json) {
-        print_line(blind::results_json(*kit, results, observers.size()));
+        print_line(blind::results_json(kit, results, observers.size()));
         return kExitOk;
     }
     std::printf("%s of %s, %s of images\n", report::counted(choices.size(), "choice").c_str(),
                 report::counted(observers.size(), "observer").c_str(),
-                report::counted(kit->trials.size(), "pair").c_str());
+                report::counted(kit.trials.size(), "pair").c_str());
     for (const auto& counts : results)
-        std::printf("%s\n", printable(blind::words_of(*kit, counts)).c_str());
+        std::printf("%s\n", printable(blind::words_of(kit, counts)).c_str());
     return kExitOk;
+}
+
+Result<int> blind_subcommand(const Options& options, const BlindOptions& blind) {
+    return blind.choices.empty() ? make_folder(options, blind) : evaluate(options, blind);
 }
 
 }  // namespace
 
-void add_blind(CLI::App& subcommand, Options& o, BlindOptions& blind) {
+RunSubcommand add_blind(CLI::App& subcommand, Options& o) {
+    const auto blind = std::make_shared<BlindOptions>();
     subcommand
-        .add_option("SIDE", blind.sides,
+        .add_option("SIDE", blind->sides,
                     "two or more outputs of the same frames: lens=a.####.exr joint=b.####.exr")
         ->type_name("NAME=OUT");
     subcommand
         .add_option(
-            "-o,--output", blind.folder,
+            "-o,--output", blind->folder,
             "folder of the comparison: index.html for observers, key.json for the evaluation")
         ->required()
         ->type_name("DIR");
     subcommand
-        .add_option("-r,--truth", blind.truth,
+        .add_option("-r,--truth", blind->truth,
                     "shown between both sides as a reference: both.####.exr")
         ->type_name("TRUTH");
-    subcommand.add_option("--seed", blind.seed, "another order of pairs and sides")
+    subcommand.add_option("--seed", blind->seed, "another order of pairs and sides")
         ->check(CLI::Range(int64_t(0), std::numeric_limits<int64_t>::max()))
         ->capture_default_str();
-    add_on_existing(subcommand, "if the folder has a comparison", blind.on_existing);
+    add_on_existing(subcommand, "if the folder has a comparison", blind->on_existing);
     add_displayed(subcommand, o);
     const std::vector<CLI::Option*> of_the_folder = subcommand.get_options();
     CLI::Option* choices =
         subcommand
-            .add_option("--choices", blind.choices,
+            .add_option("--choices", blind->choices,
                         "evaluate these choices of observers instead of making the folder")
             ->type_name("FILE");
     for (CLI::Option* option : of_the_folder)
         if (option != subcommand.get_help_ptr() && !option->check_lname("output"))
             choices->excludes(option);
     subcommand.add_flag("--json", o.json, "one JSON object on stdout")->needs(choices);
-}
-
-int blind_subcommand(const Options& options, const BlindOptions& blind) {
-    return blind.choices.empty() ? make_folder(options, blind) : evaluate(options, blind);
+    return [&o, blind] { return blind_subcommand(o, *blind); };
 }
 
 }  // namespace postchain

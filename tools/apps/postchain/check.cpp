@@ -1,16 +1,22 @@
-#include "tools/apps/postchain/check.h"
+// postchain check: which outputs of sequences are whole, missing, or from other settings.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
 
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/print_line.h"
+#include "tools/apps/postchain/log.h"
 #include "tools/sequence/record/check_outputs.h"
 #include "tools/sequence/settings/frame_task.h"
 
 namespace postchain {
 namespace {
+
+struct CheckOptions {
+    std::vector<std::string> outputs;
+    std::string frames;
+    std::string like;
+};
 
 using io::Json;
 using sequence::CheckedOutput;
@@ -75,45 +81,25 @@ void print_table(const std::vector<Sequence>& sequences) {
                             sequence::frames_text(frames, frames.size()).c_str());
 }
 
-}  // namespace
-
-void add_check(CLI::App& subcommand, Options& options, CheckOptions& check) {
-    subcommand.add_option("OUT", check.outputs, "output pattern, as for --output of `run`")
-        ->required()
-        ->expected(1, -1);
-    subcommand
-        .add_option("--frames", check.frames,
-                    "frames that must exist, such as 1-100 (default: from the first to the last on "
-                    "disk)")
-        ->type_name("RANGE");
-    subcommand
-        .add_option("--like", check.like,
-                    "an output whose settings all frames must have (default: those of most frames)")
-        ->type_name("OUT");
-    subcommand.add_flag("--json", options.json, "one JSON object with every frame");
-}
-
-int check_subcommand(const Options& options, const CheckOptions& check) {
+Result<int> check_subcommand(const Options& options, const CheckOptions& check) {
     std::optional<io::FrameRange> frames;
     if (!check.frames.empty()) {
         auto range = io::FrameRange::parse(check.frames);
-        if (!range.ok()) return fail(range.status().at("--frames"));
+        if (!range.ok()) return range.status().at("--frames");
         frames = std::move(*range);
     }
     std::vector<Sequence> sequences;
     Json all = Json::array();
     bool whole = true;
     for (const std::string& text : check.outputs) {
-        const auto pattern = io::PathPattern::parse(text);
-        if (!pattern.ok()) return fail(pattern.status());
-        const auto outputs = sequence::check_outputs(*pattern, frames, check.like);
-        if (!outputs.ok()) return fail(outputs.status());
-        sequences.push_back(summary_of(text, *outputs));
+        ASSIGN_OR_RETURN(const auto pattern, io::PathPattern::parse(text));
+        ASSIGN_OR_RETURN(const auto outputs, sequence::check_outputs(pattern, frames, check.like));
+        sequences.push_back(summary_of(text, outputs));
         Json list = Json::array(), counts = Json::object();
-        for (const CheckedOutput& one : *outputs) list.push_back(json_of(one));
+        for (const CheckedOutput& one : outputs) list.push_back(json_of(one));
         for (const OutputState state : kStates)
             counts[name_of(state)] = sequences.back().frames[state].size();
-        whole = whole && sequences.back().frames[OutputState::whole].size() == outputs->size();
+        whole = whole && sequences.back().frames[OutputState::whole].size() == outputs.size();
         all.push_back({{"output", text}, {"counts", counts}, {"frames", list}});
     }
     for (Sequence& one : sequences)
@@ -123,6 +109,26 @@ int check_subcommand(const Options& options, const CheckOptions& check) {
     else
         print_table(sequences);
     return whole ? kExitOk : kExitSomeFailed;
+}
+
+}  // namespace
+
+RunSubcommand add_check(CLI::App& subcommand, Options& options) {
+    const auto check = std::make_shared<CheckOptions>();
+    subcommand.add_option("OUT", check->outputs, "output pattern, as for --output of `run`")
+        ->required()
+        ->expected(1, -1);
+    subcommand
+        .add_option("--frames", check->frames,
+                    "frames that must exist, such as 1-100 (default: from the first to the last on "
+                    "disk)")
+        ->type_name("RANGE");
+    subcommand
+        .add_option("--like", check->like,
+                    "an output whose settings all frames must have (default: those of most frames)")
+        ->type_name("OUT");
+    subcommand.add_flag("--json", options.json, "one JSON object with every frame");
+    return [&options, check] { return check_subcommand(options, *check); };
 }
 
 }  // namespace postchain

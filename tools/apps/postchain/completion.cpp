@@ -1,14 +1,17 @@
-#include "tools/apps/postchain/completion.h"
+// postchain man and completion: man page and bash completion, from the command's options and the
+// parameter tables.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
 
 #include "chain/plan.h"
 #include "chain/text.h"
 #include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/options.h"
+#include "tools/apps/postchain/log.h"
 #include "tools/measure/scenes/scene.h"
 
 namespace postchain {
@@ -58,12 +61,6 @@ std::vector<std::string> choices_of(const CLI::Option& option) {
     return words;
 }
 
-// Without those of former names.
-std::vector<const CLI::Option*> shown_options(const CLI::App& subcommand) {
-    return subcommand.get_options(
-        [](const CLI::Option* option) { return !option->get_group().empty(); });
-}
-
 std::vector<std::string> set_keys() {
     std::vector<std::string> keys;
     for (const auto& type : builtin_passes().types())
@@ -82,8 +79,6 @@ void append_parameters(std::string& out, const std::string& prefix, const Parame
     }
 }
 
-}  // namespace
-
 std::string man_page(const CLI::App& app) {
     std::string out = ".TH POSTCHAIN 1 \"\" \"postchain " + std::string(kVersion) + "\"\n";
     out += ".SH NAME\npostchain \\- " + roff(app.get_description()) + "\n.SH SYNOPSIS\n";
@@ -92,7 +87,7 @@ std::string man_page(const CLI::App& app) {
     for (const CLI::App* subcommand : subcommands(app)) {
         out += ".SH " + roff(subcommand->get_name()) + "\n" + roff(subcommand->get_description()) +
                ".\n";
-        for (const CLI::Option* option : shown_options(*subcommand))
+        for (const CLI::Option* option : subcommand->get_options())
             out += ".TP\n.B " + roff(names_of(*option)) + "\n" + roff(option->get_description()) +
                    "\n";
     }
@@ -123,7 +118,7 @@ std::string bash_completion(const CLI::App& app) {
         "    fi\n"
         "    case \"$subcommand $previous\" in\n";
     for (const CLI::App* subcommand : subcommands(app)) {
-        for (const CLI::Option* option : shown_options(*subcommand)) {
+        for (const CLI::Option* option : subcommand->get_options()) {
             auto words = choices_of(*option);
             if (option->get_name(false, true) == "--set") {
                 for (const auto& key : set_keys()) words.push_back(key + "=");
@@ -140,7 +135,7 @@ std::string bash_completion(const CLI::App& app) {
     out += "    esac\n    if [[ $current == -* ]]; then\n        case $subcommand in\n";
     for (const CLI::App* subcommand : subcommands(app)) {
         std::vector<std::string> flags;
-        for (const CLI::Option* option : shown_options(*subcommand))
+        for (const CLI::Option* option : subcommand->get_options())
             for (const auto& name : option->get_lnames()) flags.push_back("--" + name);
         out += "        " + subcommand->get_name() + ") COMPREPLY=($(compgen -W \"" +
                joined(flags, " ") + "\" -- \"$current\")) ;;\n";
@@ -161,6 +156,23 @@ std::string bash_completion(const CLI::App& app) {
         "}\n"
         "complete -o nospace -o filenames -F _postchain postchain\n";
     return out;
+}
+
+RunSubcommand print(const CLI::App& subcommand, std::string (*text_of)(const CLI::App&)) {
+    return [&subcommand, text_of] {
+        std::fputs(text_of(*subcommand.get_parent()).c_str(), stdout);
+        return kExitOk;
+    };
+}
+
+}  // namespace
+
+RunSubcommand add_man(CLI::App& subcommand, Options&) {
+    return print(subcommand, man_page);
+}
+
+RunSubcommand add_completion(CLI::App& subcommand, Options&) {
+    return print(subcommand, bash_completion);
 }
 
 }  // namespace postchain

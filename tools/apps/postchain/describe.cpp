@@ -1,4 +1,5 @@
-#include "tools/apps/postchain/describe.h"
+// postchain info, schema, passes: print the device, and parameters.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <OpenEXR/OpenEXRConfig.h>
 #include <spdlog/version.h>
@@ -9,20 +10,14 @@
 #include "config/describe.h"
 #include "config/schema.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_module.h"
 
 namespace postchain {
+namespace {
 
-void add_info(CLI::App& subcommand, Options& options) {
-    add_device(subcommand, options);
-    subcommand.add_flag("--json", options.json, "one JSON object");
-}
-
-int info_subcommand(const Options& options) {
+Result<int> info_subcommand(const Options& options) {
     io::Json info;
     info["postchain"] = kVersion;
     info["libraries"] = {
@@ -75,29 +70,43 @@ int info_subcommand(const Options& options) {
                 std::printf("limit %s %s\n", name.c_str(), value.dump().c_str());
         }
     }
-    return context.ok() ? kExitOk : fail(context.status());
-}
-
-int schema_subcommand() {
-    std::fputs((chain_schema(builtin_passes()) + "\n").c_str(), stdout);
+    RETURN_IF_ERROR(context.status());
     return kExitOk;
 }
 
-void add_passes(CLI::App& subcommand, std::string& format) {
-    auto* json = subcommand.add_flag_callback(
-        "--json", [&] { format = "json"; }, "JSON");
-    subcommand
-        .add_flag_callback(
-            "--markdown", [&] { format = "markdown"; }, "Markdown tables")
-        ->excludes(json);
-}
-
+// `format`: "text", "json" or "markdown".
 int passes_subcommand(const std::string& format) {
     const std::string text = format == "json"       ? passes_as_json(builtin_passes()) + "\n"
                              : format == "markdown" ? passes_as_markdown(builtin_passes())
                                                     : passes_as_text(builtin_passes());
     std::fputs(text.c_str(), stdout);
     return kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_info(CLI::App& subcommand, Options& options) {
+    add_device(subcommand, options);
+    subcommand.add_flag("--json", options.json, "one JSON object");
+    return [&options] { return info_subcommand(options); };
+}
+
+RunSubcommand add_schema(CLI::App&, Options&) {
+    return [] {
+        std::fputs((chain_schema(builtin_passes()) + "\n").c_str(), stdout);
+        return kExitOk;
+    };
+}
+
+RunSubcommand add_passes(CLI::App& subcommand, Options&) {
+    const auto format = std::make_shared<std::string>("text");
+    auto* json = subcommand.add_flag_callback(
+        "--json", [format] { *format = "json"; }, "JSON");
+    subcommand
+        .add_flag_callback(
+            "--markdown", [format] { *format = "markdown"; }, "Markdown tables")
+        ->excludes(json);
+    return [format] { return passes_subcommand(*format); };
 }
 
 }  // namespace postchain

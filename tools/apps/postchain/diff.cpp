@@ -1,24 +1,285 @@
-#include "tools/apps/postchain/diff.h"
+// postchain diff: error metrics of B against the reference A, for one image or a sequence.
+//
+//   file --profile--> color role --> Pair --tools/metrics--> values, error map
+//
+// HDR-FLIP's exposures come from the references only. For a sequence all references are read first,
+// so that every frame is measured at the same exposures.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
 #include <cstdio>
+#include <optional>
 
 #include "chain/printable.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/metrics/compare.h"
+#include "tools/measure/metrics/limit.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/png.h"
+#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain {
 namespace {
 
 using io::Json;
 using metrics::Values;
+
+// The only metric of more than one pair: mean |change of the error| from frame to frame.
+constexpr const char* kTde = "tde";
+constexpr const char* kDefaultMap = "hdr_flip";
+
+struct DiffOptions {
+    std::string a, b;  // A is the reference
+    std::vector<std::string> metrics;
+    std::vector<std::string> maps;
+    std::string map_metric;  // empty: not given, kDefaultMap
+    io::OnExisting on_existing = io::OnExisting::fail;
+    std::vector<std::string> fail_above;
+    std::optional<double> pixels_per_degree;  // those of FlipSettings if not given
+    std::string tone_mapper;
+    std::optional<double> over;
+};
+
+struct DiffFrame {
+    int number = 0;
+    std::string a, b;  // paths
+    std::string both() const { return a + " against " + b; }
+};
+
+struct DiffWork {
+    sequence::SourceSettings source;
+    std::vector<DiffFrame> frames;
+    bool sequence = false;
+    metrics::CompareSettings compare;
+    std::optional<double> over;  // gray that both are composited over first
+    bool tde = false;
+    std::vector<metrics::MetricLimit> limits;
+    std::vector<io::PathPattern> maps;
+    io::OutputFiles files;  // the maps and the compared inputs
+
+    // As a number or a map.
+    bool wants(const char* metric) const {
+        return compare.metrics.count(metric) > 0 || compare.map == metric;
+    }
+};
+
+std::string known_metrics() {
+    std::string text;
+    for (const auto& row : metrics::metric_rows()) text += row.name + ", ";
+    return text + kTde;
+}
+
+Status check_metric(const char* option, const std::string& name, bool sequence) {
+    if (name != kTde && !metrics::find_metric(name))
+        return Status(StatusCode::usage,
+                      concat(option, ": unknown metric '", name, "'; known are ", known_metrics()));
+    if (name == kTde && !sequence)
+        return Status(StatusCode::usage, concat(option, ": tde needs two frames or more"));
+    return Status();
+}
+
+Result<metrics::MetricLimit> limit_of(const std::string& text) {
+    ASSIGN_OR_RETURN(auto limit, metrics::parse_limit("--fail-above", text));
+    const auto* row = metrics::find_metric(limit.metric);
+    if (row && !row->is_error)
+        return Status(StatusCode::usage, "--fail-above: higher " + limit.metric +
+                                             " is better; use an error metric, e.g. mse=0.001");
+    return limit;
+}
+
+Result<std::vector<DiffFrame>> frames_of(const Options& options, const DiffOptions& diff,
+                                         DiffWork& work) {
+    bool& sequence = work.sequence;
+    auto a = io::PathPattern::parse(diff.a);
+    if (!a.ok()) return a.status().at("A");
+    auto b = io::PathPattern::parse(diff.b);
+    if (!b.ok()) return b.status().at("B");
+    if (a->has_token() != b->has_token())
+        return Status(StatusCode::usage, concat("diff: ", a->text(), " and ", b->text(),
+                                                ": one is a sequence, the other a single image"));
+    work.files.read(*a, "the reference");
+    work.files.read(*b, "the compared image");
+    if (!options.job.profile.empty()) work.files.read({options.job.profile, "the profile"});
+    sequence = a->has_token();
+    if (!sequence) {
+        if (!options.job.frames.empty())
+            return Status(StatusCode::usage,
+                          "--frames: A and B are single images; give patterns (A.####.exr)");
+        return std::vector<DiffFrame>{{a->literal_frame(), a->text(), b->text()}};
+    }
+    const auto in_a = a->discover(), in_b = b->discover();
+    std::vector<int> numbers;
+    if (!options.job.frames.empty()) {
+        auto range = io::FrameRange::parse(options.job.frames);
+        if (!range.ok()) return range.status().at("--frames");
+        numbers = range->frames;
+    } else {
+        for (const auto& [number, path] : in_a) numbers.push_back(number);
+        if (numbers.empty()) return Status(StatusCode::input, a->text() + ": " + io::why_none(*a));
+        std::vector<int> more;
+        for (const auto& [number, path] : in_b)
+            if (!in_a.count(number)) more.push_back(number);
+        if (!more.empty())
+            log::warning(concat(b->text(), " has frames that ", a->text(),
+                                " lacks: ", sequence::frames_text(more)));
+    }
+    std::vector<DiffFrame> frames;
+    std::vector<int> not_in_a, not_in_b;
+    for (int number : numbers) {
+        const auto path_a = in_a.find(number), path_b = in_b.find(number);
+        if (path_a == in_a.end()) not_in_a.push_back(number);
+        if (path_b == in_b.end()) not_in_b.push_back(number);
+        if (path_a != in_a.end() && path_b != in_b.end())
+            frames.push_back({number, path_a->second, path_b->second});
+    }
+    if (not_in_a.empty() && not_in_b.empty()) return frames;
+    std::string text = a->text() + " against " + b->text() + ": frames missing on disk:";
+    if (!not_in_a.empty()) text += " of A " + sequence::frames_text(not_in_a);
+    if (!not_in_b.empty()) text += " of B " + sequence::frames_text(not_in_b);
+    return Status(StatusCode::input, text);
+}
+
+Status add_maps(const DiffOptions& diff, DiffWork& work) {
+    for (const auto& text : diff.maps) {
+        auto pattern = io::PathPattern::parse(text);
+        if (!pattern.ok()) return pattern.status().at("--map");
+        if (!text.ends_with(".png") && !text.ends_with(".exr"))
+            return Status(StatusCode::usage, "--map: " + text + " is neither .png nor .exr");
+        if (work.sequence && !pattern->has_token() && work.frames.size() > 1)
+            return Status(StatusCode::usage,
+                          "--map: " + text + " is the same file for every frame; give a pattern");
+        for (const auto& frame : work.frames)
+            work.files.write(io::OutputFile{pattern->format(frame.number),
+                                            concat("the error map of frame ", frame.number),
+                                            "name another map with --map"});
+        work.maps.push_back(std::move(*pattern));
+    }
+    if (!diff.map_metric.empty() && !metrics::find_map(diff.map_metric)) {
+        std::string known;
+        for (const auto& row : metrics::map_rows()) known += (known.empty() ? "" : ", ") + row.name;
+        return Status(StatusCode::usage, concat("--map-metric: unknown error map '",
+                                                diff.map_metric, "'; known are ", known));
+    }
+    if (!work.maps.empty())
+        work.compare.map = diff.map_metric.empty() ? kDefaultMap : diff.map_metric;
+    RETURN_IF_ERROR(work.files.check());
+    work.files.remove_left_temporaries();
+    return Status();
+}
+
+// No option is without effect.
+Status check_read(const DiffOptions& diff, const DiffWork& work) {
+    const auto unread = [](const char* option, const char* what) {
+        return Status(StatusCode::usage, concat(option, ": has an effect on ", what,
+                                                " only, which is not asked for; ask for it, or "
+                                                "leave the option out"));
+    };
+    if (!diff.map_metric.empty() && work.maps.empty()) return unread("--map-metric", "--map");
+    if (!diff.tone_mapper.empty() && !work.wants("hdr_flip"))
+        return unread("--tone-mapper", "hdr_flip");
+    if (diff.pixels_per_degree && !work.wants("hdr_flip") && !work.wants("flip"))
+        return unread("--ppd", "flip or hdr_flip");
+    return Status();
+}
+
+Result<sequence::ColorFile> read_logged(const DiffWork& work, const std::string& path, int frame) {
+    auto color = sequence::read_color(work.source, path, frame);
+    if (color.ok()) log::detail(concat(path, ": profile ", color->profile));
+    return color;
+}
+
+// Errors: usage; input (frames missing on disk); output (existing maps).
+Result<DiffWork> work_of(const Options& options, const DiffOptions& diff) {
+    DiffWork work;
+    work.files = io::OutputFiles(diff.on_existing);
+    ASSIGN_OR_RETURN(work.frames, frames_of(options, diff, work));
+    if (!options.job.profile.empty()) {
+        auto profile = find_profile(options.job.profile);
+        if (!profile.ok()) return profile.status().at("--profile");
+        work.source.profile = std::move(*profile);
+    }
+    work.source.layer = options.job.layer;
+    work.source.view = options.job.view;
+    ASSIGN_OR_RETURN(work.source.max_memory, sequence::memory_limit_of(options.job.max_memory));
+    const bool many = work.frames.size() > 1;
+    for (const auto& row : metrics::metric_rows())
+        if (diff.metrics.empty()) work.compare.metrics.insert(row.name);
+    work.tde = diff.metrics.empty() && many;
+    const auto want = [&](const char* option, const std::string& name) {
+        RETURN_IF_ERROR(check_metric(option, name, many));
+        if (name == kTde)
+            work.tde = true;
+        else
+            work.compare.metrics.insert(name);
+        return Status();
+    };
+    for (const auto& name : diff.metrics) RETURN_IF_ERROR(want("--metric", name));
+    for (const auto& text : diff.fail_above) {
+        ASSIGN_OR_RETURN(auto limit, limit_of(text));
+        RETURN_IF_ERROR(want("--fail-above", limit.metric));
+        work.limits.push_back(std::move(limit));
+    }
+    // If only tde is requested, the set must not be empty: that would select all metrics.
+    if (work.compare.metrics.empty()) work.compare.metrics.insert("nonfinite");
+    work.over = diff.over;
+    if (diff.pixels_per_degree) work.compare.flip.pixels_per_degree = *diff.pixels_per_degree;
+    // The parser has checked the name.
+    if (!diff.tone_mapper.empty())
+        work.compare.flip.tone_mapper = *metrics::find_tone_mapper(diff.tone_mapper);
+    work.compare.flip.threads = threads_of(options);
+    RETURN_IF_ERROR(add_maps(diff, work));
+    RETURN_IF_ERROR(check_read(diff, work));
+    return work;
+}
+
+// The color of both files, composited over the gray if given. Errors (input) name both files: no
+// color, unreadable, different windows.
+Result<metrics::Pair> read_pair(const DiffWork& work, const DiffFrame& frame) {
+    const std::string both = frame.both();
+    auto a = read_logged(work, frame.a, frame.number);
+    if (!a.ok()) return a.status().at(both);
+    auto b = read_logged(work, frame.b, frame.number);
+    if (!b.ok()) return b.status().at(both);
+    const auto same = [&](const char* what, const io::Window& wa, const io::Window& wb) {
+        if (wa == wb) return Status();
+        return Status(StatusCode::input,
+                      concat(both, ": ", what, " differ: ", wa.width(), "x", wa.height(), " ",
+                             wa.text(), " and ", wb.width(), "x", wb.height(), " ", wb.text()));
+    };
+    const io::Window& display = a->input.display_window;
+    RETURN_IF_ERROR(same("display windows", display, b->input.display_window));
+    if (a->input.window != b->input.window) {
+        log::info(concat(both, ": data windows differ, ", a->input.window.text(), " and ",
+                         b->input.window.text(), ": compared in the display window ",
+                         display.text(), "; missing pixels count as clear"));
+        for (sequence::ColorFile* color : {&*a, &*b})
+            color->rgba() = io::placed(color->rgba(), color->input.window, display);
+    }
+    if (work.over)
+        for (sequence::ColorFile* color : {&*a, &*b})
+            metrics::composite_over(color->rgba(), *work.over);
+    if (a->input.description.luma_weights != b->input.description.luma_weights)
+        log::warning(both + ": chromaticities differ; values are compared without conversion");
+    auto pair = metrics::pair_of(b->rgba(), a->rgba());
+    if (!pair.ok()) return pair.status().at(both);
+    return pair;
+}
+
+Result<metrics::RgbImage> read_reference(const DiffWork& work, const DiffFrame& frame) {
+    auto color = read_logged(work, frame.a, frame.number);
+    if (!color.ok()) return color.status().at(frame.both());
+    if (work.over) metrics::composite_over(color->rgba(), *work.over);
+    auto image = metrics::rgb_image_of(color->rgba());
+    if (!image.ok()) return image.status().at(frame.a);
+    return image;
+}
 
 // Exposures of a sequence, from all references.
 Status find_exposures(DiffWork& work, const StopOnSignal& stop) {
@@ -125,66 +386,12 @@ Status write_maps(const DiffWork& work, const DiffFrame& frame, const ImageF& ma
     return Status();
 }
 
-}  // namespace
-
-void add_diff(CLI::App& subcommand, Options& o, DiffOptions& diff) {
-    const metrics::FlipSettings flip;
-    std::string names, maps;
-    for (const auto& row : metrics::metric_rows()) names += row.name + " (" + row.help + "), ";
-    for (const auto& row : metrics::map_rows())
-        maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
-                       row.shown_max, ")");
-    subcommand.add_option("A", diff.a, "reference: an image, or a sequence A.####.exr")->required();
-    subcommand.add_option("B", diff.b, "image or sequence to compare with A")->required();
-    subcommand
-        .add_option("--frames", o.job.frames,
-                    "frames of sequences: 1-10,20-40x2 (default: all "
-                    "of A on disk)")
-        ->type_name("RANGE");
-    add_list(subcommand, "--metric", "NAME", diff.metrics,
-             "metric, may be repeated (default: all): " + names +
-                 "tde (mean |change of the error| from frame to frame)");
-    add_list(subcommand, "--fail-above", "METRIC=NUMBER", diff.fail_above,
-             "exit with 8 if a frame or the summary exceeds it, may be repeated: "
-             "flip=0.05");
-    add_list(subcommand, "--map", "FILE", diff.maps,
-             "error map, may be repeated: .png in magma colors or .exr with values; a "
-             "pattern for sequences");
-    subcommand.add_option("--map-metric", diff.map_metric, "metric of the map: " + maps)
-        ->type_name("NAME")
-        ->default_str(kDefaultMap);
-    add_on_existing(subcommand, "if a map exists", diff.on_existing);
-    subcommand
-        .add_option("--over", diff.over,
-                    "composite both over this linear gray before comparing "
-                    "(default: compare premultiplied color)")
-        ->type_name("GRAY")
-        ->check(number_within(0, 65504));
-    subcommand
-        .add_option("--ppd", diff.pixels_per_degree, "pixels per degree of visual angle, for FLIP")
-        ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
-        ->default_str(number_text(flip.pixels_per_degree));
-    subcommand.add_option("--tone-mapper", diff.tone_mapper, "tone mapper of HDR-FLIP")
-        ->check(CLI::IsMember(metrics::tone_mapper_names()))
-        ->default_str(metrics::name_of(flip.tone_mapper));
-    subcommand.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
-        ->type_name("NAME");
-    for (const char* key : {"layer", "view", "max_memory"})
-        add_setting(subcommand, *job_parameters().find(key), &o.job);
-    add_threads(subcommand, o);
-    subcommand.add_flag("--json", o.json,
-                        "one JSON object per frame; for sequences also a summary with "
-                        "\"summary\": true");
-}
-
-int diff_subcommand(const Options& options, const DiffOptions& diff) {
-    auto made = work_of(options, diff);
-    if (!made.ok()) return fail(made.status());
-    DiffWork& work = *made;
+Result<int> diff_subcommand(const Options& options, const DiffOptions& diff) {
+    ASSIGN_OR_RETURN(DiffWork work, work_of(options, diff));
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
     if (work.wants("hdr_flip") && work.frames.size() > 1)
-        if (Status status = find_exposures(work, stop); !status.ok()) return fail(status);
+        RETURN_IF_ERROR(find_exposures(work, stop));
 
     std::vector<Values> all;
     metrics::TemporalError temporal;
@@ -193,7 +400,7 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
     // No summary of a part of the frames.
     const auto end_with = [&](const Status& failure) {
         fail(failure);
-        return sequence::exit_code(failure, all.size());
+        return exit_code(failure, all.size());
     };
     for (const DiffFrame& frame : work.frames) {
         if (stop.asked()) break;
@@ -262,6 +469,61 @@ int diff_subcommand(const Options& options, const DiffOptions& diff) {
                          " in PNG, the values in EXR"));
     }
     return exceeded ? kExitThreshold : kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_diff(CLI::App& subcommand, Options& o) {
+    const auto diff = std::make_shared<DiffOptions>();
+    const metrics::FlipSettings flip;
+    std::string names, maps;
+    for (const auto& row : metrics::metric_rows()) names += row.name + " (" + row.help + "), ";
+    for (const auto& row : metrics::map_rows())
+        maps += concat(maps.empty() ? "" : ", ", row.name, " (", row.help, "; brightest at ",
+                       row.shown_max, ")");
+    subcommand.add_option("A", diff->a, "reference: an image, or a sequence A.####.exr")
+        ->required();
+    subcommand.add_option("B", diff->b, "image or sequence to compare with A")->required();
+    subcommand
+        .add_option("--frames", o.job.frames,
+                    "frames of sequences: 1-10,20-40x2 (default: all "
+                    "of A on disk)")
+        ->type_name("RANGE");
+    add_list(subcommand, "--metric", "NAME", diff->metrics,
+             "metric, may be repeated (default: all): " + names +
+                 "tde (mean |change of the error| from frame to frame)");
+    add_list(subcommand, "--fail-above", "METRIC=NUMBER", diff->fail_above,
+             "exit with 8 if a frame or the summary exceeds it, may be repeated: "
+             "flip=0.05");
+    add_list(subcommand, "--map", "FILE", diff->maps,
+             "error map, may be repeated: .png in magma colors or .exr with values; a "
+             "pattern for sequences");
+    subcommand.add_option("--map-metric", diff->map_metric, "metric of the map: " + maps)
+        ->type_name("NAME")
+        ->default_str(kDefaultMap);
+    add_on_existing(subcommand, "if a map exists", diff->on_existing);
+    subcommand
+        .add_option("--over", diff->over,
+                    "composite both over this linear gray before comparing "
+                    "(default: compare premultiplied color)")
+        ->type_name("GRAY")
+        ->check(number_within(0, 65504));
+    subcommand
+        .add_option("--ppd", diff->pixels_per_degree, "pixels per degree of visual angle, for FLIP")
+        ->check(number_within(metrics::kMinPixelsPerDegree, metrics::kMaxPixelsPerDegree))
+        ->default_str(number_text(flip.pixels_per_degree));
+    subcommand.add_option("--tone-mapper", diff->tone_mapper, "tone mapper of HDR-FLIP")
+        ->check(CLI::IsMember(metrics::tone_mapper_names()))
+        ->default_str(metrics::name_of(flip.tone_mapper));
+    subcommand.add_option("--profile", o.job.profile, "profile of both inputs (default: detected)")
+        ->type_name("NAME");
+    for (const char* key : {"layer", "view", "max_memory"})
+        add_setting(subcommand, *job_parameters().find(key), &o.job);
+    add_threads(subcommand, o);
+    subcommand.add_flag("--json", o.json,
+                        "one JSON object per frame; for sequences also a summary with "
+                        "\"summary\": true");
+    return [&o, diff] { return diff_subcommand(o, *diff); };
 }
 
 }  // namespace postchain

@@ -1,4 +1,5 @@
-#include "tools/apps/postchain/experiments.h"
+// postchain ab and bench: run experiments with messages, progress and signals.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,15 +9,14 @@
 #include "chain/printable.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/assemble.h"
 #include "tools/measure/experiment/bench.h"
 #include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/limits.h"
 #include "tools/measure/report/lists.h"
@@ -26,6 +26,15 @@
 
 namespace postchain {
 namespace {
+
+struct ExperimentOptions {
+    experiment::ExperimentSettings ab;
+    experiment::BenchSettings bench;
+    std::string chain_b;  // of ab; A is Options::chain
+    std::vector<std::string> fail_above;
+    std::vector<std::string> sweeps;  // of bench
+    std::vector<std::string> under;   // of bench
+};
 
 void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
                     const ParameterTable& table, ParameterRef settings) {
@@ -42,11 +51,10 @@ void add_experiment(CLI::App& subcommand, Options& o, ExperimentOptions& e,
 
 // Adds the settings outside the tables: those of the run and of this process.
 Status complete(experiment::ExperimentSettings& settings, const Options& o,
-                const std::vector<std::string>& chains, const std::vector<Camera>& cameras,
-                int argc, char** argv) {
+                const std::vector<std::string>& chains, const std::vector<Camera>& cameras) {
     ASSIGN_OR_RETURN(auto run, run_settings_of(o));
-    experiment::complete(
-        settings, {std::move(run), o.job.input, chains, cameras, {argv, argv + argc}, o.threads});
+    experiment::complete(settings,
+                         {std::move(run), o.job.input, chains, cameras, o.command_line, o.threads});
     return Status();
 }
 
@@ -71,10 +79,9 @@ void print_curve(const report::Report& report) {
 
 // Writes the report's files and prints a summary; returns the exit code. `met`: result of
 // choose_under().
-int finish(const report::Report& report, const Options& options, const std::string& assets,
-           const std::vector<report::MetricLimit>& limits, bool met) {
-    if (Status status = experiment::write_report_files(report, assets); !status.ok())
-        return fail(status);
+Result<int> finish(const report::Report& report, const Options& options, const std::string& assets,
+                   const std::vector<report::MetricLimit>& limits, bool met) {
+    RETURN_IF_ERROR(experiment::write_report_files(report, assets));
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.notes) log::warning(note);
     for (const auto& variant : report.variants)
@@ -100,6 +107,79 @@ std::string chain_name(const std::string& path) {
     return std::filesystem::path(path).stem().string();
 }
 
+Result<int> ab_subcommand(const Options& options, const ExperimentOptions& e) {
+    ASSIGN_OR_RETURN(auto a, load_chain_of(options));
+    Options of_b = options;
+    of_b.chain = e.chain_b;
+    ASSIGN_OR_RETURN(auto b, load_chain_of(of_b));
+    experiment::ExperimentSettings settings = e.ab;
+    const std::vector<std::string> chains = {options.chain, e.chain_b};
+    RETURN_IF_ERROR(complete(settings, options, chains, {a.chain.camera, b.chain.camera}));
+    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
+                                                        report::Kind::ab, !settings.truth.empty()));
+    const StopOnSignal stop;
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    settings.renderer = sequence::renderer_text(context->device());
+    settings.software = context->device().software;
+    Executor executor(context->device());
+    const experiment::NamedChain first{chain_name(options.chain), std::move(a.chain)};
+    const experiment::NamedChain second{chain_name(e.chain_b), std::move(b.chain)};
+    auto report =
+        experiment::run_ab(first, second, settings, executor, progress_printer(), &stop.flag());
+    log::progress("");
+    if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
+    if (!report.ok()) return report.status();
+    return finish(*report, options, settings.assets, limits, true);
+}
+
+Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e) {
+    ASSIGN_OR_RETURN(auto chain, find_chain(options.chain));
+    // Loaded once separately for its own notes and errors.
+    RETURN_IF_ERROR(load_chain_of(options).status());
+    std::vector<experiment::Sweep> sweeps;
+    for (const auto& text : e.sweeps) {
+        ASSIGN_OR_RETURN(auto sweep, experiment::parse_sweep(text));
+        sweeps.push_back(std::move(sweep));
+    }
+    ASSIGN_OR_RETURN(auto variants,
+                     experiment::sweep_variants(chain, builtin_passes(), options.sets, sweeps,
+                                                e.bench.max_variants));
+    experiment::BenchSettings settings = e.bench;
+    std::vector<Camera> cameras;
+    for (const auto& variant : variants) cameras.push_back(variant.chain.camera);
+    RETURN_IF_ERROR(complete(settings, options, {options.chain}, cameras));
+    settings.chain_name = chain_name(options.chain);
+    ASSIGN_OR_RETURN(auto limits, experiment::limits_of("--fail-above", e.fail_above,
+                                                        report::Kind::bench, true));
+    ASSIGN_OR_RETURN(auto under,
+                     experiment::limits_of("--under", e.under, report::Kind::bench, true));
+    ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
+
+    const StopOnSignal stop;
+    ASSIGN_OR_RETURN(auto device, context_options_of(options));
+    const Status found =
+        experiment::find_truth(settings, files, device, [&](const std::string& text) {
+            log::progress(text);
+            return !stop.asked();
+        });
+    log::progress("");
+    if (!found.ok() && stop.asked())
+        return stop.interrupted("nothing is measured yet; run the same command again");
+    RETURN_IF_ERROR(found);
+    ASSIGN_OR_RETURN(auto context, egl::Context::create(device));
+    settings.renderer = sequence::renderer_text(context->device());
+    settings.software = context->device().software;
+    Executor executor(context->device());
+    auto report = experiment::run_bench(variants, settings, files, executor, progress_printer(),
+                                        &stop.flag());
+    log::progress("");
+    if (stop.asked())
+        return stop.interrupted("the same command continues with what is not measured yet");
+    if (!report.ok()) return report.status();
+    ASSIGN_OR_RETURN(auto met, experiment::choose_under(*report, under));
+    return finish(*report, options, settings.assets, limits, met);
+}
+
 }  // namespace
 
 experiment::ProgressCallback progress_printer() {
@@ -113,112 +193,27 @@ experiment::ProgressCallback progress_printer() {
     };
 }
 
-void add_ab(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
+RunSubcommand add_ab(CLI::App& subcommand, Options& o) {
+    const auto e = std::make_shared<ExperimentOptions>();
     subcommand.add_option("CHAIN_A", o.chain, "chain file, or the name of a shipped chain")
         ->required();
-    subcommand.add_option("CHAIN_B", e.chain_b, "the other chain")->required();
-    add_experiment(subcommand, o, e, experiment::ab_parameters(), &e.ab);
+    subcommand.add_option("CHAIN_B", e->chain_b, "the other chain")->required();
+    add_experiment(subcommand, o, *e, experiment::ab_parameters(), &e->ab);
+    return [&o, e] { return ab_subcommand(o, *e); };
 }
 
-int ab_subcommand(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
-    auto a = load_chain_of(options);
-    if (!a.ok()) return fail(a.status());
-    Options of_b = options;
-    of_b.chain = e.chain_b;
-    auto b = load_chain_of(of_b);
-    if (!b.ok()) return fail(b.status());
-    experiment::ExperimentSettings settings = e.ab;
-    const std::vector<std::string> chains = {options.chain, e.chain_b};
-    if (Status status =
-            complete(settings, options, chains, {a->chain.camera, b->chain.camera}, argc, argv);
-        !status.ok())
-        return fail(status);
-    auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::ab,
-                                        !settings.truth.empty());
-    if (!limits.ok()) return fail(limits.status());
-    const StopOnSignal stop;
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    settings.renderer = sequence::renderer_text((*context)->device());
-    settings.software = (*context)->device().software;
-    Executor executor((*context)->device());
-    const experiment::NamedChain first{chain_name(options.chain), std::move(a->chain)};
-    const experiment::NamedChain second{chain_name(e.chain_b), std::move(b->chain)};
-    auto report =
-        experiment::run_ab(first, second, settings, executor, progress_printer(), &stop.flag());
-    log::progress("");
-    if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
-    if (!report.ok()) return fail(report.status());
-    return finish(*report, options, settings.assets, *limits, true);
-}
-
-void add_bench(CLI::App& subcommand, Options& o, ExperimentOptions& e) {
+RunSubcommand add_bench(CLI::App& subcommand, Options& o) {
+    const auto e = std::make_shared<ExperimentOptions>();
     subcommand.add_option("CHAIN", o.chain, "chain file, or the name of a shipped chain")
         ->required();
-    add_list(subcommand, "--sweep", "KEY=V1,V2,...", e.sweeps,
+    add_list(subcommand, "--sweep", "KEY=V1,V2,...", e->sweeps,
              "values to try for one key of --set, may be repeated (all combinations are "
              "run): motion_blur.samples=5,9,13");
-    add_list(subcommand, "--under", "METRIC=NUMBER", e.under,
+    add_list(subcommand, "--under", "METRIC=NUMBER", e->under,
              "pick the cheapest variant whose mean does not exceed it and write its chain "
              "file, may be repeated: flip=0.1");
-    add_experiment(subcommand, o, e, experiment::bench_parameters(), &e.bench);
-}
-
-int bench_subcommand(const Options& options, const ExperimentOptions& e, int argc, char** argv) {
-    auto chain = find_chain(options.chain);
-    if (!chain.ok()) return fail(chain.status());
-    // Loaded once separately for its own notes and errors.
-    if (auto file = load_chain_of(options); !file.ok()) return fail(file.status());
-    std::vector<experiment::Sweep> sweeps;
-    for (const auto& text : e.sweeps) {
-        auto sweep = experiment::parse_sweep(text);
-        if (!sweep.ok()) return fail(sweep.status());
-        sweeps.push_back(std::move(*sweep));
-    }
-    auto variants = experiment::sweep_variants(*chain, builtin_passes(), options.sets, sweeps,
-                                               e.bench.max_variants);
-    if (!variants.ok()) return fail(variants.status());
-    experiment::BenchSettings settings = e.bench;
-    std::vector<Camera> cameras;
-    for (const auto& variant : *variants) cameras.push_back(variant.chain.camera);
-    if (Status status = complete(settings, options, {options.chain}, cameras, argc, argv);
-        !status.ok())
-        return fail(status);
-    settings.chain_name = chain_name(options.chain);
-    auto limits = experiment::limits_of("--fail-above", e.fail_above, report::Kind::bench, true);
-    if (!limits.ok()) return fail(limits.status());
-    auto under = experiment::limits_of("--under", e.under, report::Kind::bench, true);
-    if (!under.ok()) return fail(under.status());
-    const auto files = experiment::prepare_folder(settings);
-    if (!files.ok()) return fail(files.status());
-
-    const StopOnSignal stop;
-    auto device = context_options_of(options);
-    if (!device.ok()) return fail(device.status());
-    const Status found =
-        experiment::find_truth(settings, *files, *device, [&](const std::string& text) {
-            log::progress(text);
-            return !stop.asked();
-        });
-    log::progress("");
-    if (!found.ok())
-        return stop.asked()
-                   ? stop.interrupted("nothing is measured yet; run the same command again")
-                   : fail(found);
-    auto context = egl::Context::create(*device);
-    if (!context.ok()) return fail(context.status());
-    settings.renderer = sequence::renderer_text((*context)->device());
-    settings.software = (*context)->device().software;
-    Executor executor((*context)->device());
-    auto report = experiment::run_bench(*variants, settings, *files, executor, progress_printer(),
-                                        &stop.flag());
-    log::progress("");
-    if (stop.asked())
-        return stop.interrupted("the same command continues with what is not measured yet");
-    if (!report.ok()) return fail(report.status());
-    auto met = experiment::choose_under(*report, *under);
-    if (!met.ok()) return fail(met.status());
-    return finish(*report, options, settings.assets, *limits, *met);
+    add_experiment(subcommand, o, *e, experiment::bench_parameters(), &e->bench);
+    return [&o, e] { return bench_subcommand(o, *e); };
 }
 
 }  // namespace postchain

@@ -1,4 +1,6 @@
-#include "tools/apps/postchain/inspect.h"
+// postchain inspect: what a file contains, how it is interpreted, and whether its motion vectors
+// have the profile's signs.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
@@ -9,9 +11,7 @@
 
 #include "chain/printable.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/inspect_frame.h"
@@ -179,51 +179,36 @@ void log_notes(const sequence::InspectedFrame& found) {
         log::warning("no sign self-check: " + found.signs->status().message());
 }
 
-}  // namespace
-
-void add_inspect(CLI::App& subcommand, Options& options) {
-    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
-    subcommand.add_flag("--json", options.json, "one JSON object per frame");
-    subcommand.add_flag("--camera-metadata", options.camera_metadata,
-                        "print only a Markdown table of the camera attributes that are read");
-    subcommand.get_option("--input")->required(false);
-    subcommand.add_option("IN", options.job.input,
-                          "frame or pattern, as for --input, or a folder, to list its sequences");
-}
-
-int inspect_subcommand(const Options& options) {
+Result<int> inspect_subcommand(const Options& options) {
     if (options.camera_metadata) {
         std::fputs(io::camera_attributes_as_markdown().c_str(), stdout);
         return kExitOk;
     }
     if (options.job.input.empty())
-        return fail(Status(StatusCode::usage, "inspect: give a frame, a pattern or a folder"));
+        return Status(StatusCode::usage, "inspect: give a frame, a pattern or a folder");
     std::error_code error;
     if (std::filesystem::is_directory(options.job.input, error)) {
         for (const auto& [key, value] : sequence::given_values(options.job, builtin_passes()))
             if (key != "input")
-                return fail(
-                    Status(StatusCode::usage,
-                           concat(sequence::option_name(key),
-                                  ": has no effect on the list of a folder's sequences; name one "
-                                  "of them in place of ",
-                                  options.job.input, ", or leave the option out")));
-        const auto folder = sequence::inspect_folder(options.job.input);
-        if (!folder.ok()) return fail(folder.status());
+                return Status(
+                    StatusCode::usage,
+                    concat(sequence::option_name(key),
+                           ": has no effect on the list of a folder's sequences; name one "
+                           "of them in place of ",
+                           options.job.input, ", or leave the option out"));
+        ASSIGN_OR_RETURN(const auto folder, sequence::inspect_folder(options.job.input));
         if (options.json)
-            print_line(*folder);
+            print_line(folder);
         else
-            print_folder(*folder);
+            print_folder(folder);
         return kExitOk;
     }
-    auto settings = run_settings_of(options);
-    if (!settings.ok()) return fail(settings.status());
+    ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
     io::set_exr_threads(threads_of(options));
-    auto list = io::find_frames(settings->input, settings->frames);
-    if (!list.ok()) return fail(list.status());
+    ASSIGN_OR_RETURN(auto list, io::find_frames(settings.input, settings.frames));
     // Without --frames the first frame is printed, and all are surveyed.
-    std::vector<int> shown = list->frames;
-    if (!settings->frames) shown.resize(std::min<size_t>(1, shown.size()));
+    std::vector<int> shown = list.frames;
+    if (!settings.frames) shown.resize(std::min<size_t>(1, shown.size()));
     Status first_failure;
     sequence::SequenceSurvey survey;
     const auto failed = [&](const Status& status) {
@@ -231,13 +216,13 @@ int inspect_subcommand(const Options& options) {
         if (first_failure.ok()) first_failure = status;
     };
     for (int frame : shown) {
-        const auto files = list->files.find(frame);
-        if (files == list->files.end()) {
+        const auto files = list.files.find(frame);
+        if (files == list.files.end()) {
             failed(Status(StatusCode::input,
-                          sequence::absent_files(frame, *settings) + ": frame is not on disk"));
+                          sequence::absent_files(frame, settings) + ": frame is not on disk"));
             continue;
         }
-        const auto found = sequence::inspect_frame(*settings, files->second, frame, survey);
+        const auto found = sequence::inspect_frame(settings, files->second, frame, survey);
         if (!options.json)
             print_frame(found, frame);
         else if (!found.json.is_null())
@@ -248,19 +233,32 @@ int inspect_subcommand(const Options& options) {
         }
         log_notes(found);
     }
-    const auto code = [&] { return sequence::exit_code(first_failure, survey.readable()); };
-    if (list->files.size() < 2 || list->frames.size() < 2) return code();
-    if (!settings->frames)
-        if (const int stopped = look_at_others(*settings, *list, survey); stopped != kExitOk)
+    const auto code = [&] { return exit_code(first_failure, survey.readable()); };
+    if (list.files.size() < 2 || list.frames.size() < 2) return code();
+    if (!settings.frames)
+        if (const int stopped = look_at_others(settings, list, survey); stopped != kExitOk)
             return stopped;
-    if (!list->gaps.empty())
-        log::warning(concat(settings->input.color().text(), ": frames missing in the sequence: ",
-                            sequence::frames_text(list->gaps)));
+    if (!list.gaps.empty())
+        log::warning(concat(settings.input.color().text(), ": frames missing in the sequence: ",
+                            sequence::frames_text(list.gaps)));
     if (options.json)
         print_line({{"sequence", survey.json()}});
     else
         std::fputs(printable(survey.text(), Lines::keep).c_str(), stdout);
     return first_failure.ok() && survey.failed() ? kExitSomeFailed : code();
+}
+
+}  // namespace
+
+RunSubcommand add_inspect(CLI::App& subcommand, Options& options) {
+    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &options.job);
+    subcommand.add_flag("--json", options.json, "one JSON object per frame");
+    subcommand.add_flag("--camera-metadata", options.camera_metadata,
+                        "print only a Markdown table of the camera attributes that are read");
+    subcommand.get_option("--input")->required(false);
+    subcommand.add_option("IN", options.job.input,
+                          "frame or pattern, as for --input, or a folder, to list its sequences");
+    return [&options] { return inspect_subcommand(options); };
 }
 
 }  // namespace postchain

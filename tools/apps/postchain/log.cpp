@@ -9,7 +9,6 @@
 #include <ctime>
 
 #include "chain/printable.h"
-#include "chain/status.h"
 
 namespace postchain::log {
 namespace {
@@ -89,6 +88,16 @@ void write_as_is(Level level, const std::string& text) {
     logger().log(kLevels[index], "{}", printable(text));
 }
 
+Status write(const Diagnostics& diagnostics, Level notes) {
+    for (const auto& one : diagnostics)
+        write_as_is(one.severity == Severity::note      ? notes
+                    : one.severity == Severity::warning ? Level::warning
+                                                        : Level::error,
+                    one.text());
+    const Status status = status_of(diagnostics);
+    return status.ok() ? status : Status(status.code(), "");
+}
+
 void progress(const std::string& text) {
     if (!g_terminal || (text.empty() && !g_line_open)) return;
     std::fprintf(stderr, "\r\033[K%s", printable(text).c_str());
@@ -116,3 +125,17 @@ void tell_openjd() {
 }
 
 }  // namespace postchain::log
+
+namespace postchain {
+
+int fail(const Status& status) {
+    if (!status.message().empty()) log::error(status.message());
+    return exit_code(status);
+}
+
+void print_line(const io::Json& json) {
+    std::printf("%s\n", io::json_text(json).c_str());
+    std::fflush(stdout);
+}
+
+}  // namespace postchain

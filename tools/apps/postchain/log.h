@@ -1,9 +1,12 @@
-// Messages on stderr: text, or one JSON object per line with --log-format json.
+// What the command says: messages on stderr, as text or with --log-format json as one JSON object
+// per line; JSON lines on stdout; and its exit code.
 #pragma once
 
 #include <string>
 
+#include "config/diagnostic.h"
 #include "tools/sequence/files/json.h"
+#include "tools/sequence/record/exit_code.h"
 
 namespace postchain::log {
 
@@ -15,6 +18,9 @@ void write(Level level, const std::string& text);
 void write_event(Level level, const std::string& text, const io::Json& fields);
 // Prints without "postchain: error: " in front: a diagnostic states place and severity itself.
 void write_as_is(Level level, const std::string& text);
+// Writes each on its line, notes at the level `notes`. Errors become a status without a message,
+// which fail() does not print again.
+Status write(const Diagnostics& diagnostics, Level notes);
 inline void detail(const std::string& text) {
     write(Level::detail, text);
 }
@@ -45,3 +51,12 @@ void progress(double share, const std::string& text);
 void tell_openjd();
 
 }  // namespace postchain::log
+
+namespace postchain {
+
+// Prints the status as an error, unless it is already printed, and returns its exit code.
+int fail(const Status& status);
+// One line of standard output, also if a reader waits for it. Text may contain invalid UTF-8.
+void print_line(const io::Json& json);
+
+}  // namespace postchain

@@ -7,33 +7,14 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
-#include <functional>
 #include <new>
 #include <system_error>
 
 #include "chain/printable.h"
 #include "config/reporter.h"
-#include "tools/apps/postchain/blind.h"
-#include "tools/apps/postchain/check.h"
-#include "tools/apps/postchain/completion.h"
-#include "tools/apps/postchain/describe.h"
-#include "tools/apps/postchain/diff.h"
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/experiments.h"
-#include "tools/apps/postchain/inspect.h"
-#include "tools/apps/postchain/like.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/plan.h"
-#include "tools/apps/postchain/run.h"
-#include "tools/apps/postchain/scene.h"
-#include "tools/apps/postchain/selftest.h"
 #include "tools/apps/postchain/serve.h"
-#include "tools/apps/postchain/sheet.h"
-#include "tools/apps/postchain/stress.h"
-#include "tools/apps/postchain/study.h"
-#include "tools/apps/postchain/tune.h"
-#include "tools/apps/postchain/view.h"
-#include "tools/apps/postchain/view_options.h"
+#include "tools/apps/postchain/subcommands.h"
 
 namespace postchain {
 namespace {
@@ -65,22 +46,45 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
     return kExitUsage;
 }
 
+RunSubcommand add_service(CLI::App& subcommand, Options& options) {
+    const auto serve = std::make_shared<ServeOptions>();
+    add_serve(subcommand, options, *serve);
+    return [&options, serve] { return serve_subcommand(options, *serve); };
+}
+
+struct Subcommand {
+    const char* name;
+    const char* help;
+    RunSubcommand (*add)(CLI::App& subcommand, Options& options);
+};
+constexpr Subcommand kSubcommands[] = {
+    {"run", "filter a sequence", add_run},
+    {"plan", "show what would run, what is left out and why", add_plan},
+    {"inspect", "channels, profile, facts and sign self-check of a file", add_inspect},
+    {"view", "show a sequence through a chain in a window, and edit the chain", add_view},
+    {"diff", "error metrics of an image or sequence against a reference", add_diff},
+    {"check", "which outputs of a sequence are whole, missing, or from other settings", add_check},
+    {"sheet", "thumbnails of a sequence in one image", add_sheet},
+    {"scene", "render a generated sequence, optionally with ground truth", add_scene},
+    {"ab", "compare two chains on one sequence: report with verdict", add_ab},
+    {"bench", "error against run time over swept parameters", add_bench},
+    {"study", "ab or bench over several scenes, in one table", add_study},
+    {"blind", "a page for observers who compare outputs without knowing which is which", add_blind},
+    {"tune", "find the chain with the least error in a given time, or the fastest within an error",
+     add_tune},
+    {"stress", "the stability matrix", add_stress},
+    {"selftest", "check that this device renders correct images", add_selftest},
+    {"serve", "accept jobs over HTTP", add_service},
+    {"info", "GL devices, limits and library versions", add_info},
+    {"schema", "JSON Schema of a chain file", add_schema},
+    {"passes", "every pass and parameter", add_passes},
+    {"man", "the man page, as roff", add_man},
+    {"completion", "completion script for bash", add_completion},
+};
+
 int command(int argc, char** argv) {
     Options options;
-    SceneOptions scene;
-    BlindOptions blind;
-    CheckOptions check;
-    DiffOptions diff;
-    SheetOptions sheet;
-    ExperimentOptions experiment;
-    StressOptions stress;
-    ServeOptions serve;
-    StudyOptions study;
-    TuneOptions tune;
-    ViewOptions view;
-    PlanSettings plan;
-    std::string selftest_only, passes_format = "text";
-
+    options.command_line = {argv, argv + argc};
     CLI::App app("Motion blur, FXAA and depth of field over rendered frames, in any order.",
                  "postchain");
     app.set_version_flag("--version", std::string("postchain ") + kVersion);
@@ -90,91 +94,12 @@ int command(int argc, char** argv) {
         "or unreadable,\n5 output not writable, 6 no usable GL, 7 non-finite values under "
         "--strict or a failed check of stress or selftest, 8 threshold exceeded, "
         "129/130/143 on signals.");
-
-    struct Subcommand {
-        CLI::App* app;
-        std::function<int()> run;
-    };
-    std::vector<Subcommand> subcommands;
-    const auto add = [&](const char* name, const char* help,
-                         std::function<int()> run) -> CLI::App& {
-        subcommands.push_back({app.add_subcommand(name, help), std::move(run)});
-        return *subcommands.back().app;
-    };
-
-    add_run(add("run", "filter a sequence",
-                [&] {
-                    const auto record = apply_like(*app.get_subcommand("run"), options);
-                    return record.ok() ? run_subcommand(options, *record) : fail(record.status());
-                }),
-            options);
-    add_plan(add("plan", "show what would run, what is left out and why",
-                 [&] { return plan_subcommand(options, plan); }),
-             options, plan);
-    add_inspect(add("inspect", "channels, profile, facts and sign self-check of a file",
-                    [&] { return inspect_subcommand(options); }),
-                options);
-    add_view(add("view", "show a sequence through a chain in a window, and edit the chain",
-                 [&] { return view_subcommand(argc, argv); }),
-             options, view);
-    add_diff(add("diff", "error metrics of an image or sequence against a reference",
-                 [&] { return diff_subcommand(options, diff); }),
-             options, diff);
-    add_check(add("check", "which outputs of a sequence are whole, missing, or from other settings",
-                  [&] { return check_subcommand(options, check); }),
-              options, check);
-    add_sheet(add("sheet", "thumbnails of a sequence in one image",
-                  [&] { return sheet_subcommand(options, sheet); }),
-              options, sheet);
-    add_scene(add("scene", "render a generated sequence, optionally with ground truth",
-                  [&] { return scene_subcommand(options, scene); }),
-              options, scene);
-    add_ab(add("ab", "compare two chains on one sequence: report with verdict",
-               [&] { return ab_subcommand(options, experiment, argc, argv); }),
-           options, experiment);
-    add_bench(add("bench", "error against run time over swept parameters",
-                  [&] { return bench_subcommand(options, experiment, argc, argv); }),
-              options, experiment);
-    add_study(add("study", "ab or bench over several scenes, in one table",
-                  [&] { return study_subcommand(options, study, argc, argv); }),
-              options, study);
-    add_blind(
-        add("blind", "a page for observers who compare outputs without knowing which is which",
-            [&] { return blind_subcommand(options, blind); }),
-        options, blind);
-    add_tune(add("tune",
-                 "find the chain with the least error in a given time, or the fastest within an "
-                 "error",
-                 [&] { return tune_subcommand(options, tune, argc, argv); }),
-             options, tune);
-    add_stress(
-        add("stress", "the stability matrix", [&] { return stress_subcommand(options, stress); }),
-        options, stress);
-    add_selftest(add("selftest", "check that this device renders correct images",
-                     [&] { return selftest_subcommand(options, selftest_only); }),
-                 options, selftest_only);
-    add_serve(
-        add("serve", "accept jobs over HTTP", [&] { return serve_subcommand(options, serve); }),
-        options, serve);
-
-    add_info(add("info", "GL devices, limits and library versions",
-                 [&] { return info_subcommand(options); }),
-             options);
-    add("schema", "JSON Schema of a chain file", schema_subcommand);
-    add_passes(
-        add("passes", "every pass and parameter", [&] { return passes_subcommand(passes_format); }),
-        passes_format);
-    const auto print = [&](std::string (*text_of)(const CLI::App&)) {
-        return [&app, text_of] {
-            std::fputs(text_of(app).c_str(), stdout);
-            return kExitOk;
-        };
-    };
-    add("man", "the man page, as roff", print(man_page));
-    add("completion", "completion script for bash", print(bash_completion));
-    for (const Subcommand& one : subcommands) {
-        add_logging(*one.app, options);
-        refuse_empty_words(*one.app);
+    std::vector<std::pair<const CLI::App*, RunSubcommand>> added;
+    for (const Subcommand& one : kSubcommands) {
+        CLI::App& subcommand = *app.add_subcommand(one.name, one.help);
+        added.emplace_back(&subcommand, one.add(subcommand, options));
+        add_logging(subcommand, options);
+        refuse_empty_words(subcommand);
     }
 
     try {
@@ -186,8 +111,11 @@ int command(int argc, char** argv) {
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
     if (options.progress == "openjd") log::tell_openjd();
-    for (const Subcommand& one : subcommands)
-        if (*one.app) return one.run();
+    for (const auto& [subcommand, run] : added) {
+        if (!subcommand->parsed()) continue;
+        const Result<int> code = run();
+        return code.ok() ? *code : fail(code.status());
+    }
     return kExitOk;
 }
 

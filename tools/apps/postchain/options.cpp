@@ -7,7 +7,6 @@
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/exr/pixel_file.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -15,16 +14,6 @@
 
 namespace postchain {
 namespace {
-
-// Prints all diagnostics; errors become a status that fail() does not print again.
-Status say(const Diagnostics& diagnostics, log::Level notes) {
-    for (const auto& one : diagnostics)
-        log::write_as_is(one.severity == Severity::note      ? notes
-                         : one.severity == Severity::warning ? log::Level::warning
-                                                             : log::Level::error,
-                         one.text());
-    return already_said(status_of(diagnostics));
-}
 
 std::string option_names(const std::string& key) {
     static const std::map<std::string, std::string> letters = {
@@ -196,13 +185,41 @@ void add_device(CLI::App& subcommand, Options& o) {
     add_threads(subcommand, o);
 }
 
+void add_view_options(CLI::App& subcommand, Options& options, ViewOptions& view) {
+    add_chain(subcommand, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kPlanGroup})
+        add_settings(subcommand, job_parameters(), group, &options.job);
+    for (const char* key : {"ocio_display", "ocio_view"})
+        add_setting(subcommand, *job_parameters().find(key), &options.job);
+    subcommand.add_option("-r,--truth", view.truth, "ground truth to compare with, as for --input")
+        ->type_name("IN");
+    subcommand.add_option("--beside", view.other, "another chain to compare with")
+        ->type_name("CHAIN");
+    subcommand
+        .add_option("--shaders", view.shaders,
+                    "folder with GLSL sources, compiled again after each change")
+        ->type_name("DIR");
+    subcommand.add_option("--frame", view.frame, "frame to begin with")->type_name("N");
+    subcommand.add_option("--size", view.size, "width x height of the window")
+        ->capture_default_str();
+    subcommand
+        .add_option("--ui-scale", view.ui_scale, "size of text and widgets (default: the screen's)")
+        ->check(number_within(0.5, 4));
+    subcommand
+        .add_option("--state-file", view.state_file,
+                    "JSON file with the viewer's state, for programs that drive it; written "
+                    "again after each change")
+        ->type_name("FILE");
+    add_device(subcommand, options);
+}
+
 Result<ChainFile> load_chain_of(const Options& options) {
     ASSIGN_OR_RETURN(ChainFile file,
                      options.recorded_chain.empty()
                          ? load_chain(options.chain, builtin_passes(), options.sets)
                          : parse_chain(options.recorded_chain, "the record of " + options.like,
                                        builtin_passes(), options.sets));
-    RETURN_IF_ERROR(say(file.diagnostics, log::Level::info));
+    RETURN_IF_ERROR(log::write(file.diagnostics, log::Level::info));
     io::ApertureFiles pictures;
     if (Status status = pictures.read(file.chain.camera); !status.ok())
         return status.at("camera.aperture_image");
@@ -212,7 +229,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
 Result<sequence::RunSettings> run_settings_of(const Options& options) {
     Diagnostics notes;
     auto settings = sequence::run_settings_of(options.job, builtin_passes(), notes);
-    RETURN_IF_ERROR(say(notes, log::Level::detail));
+    RETURN_IF_ERROR(log::write(notes, log::Level::detail));
     if (settings.ok()) settings->version = kVersion;
     if (settings.ok() && !options.recorded_camera.empty())
         settings->source.camera =

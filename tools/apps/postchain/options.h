@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,8 @@ namespace postchain {
 
 // Options as typed. One instance serves every subcommand, since a process runs one.
 struct Options {
-    std::string chain;  // file or shipped name
+    std::vector<std::string> command_line;  // with the program's name
+    std::string chain;                      // file or shipped name
     std::vector<std::string> sets;
     std::string like;             // of run
     std::string recorded_chain;   // chain file text; replaces `chain`
@@ -34,6 +36,19 @@ struct Options {
     bool json = false;
     bool camera_metadata = false;  // of inspect: prints the table of attributes
 };
+
+// Options of `postchain view`, which the command checks, and the viewer uses.
+struct ViewOptions {
+    std::string truth;
+    std::string other;
+    std::string shaders;
+    std::string state_file;
+    std::optional<int> frame;  // empty: the first
+    double ui_scale = 0;
+    std::string size = "1280x800";
+};
+
+void add_view_options(CLI::App& subcommand, Options& options, ViewOptions& view);
 
 void add_logging(CLI::App& subcommand, Options& options);
 void add_chain(CLI::App& subcommand, Options& options);  // CHAIN, --set

@@ -1,17 +1,20 @@
-#include "tools/apps/postchain/run.h"
+// postchain run: the runner with messages, progress and signals.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <set>
 
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/like.h"
+#include "chain/text.h"
+#include "config/camera_file.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
+#include "tools/sequence/record/record.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/run_sequence.h"
@@ -78,42 +81,108 @@ class WaitLines {
     std::optional<std::chrono::steady_clock::time_point> said_at_;
 };
 
-}  // namespace
+// ------------------------------------------------------------------------------------ --like
+// Takes chain, camera and settings from an output's record; options given override them.
 
-void add_run(CLI::App& subcommand, Options& options) {
-    add_chain(subcommand, options);
-    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
-                              sequence::kPlanGroup, sequence::kWatchGroup})
-        add_settings(subcommand, job_parameters(), group, &options.job);
-    subcommand.add_flag("--json", options.json, "one JSON object per frame on stdout");
-    add_progress(subcommand, options);
-    add_device(subcommand, options);
-    add_like(subcommand, options);
+bool is_given(const CLI::App& run, const std::string& key) {
+    const std::string name = sequence::option_name(key);
+    for (const std::string& one : {name, "--no-" + name.substr(2)})
+        if (const CLI::Option* option = run.get_option_no_throw(one); option && option->count())
+            return true;
+    return false;
 }
 
-int run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
-    auto chain = load_chain_of(options);
-    if (!chain.ok()) return fail(chain.status());
-    auto settings = run_settings_of(options);
-    if (!settings.ok()) return fail(settings.status());
-    if (!options.chain.empty()) settings->other_inputs.push_back({options.chain, "the chain file"});
-    if (like) settings->other_inputs.push_back({options.like, "the output of --like"});
-    for (auto& picture : io::inputs_of(chain->chain.camera))
-        settings->other_inputs.push_back(std::move(picture));
-    std::set<int> cuts = settings->source.cuts;  // neither run yet nor on disk
+// Uses the camera file if it is unchanged, otherwise the values it gave for the recorded frame.
+void apply_camera(const sequence::Record& record, Options& options) {
+    if (record.camera_hash.empty()) return;
+    const auto file = load_camera(options.job.camera);
+    if (file.ok() && hex_of(file->text_hash) == record.camera_hash) return;
+    log::warning(concat(options.like, ": the camera file ", options.job.camera,
+                        file.ok() ? " has changed" : " no longer exists", ": its values of frame ",
+                        record.frame, " are used for every frame, and its matrices are unknown"));
+    options.job.camera.clear();
+    options.recorded_camera = record.camera;
+}
+
+void compare_inputs(const sequence::Record& record, const std::string& like) {
+    for (const auto& file : record.inputs) {
+        std::error_code error;
+        const auto bytes = std::filesystem::file_size(file.path, error);
+        if (error)
+            log::warning(concat(like, ": was made from ", file.path, ", which no longer exists"));
+        else if (bytes != file.bytes)
+            log::warning(concat(like, ": was made from ", file.path, " of ", file.bytes,
+                                " bytes, which has ", bytes, " now"));
+    }
+}
+
+// Adds --like to `run`; CHAIN and --input are then optional.
+void add_like(CLI::App& run, Options& options) {
+    run.add_option(
+           "--like", options.like,
+           "an output of `run`: repeats it with its chain, camera and settings; other options "
+           "override them")
+        ->type_name("OUT");
+    CLI::Option* chain = run.get_option("CHAIN")->required(false);
+    CLI::Option* input = run.get_option("--input")->required(false);
+    run.final_callback([&options, chain, input] {
+        if (!options.like.empty()) return;
+        for (const CLI::Option* option : {chain, input})
+            if (option->count() == 0) throw CLI::RequiredError(option->get_name());
+    });
+}
+
+// Fills the missing options of `run` from the record of options.like and warns about parts that no
+// longer hold. Does nothing without --like. Errors (input): those of read_record().
+Result<std::optional<sequence::Record>> apply_like(const CLI::App& run, Options& options) {
+    if (options.like.empty()) return std::optional<sequence::Record>();
+    auto record = sequence::read_record(options.like);
+    if (!record.ok()) return record.status().at("--like");
+    if (record->version != kVersion)
+        log::warning(concat(options.like, ": was made by postchain ", record->version, ", this is ",
+                            kVersion, ": the result may differ"));
+    if (options.chain.empty()) options.recorded_chain = record->chain;
+    for (const auto& [key, value] : record->settings) {
+        const Parameter* row = job_parameters().find(key);
+        if (!row || !row->check(value).ok()) {
+            log::warning(
+                concat(options.like, ": its setting ", key, " is unknown in this version"));
+            continue;
+        }
+        // The layer behind belongs to the recorded input.
+        if (!is_given(run, key) && !(key == "behind" && is_given(run, "input")))
+            row->set(&options.job, value);
+    }
+    if (!is_given(run, "input")) {
+        compare_inputs(*record, options.like);
+        if (!is_given(run, "frames")) options.job.frames = concat(record->frame);
+    }
+    if (!is_given(run, "camera")) apply_camera(*record, options);
+    return std::optional(std::move(*record));
+}
+
+// ---------------------------------------------------------------------------------------- run
+// `like`: the record to repeat, if any.
+Result<int> run_subcommand(const Options& options, const std::optional<sequence::Record>& like) {
+    ASSIGN_OR_RETURN(auto chain, load_chain_of(options));
+    ASSIGN_OR_RETURN(auto settings, run_settings_of(options));
+    if (!options.chain.empty()) settings.other_inputs.push_back({options.chain, "the chain file"});
+    if (like) settings.other_inputs.push_back({options.like, "the output of --like"});
+    for (auto& picture : io::inputs_of(chain.chain.camera))
+        settings.other_inputs.push_back(std::move(picture));
+    std::set<int> cuts = settings.source.cuts;  // neither run yet nor on disk
     std::erase_if(cuts, [&](int frame) {
         std::error_code failed;
-        const io::PathPattern& color = settings->input.color();
+        const io::PathPattern& color = settings.input.color();
         return color.has_token() && std::filesystem::exists(color.format(frame), failed);
     });
     const StopOnSignal stop;
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    const std::string renderer = sequence::renderer_text((*context)->device());
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    const std::string renderer = sequence::renderer_text(context->device());
     log::detail("renderer: " + renderer);
-    Executor executor((*context)->device());
+    Executor executor(context->device());
     auto summary = sequence::run_sequence(
-        chain->chain, *settings, executor, renderer,
+        chain.chain, settings, executor, renderer,
         [&](const sequence::FrameReport& report, const sequence::RunProgress& progress) {
             say(report, progress, options.json);
             cuts.erase(report.frame);
@@ -125,7 +194,7 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
         },
         &stop.flag(), {}, WaitLines());
     log::progress("");
-    if (!summary.ok()) return fail(summary.status());
+    if (!summary.ok()) return summary.status();
     std::string text = concat(summary->written, " written");
     const auto count = [&](size_t frames, const char* what) {
         if (frames) text += concat(", ", frames, " ", what);
@@ -138,7 +207,7 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
         log::warning("--cuts: frames not in the sequence: " +
                      sequence::frames_text({cuts.begin(), cuts.end()}));
     if (!summary->gaps.empty())
-        log::warning(concat(settings->input.color().text(), ": frames missing in the sequence, ",
+        log::warning(concat(settings.input.color().text(), ": frames missing in the sequence, ",
                             summary->gaps.size(),
                             summary->gaps.size() == 1 ? " frame: " : " frames: ",
                             sequence::frames_text(summary->gaps)));
@@ -149,6 +218,23 @@ int run_subcommand(const Options& options, const std::optional<sequence::Record>
     return stop.interrupted(concat(
         summary->total - summary->written - summary->skipped - summary->held - summary->missing,
         " frames are left; the same command with --on-existing skip goes on"));
+}
+
+}  // namespace
+
+RunSubcommand add_run(CLI::App& subcommand, Options& options) {
+    add_chain(subcommand, options);
+    for (const char* group : {sequence::kInputGroup, sequence::kLayerGroup, sequence::kOutputGroup,
+                              sequence::kPlanGroup, sequence::kWatchGroup})
+        add_settings(subcommand, job_parameters(), group, &options.job);
+    subcommand.add_flag("--json", options.json, "one JSON object per frame on stdout");
+    add_progress(subcommand, options);
+    add_device(subcommand, options);
+    add_like(subcommand, options);
+    return [&subcommand, &options]() -> Result<int> {
+        ASSIGN_OR_RETURN(const auto like, apply_like(subcommand, options));
+        return run_subcommand(options, like);
+    };
 }
 
 }  // namespace postchain

@@ -1,10 +1,10 @@
-#include "tools/apps/postchain/scene.h"
+// postchain scene: renders a generated sequence.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "config/camera_file.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/scenes/scene.h"
@@ -14,6 +14,18 @@
 namespace postchain {
 namespace {
 
+struct SceneOptions {
+    std::string name;
+    std::string folder;
+    std::string size = "640x360";
+    std::string frames = "1-8";
+    int truth_samples = 0;
+    bool behind = false;
+    bool deep = false;
+    io::OnExisting on_existing = io::OnExisting::fail;
+    Camera camera;  // overrides the scene's
+};
+
 // "generated scene: wheels (...), poles (...)"
 std::string scene_names() {
     std::string text;
@@ -22,30 +34,7 @@ std::string scene_names() {
     return text;
 }
 
-}  // namespace
-
-void add_scene(CLI::App& subcommand, Options& options, SceneOptions& scene) {
-    subcommand.add_option("NAME", scene.name, scene_names())->required();
-    subcommand
-        .add_option("-o,--output", scene.folder, "output folder; created if it does not exist")
-        ->type_name("DIR")
-        ->required();
-    subcommand.add_option("--size", scene.size, "width x height in pixels")->capture_default_str();
-    subcommand.add_option("--frames", scene.frames, "frames to render")->capture_default_str();
-    subcommand
-        .add_option("--truth-samples", scene.truth_samples,
-                    "samples over shutter and lens for mb, dof and both; 0 = none")
-        ->check(CLI::Range(0, 1 << 20))
-        ->capture_default_str();
-    subcommand.add_flag("--behind", scene.behind, "also render the layer behind, for run --behind");
-    subcommand.add_flag("--deep", scene.deep,
-                        "also write deep files with the frame and the layer behind");
-    add_on_existing(subcommand, "if an output file exists", scene.on_existing);
-    add_settings(subcommand, camera_parameters(), "", &scene.camera);
-    add_device(subcommand, options);
-}
-
-int scene_subcommand(const Options& options, const SceneOptions& scene) {
+Result<int> scene_subcommand(const Options& options, const SceneOptions& scene) {
     scenes::SceneRequest request;
     request.name = scene.name;
     request.folder = scene.folder;
@@ -54,26 +43,23 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
     request.deep = scene.deep;
     request.camera = scene.camera;
     request.on_existing = scene.on_existing;
-    auto size = parse_size(scene.size);
-    if (!size.ok()) return fail(size.status());
-    request.width = (*size)[0];
-    request.height = (*size)[1];
+    ASSIGN_OR_RETURN(const auto size, parse_size(scene.size));
+    request.width = size[0];
+    request.height = size[1];
     auto range = io::FrameRange::parse(scene.frames);
-    if (!range.ok()) return fail(range.status().at("--frames"));
+    if (!range.ok()) return range.status().at("--frames");
     request.frames = range->frames;
     resolve_files(request.camera, "");
     io::ApertureFiles pictures;
     if (Status status = pictures.read(request.camera); !status.ok())
-        return fail(status.at("--aperture-image"));
-    if (auto model = scenes::model_for(request); !model.ok()) return fail(model.status());
+        return status.at("--aperture-image");
+    RETURN_IF_ERROR(scenes::model_for(request).status());
 
     const StopOnSignal stop;
-    auto context = context_options_of(options);
-    if (!context.ok()) return fail(context.status());
-    auto renderer = scenes::SceneRenderer::create(*context);
-    if (!renderer.ok()) return fail(renderer.status());
+    ASSIGN_OR_RETURN(auto context, context_options_of(options));
+    ASSIGN_OR_RETURN(auto renderer, scenes::SceneRenderer::create(context));
     const Status status =
-        scenes::write_scene(**renderer, request, [&](const scenes::SceneProgress& progress) {
+        scenes::write_scene(*renderer, request, [&](const scenes::SceneProgress& progress) {
             char percent[16];
             std::snprintf(percent, sizeof(percent), "%.0f %%", 100 * progress.done);
             log::progress(concat("frame ", progress.frame, " ", scenes::name_of(progress.picture),
@@ -84,11 +70,37 @@ int scene_subcommand(const Options& options, const SceneOptions& scene) {
     if (stop.asked())
         return stop.interrupted(
             "the scene is incomplete; run the same command again with --on-existing overwrite");
-    if (!status.ok()) return fail(status);
+    RETURN_IF_ERROR(status);
     log::info(concat(request.frames.size(),
                      request.frames.size() == 1 ? " frame of " : " frames of ", scene.name,
                      " written to ", scene.folder));
     return kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_scene(CLI::App& subcommand, Options& options) {
+    const auto scene = std::make_shared<SceneOptions>();
+    subcommand.add_option("NAME", scene->name, scene_names())->required();
+    subcommand
+        .add_option("-o,--output", scene->folder, "output folder; created if it does not exist")
+        ->type_name("DIR")
+        ->required();
+    subcommand.add_option("--size", scene->size, "width x height in pixels")->capture_default_str();
+    subcommand.add_option("--frames", scene->frames, "frames to render")->capture_default_str();
+    subcommand
+        .add_option("--truth-samples", scene->truth_samples,
+                    "samples over shutter and lens for mb, dof and both; 0 = none")
+        ->check(CLI::Range(0, 1 << 20))
+        ->capture_default_str();
+    subcommand.add_flag("--behind", scene->behind,
+                        "also render the layer behind, for run --behind");
+    subcommand.add_flag("--deep", scene->deep,
+                        "also write deep files with the frame and the layer behind");
+    add_on_existing(subcommand, "if an output file exists", scene->on_existing);
+    add_settings(subcommand, camera_parameters(), "", &scene->camera);
+    add_device(subcommand, options);
+    return [&options, scene] { return scene_subcommand(options, *scene); };
 }
 
 }  // namespace postchain

@@ -1,4 +1,9 @@
-#include "tools/apps/postchain/selftest.h"
+// postchain selftest: checks that this build renders correct images on this machine and device.
+//
+//   each pass of the registry, and both orders, over the reduced stability matrix (fp32)
+//     --> against the double-precision reference; bit-identical when repeated and without elision
+//   a frame of random values --> an EXR in a new folder --> read back, bit for bit
+#include "tools/apps/postchain/subcommands.h"
 
 #include <unistd.h>
 
@@ -11,9 +16,7 @@
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/self_test.h"
 #include "tools/sequence/exr/planes_writer.h"
@@ -128,26 +131,16 @@ Json json_of(const std::vector<TestRow>& rows, const gl::Device& device) {
             {"tests", std::move(tests)}};
 }
 
-}  // namespace
-
-void add_selftest(CLI::App& subcommand, Options& options, std::string& only) {
-    subcommand
-        .add_option("--only", only, "only tests whose name contains this; * matches any characters")
-        ->type_name("PATTERN");
-    subcommand.add_flag("--json", options.json, "one JSON object");
-    add_device(subcommand, options);
-}
-
-int selftest_subcommand(const Options& options, const std::string& only) {
-    auto all = subjects();
-    if (!all.ok()) return fail(all.status());
-    std::erase_if(*all, [&](const auto& one) { return !stress::matches(only, one.name); });
+// `only`: pattern for test names, as in stress::matches(). Returns kExitHealth, after the table, if
+// a test fails.
+Result<int> selftest_subcommand(const Options& options, const std::string& only) {
+    ASSIGN_OR_RETURN(auto all, subjects());
+    std::erase_if(all, [&](const auto& one) { return !stress::matches(only, one.name); });
     const bool with_files = stress::matches(only, kFilesTest);
-    if (all->empty() && !with_files)
-        return fail(Status(StatusCode::usage, "--only: no test name matches '" + only + "'"));
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    const gl::Device& device = (*context)->device();
+    if (all.empty() && !with_files)
+        return Status(StatusCode::usage, "--only: no test name matches '" + only + "'");
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    const gl::Device& device = context->device();
     const StopOnSignal stop;
     if (!options.json) {
         std::printf("postchain %s on %s%s\n", kVersion, sequence::renderer_text(device).c_str(),
@@ -163,7 +156,7 @@ int selftest_subcommand(const Options& options, const std::string& only) {
         std::fflush(stdout);
         rows.push_back(std::move(row));
     };
-    for (auto& subject : *all) {
+    for (auto& subject : all) {
         // A new executor, so that tests do not share device state.
         Executor executor(device);
         const std::string name = subject.name;
@@ -188,6 +181,19 @@ int selftest_subcommand(const Options& options, const std::string& only) {
             "when repeated and with nothing left out\n");
     }
     return failed ? kExitHealth : kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_selftest(CLI::App& subcommand, Options& options) {
+    const auto only = std::make_shared<std::string>();
+    subcommand
+        .add_option("--only", *only,
+                    "only tests whose name contains this; * matches any characters")
+        ->type_name("PATTERN");
+    subcommand.add_flag("--json", options.json, "one JSON object");
+    add_device(subcommand, options);
+    return [&options, only] { return selftest_subcommand(options, *only); };
 }
 
 }  // namespace postchain

@@ -1,6 +1,8 @@
 #include "tools/apps/postchain/serve.h"
 
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -8,14 +10,14 @@
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <thread>
 
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/notify.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/service/http/server.h"
@@ -182,6 +184,25 @@ Result<service::RemoteSettings> remote_settings(const Options& options, const Se
     remote.frames_per_task = serve.farm_frames;
     remote.max_memory = serve.farm_memory;
     return remote;
+}
+
+// Sends a state such as "READY=1" to the service manager, at the socket named by $NOTIFY_SOCKET:
+// sd_notify(3) without its library.
+void notify_system(const std::string& state) {
+    const char* name = std::getenv("NOTIFY_SOCKET");
+    sockaddr_un address = {};
+    if (!name || (name[0] != '/' && name[0] != '@')) return;
+    const size_t length = std::strlen(name);
+    if (length >= sizeof(address.sun_path)) return;
+    address.sun_family = AF_UNIX;
+    std::memcpy(address.sun_path, name, length);
+    if (name[0] == '@') address.sun_path[0] = '\0';  // abstract namespace
+    const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    if (fd < 0) return;
+    sendto(fd, state.data(), state.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
+           reinterpret_cast<sockaddr*>(&address),
+           socklen_t(offsetof(sockaddr_un, sun_path) + length));
+    close(fd);
 }
 
 // Follows SIGHUP, and tells the service manager that the service lives, until it is destroyed.

@@ -1,4 +1,7 @@
-#include "tools/apps/postchain/sheet.h"
+// postchain sheet: a contact sheet, one image with thumbnails of a sequence.
+//
+//   frames of IN, evenly chosen --read, shrink, show--> thumbnails with their numbers --> one PNG
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 
@@ -6,7 +9,6 @@
 #include <cmath>
 #include <limits>
 
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/image/contact_sheet.h"
@@ -17,6 +19,15 @@
 
 namespace postchain {
 namespace {
+
+struct SheetOptions {
+    std::string output;
+    std::string beside;  // a second pattern; empty = none
+    int cells = 60;      // maximum
+    int columns = 0;     // 0 = chosen so that the sheet is about 16:9
+    int width = 240;     // of a thumbnail, pixels
+    io::OnExisting on_existing = io::OnExisting::fail;
+};
 
 constexpr int kMaxPixels = 16384;  // on a side
 
@@ -146,44 +157,12 @@ Result<io::SheetLayout> layout_of(const SheetWork& work, const SheetOptions& she
     return first;
 }
 
-}  // namespace
-
-void add_sheet(CLI::App& subcommand, Options& o, SheetOptions& sheet) {
-    subcommand.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
-        ->required();
-    subcommand.add_option("-o,--output", sheet.output, "the sheet: a PNG")
-        ->required()
-        ->type_name("FILE");
-    subcommand
-        .add_option("--beside", sheet.beside,
-                    "a second sequence, shown to the right of each frame: the input beside the "
-                    "output")
-        ->type_name("IN");
-    subcommand
-        .add_option("--cells", sheet.cells,
-                    "maximum number of frames on the sheet; more are sampled evenly")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-    subcommand
-        .add_option("--columns", sheet.columns,
-                    "frames per row (default: about 16:9 for the sheet)")
-        ->check(CLI::Range(1, 10000));
-    subcommand.add_option("--width", sheet.width, "thumbnail width in pixels")
-        ->check(CLI::Range(16, 4096))
-        ->capture_default_str();
-    add_on_existing(subcommand, "if the sheet exists", sheet.on_existing);
-    add_displayed(subcommand, o);
-}
-
-int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
-    auto made = work_of(options, sheet);
-    if (!made.ok()) return fail(made.status());
-    const SheetWork& work = *made;
+Result<int> sheet_subcommand(const Options& options, const SheetOptions& sheet) {
+    ASSIGN_OR_RETURN(const SheetWork work, work_of(options, sheet));
     io::set_exr_threads(threads_of(options));
     const StopOnSignal stop;
-    const auto layout = layout_of(work, sheet);
-    if (!layout.ok()) return fail(layout.status());
-    io::ContactSheet page(*layout);
+    ASSIGN_OR_RETURN(const auto layout, layout_of(work, sheet));
+    io::ContactSheet page(layout);
     size_t absent = 0, unreadable = 0;
     for (size_t i = 0; i < work.frames.size(); ++i) {
         const SheetFrame& frame = work.frames[i];
@@ -205,9 +184,8 @@ int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
                 page.say(int(i), side, "unreadable");
                 continue;
             }
-            const auto thumbnail = thumbnail_of(work, *picture, *layout);
-            if (!thumbnail.ok()) return fail(thumbnail.status());
-            page.put(int(i), side, *thumbnail);
+            ASSIGN_OR_RETURN(const auto thumbnail, thumbnail_of(work, *picture, layout));
+            page.put(int(i), side, thumbnail);
         }
     }
     log::progress("");
@@ -215,16 +193,45 @@ int sheet_subcommand(const Options& options, const SheetOptions& sheet) {
                     ? concat(work.frames.size(), " of ", work.of, " frames")
                     : concat(work.of, work.of == 1 ? " frame" : " frames"));
     const auto png = io::encode_png(page.picture());
-    if (!png.ok()) return fail(png.status().at(sheet.output));
-    const auto permit = work.files.permit(sheet.output);
-    if (!permit.ok()) return fail(permit.status());
-    const auto written = io::atomic_write_text(sheet.output, *png, *permit);
-    if (!written.ok()) return fail(written.status());
+    if (!png.ok()) return png.status().at(sheet.output);
+    ASSIGN_OR_RETURN(const auto permit, work.files.permit(sheet.output));
+    RETURN_IF_ERROR(io::atomic_write_text(sheet.output, *png, permit).status());
     if (absent)
         log::warning(concat(absent, absent == 1 ? " image is" : " images are",
                             " not on disk; marked 'missing' on the sheet"));
     log::info(concat(sheet.output, ": ", work.frames.size(), " of ", work.of, " frames"));
     return absent + unreadable > 0 ? kExitSomeFailed : kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_sheet(CLI::App& subcommand, Options& o) {
+    const auto sheet = std::make_shared<SheetOptions>();
+    subcommand.add_option("IN", o.job.input, "the sequence, as for --input of run: out.####.exr")
+        ->required();
+    subcommand.add_option("-o,--output", sheet->output, "the sheet: a PNG")
+        ->required()
+        ->type_name("FILE");
+    subcommand
+        .add_option("--beside", sheet->beside,
+                    "a second sequence, shown to the right of each frame: the input beside the "
+                    "output")
+        ->type_name("IN");
+    subcommand
+        .add_option("--cells", sheet->cells,
+                    "maximum number of frames on the sheet; more are sampled evenly")
+        ->check(CLI::Range(1, 10000))
+        ->capture_default_str();
+    subcommand
+        .add_option("--columns", sheet->columns,
+                    "frames per row (default: about 16:9 for the sheet)")
+        ->check(CLI::Range(1, 10000));
+    subcommand.add_option("--width", sheet->width, "thumbnail width in pixels")
+        ->check(CLI::Range(16, 4096))
+        ->capture_default_str();
+    add_on_existing(subcommand, "if the sheet exists", sheet->on_existing);
+    add_displayed(subcommand, o);
+    return [&o, sheet] { return sheet_subcommand(o, *sheet); };
 }
 
 }  // namespace postchain

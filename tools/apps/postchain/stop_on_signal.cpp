@@ -4,7 +4,6 @@
 
 #include <csignal>
 
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/files/atomic_file.h"
 

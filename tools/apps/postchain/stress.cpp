@@ -1,4 +1,9 @@
-#include "tools/apps/postchain/stress.h"
+// postchain stress: the stability matrix of a chain, or of every pass and both orders.
+//
+//   CHAIN, or each pass of the registry separately + shipped chains of both orders
+//     --tools/stress--> Matrix --> text or JSON on stdout
+//     -o DIR            --> DIR/stress.txt, DIR/stress.json, DIR/index.html
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <cmath>
@@ -7,7 +12,6 @@
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/stress/matrix.h"
@@ -19,6 +23,12 @@
 
 namespace postchain {
 namespace {
+
+struct StressOptions {
+    std::string only;
+    std::string folder;  // empty = writes no files
+    io::OnExisting on_existing = io::OnExisting::fail;
+};
 
 using io::Json;
 
@@ -112,72 +122,71 @@ std::string command_of(const Options& options, const StressOptions& stress) {
     return text;
 }
 
-}  // namespace
-
-void add_stress(CLI::App& subcommand, Options& o, StressOptions& stress) {
-    add_chain(subcommand, o);
-    subcommand.get_option("CHAIN")->required(false)->description(
-        "chain file, or the name of a shipped chain (default: each pass separately, and both "
-        "orders)");
-    subcommand
-        .add_option("-o,--output", stress.folder,
-                    "folder for index.html (a page with images of failures), stress.txt and "
-                    "stress.json")
-        ->type_name("DIR");
-    add_on_existing(subcommand, "if an output file exists", stress.on_existing);
-    subcommand
-        .add_option("--only", stress.only,
-                    "only cells whose name CHAIN/ROW/CELL/PRECISION contains this; * matches any "
-                    "characters")
-        ->type_name("PATTERN");
-    subcommand.add_flag("--json", o.json, "one JSON object");
-    add_device(subcommand, o);
-}
-
-int stress_subcommand(const Options& options, const StressOptions& stress) {
-    auto subjects = subjects_of(options);
-    if (!subjects.ok()) return fail(subjects.status());
-    const io::OutputFiles files = files_of(options, stress, *subjects);
-    if (Status status = files.check(); !status.ok()) return fail(status);
+Result<int> stress_subcommand(const Options& options, const StressOptions& stress) {
+    ASSIGN_OR_RETURN(auto subjects, subjects_of(options));
+    const io::OutputFiles files = files_of(options, stress, subjects);
+    RETURN_IF_ERROR(files.check());
     files.remove_left_temporaries();
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    Executor executor((*context)->device());
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    Executor executor(context->device());
 
     const StopOnSignal stop;
     stress::MatrixOptions matrix_options;
     matrix_options.only = stress.only;
-    auto matrix = stress::run_matrix(executor, *subjects, matrix_options,
+    auto matrix = stress::run_matrix(executor, subjects, matrix_options,
                                      [&](const std::string& name, size_t done, size_t of) {
                                          log::progress(concat(done, " of ", of, ", ", name));
                                          return !stop.asked();
                                      });
     log::progress("");
     if (stop.asked()) return stop.interrupted("no report is written; run the same command again");
-    if (!matrix.ok()) return fail(matrix.status());
+    if (!matrix.ok()) return matrix.status();
 
     const std::string text = stress::matrix_as_text(*matrix);
     const std::string json =
-        io::json_text(json_of(*matrix, sequence::renderer_text((*context)->device()))) + "\n";
+        io::json_text(json_of(*matrix, sequence::renderer_text(context->device()))) + "\n";
     std::fputs(options.json ? json.c_str() : text.c_str(), stdout);
     if (!stress.folder.empty()) {
-        auto pictures = stress::pictures_of(executor, *subjects, *matrix);
-        if (!pictures.ok()) return fail(pictures.status());
+        ASSIGN_OR_RETURN(auto pictures, stress::pictures_of(executor, subjects, *matrix));
         const std::string page = stress::matrix_as_page(
-            *matrix, *pictures,
-            {kVersion, sequence::renderer_text((*context)->device()), command_of(options, stress)});
+            *matrix, pictures,
+            {kVersion, sequence::renderer_text(context->device()), command_of(options, stress)});
         std::error_code error;
         std::filesystem::create_directories(stress.folder, error);
         if (error)
-            return fail(
-                Status(StatusCode::output, "--output: " + stress.folder + ": " + error.message()));
+            return Status(StatusCode::output,
+                          "--output: " + stress.folder + ": " + error.message());
         const std::string start = stress.folder + "/";
         Status status = write_file(files, start + kText, text);
         if (status.ok()) status = write_file(files, start + kJson, json);
         if (status.ok()) status = write_file(files, start + kPage, page);
-        if (!status.ok()) return fail(status);
+        RETURN_IF_ERROR(status);
     }
     return matrix->count(stress::Verdict::failed) ? kExitHealth : kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_stress(CLI::App& subcommand, Options& o) {
+    const auto stress = std::make_shared<StressOptions>();
+    add_chain(subcommand, o);
+    subcommand.get_option("CHAIN")->required(false)->description(
+        "chain file, or the name of a shipped chain (default: each pass separately, and both "
+        "orders)");
+    subcommand
+        .add_option("-o,--output", stress->folder,
+                    "folder for index.html (a page with images of failures), stress.txt and "
+                    "stress.json")
+        ->type_name("DIR");
+    add_on_existing(subcommand, "if an output file exists", stress->on_existing);
+    subcommand
+        .add_option("--only", stress->only,
+                    "only cells whose name CHAIN/ROW/CELL/PRECISION contains this; * matches any "
+                    "characters")
+        ->type_name("PATTERN");
+    subcommand.add_flag("--json", o.json, "one JSON object");
+    add_device(subcommand, o);
+    return [&o, stress] { return stress_subcommand(o, *stress); };
 }
 
 }  // namespace postchain

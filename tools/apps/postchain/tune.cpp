@@ -1,14 +1,13 @@
-#include "tools/apps/postchain/tune.h"
+// postchain tune: messages, progress and the file of the tuned chain.
+#include "tools/apps/postchain/subcommands.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "chain/printable.h"
-#include "tools/apps/postchain/exit_code.h"
-#include "tools/apps/postchain/experiments.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/print_line.h"
 #include "tools/apps/postchain/stop_on_signal.h"
+#include "tools/measure/tune/settings.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/sequence/run/device.h"
@@ -16,6 +15,11 @@
 
 namespace postchain {
 namespace {
+
+struct TuneOptions {
+    std::vector<std::string> chains;  // to start from; empty: shipped ones
+    tune::TuneSettings settings;
+};
 
 Result<io::OutputFiles> files_of(const tune::TuneSettings& settings) {
     io::OutputFiles files(settings.on_existing);
@@ -35,25 +39,9 @@ Status write_chain_file(const tune::Tuning& tuning, const std::string& path,
     return io::atomic_write_text(path, tune::tuned_chain_file(tuning), permit).status();
 }
 
-}  // namespace
-
-void add_tune(CLI::App& subcommand, Options& o, TuneOptions& t) {
-    subcommand.add_option("CHAIN", t.chains,
-                          "chain files or names of shipped chains to start from (default: fast, "
-                          "balanced and best; without --truth balanced, and only one)");
-    add_list(subcommand, "--set", "KEY=VALUE", o.sets,
-             "change a value of the chains, as in run; a value so set is not varied");
-    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
-    add_settings(subcommand, tune::tune_parameters(), "", &t.settings);
-    add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
-    add_device(subcommand, o);
-    subcommand.add_flag("--json", o.json, "the measured chains as one JSON object on stdout");
-    add_progress(subcommand, o);
-}
-
-int tune_subcommand(const Options& options, const TuneOptions& t, int argc, char** argv) {
+Result<int> tune_subcommand(const Options& options, const TuneOptions& t) {
     tune::TuneSettings settings = t.settings;
-    if (const auto goal = tune::goal_of(settings); !goal.ok()) return fail(goal.status());
+    RETURN_IF_ERROR(tune::goal_of(settings).status());
     const auto names = t.chains.empty() ? tune::default_starts(!settings.truth.empty()) : t.chains;
     std::vector<tune::Start> starts;
     std::vector<std::string> fixed;
@@ -61,39 +49,32 @@ int tune_subcommand(const Options& options, const TuneOptions& t, int argc, char
     for (const std::string& name : names) {
         Options of_chain = options;
         of_chain.chain = name;
-        auto file = load_chain_of(of_chain);
-        if (!file.ok()) return fail(file.status());
-        for (auto& knob : tune::fixed_knobs(file->chain, options.sets))
+        ASSIGN_OR_RETURN(auto file, load_chain_of(of_chain));
+        for (auto& knob : tune::fixed_knobs(file.chain, options.sets))
             fixed.push_back(std::move(knob));
-        cameras.push_back(file->chain.camera);
-        starts.push_back({name, std::move(file->chain)});
+        cameras.push_back(file.chain.camera);
+        starts.push_back({name, std::move(file.chain)});
     }
-    auto run = run_settings_of(options);
-    if (!run.ok()) return fail(run.status());
-    experiment::complete(
-        settings,
-        {std::move(*run), options.job.input, names, cameras, {argv, argv + argc}, options.threads});
-    const auto files = files_of(settings);
-    if (!files.ok()) return fail(files.status());
-    if (Status status = files->check(); !status.ok()) return fail(status);
-    files->remove_left_temporaries();
+    ASSIGN_OR_RETURN(auto run, run_settings_of(options));
+    experiment::complete(settings, {std::move(run), options.job.input, names, cameras,
+                                    options.command_line, options.threads});
+    ASSIGN_OR_RETURN(const auto files, files_of(settings));
+    RETURN_IF_ERROR(files.check());
+    files.remove_left_temporaries();
 
     const StopOnSignal stop;
-    auto context = context_of(options);
-    if (!context.ok()) return fail(context.status());
-    settings.renderer = sequence::renderer_text((*context)->device());
-    settings.software = (*context)->device().software;
-    Executor executor((*context)->device());
+    ASSIGN_OR_RETURN(auto context, context_of(options));
+    settings.renderer = sequence::renderer_text(context->device());
+    settings.software = context->device().software;
+    Executor executor(context->device());
     auto tuning = tune::run_tune(std::move(starts), fixed, settings, executor, progress_printer(),
                                  &stop.flag());
     log::progress("");
     if (stop.asked()) return stop.interrupted("no chain is written; run the same command again");
-    if (!tuning.ok()) return fail(tuning.status());
+    if (!tuning.ok()) return tuning.status();
     for (const auto& line : tune::doubts_of(*tuning)) log::warning(line);
     if (!tuning->with_truth) log::info("reference: " + tuning->reference);
-    if (tuning->chosen())
-        if (Status status = write_chain_file(*tuning, settings.folder, *files); !status.ok())
-            return fail(status);
+    if (tuning->chosen()) RETURN_IF_ERROR(write_chain_file(*tuning, settings.folder, files));
     if (options.json)
         print_line(tune::tuning_json(*tuning));
     else
@@ -105,6 +86,24 @@ int tune_subcommand(const Options& options, const TuneOptions& t, int argc, char
     log::info(tune::outcome_text(*tuning));
     if (!options.json) std::printf("%s\n", printable(settings.folder).c_str());
     return kExitOk;
+}
+
+}  // namespace
+
+RunSubcommand add_tune(CLI::App& subcommand, Options& o) {
+    const auto t = std::make_shared<TuneOptions>();
+    subcommand.add_option("CHAIN", t->chains,
+                          "chain files or names of shipped chains to start from (default: fast, "
+                          "balanced and best; without --truth balanced, and only one)");
+    add_list(subcommand, "--set", "KEY=VALUE", o.sets,
+             "change a value of the chains, as in run; a value so set is not varied");
+    add_settings(subcommand, job_parameters(), sequence::kInputGroup, &o.job);
+    add_settings(subcommand, tune::tune_parameters(), "", &t->settings);
+    add_settings(subcommand, job_parameters(), sequence::kPlanGroup, &o.job);
+    add_device(subcommand, o);
+    subcommand.add_flag("--json", o.json, "the measured chains as one JSON object on stdout");
+    add_progress(subcommand, o);
+    return [&o, t] { return tune_subcommand(o, *t); };
 }
 
 }  // namespace postchain

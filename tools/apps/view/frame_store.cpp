@@ -175,7 +175,7 @@ void FrameStore::read(int frame, const std::shared_ptr<const Chain>& chain) {
         handed_out_.clear();
         reads_ = chain;
     }
-    Kept kept;
+    CachedFrame kept;
     kept.stamps = stamps_of(frame, {{frame, files}}, *on_disk);
     try {
         auto inputs = reader_->open(frame, files);

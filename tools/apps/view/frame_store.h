@@ -40,7 +40,7 @@ class FrameStore {
     uint64_t bytes() const;  // of the planes kept
 
   private:
-    struct Kept {
+    struct CachedFrame {
         SharedFrame frame;
         Status status;
         std::vector<io::FileStamp> stamps;
@@ -69,7 +69,7 @@ class FrameStore {
     int direction_ = 1;
     std::shared_ptr<const Chain> chain_;
     sequence::FramesOnDisk files_, neighbors_;  // neighbors need no layer behind
-    std::map<int, Kept> kept_;
+    std::map<int, CachedFrame> kept_;
     uint64_t clock_ = 0;
     std::thread thread_;
 };

@@ -8,10 +8,9 @@
 
 #include "config/chain_find.h"
 #include "passes/registry.h"
-#include "tools/apps/postchain/exit_code.h"
 #include "tools/apps/postchain/log.h"
+#include "tools/apps/postchain/options.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/apps/postchain/view_options.h"
 #include "tools/apps/view/window.h"
 #include "tools/measure/scenes/scene.h"
 #include "tools/sequence/source/memory.h"
@@ -105,7 +104,7 @@ int view_command(int argc, char** argv) {
     Options options;
     ViewOptions view;
     CLI::App app("Shows a chain over a sequence, and edits it.", "postchain view");
-    add_view(app, options, view);
+    add_view_options(app, options, view);
     add_logging(app, options);
     refuse_empty_words(app);
     try {

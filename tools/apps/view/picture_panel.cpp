@@ -1,16 +1,20 @@
 #include "tools/apps/view/picture_panel.h"
 
+#include <epoxy/gl.h>
+
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "tools/apps/view/session_values.h"
 
 namespace postchain::view {
 namespace {
 
-constexpr float kDragFrom = 6;      // pixels: a shorter drag is a click
-constexpr float kGrabWipe = 8;      // pixels around its line
-constexpr double kNearestFrom = 2;  // zoom from which pixels are shown as squares
+constexpr int kBytesAtOnce = 8 << 20;  // of an upload
+constexpr float kDragFrom = 6;         // pixels: a shorter drag is a click
+constexpr float kGrabWipe = 8;         // pixels around its line
+constexpr double kNearestFrom = 2;     // zoom from which pixels are shown as squares
 
 const ImU32 kWhite = IM_COL32(255, 255, 255, 255), kBlack = IM_COL32(0, 0, 0, 200);
 const ImU32 kPath = IM_COL32(255, 230, 60, 255);
@@ -23,6 +27,54 @@ void label(ImDrawList& list, ImVec2 at, const std::string& text) {
 }
 
 }  // namespace
+
+ScreenTexture::~ScreenTexture() {
+    for (const unsigned name : {shown_.name, next_.name})
+        if (name) glDeleteTextures(1, &name);
+}
+
+void ScreenTexture::set(std::shared_ptr<const Rgba> image) {
+    if (image == image_) return;
+    image_ = std::move(image);
+    row_ = 0;
+    if (image_) return;
+    if (shown_.name) glDeleteTextures(1, &shown_.name);
+    shown_ = {};
+}
+
+bool ScreenTexture::upload() {
+    if (!image_ || row_ >= image_->height) return false;
+    if (row_ == 0) {
+        if (!next_.name) {
+            glGenTextures(1, &next_.name);
+            glBindTexture(GL_TEXTURE_2D, next_.name);
+            glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+            glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+        }
+        glBindTexture(GL_TEXTURE_2D, next_.name);
+        if (next_.width != image_->width || next_.height != image_->height)
+            glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, image_->width, image_->height, 0, GL_RGBA,
+                         GL_UNSIGNED_BYTE, nullptr);
+        next_.width = image_->width;
+        next_.height = image_->height;
+    }
+    const int rows = std::clamp(kBytesAtOnce / (4 * image_->width), 1, image_->height - row_);
+    glBindTexture(GL_TEXTURE_2D, next_.name);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 4);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, row_, image_->width, rows, GL_RGBA, GL_UNSIGNED_BYTE,
+                    image_->pixel(0, row_));
+    row_ += rows;
+    if (row_ < image_->height) return true;
+    std::swap(shown_, next_);
+    return false;
+}
+
+void ScreenTexture::set_filter(bool nearest) const {
+    glBindTexture(GL_TEXTURE_2D, shown_.name);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, nearest ? GL_NEAREST : GL_LINEAR);
+}
 
 bool PicturePanel::upload() {
     const Painted& painted = ui_.session.painted();
@@ -91,9 +143,9 @@ void PicturePanel::draw(float x, float y, float width, float height) {
         list.AddLine({line, picture_at_.y}, {line, picture_at_.y + picture_size_.y}, kWhite,
                      std::max(1.0f, ui_.scale));
         const float top = picture_at_.y + picture_size_.y / 2;
-        const char* other = view.with == With::before        ? "before the chain"
-                            : view.with == With::other_chain ? "chain B"
-                                                             : "ground truth";
+        const char* other = view.target == CompareTarget::before        ? "before the chain"
+                            : view.target == CompareTarget::other_chain ? "chain B"
+                                                                        : "ground truth";
         label(list, {line - ImGui::CalcTextSize("result").x - 10 * ui_.scale, top}, "result");
         label(list, {line + 10 * ui_.scale, top}, other);
     } else if (compares && view.compare == Compare::difference && map_.name()) {

@@ -191,7 +191,7 @@ bool Session::tick(Clock::time_point now) {
             !std::binary_search(list.begin(), list.end(), frame_))
             frame_ = list.front();
         store_->want(frame_, direction_, chain_);
-        if (truth_ && compares_with(With::truth)) truth_->want(frame_, direction_, chain_);
+        if (truth_ && compares_with(CompareTarget::truth)) truth_->want(frame_, direction_, chain_);
         source_ = store_->find(frame_);
     }
     bool changed = take_results(now);
@@ -317,7 +317,7 @@ void Session::request(Clock::time_point now) {
 }
 
 void Session::request_other() {
-    if (!other_ || !compares_with(With::other_chain)) return;
+    if (!other_ || !compares_with(CompareTarget::other_chain)) return;
     if (other_source_ != source_ || other_shaders_ != shaders_) {
         other_source_ = source_;
         other_shaders_ = shaders_;
@@ -358,9 +358,9 @@ bool Session::paint_due(Clock::time_point) {
     job.look = view_.plane == kFillMask ? Look::shares : look_of(image->channels);
     job.view = view_.display;
     if (result && view_.compare != Compare::off && source_) {
-        if (view_.with == With::before) job.other = source_->planes.at(Role::color);
-        if (view_.with == With::other_chain) job.other = other_image_;
-        if (view_.with == With::truth && truth_) {
+        if (view_.target == CompareTarget::before) job.other = source_->planes.at(Role::color);
+        if (view_.target == CompareTarget::other_chain) job.other = other_image_;
+        if (view_.target == CompareTarget::truth && truth_) {
             const SharedFrame truth = truth_->find(frame_);
             if (truth) job.other = truth->planes.at(Role::color);
             if (const Status status = truth_->failure(frame_); !status.ok())
@@ -412,7 +412,7 @@ bool Session::at_rest() const {
     if (!source_) return frames().empty() || !store_->failure(frame_).ok();
     if (!(wanted_.source == source_ && wanted_.revision == document_.revision() && full_seen_))
         return false;
-    return !compares_with(With::other_chain) || !other_ || other_seen_ == other_revision_;
+    return !compares_with(CompareTarget::other_chain) || !other_ || other_seen_ == other_revision_;
 }
 
 Status Session::save_chain(const std::string& path, bool replace) {

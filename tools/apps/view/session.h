@@ -38,14 +38,14 @@ struct SessionSettings {
 };
 
 enum class Compare { off, wipe, flip, difference };
-enum class With { before, other_chain, truth };
+enum class CompareTarget { before, other_chain, truth };
 
 // Choices of what the window shows. Changed directly by the user interface.
 struct ViewChoice {
     std::string plane = "result";  // "result", a name of planes(), kFillMask or a plan's texture
     io::PreviewOptions display;
     Compare compare = Compare::off;
-    With with = With::before;
+    CompareTarget target = CompareTarget::before;
     std::string map = "flip";
     bool limits = false;  // of sharpness
     Rect visible;         // the part on screen, pixels of the frame
@@ -157,8 +157,8 @@ class Session {
     double draft_scale() const;
     std::shared_ptr<const ImageF> plane_image(const std::string& plane) const;
     std::string texture_to_read() const;
-    bool compares_with(With with) const {
-        return view_.compare != Compare::off && view_.with == with;
+    bool compares_with(CompareTarget target) const {
+        return view_.compare != Compare::off && view_.target == target;
     }
 
     SessionSettings settings_;

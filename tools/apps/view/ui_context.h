@@ -18,10 +18,19 @@ struct UiContext {
     // Rectangles of widgets by name: x, y, width, height, pixels of the window.
     std::map<std::string, std::array<float, 4>> places = {};
 
-    void mark(const std::string& name);  // the last widget
-    void say(const Status& status);
+    // Records the place of the last widget.
+    void mark(const std::string& name) {
+        const ImVec2 from = ImGui::GetItemRectMin(), size = ImGui::GetItemRectSize();
+        if (ImGui::IsItemVisible()) places[name] = {from.x, from.y, size.x, size.y};
+    }
+    void say(const Status& status) {
+        if (!status.ok()) session.say(status.message(), true);
+    }
     // The edits while the last widget is held are one step of undo.
-    void gesture();
+    void gesture() {
+        if (ImGui::IsItemActivated()) session.document().begin_gesture();
+        if (ImGui::IsItemDeactivated()) session.document().end_gesture();
+    }
 };
 
 }  // namespace postchain::view

@@ -51,10 +51,10 @@ Status write_report_files(const report::Report& report, const std::string& asset
 int exit_code_of(const report::Report& report, const std::vector<report::MetricLimit>& limits,
                  bool met, std::vector<std::string>& broken) {
     broken = report::exceeding(report, limits);
-    if (!broken.empty()) return sequence::kExitThreshold;
+    if (!broken.empty()) return kExitThreshold;
     for (const auto& variant : report.variants)
-        if (!variant.failure.empty()) return sequence::kExitSomeFailed;
-    return met ? sequence::kExitOk : sequence::kExitThreshold;
+        if (!variant.failure.empty()) return kExitSomeFailed;
+    return met ? kExitOk : kExitThreshold;
 }
 
 Result<std::vector<report::MetricLimit>> limits_of(const std::string& option,

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "config/chain_named.h"
+#include "config/chain_find.h"
 #include "config/scalar.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/study/questions.h"

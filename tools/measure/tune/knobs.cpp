@@ -111,11 +111,9 @@ std::vector<std::string> fixed_knobs(const Chain& chain, const std::vector<std::
             const std::string& type = chain.links[i].type->name;
             for (const Parameter& row : chain.links[i].type->parameters->rows()) {
                 if (!is_knob(row)) continue;
-                std::vector<std::string> keys = row.former.keys;
-                keys.push_back(row.key);
-                for (const std::string& key : keys)
-                    if (path == type + "." + key || path == concat("passes[", i, "].", key))
-                        fixed.push_back(type + "." + row.key);
+                const std::string name = type + "." + row.key;
+                if (path == name || path == concat("passes[", i, "].", row.key))
+                    fixed.push_back(name);
             }
         }
     }

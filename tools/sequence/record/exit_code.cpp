@@ -1,6 +1,6 @@
 #include "tools/sequence/record/exit_code.h"
 
-namespace postchain::sequence {
+namespace postchain {
 
 int exit_code(const Status& status) {
     switch (status.code()) {
@@ -30,7 +30,7 @@ int exit_code(const Status& first_failure, size_t good) {
     return good > 0 && !first_failure.ok() ? kExitSomeFailed : exit_code(first_failure);
 }
 
-int exit_code(const RunSummary& summary) {
+int exit_code(const sequence::RunSummary& summary) {
     const size_t bad = summary.failed + summary.missing;
     // --strict checks values: its exit code takes precedence over frames that succeeded.
     if (summary.unhealthy) return kExitHealth;
@@ -38,4 +38,4 @@ int exit_code(const RunSummary& summary) {
     return exit_code(summary.first_failure, summary.written + summary.skipped + summary.held);
 }
 
-}  // namespace postchain::sequence
+}  // namespace postchain

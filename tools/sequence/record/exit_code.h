@@ -4,7 +4,7 @@
 #include "chain/status.h"
 #include "tools/sequence/record/frame_report.h"
 
-namespace postchain::sequence {
+namespace postchain {
 
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitSomeFailed = 1;  // some frames failed
@@ -20,6 +20,6 @@ inline constexpr int kExitSignal = 128;   // plus the signal's number
 int exit_code(const Status& status);
 // The exit code if `good` other frames succeeded.
 int exit_code(const Status& first_failure, size_t good);
-int exit_code(const RunSummary& summary);
+int exit_code(const sequence::RunSummary& summary);
 
-}  // namespace postchain::sequence
+}  // namespace postchain

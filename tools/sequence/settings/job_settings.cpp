@@ -1,10 +1,12 @@
 #include "tools/sequence/settings/job_settings.h"
 
+#include <algorithm>
 #include <set>
 #include <sstream>
 
 #include "chain/text.h"
 #include "config/profile.h"
+#include "config/reporter.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/settings/color_settings.h"
@@ -13,41 +15,29 @@
 namespace postchain::sequence {
 namespace {
 
-// "off_by_configuration, identity_by_facts, ...": the rules that are on by default, or the others.
-std::string rule_names(const PassRegistry& registry, bool on_by_default) {
-    std::string names;
+// The rules that are on by default, or the others.
+std::vector<std::string> rule_names(const PassRegistry& registry, bool on_by_default) {
+    std::vector<std::string> names;
     for (const auto& rule : elision_rules(registry))
-        if (rule.on_by_default == on_by_default) names += (names.empty() ? "" : ", ") + rule.name;
+        if (rule.on_by_default == on_by_default) names.push_back(rule.name);
     return names;
 }
 
 Result<std::set<std::string>> rules_of(const PassRegistry& registry, const std::string& key,
-                                       const std::string& text, bool on_by_default,
-                                       Diagnostics& notes) {
+                                       const std::string& text, bool on_by_default) {
+    const std::vector<std::string> known = rule_names(registry, on_by_default);
     std::set<std::string> rules;
     std::istringstream words(text);
     for (std::string word; std::getline(words, word, ',');) {
-        bool known = false;
-        for (const auto& rule : elision_rules(registry)) {
-            if (rule.on_by_default != on_by_default) continue;
-            const bool former = !word.empty() && word == rule.former_name;
-            if (word != rule.name && !former) continue;
-            known = true;
-            rules.insert(rule.name);
-            if (former)
-                notes.push_back({option_name(key), 0, 0, Severity::warning, "",
-                                 former_name_text(word, rule.name), StatusCode::usage});
-        }
-        if (!known)
-            return Status(StatusCode::usage, option_name(key) + ": no rule '" + word +
-                                                 "'; known are " +
-                                                 rule_names(registry, on_by_default));
+        if (std::ranges::find(known, word) == known.end())
+            return Status(StatusCode::usage,
+                          concat(option_name(key), ": ", unknown_word("rule", word, known)));
+        rules.insert(word);
     }
     return rules;
 }
 
-Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& registry,
-                                    Diagnostics& notes) {
+Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& registry) {
     PlanOptions plan;
     plan.precision = job.precision;
     if (job.no_elide == "all") {
@@ -56,8 +46,8 @@ Result<PlanOptions> plan_options_of(const JobSettings& job, const PassRegistry& 
         plan.elide = false;
         return plan;
     }
-    ASSIGN_OR_RETURN(auto off, rules_of(registry, "no_elide", job.no_elide, true, notes));
-    ASSIGN_OR_RETURN(auto on, rules_of(registry, "elide", job.elide, false, notes));
+    ASSIGN_OR_RETURN(auto off, rules_of(registry, "no_elide", job.no_elide, true));
+    ASSIGN_OR_RETURN(auto on, rules_of(registry, "elide", job.elide, false));
     plan.rules_off = std::move(off);
     plan.rules_on = std::move(on);
     return plan;
@@ -280,14 +270,14 @@ ParameterTable job_parameters(const PassRegistry& registry) {
               {.unit = "RULES",
                .help = "also run work that a frame does not need: all rules, or --no-elide=RULES "
                        "with some of " +
-                       rule_names(registry, true),
+                       joined(rule_names(registry, true)),
                .unset_means = "none",
                .implied = "all",
                .group = kPlanGroup})
         .text("elide", &JobSettings::elide,
               {.unit = "RULES",
-               .help =
-                   "also use these rules, which are off by default: " + rule_names(registry, false),
+               .help = "also use these rules, which are off by default: " +
+                       joined(rule_names(registry, false)),
                .unset_means = "none",
                .group = kPlanGroup})
         .text("chunk", &JobSettings::chunk,
@@ -437,7 +427,7 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
             for (auto& picture : io::inputs_of(camera))
                 settings.other_inputs.push_back(std::move(picture));
     }
-    ASSIGN_OR_RETURN(settings.plan, plan_options_of(job, registry, notes));
+    ASSIGN_OR_RETURN(settings.plan, plan_options_of(job, registry));
     if (!job.output.empty()) {
         auto output = io::PathPattern::parse(job.output);
         if (!output.ok()) return output.status().at(option_name("output"));

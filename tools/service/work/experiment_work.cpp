@@ -199,7 +199,7 @@ class StudyWork {
         for (study::SceneEntry& scene : report->scenes) {
             if (scene.failure.empty()) continue;
             scene.failure = roots_.shown_in(scene.failure);
-            end.exit_code = sequence::kExitSomeFailed;
+            end.exit_code = kExitSomeFailed;
             end.say(concat("scene ", scene.name, ": ", scene.failure));
         }
         if (Status status = study::write_report(*report, folder); !status.ok())

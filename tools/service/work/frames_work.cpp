@@ -357,9 +357,8 @@ int64_t bytes_of_outputs(const std::string& output, const RunSettings& settings)
 }
 
 int exit_code_of_frames(int done, const Status& first_failure, bool unhealthy) {
-    if (unhealthy) return sequence::kExitHealth;
-    return done > 0 || first_failure.ok() ? sequence::kExitSomeFailed
-                                          : sequence::exit_code(first_failure);
+    if (unhealthy) return kExitHealth;
+    return done > 0 || first_failure.ok() ? kExitSomeFailed : exit_code(first_failure);
 }
 
 Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
@@ -375,7 +374,7 @@ Result<WorkEnd> end_of_frames(const JobStore& store, const std::string& id,
                        " frames quarantined: ", sequence::frames_text(tally->quarantined)));
     if (tally->missing > 0) end.say(concat(tally->missing, " frames are not on disk"));
     if (tally->held > 0) end.say(concat(tally->held, " frames are held"));
-    if (!end.message.empty()) end.exit_code = sequence::kExitSomeFailed;
+    if (!end.message.empty()) end.exit_code = kExitSomeFailed;
     if (!tally->quarantined.empty()) {
         end.state = JobState::failed;
         end.exit_code = exit_code_of_frames((*job)->done, first_failure, unhealthy);

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "config/chain_named.h"
+#include "config/chain_find.h"
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "config/schema.h"

@@ -52,7 +52,7 @@ bool WorkContext::goes_on() const {
 }
 
 WorkEnd WorkEnd::failed(const Status& status) {
-    return {How::ended, JobState::failed, sequence::exit_code(status), status.message(), {}};
+    return {How::ended, JobState::failed, postchain::exit_code(status), status.message(), {}};
 }
 
 void WorkEnd::say(const std::string& text) {

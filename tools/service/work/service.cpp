@@ -345,7 +345,7 @@ Answer<Job> Service::cancel(const User& user, const std::string& id) {
     return answer([&] {
         const char* why_not = "; only waiting and running jobs can be canceled";
         return state_->change(user, id, why_not, [&](const Job&) {
-            const bool done = stored(state_->store->cancel(id, sequence::kExitSignal + SIGTERM));
+            const bool done = stored(state_->store->cancel(id, kExitSignal + SIGTERM));
             if (done) state_->backend->stop_job(id);
             return done;
         });

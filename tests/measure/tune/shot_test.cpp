@@ -9,8 +9,8 @@
 #include "config/chain_file.h"
 #include "tests/measure/experiment/support.h"
 #include "tests/support/status.h"
-#include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/converge.h"
+#include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/sequence/source/frame_source.h"
 
@@ -54,15 +54,15 @@ TEST_F(Shot, WithoutATruthTheReferenceIsTheConvergedImage) {
     const Chain converging = test::parse("{postchain: 1, passes: [motion_blur: {mode: guertin}]}");
     const auto survey =
         test::must(experiment::survey_input(tuned.run, tuned.flip.tone_mapper, true));
-    experiment::Basis basis;
-    basis.files = test::must(io::find_frames(tuned.run.input, tuned.run.frames)).files;
+    experiment::ExperimentInput input;
+    input.files = test::must(io::find_frames(tuned.run.input, tuned.run.frames)).files;
     metrics::CompareSettings compare;
     compare.metrics = {"hdr_flip"};
     compare.exposures = survey.exposures;
     double sum = 0;
     for (int frame : {1, 2}) {
         const auto source = test::must(experiment::read_frame(
-            basis, tuned.run, frame, converging.required() | converging.optional()));
+            input, tuned.run, frame, converging.required() | converging.optional()));
         const auto truth = test::must(experiment::converge(converging, source.description,
                                                            source.planes, {}, test::executor(), 2));
         const auto plan =

@@ -9,7 +9,6 @@
 
 #include "tools/apps/postchain/options.h"
 #include "tools/measure/metrics/compare.h"
-#include "tools/measure/metrics/limit.h"
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain {

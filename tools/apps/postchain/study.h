@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tools/apps/postchain/options.h"
-#include "tools/measure/study/settings.h"
+#include "tools/measure/study/study.h"
 
 namespace postchain {
 

@@ -1,6 +1,6 @@
 // Results of an experiment: plain data, written as JSON, CSV and Markdown, and as the page.
 //
-//   experiment (ab.h, bench.h) --> Report
+//   run_experiment.h --> Report
 //   Report --report_json.h--> report.json   (docs/report.md)
 //          --report_csv.h---> report.csv
 //          --report_text.h--> report.md
@@ -124,9 +124,6 @@ struct MetricComparison {
 };
 struct Comparison {
     std::vector<MetricComparison> metrics;
-    int shared_steps = 0;  // dispatches per frame (first frame) that both chains need: run once
-    int steps_a = 0;
-    int steps_b = 0;
     uint64_t bootstrap_seed = 0;
     int bootstrap_replicates = 0;
     int bootstrap_tile_px = 0;

@@ -72,9 +72,6 @@ Json comparison(const Comparison& comparison) {
                            {"finding", name_of(metric.finding)},
                            {"words", metric.words}});
     return {{"metrics", metrics},
-            {"shared_steps", comparison.shared_steps},
-            {"steps_a", comparison.steps_a},
-            {"steps_b", comparison.steps_b},
             {"bootstrap",
              {{"seed", comparison.bootstrap_seed},
               {"replicates", comparison.bootstrap_replicates},

@@ -213,13 +213,11 @@ class Markdown {
                            " without a measurable difference\n\n");
             table(open);
         }
-        out_ +=
-            concat(kIntervalsExplained,
-                   "\n\nMetrics whose best value is 1 are compared by their distance from 1. ",
-                   "Tiles are ", comparison.bootstrap_tile_px, " px, ",
-                   comparison.bootstrap_replicates, " replicates, seed ", comparison.bootstrap_seed,
-                   ". Of ", comparison.steps_a, " and ", comparison.steps_b, " dispatches a frame ",
-                   comparison.shared_steps, " are the same and run once.\n\n");
+        out_ += concat(kIntervalsExplained,
+                       "\n\nMetrics whose best value is 1 are compared by their distance from 1. ",
+                       "Tiles are ", comparison.bootstrap_tile_px, " px, ",
+                       comparison.bootstrap_replicates, " replicates, seed ",
+                       comparison.bootstrap_seed, ".\n\n");
     }
 
     std::string way(const std::string& name) const {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "config/markdown.h"
+#include "tools/measure/experiment/experiment.h"
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
@@ -152,7 +153,7 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
     report.pairs = study.pairs;
     report.equal = study.equal;
     for (size_t v = 0; v < report.variants.size(); ++v)
-        report.chain_texts.push_back(write_chain(study.chain(v)));
+        report.chain_texts.push_back(write_chain(study.chains[v].chain));
     std::vector<SceneFigures> figures(study.scenes.size());
     for (size_t s = 0; s < study.scenes.size(); ++s) {
         const Scene& scene = study.scenes[s];

@@ -5,8 +5,8 @@
 #include <span>
 
 #include "chain/text.h"
-#include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/converge.h"
+#include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/settings/frame_task.h"
@@ -37,16 +37,16 @@ class Shot final : public Laboratory {
 
     // Reads the frames and their references. `wanted`: planes that some chain may read.
     // `converging`: the chain whose converged image is the reference without a ground truth.
-    Status open(const experiment::Basis& basis, const std::vector<int>& numbers, RoleSet wanted,
-                const Chain& converging) {
-        exposures_ = basis.exposures;
+    Status open(const experiment::ExperimentInput& input, const std::vector<int>& numbers,
+                RoleSet wanted, const Chain& converging) {
+        exposures_ = input.exposures;
         for (const int number : numbers) {
             ASSIGN_OR_RETURN(auto source,
-                             experiment::read_frame(basis, settings_.run, number, wanted));
+                             experiment::read_frame(input, settings_.run, number, wanted));
             for (const auto& note : experiment::notes_on_neighbors(source)) notes_.push_back(note);
             metrics::RgbImage reference;
-            if (basis.truth) {
-                ASSIGN_OR_RETURN(reference, basis.truth->load(number));
+            if (input.truth) {
+                ASSIGN_OR_RETURN(reference, input.truth->load(number));
             } else {
                 say(concat("frame ", number, ": the converged image"));
                 // plan_source_frame() explains what a frame lacks.
@@ -208,21 +208,21 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     ASSIGN_OR_RETURN(auto numbers, frames_to_measure(settings));
     settings.run.frames = io::FrameRange{numbers};
     report::Report conditions;
-    ASSIGN_OR_RETURN(auto basis, experiment::open_basis(report::Kind::bench, settings, conditions));
+    ASSIGN_OR_RETURN(auto input, experiment::open_input(report::Kind::bench, settings, conditions));
 
     const StopScope within_a_frame(executor, stop);
     Shot shot(settings, goal, executor, progress);
     RETURN_IF_ERROR(
-        shot.open(basis, numbers, planes_of(starts), without_shortcuts(starts.front().chain)));
+        shot.open(input, numbers, planes_of(starts), without_shortcuts(starts.front().chain)));
     Tuning tuning;
-    tuning.with_truth = basis.truth.has_value();
+    tuning.with_truth = input.truth.has_value();
     tuning.reference = tuning.with_truth ? "ground truth " + *conditions.truth
                                          : converged_words(starts.front(), shot.changes());
     const auto steps = [&](const Chain& chain) {
         return steps_from(chain, fixed, tuning.with_truth);
     };
     ASSIGN_OR_RETURN(auto walked, walk(std::move(starts), steps, goal, settings.max_chains, shot));
-    RETURN_IF_ERROR(io::check_unchanged(basis.stamps));
+    RETURN_IF_ERROR(io::check_unchanged(input.stamps));
     tuning.goal = goal;
     tuning.walk = std::move(walked);
     tuning.version = conditions.version;

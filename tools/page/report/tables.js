@@ -82,8 +82,6 @@ export function add_facts({ model, viewer }, more) {
             `${number(model.hdr_flip.start_ev, 4)} \u2026 ${number(model.hdr_flip.stop_ev, 4)}: ` +
             model.hdr_flip.exposures_ev.map((v) => number(v, 4)).join(", ")],
         ["Display transform", model.display_transform],
-        ["Shared steps", model.comparison && `${model.comparison.shared_steps} run once for both ` +
-            `(A ${model.comparison.steps_a}, B ${model.comparison.steps_b})`],
         ["Bootstrap", bootstrap && `${bootstrap.replicates} replicates of tiles of ` +
             `${bootstrap.tile_px} px, seed ${bootstrap.seed}`],
         ["Constants", Object.entries(model.constants).map(([name, value]) =>

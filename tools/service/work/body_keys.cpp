@@ -2,7 +2,7 @@
 
 #include "config/schema.h"
 #include "tools/measure/experiment/settings.h"
-#include "tools/measure/study/settings.h"
+#include "tools/measure/study/study.h"
 #include "tools/sequence/files/parameter_json.h"
 #include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"

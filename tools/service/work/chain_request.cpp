@@ -80,7 +80,7 @@ bool ChainReader::find(const std::string& key, const std::string& name, ChainTex
     return false;
 }
 
-std::vector<experiment::BenchVariant> ChainReader::variants(const ChainText& text, int most) {
+std::vector<experiment::NamedChain> ChainReader::variants(const ChainText& text, int most) {
     std::vector<experiment::Sweep> sweeps;
     for (const std::string& one : body_.list("sweep")) {
         auto sweep = experiment::parse_sweep(one);

@@ -7,7 +7,6 @@
 
 #include "chain/pass.h"
 #include "config/chain_find.h"
-#include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/service/work/request_body.h"
 
@@ -21,7 +20,7 @@ class ChainReader {
     // The chain of KEY or KEY_text.
     void read(const std::string& key, experiment::NamedChain& chain, ChainText& text);
     // The variants of `sweep`; empty if the body has faults.
-    std::vector<experiment::BenchVariant> variants(const ChainText& text, int most);
+    std::vector<experiment::NamedChain> variants(const ChainText& text, int most);
 
   private:
     bool find(const std::string& key, const std::string& name, ChainText& text);

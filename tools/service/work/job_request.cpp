@@ -5,7 +5,7 @@
 
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/measure/experiment/assemble.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/sequence/settings/color_settings.h"
 #include "tools/sequence/source/memory.h"
 #include "tools/service/work/chain_request.h"
@@ -197,16 +197,16 @@ class RequestParser {
     }
 
     void complete() {
-        experiment::Surroundings around{
-            request_.run, request_.input, {request_.text.file_name}, {}, {}, reader_.threads_};
-        if (kind_ == RequestKind::ab) around.chain_files.push_back(text_b_.file_name);
-        around.cameras = {request_.chain.chain.camera, request_.chain_b.chain.camera};
+        experiment::RunContext context{request_.run, request_.input,  {request_.text.file_name}, {},
+                                       {},           reader_.threads_};
+        if (kind_ == RequestKind::ab) context.chain_files.push_back(text_b_.file_name);
+        context.cameras = {request_.chain.chain.camera, request_.chain_b.chain.camera};
         for (const auto& variant : request_.variants)
-            around.cameras.push_back(variant.chain.camera);
-        around.command = {"postchain", "serve", name_of(request_.kind)};
-        experiment::complete(request_.ab, around);
+            context.cameras.push_back(variant.chain.camera);
+        context.command = {"postchain", "serve", name_of(request_.kind)};
+        experiment::complete(request_.ab, context);
         request_.run = request_.ab.run;
-        experiment::complete(request_.bench, std::move(around));
+        experiment::complete(request_.bench, std::move(context));
     }
 
     void read_limits() {
@@ -216,7 +216,7 @@ class RequestParser {
             auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
             if (found.ok()) return std::move(*found);
             body_.fault(key, without_option(key, found.status().message()));
-            return std::vector<report::MetricLimit>();
+            return std::vector<metrics::MetricLimit>();
         };
         request_.under = limits("under", body_.list("under"));
         request_.fail_above = limits("fail_above", body_.list("fail_above"));

@@ -1,7 +1,6 @@
 // The study of a request.
 #pragma once
 
-#include "tools/measure/study/settings.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/service/work/request_body.h"
 

@@ -1,18 +1,19 @@
-#include "tools/measure/experiment/truth.h"
+#include "tools/measure/experiment/experiment_input.h"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
 #include "chain/resolved_chain.h"
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::experiment {
 namespace {
@@ -33,6 +34,18 @@ bool same_value(const ParameterValue& a, const ParameterValue& b) {
     const auto* x = std::get_if<double>(&a);
     const auto* y = std::get_if<double>(&b);
     return x && y ? std::abs(*x - *y) <= 1e-6 * std::max(std::abs(*x), std::abs(*y)) : a == b;
+}
+
+void state_conditions(const ExperimentSettings& settings, report::Report& report) {
+    report.folder = settings.folder;
+    report.command = settings.command;
+    report.version = settings.run.version;
+    report.input = settings.input;
+    report.renderer = settings.renderer;
+    report.software = settings.software;
+    report.threads = settings.threads > 0 ? settings.threads
+                                          : std::max(1, int(std::thread::hardware_concurrency()));
+    report.precision = name_of(settings.run.plan.precision);
 }
 
 }  // namespace
@@ -283,6 +296,98 @@ Result<std::string> generate_truth(const scenes::SceneRequest& given, const std:
                          io::write_planes_exr(path, planes->color, {"R", "G", "B", "A"}, permit));
     }
     return pattern;
+}
+
+Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
+                  const egl::ContextOptions& context,
+                  const std::function<bool(const std::string&)>& progress) {
+    if (!settings.truth.empty()) return Status();
+    ASSIGN_OR_RETURN(auto survey, survey_input(settings.run, settings.flip.tone_mapper, false));
+    const SceneOfInput scene = find_scene(settings.run, survey);
+    if (!scene.request) {
+        settings.no_truth = scene.why_not;
+        return Status();
+    }
+    auto pattern =
+        generate_truth(*scene.request, settings.folder + "/truth", settings.truth_samples, files,
+                       context, [&](int frame, double share) {
+                           return progress(concat("truth of ", scene.request->name, ", frame ",
+                                                  frame, ", ", int(100 * share), " %"));
+                       });
+    if (!pattern.ok()) return pattern.status();
+    ASSIGN_OR_RETURN(const auto model, scenes::model_for(*scene.request));
+    for (int frame : scene.request->frames)
+        settings.truth_cameras[frame] = scenes::camera_at(model, frame);
+    settings.truth = *pattern;
+    settings.truth_is = concat("generated: ", scene.request->name, ", ", settings.truth_samples,
+                               " samples per pixel");
+    return Status();
+}
+
+Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& settings,
+                                   report::Report& report) {
+    report.kind = kind;
+    state_conditions(settings, report);
+    const auto mapper = settings.flip.tone_mapper;
+    ExperimentInput input;
+    ASSIGN_OR_RETURN(auto list, io::find_frames(settings.run.input, settings.run.frames));
+    input.files = std::move(list.files);
+    for (const auto& [frame, files] : input.files)
+        for (const auto& [role, path] : files) input.stamps.push_back(io::FileStamp::of(path));
+    ASSIGN_OR_RETURN(auto survey, survey_input(settings.run, mapper, settings.truth.empty()));
+    report.frames = survey.frames;
+    report.width = survey.width;
+    report.height = survey.height;
+    input.exposures = survey.exposures;
+    if (!settings.truth.empty()) {
+        ASSIGN_OR_RETURN(auto truth, Truth::open(settings.truth, report.frames));
+        for (const std::string& path : truth.paths())
+            input.stamps.push_back(io::FileStamp::of(path));
+        RETURN_IF_ERROR(truth.survey(settings.run, mapper));
+        input.exposures = truth.exposures();
+        input.truth = std::move(truth);
+        report.truth = settings.truth_is.empty() ? settings.truth : settings.truth_is;
+        report.reference = "truth";
+    } else {
+        report.no_truth =
+            settings.no_truth.empty() ? "no ground truth given (-r)" : settings.no_truth;
+        report.reference = kind == report::Kind::ab ? "a" : "converged";
+    }
+    report.scored_frames = input.truth ? input.truth->frames() : report.frames;
+    if (report.scored_frames.size() < report.frames.size())
+        report.notes.push_back(concat(
+            report.scored_frames.size(), " of ", report::counted(report.frames.size(), "frame"),
+            " were measured, those with a ground truth: ",
+            sequence::frames_text(report.scored_frames),
+            "; the other frames count only for `flicker`, `grid` and elision"));
+    report.page_frames = spread_frames(report.scored_frames, settings.page_frames);
+    report.metrics = metric_columns(kind, input.truth.has_value());
+    report.constants = metrics::metric_constants();
+    report.constants.emplace_back("pixels_per_degree", settings.flip.pixels_per_degree);
+    report.exposure_start = input.exposures.start;
+    report.exposure_stop = input.exposures.stop;
+    report.exposures = input.exposures.exposures();
+    report.tone_mapper = metrics::name_of(mapper);
+    return input;
+}
+
+Result<sequence::SourceFrame> read_frame(const ExperimentInput& input,
+                                         const sequence::RunSettings& run, int frame,
+                                         RoleSet wanted) {
+    sequence::SequenceReader reader(run.source, run.input,
+                                    [&](const sequence::FrameHeader&) { return wanted; });
+    ASSIGN_OR_RETURN(const auto inputs, reader.open(frame, input.files.at(frame)));
+    auto source = reader.read(inputs);
+    if (source.ok()) source->description.frame_number = frame;
+    return source;
+}
+
+std::vector<std::string> notes_on_neighbors(const sequence::SourceFrame& frame) {
+    std::vector<std::string> notes;
+    for (const auto& [neighbor, why] : frame.description.missing_neighbors)
+        notes.push_back(concat("frame ", frame.description.frame_number,
+                               " is filtered without the frame ", name_of(neighbor), ": ", why));
+    return notes;
 }
 
 }  // namespace postchain::experiment

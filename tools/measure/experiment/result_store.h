@@ -1,5 +1,5 @@
-// Bench results on disk: one small JSON file with its key per variant and frame, and one per
-// timing. Files appear complete or not at all.
+// Results of bench on disk: one small JSON file with its key per variant and frame, and one per
+// timing. Equal keys mean equal results. Files appear complete or not at all.
 #pragma once
 
 #include <map>
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/report/report.h"
 
 namespace postchain::experiment {
@@ -17,10 +18,10 @@ struct FrameResult {
     std::vector<Elision> elisions;
 };
 
-class BenchStore {
+class ResultStore {
   public:
     // `conditions`: everything a result depends on except chain and frame (device, settings).
-    BenchStore(std::string folder, std::string conditions, io::OutputFiles files);
+    ResultStore(std::string folder, std::string conditions, io::OutputFiles files);
     Status prepare() const;  // creates DIR/results; errors (output)
 
     // `work`: chain and input of this frame. Empty if there is no result with this key.
@@ -40,5 +41,15 @@ class BenchStore {
     std::string conditions_;
     io::OutputFiles files_;
 };
+
+// Everything a result depends on except chain and input files. `rules`: of elision, that are used.
+std::string conditions_of(const report::Report& report, const ExperimentSettings& settings,
+                          const RuleNames& rules);
+
+// Key part for the chain and this frame's input and ground truth files, with the previous frame's
+// if a difference over time is measured. `more`: further conditions. Errors (input): files that
+// cannot be read.
+Result<std::string> key_of_result(const Chain& chain, int frame, const std::string& more,
+                                  const ExperimentSettings& settings, const ExperimentInput& input);
 
 }  // namespace postchain::experiment

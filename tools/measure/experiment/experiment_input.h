@@ -1,8 +1,9 @@
-// The ground truth of a sequence: surveyed once before anything is run, then read frame by frame.
+// The input of an experiment: frames and their ground truth, surveyed before anything is run, then
+// read frame by frame.
 //
-//   files of -r, or generated from the scene that camera.json names
+//   ground truth: files of -r, or generated from the scene that camera.json names
 //     --survey: exists, same windows, finite, not black--> joined exposures of HDR-FLIP
-//     --load--> Picture of one frame
+//     --load--> image of one frame
 #pragma once
 
 #include <functional>
@@ -13,9 +14,13 @@
 
 #include "chain/chain.h"
 #include "chain/egl/context.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/exposure.h"
 #include "tools/measure/metrics/pair.h"
 #include "tools/measure/scenes/scene.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/output_files.h"
 #include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {
@@ -84,5 +89,39 @@ Result<std::string> generate_truth(const scenes::SceneRequest& request, const st
                                    int samples, const io::OutputFiles& files,
                                    const egl::ContextOptions& context,
                                    const std::function<bool(int frame, double share)>& progress);
+
+// If settings.truth is empty, renders the ground truth of the generated scene that the input
+// belongs to, otherwise stores the reason in settings.no_truth. Rendering makes a GL context and
+// leaves none current. `progress`: "truth of still, frame 3, 40 %"; false stops. `files`: from
+// prepare_folder(). Errors: those of survey_input() and generate_truth().
+Status find_truth(BenchSettings& settings, const io::OutputFiles& files,
+                  const egl::ContextOptions& context,
+                  const std::function<bool(const std::string&)>& progress);
+
+struct ExperimentInput {
+    std::optional<Truth> truth;
+    metrics::ExposureRange exposures;                  // for all variants and frames
+    std::map<int, std::map<Role, std::string>> files;  // of the frames
+    std::vector<io::FileStamp> stamps;  // of input and ground truth, before the first was read
+
+    bool has_truth(int frame) const { return truth && truth->has(frame); }
+    // Differences over time need consecutive frame numbers with ground truth.
+    bool follows(int frame) const { return has_truth(frame) && has_truth(frame - 1); }
+};
+
+// Fills in the report except the variants: folder, command, input, truth, reference, device,
+// frames, size, metrics, constants, exposures. Writes nothing. Errors: those of survey_input() and
+// Truth.
+Result<ExperimentInput> open_input(report::Kind kind, const ExperimentSettings& settings,
+                                   report::Report& report);
+
+// The input's frame with color and the planes of `wanted` that it and its neighbors have. Errors
+// (input).
+Result<sequence::SourceFrame> read_frame(const ExperimentInput& input,
+                                         const sequence::RunSettings& run, int frame,
+                                         RoleSet wanted);
+
+// "frame 1 is filtered without the frame before: ...", for the report's notes.
+std::vector<std::string> notes_on_neighbors(const sequence::SourceFrame& frame);
 
 }  // namespace postchain::experiment

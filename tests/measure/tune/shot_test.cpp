@@ -49,7 +49,7 @@ TEST_F(Shot, WithoutATruthTheReferenceIsTheConvergedImage) {
     EXPECT_FALSE(tuning.with_truth);
     EXPECT_THAT(tuning.reference, HasSubstr("no ground truth: the converged image of mine"));
     EXPECT_THAT(tuning.reference, HasSubstr("samples 33 -> 401"));
-    EXPECT_GT(tuning.walk.tried.size(), 1u);
+    EXPECT_GT(tuning.search.candidates.size(), 1u);
 
     const Chain converging = test::parse("{postchain: 1, passes: [motion_blur: {mode: guertin}]}");
     const auto survey =
@@ -84,10 +84,10 @@ TEST_F(Shot, AKnobWithoutEffectIsMeasuredOnce) {
     const Tuning tuning = test::must(run_tune(one("motion_blur: {samples: 9}"),
                                               {"motion_blur.samples", "motion_blur.starts"}, tuned,
                                               test::executor(), {}, nullptr));
-    const auto& tried = tuning.walk.tried;
+    const auto& tried = tuning.search.candidates;
     ASSERT_GE(tried.size(), 2u);
     EXPECT_EQ(tried[0].measured.error, tried[1].measured.error);
-    EXPECT_EQ(tuning.walk.front().size(), 1u);
+    EXPECT_EQ(tuning.search.front().size(), 1u);
     EXPECT_THAT(tuning.notes, ::testing::Contains(HasSubstr("without the frame after")));
 }
 
@@ -99,7 +99,7 @@ TEST_F(Shot, AgainstATruthTheOrderChanges) {
     const Tuning tuning =
         test::must(run_tune(one("motion_blur: {mode: guertin, samples: 5}, fxaa: {}"),
                             {"motion_blur.samples"}, tuned, test::executor(), {}, nullptr));
-    EXPECT_EQ(tuning.walk.tried.size(), 2u);
+    EXPECT_EQ(tuning.search.candidates.size(), 2u);
     const std::string file = tuned_chain_file(tuning);
     EXPECT_THAT(file, HasSubstr("\n# reference: ground truth " + tuned.truth + "\n"));
     // The file is the chosen chain.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tools/apps/postchain/options.h"
-#include "tools/measure/tune/settings.h"
+#include "tools/measure/tune/tune.h"
 
 namespace postchain {
 

@@ -1,7 +1,9 @@
 #include "tools/measure/tune/tune.h"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <span>
 
 #include "chain/text.h"
@@ -29,7 +31,7 @@ bool same_work(const Plan& a, const Plan& b) {
 }
 
 // Measures chains on the frames of a shot, which it holds in memory.
-class Shot final : public Laboratory {
+class Shot final : public ChainEvaluator {
   public:
     Shot(const TuneSettings& settings, const Goal& goal, Executor& executor,
          const experiment::ProgressCallback& progress)
@@ -186,6 +188,56 @@ std::string converged_words(const Start& start, const std::vector<std::string>& 
 
 }  // namespace
 
+const ParameterTable& tune_parameters() {
+    static const ParameterTable table =
+        experiment::measuring_rows<TuneSettings>()
+            .text("output", &TuneSettings::folder,
+                  {.unit = "FILE", .help = "the chain file to write", .required = true})
+            .choice("on_existing",
+                    static_cast<io::OnExisting TuneSettings::*>(&TuneSettings::on_existing),
+                    {"fail", "overwrite"}, {.help = "if the chain file exists"})
+            .text("budget", &TuneSettings::budget,
+                  {.unit = "TIME",
+                   .help = "find the least error within this time per frame on this device: 0.2, "
+                           "0.2s, 200ms",
+                   .unset_means = "--error decides"})
+            .number("error", &TuneSettings::error,
+                    {.min = 0,
+                     .max = 1,
+                     .min_excluded = true,
+                     .help = "find the least time within this mean HDR-FLIP",
+                     .unset_means = "--budget decides"})
+            .integer("measure_frames", &TuneSettings::measure_frames,
+                     {.min = 1, .max = 100, .help = "frames that are measured, evenly spaced"})
+            .integer("max_chains", &TuneSettings::max_chains,
+                     {.min = 1, .max = 1000, .help = "chains that are measured at most"})
+            .table();
+    return table;
+}
+
+Result<Goal> goal_of(const TuneSettings& settings) {
+    if (settings.budget.empty() == !settings.error)
+        return Status(StatusCode::usage,
+                      settings.error ? "--budget and --error: give one of the two"
+                                     : "give a time per frame (--budget 0.2s) or a mean HDR-FLIP "
+                                       "(--error 0.07)");
+    if (settings.error && !(*settings.error > 0))
+        return Status(StatusCode::usage,
+                      "--error: a mean HDR-FLIP is above 0; reports of bench have typical values");
+    if (settings.error) return Goal{.budget_s = {}, .error = settings.error};
+    const std::string& text = settings.budget;
+    double value = 0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+    const std::string unit(read.ptr, text.data() + text.size() - read.ptr);
+    if (unit == "ms") value *= 1e-3;
+    if (read.ec != std::errc() || (unit != "" && unit != "s" && unit != "ms") ||
+        !std::isfinite(value) || value <= 0)
+        return Status(StatusCode::usage, "--budget: '" + text +
+                                             "' is not a time above 0; use a form like 0.2, 0.2s "
+                                             "or 200ms");
+    return Goal{.budget_s = value, .error = {}};
+}
+
 std::vector<std::string> default_starts(bool with_truth) {
     if (with_truth) return {"fast", "balanced", "best"};
     return {"balanced"};
@@ -221,10 +273,11 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     const auto steps = [&](const Chain& chain) {
         return steps_from(chain, fixed, tuning.with_truth);
     };
-    ASSIGN_OR_RETURN(auto walked, walk(std::move(starts), steps, goal, settings.max_chains, shot));
+    ASSIGN_OR_RETURN(auto found,
+                     search_front(std::move(starts), steps, goal, settings.max_chains, shot));
     RETURN_IF_ERROR(io::check_unchanged(input.stamps));
     tuning.goal = goal;
-    tuning.walk = std::move(walked);
+    tuning.search = std::move(found);
     tuning.version = conditions.version;
     tuning.input = settings.input;
     tuning.frames =

@@ -1,7 +1,8 @@
-// The walk along the Pareto front of error and time (Pareto local search: Paquete, Chiarandini,
+// Walks along the Pareto front of error and time (Pareto local search: Paquete, Chiarandini,
 // Stuetzle 2004).
 //
-//   starts --measure--> tried --front--> closest to the goal --steps--> new chains --measure--> ...
+//   starts --measure--> candidates --front--> closest to the goal --steps--> new chains
+//   --measure--> ...
 //
 // It ends when every step from the front has been measured, or after a number of chains. Every
 // point it states has been measured; nothing is interpolated. The chosen chain is timed a second
@@ -36,25 +37,25 @@ struct Measured {
 };
 
 // Measures the cost and the error of a chain, which takes long and may fail.
-class Laboratory {
+class ChainEvaluator {
   public:
-    virtual ~Laboratory() = default;
+    virtual ~ChainEvaluator() = default;
     virtual Result<Measured> measure(const Chain& chain) = 0;
     virtual Result<Times> time_again(const Chain& chain) = 0;  // more repetitions than measure()
 };
 
-struct Tried {
+struct Candidate {
     Chain chain;
-    std::string name;  // of a start; empty: found by the walk
+    std::string name;  // of a start; empty: found by the search
     Measured measured;
-    bool expanded = false;   // all of its steps are tried
+    bool expanded = false;   // all of its steps are measured
     bool confirmed = false;  // the times are those of time_again()
 };
 
-struct Walk {
-    std::vector<Tried> tried;      // in the order they were measured; the starts first
-    std::optional<size_t> chosen;  // none: no chain meets the goal
-    bool complete = false;         // false: the number of chains ended it
+struct ParetoSearch {
+    std::vector<Candidate> candidates;  // in the order they were measured; the starts first
+    std::optional<size_t> chosen;       // none: no chain meets the goal
+    bool complete = false;              // false: the number of chains ended it
 
     // Chains that no other beats in both error and time, the fastest first.
     std::vector<size_t> front() const;
@@ -69,8 +70,8 @@ struct Start {
     Chain chain;
 };
 using Steps = std::function<std::vector<Step>(const Chain&)>;
-// Measures at most `most` chains, but every start. Errors: those of the laboratory.
-Result<Walk> walk(std::vector<Start> starts, const Steps& steps, const Goal& goal, int most,
-                  Laboratory& laboratory);
+// Measures at most `most` chains, but every start. Errors: those of the evaluator.
+Result<ParetoSearch> search_front(std::vector<Start> starts, const Steps& steps, const Goal& goal,
+                                  int most, ChainEvaluator& evaluator);
 
 }  // namespace postchain::tune

@@ -1,5 +1,5 @@
-// The walk with a laboratory whose times and errors are formulas, against all combinations.
-#include "tools/measure/tune/walk.h"
+// The search with an evaluator whose times and errors are formulas, against all combinations.
+#include "tools/measure/tune/pareto_search.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <map>
 
 #include "tests/measure/experiment/support.h"
-#include "tools/measure/tune/settings.h"
+#include "tools/measure/tune/tune.h"
 
 namespace postchain::tune {
 namespace {
@@ -50,7 +50,7 @@ Measured formula(const Chain& chain) {
     return measured;
 }
 
-class Formulas : public Laboratory {
+class Formulas : public ChainEvaluator {
   public:
     Result<Measured> measure(const Chain& chain) override {
         ++measured;
@@ -101,83 +101,85 @@ std::vector<Start> one_start(Chain chain) {
 
 const Steps kSteps = [](const Chain& chain) { return steps_from(chain, {}, false); };
 
-Walk walked(const Goal& goal, Laboratory& laboratory, Chain start = joint(), int most = 1000) {
-    auto walk = tune::walk(one_start(std::move(start)), kSteps, goal, most, laboratory);
-    EXPECT_TRUE(walk.ok()) << walk.status().message();
-    return std::move(*walk);
+ParetoSearch searched(const Goal& goal, ChainEvaluator& evaluator, Chain start = joint(),
+                      int most = 1000) {
+    auto search = tune::search_front(one_start(std::move(start)), kSteps, goal, most, evaluator);
+    EXPECT_TRUE(search.ok()) << search.status().message();
+    return std::move(*search);
 }
 
-TEST(TuneWalk, FindsTheFrontOfAllCombinationsWithinTheBudget) {
+TEST(TuneSearch, FindsTheFrontOfAllCombinationsWithinTheBudget) {
     for (const double budget : {0.03, 0.1, 0.3}) {
         Formulas formulas;
-        const Walk walk = walked({.budget_s = budget, .error = {}}, formulas);
-        EXPECT_TRUE(walk.complete);
+        const ParetoSearch search = searched({.budget_s = budget, .error = {}}, formulas);
+        EXPECT_TRUE(search.complete);
         std::vector<std::string> within;
-        for (const size_t i : walk.front())
-            if (walk.tried[i].measured.times.seconds <= budget)
-                within.push_back(knobs_text(walk.tried[i].chain));
+        for (const size_t i : search.front())
+            if (search.candidates[i].measured.times.seconds <= budget)
+                within.push_back(knobs_text(search.candidates[i].chain));
         EXPECT_EQ(within, true_front(budget)) << budget;
-        EXPECT_EQ(knobs_text(walk.tried[*walk.chosen].chain), true_front(budget).back()) << budget;
+        EXPECT_EQ(knobs_text(search.candidates[*search.chosen].chain), true_front(budget).back())
+            << budget;
         EXPECT_LT(formulas.measured, 144);
         // The chain closest to the goal comes first: if the start is not far from it (0.14 s),
         // a short walk chooses the same chain.
         if (budget < 0.1) continue;
         Formulas again;
-        const Walk shorter =
-            walked({.budget_s = budget, .error = {}}, again, joint(), TuneSettings().max_chains);
+        const ParetoSearch shorter =
+            searched({.budget_s = budget, .error = {}}, again, joint(), TuneSettings().max_chains);
         EXPECT_EQ(knobs_text(shorter.tried[*shorter.chosen].chain), true_front(budget).back());
     }
 }
 
-TEST(TuneWalk, FindsTheLeastTimeOfAllCombinationsWithinTheError) {
+TEST(TuneSearch, FindsTheLeastTimeOfAllCombinationsWithinTheError) {
     for (const double limit : {0.12, 0.06, 0.035}) {
         std::optional<double> least;
         for (const Chain& chain : all_combinations())
             if (const Measured here = formula(chain); *here.error <= limit)
                 least = std::min(least.value_or(1e9), here.times.seconds);
         Formulas formulas;
-        const Walk walk = walked({.budget_s = {}, .error = limit}, formulas);
-        ASSERT_TRUE(walk.chosen && least) << limit;
-        EXPECT_DOUBLE_EQ(walk.tried[*walk.chosen].measured.times.seconds, *least) << limit;
-        const Walk shorter =
-            walked({.budget_s = {}, .error = limit}, formulas, joint(), TuneSettings().max_chains);
+        const ParetoSearch search = searched({.budget_s = {}, .error = limit}, formulas);
+        ASSERT_TRUE(search.chosen && least) << limit;
+        EXPECT_DOUBLE_EQ(search.candidates[*search.chosen].measured.times.seconds, *least) << limit;
+        const ParetoSearch shorter = searched({.budget_s = {}, .error = limit}, formulas, joint(),
+                                              TuneSettings().max_chains);
         EXPECT_DOUBLE_EQ(shorter.tried[*shorter.chosen].measured.times.seconds, *least) << limit;
     }
 }
 
 // From the most expensive chain down, and without a look at what lies far beyond the budget.
-TEST(TuneWalk, AStartBeyondTheBudgetLeadsToCheaperChains) {
+TEST(TuneSearch, AStartBeyondTheBudgetLeadsToCheaperChains) {
     Formulas formulas;
-    const Walk walk =
-        walked({.budget_s = 0.05, .error = {}}, formulas, joint(128, 8, "both", true));
-    ASSERT_TRUE(walk.chosen);
-    EXPECT_EQ(knobs_text(walk.tried[*walk.chosen].chain), true_front(0.05).back());
+    const ParetoSearch search =
+        searched({.budget_s = 0.05, .error = {}}, formulas, joint(128, 8, "both", true));
+    ASSERT_TRUE(search.chosen);
+    EXPECT_EQ(knobs_text(search.candidates[*search.chosen].chain), true_front(0.05).back());
 }
 
-TEST(TuneWalk, AGoalThatNoChainMeetsNamesTheClosest) {
+TEST(TuneSearch, AGoalThatNoChainMeetsNamesTheClosest) {
     Formulas formulas;
-    Walk walk = walked({.budget_s = 1e-3, .error = {}}, formulas);
-    EXPECT_FALSE(walk.chosen);
-    EXPECT_EQ(knobs_text(walk.tried[*walk.fastest()].chain),
+    ParetoSearch search = searched({.budget_s = 1e-3, .error = {}}, formulas);
+    EXPECT_FALSE(search.chosen);
+    EXPECT_EQ(knobs_text(search.candidates[*search.fastest()].chain),
               "joint_blur samples 4 starts 1 neighbors none denoise false");
     EXPECT_EQ(formulas.again, 0);
-    walk = walked({.budget_s = {}, .error = 1e-3}, formulas);
-    EXPECT_FALSE(walk.chosen);
-    EXPECT_EQ(knobs_text(walk.tried[*walk.closest()].chain),
+    search = searched({.budget_s = {}, .error = 1e-3}, formulas);
+    EXPECT_FALSE(search.chosen);
+    EXPECT_EQ(knobs_text(search.candidates[*search.closest()].chain),
               "joint_blur samples 128 starts 8 neighbors both denoise true");
 }
 
-TEST(TuneWalk, EndsAfterANumberOfChainsAndSaysSo) {
+TEST(TuneSearch, EndsAfterANumberOfChainsAndSaysSo) {
     for (int most : {1, 7}) {
         Formulas formulas;
-        const Walk walk =
-            walked({.budget_s = 0.1, .error = {}}, formulas, joint(4, 1, "none"), most);
+        const ParetoSearch search =
+            searched({.budget_s = 0.1, .error = {}}, formulas, joint(4, 1, "none"), most);
         EXPECT_EQ(formulas.measured, most);
-        EXPECT_FALSE(walk.complete);
+        EXPECT_FALSE(search.complete);
     }
 }
 
-TEST(TuneWalk, ChangesTheOrder) {
+TEST(TuneSearch, ChangesTheOrder) {
     Formulas formulas;
     const Steps steps = [](const Chain& chain) {
         return steps_from(chain,
@@ -187,11 +189,12 @@ TEST(TuneWalk, ChangesTheOrder) {
     };
     Chain start = joint(32, 4, "both", true, ", fxaa");
     std::swap(start.links[0], start.links[1]);
-    auto walk =
-        tune::walk(one_start(std::move(start)), steps, {.budget_s = 1, .error = {}}, 10, formulas);
-    ASSERT_TRUE(walk.ok());
-    EXPECT_EQ(walk->tried.size(), 2u);
-    EXPECT_THAT(walk->tried[*walk->chosen].chain.types(), ElementsAre("joint_blur", "fxaa"));
+    auto search = tune::search_front(one_start(std::move(start)), steps,
+                                     {.budget_s = 1, .error = {}}, 10, formulas);
+    ASSERT_TRUE(search.ok());
+    EXPECT_EQ(search->candidates.size(), 2u);
+    EXPECT_THAT(search->candidates[*search->chosen].chain.types(),
+                ElementsAre("joint_blur", "fxaa"));
 }
 
 // One chain's first time is by luck a hundredth of the truth.
@@ -204,10 +207,10 @@ class LuckyOnce final : public Formulas {
     }
 };
 
-TEST(TuneWalk, ATimeThatWasLuckIsNotChosen) {
+TEST(TuneSearch, ATimeThatWasLuckIsNotChosen) {
     LuckyOnce lucky;
-    const Walk walk = walked({.budget_s = 0.1, .error = {}}, lucky);
-    const Tried& chosen = walk.tried[*walk.chosen];
+    const ParetoSearch search = searched({.budget_s = 0.1, .error = {}}, lucky);
+    const Candidate& chosen = search.candidates[*search.chosen];
     EXPECT_TRUE(chosen.confirmed);
     EXPECT_EQ(chosen.measured.times.repeats, 2);
     EXPECT_LE(formula(chosen.chain).times.seconds, 0.1);
@@ -220,11 +223,11 @@ class Same final : public Formulas {
     Result<Measured> measure(const Chain&) override { return formula(joint()); }
 };
 
-TEST(TuneWalk, OfEqualChainsTheFirstStays) {
+TEST(TuneSearch, OfEqualChainsTheFirstStays) {
     Same same;
-    const Walk walk = walked({.budget_s = 1, .error = {}}, same);
-    EXPECT_THAT(walk.front(), ElementsAre(0u));
-    EXPECT_EQ(walk.chosen, 0u);
+    const ParetoSearch search = searched({.budget_s = 1, .error = {}}, same);
+    EXPECT_THAT(search.front(), ElementsAre(0u));
+    EXPECT_EQ(search.chosen, 0u);
 }
 
 class Broken final : public Formulas {
@@ -235,11 +238,11 @@ class Broken final : public Formulas {
     }
 };
 
-TEST(TuneWalk, AFailureEndsIt) {
+TEST(TuneSearch, AFailureEndsIt) {
     Broken broken;
-    const auto walk =
-        tune::walk(one_start(joint()), kSteps, {.budget_s = 1, .error = {}}, 99, broken);
-    EXPECT_EQ(walk.status().message(), "the device is gone");
+    const auto search =
+        tune::search_front(one_start(joint()), kSteps, {.budget_s = 1, .error = {}}, 99, broken);
+    EXPECT_EQ(search.status().message(), "the device is gone");
 }
 
 }  // namespace

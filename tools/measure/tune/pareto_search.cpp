@@ -1,4 +1,4 @@
-#include "tools/measure/tune/walk.h"
+#include "tools/measure/tune/pareto_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,10 +16,10 @@ bool beats(const Measured& a, const Measured& b, bool a_is_earlier) {
 
 // The chain of least `value` that has one.
 template <class Value>
-std::optional<size_t> least(const std::vector<Tried>& tried, const Value& value) {
+std::optional<size_t> least(const std::vector<Candidate>& candidates, const Value& value) {
     std::optional<size_t> best;
     double least = 0;
-    for (size_t i = 0; i < tried.size(); ++i) {
+    for (size_t i = 0; i < candidates.size(); ++i) {
         const std::optional<double> here = value(i);
         if (!here || (best && *here >= least)) continue;
         best = i;
@@ -28,34 +28,34 @@ std::optional<size_t> least(const std::vector<Tried>& tried, const Value& value)
     return best;
 }
 
-class Walker {
+class Searcher {
   public:
-    Walker(const Steps& steps, const Goal& goal, int most, Laboratory& laboratory)
-        : steps_(steps), goal_(goal), most_(size_t(most)), laboratory_(laboratory) {}
+    Searcher(const Steps& steps, const Goal& goal, int most, ChainEvaluator& evaluator)
+        : steps_(steps), goal_(goal), most_(size_t(most)), evaluator_(evaluator) {}
 
-    Result<Walk> run(std::vector<Start> starts) {
+    Result<ParetoSearch> run(std::vector<Start> starts) {
         for (Start& start : starts) RETURN_IF_ERROR(attempt(std::move(start.chain), start.name));
         // A time that does not hold may leave no chain within the budget; then the walk goes on.
         do {
             while (const auto next = next_to_expand()) RETURN_IF_ERROR(expand(*next));
             RETURN_IF_ERROR(confirm());
-        } while (!walk_.chosen && next_to_expand());
-        walk_.complete = !stopped_early_;
-        return std::move(walk_);
+        } while (!result_.chosen && next_to_expand());
+        result_.complete = !stopped_early_;
+        return std::move(result_);
     }
 
   private:
-    bool full() const { return walk_.tried.size() >= most_; }
+    bool full() const { return result_.candidates.size() >= most_; }
 
     Status attempt(Chain chain, const std::string& name) {
         if (!known_.insert(chain.text()).second) return Status();
-        ASSIGN_OR_RETURN(auto measured, laboratory_.measure(chain));
-        walk_.tried.push_back({std::move(chain), name, std::move(measured)});
+        ASSIGN_OR_RETURN(auto measured, evaluator_.measure(chain));
+        result_.candidates.push_back({std::move(chain), name, std::move(measured)});
         return Status();
     }
 
     std::optional<double> value_of(size_t i) const {
-        const Measured& measured = walk_.tried[i].measured;
+        const Measured& measured = result_.candidates[i].measured;
         return goal_.budget_s ? measured.times.seconds : measured.error;
     }
 
@@ -63,10 +63,10 @@ class Walker {
     // front that is closest to it.
     std::optional<size_t> next_to_expand() {
         const bool met = choice().has_value();
-        const std::vector<size_t> front = walk_.front();
+        const std::vector<size_t> front = result_.front();
         const double limit = goal_.budget_s ? *goal_.budget_s : *goal_.error;
-        const auto next = least(walk_.tried, [&](size_t i) -> std::optional<double> {
-            if (walk_.tried[i].expanded) return std::nullopt;
+        const auto next = least(result_.candidates, [&](size_t i) -> std::optional<double> {
+            if (result_.candidates[i].expanded) return std::nullopt;
             if (!met) return value_of(i);
             if (std::find(front.begin(), front.end(), i) == front.end()) return std::nullopt;
             return std::abs(std::log(std::max(*value_of(i), 1e-12) / limit));
@@ -86,19 +86,19 @@ class Walker {
     }
 
     Status expand(size_t i) {
-        const Measured from = walk_.tried[i].measured;
-        for (Step& step : steps_(walk_.tried[i].chain)) {
+        const Measured from = result_.candidates[i].measured;
+        for (Step& step : steps_(result_.candidates[i].chain)) {
             if (!worthwhile(from, step.cost)) continue;
             if (full() && !known_.contains(step.chain.text())) return Status();
             RETURN_IF_ERROR(attempt(std::move(step.chain), ""));
         }
-        walk_.tried[i].expanded = true;
+        result_.candidates[i].expanded = true;
         return Status();
     }
 
     std::optional<size_t> choice() const {
-        return least(walk_.tried, [&](size_t i) -> std::optional<double> {
-            const Measured& measured = walk_.tried[i].measured;
+        return least(result_.candidates, [&](size_t i) -> std::optional<double> {
+            const Measured& measured = result_.candidates[i].measured;
             if (!meets(goal_, measured)) return std::nullopt;
             return goal_.budget_s ? *measured.error : measured.times.seconds;
         });
@@ -106,9 +106,9 @@ class Walker {
 
     // Each pass confirms one more chain, so it ends.
     Status confirm() {
-        while ((walk_.chosen = choice()) && !walk_.tried[*walk_.chosen].confirmed) {
-            Tried& chosen = walk_.tried[*walk_.chosen];
-            ASSIGN_OR_RETURN(chosen.measured.times, laboratory_.time_again(chosen.chain));
+        while ((result_.chosen = choice()) && !result_.candidates[*result_.chosen].confirmed) {
+            Candidate& chosen = result_.candidates[*result_.chosen];
+            ASSIGN_OR_RETURN(chosen.measured.times, evaluator_.time_again(chosen.chain));
             chosen.confirmed = true;
         }
         return Status();
@@ -117,9 +117,9 @@ class Walker {
     const Steps& steps_;
     const Goal& goal_;
     const size_t most_;
-    Laboratory& laboratory_;
-    Walk walk_;
-    std::set<std::string> known_;  // texts of the chains tried
+    ChainEvaluator& evaluator_;
+    ParetoSearch result_;
+    std::set<std::string> known_;  // texts of the candidates' chains
     bool stopped_early_ = false;
 };
 
@@ -131,31 +131,32 @@ bool meets(const Goal& goal, const Measured& measured) {
                          : *measured.error <= *goal.error;
 }
 
-std::vector<size_t> Walk::front() const {
+std::vector<size_t> ParetoSearch::front() const {
     std::vector<size_t> found;
-    for (size_t i = 0; i < tried.size(); ++i) {
-        bool beaten = !tried[i].measured.error;
-        for (size_t j = 0; j < tried.size() && !beaten; ++j)
-            beaten = j != i && beats(tried[j].measured, tried[i].measured, j < i);
+    for (size_t i = 0; i < candidates.size(); ++i) {
+        bool beaten = !candidates[i].measured.error;
+        for (size_t j = 0; j < candidates.size() && !beaten; ++j)
+            beaten = j != i && beats(candidates[j].measured, candidates[i].measured, j < i);
         if (!beaten) found.push_back(i);
     }
     std::sort(found.begin(), found.end(), [&](size_t a, size_t b) {
-        return tried[a].measured.times.seconds < tried[b].measured.times.seconds;
+        return candidates[a].measured.times.seconds < candidates[b].measured.times.seconds;
     });
     return found;
 }
 
-std::optional<size_t> Walk::fastest() const {
-    return least(tried, [&](size_t i) { return std::optional(tried[i].measured.times.seconds); });
+std::optional<size_t> ParetoSearch::fastest() const {
+    return least(candidates,
+                 [&](size_t i) { return std::optional(candidates[i].measured.times.seconds); });
 }
 
-std::optional<size_t> Walk::closest() const {
-    return least(tried, [&](size_t i) { return tried[i].measured.error; });
+std::optional<size_t> ParetoSearch::closest() const {
+    return least(candidates, [&](size_t i) { return candidates[i].measured.error; });
 }
 
-Result<Walk> walk(std::vector<Start> starts, const Steps& steps, const Goal& goal, int most,
-                  Laboratory& laboratory) {
-    return Walker(steps, goal, most, laboratory).run(std::move(starts));
+Result<ParetoSearch> search_front(std::vector<Start> starts, const Steps& steps, const Goal& goal,
+                                  int most, ChainEvaluator& evaluator) {
+    return Searcher(steps, goal, most, evaluator).run(std::move(starts));
 }
 
 }  // namespace postchain::tune

@@ -127,7 +127,7 @@ TEST(TuneSearch, FindsTheFrontOfAllCombinationsWithinTheBudget) {
         Formulas again;
         const ParetoSearch shorter =
             searched({.budget_s = budget, .error = {}}, again, joint(), TuneSettings().max_chains);
-        EXPECT_EQ(knobs_text(shorter.tried[*shorter.chosen].chain), true_front(budget).back());
+        EXPECT_EQ(knobs_text(shorter.candidates[*shorter.chosen].chain), true_front(budget).back());
     }
 }
 
@@ -143,7 +143,8 @@ TEST(TuneSearch, FindsTheLeastTimeOfAllCombinationsWithinTheError) {
         EXPECT_DOUBLE_EQ(search.candidates[*search.chosen].measured.times.seconds, *least) << limit;
         const ParetoSearch shorter = searched({.budget_s = {}, .error = limit}, formulas, joint(),
                                               TuneSettings().max_chains);
-        EXPECT_DOUBLE_EQ(shorter.tried[*shorter.chosen].measured.times.seconds, *least) << limit;
+        EXPECT_DOUBLE_EQ(shorter.candidates[*shorter.chosen].measured.times.seconds, *least)
+            << limit;
     }
 }
 

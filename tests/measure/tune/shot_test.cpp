@@ -84,9 +84,9 @@ TEST_F(Shot, AKnobWithoutEffectIsMeasuredOnce) {
     const Tuning tuning = test::must(run_tune(one("motion_blur: {samples: 9}"),
                                               {"motion_blur.samples", "motion_blur.starts"}, tuned,
                                               test::executor(), {}, nullptr));
-    const auto& tried = tuning.search.candidates;
-    ASSERT_GE(tried.size(), 2u);
-    EXPECT_EQ(tried[0].measured.error, tried[1].measured.error);
+    const auto& candidates = tuning.search.candidates;
+    ASSERT_GE(candidates.size(), 2u);
+    EXPECT_EQ(candidates[0].measured.error, candidates[1].measured.error);
     EXPECT_EQ(tuning.search.front().size(), 1u);
     EXPECT_THAT(tuning.notes, ::testing::Contains(HasSubstr("without the frame after")));
 }

@@ -16,7 +16,7 @@
 #include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/run_experiment.h"
-#include "tools/measure/report/lists.h"
+#include "tools/measure/report/report.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/run/device.h"

@@ -5,7 +5,7 @@
 
 #include "chain/parameter.h"
 #include "tools/measure/experiment/experiment.h"
-#include "tools/measure/report/lists.h"
+#include "tools/measure/report/report.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/record/exit_code.h"
 

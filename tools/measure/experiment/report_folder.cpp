@@ -10,7 +10,6 @@
 #include "tools/measure/experiment/outcome.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/page/page.h"
-#include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
 #include "tools/sequence/files/json.h"
@@ -151,11 +150,12 @@ std::string page_path(const report::Report& report) {
 }
 
 Status write_report_files(const report::Report& report, const std::string& assets) {
-    Status status = report::write_report_json(report);
-    if (status.ok()) status = report::write_report_csv(report);
-    if (status.ok()) status = report::write_report_markdown(report);
-    if (status.ok()) status = report::write_page(report, page_path(report), {assets});
-    return status;
+    const std::string stem = report.folder + "/report.";
+    RETURN_IF_ERROR(
+        report.write(stem + "json", io::json_text(report::report_json(report), 1) + "\n"));
+    RETURN_IF_ERROR(report.write(stem + "csv", report::report_as_csv(report)));
+    RETURN_IF_ERROR(report.write(stem + "md", report::report_as_markdown(report)));
+    return report::write_page(report, page_path(report), {assets});
 }
 
 }  // namespace postchain::experiment

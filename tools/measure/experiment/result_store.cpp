@@ -5,7 +5,7 @@
 
 #include "chain/parameter.h"
 #include "tools/measure/experiment/converge.h"
-#include "tools/measure/report/json_parts.h"
+#include "tools/measure/report/report_json.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/fingerprint.h"

@@ -16,7 +16,7 @@
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/measure/report/images.h"
-#include "tools/measure/report/lists.h"
+#include "tools/measure/report/report.h"
 #include "tools/sequence/run/visit_sequence.h"
 
 namespace postchain::experiment {

@@ -6,7 +6,7 @@
 
 #include "config/text_tree.h"
 #include "tools/measure/experiment/report_folder.h"
-#include "tools/measure/report/json_parts.h"
+#include "tools/measure/report/report_json.h"
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/run_files.h"

@@ -124,7 +124,7 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/measure/report/page/page.cpp", 1},  // index.html
         {"tools/measure/experiment/result_store.cpp", 1},      // results/
         {"tools/measure/experiment/experiment_input.cpp", 1},  // truth/
-        {"tools/measure/study/study_folder.cpp", 1},           // units/, report files of a study
+        {"tools/measure/study/study_folder.cpp", 1},           // tasks/, report files of a study
     };
     const Counts found = count(
         R"(\bAtomicFile::create\(|\batomic_write_text\(|\bwrite_(planes|deep)_exr\(|\bwrite_filtered\()"

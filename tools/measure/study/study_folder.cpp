@@ -195,20 +195,19 @@ std::optional<TaskResult> task_result_from(const std::string& text) {
         result.made_from = json.at("made_from").get<std::vector<std::string>>();
         result.failure = json.at("failure").get<std::string>();
         result.renderer = json.at("renderer").get<std::string>();
-        // Results of earlier versions lack the commit and times.
-        result.revision = json.value("revision", "unknown");
+        result.revision = json.at("revision").get<std::string>();
         result.truth = json.at("truth").get<std::string>();
         result.frames = json.at("frames").get<std::vector<int>>();
         result.width = json.at("width").get<int>();
         result.height = json.at("height").get<int>();
         for (const Json& one : json.at("variants")) {
             TaskResult::Figures figures{one.at("name").get<std::string>(), {}, std::nullopt};
-            if (const auto time = one.find("time_ms"); time != one.end() && !time->is_null())
-                figures.time_ms = time->get<double>();
+            const auto number = [](const Json& value) {
+                return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+            };
+            figures.time_ms = number(one.at("time_ms"));
             for (const auto& [name, list] : one.at("metrics").items())
-                for (const Json& value : list)
-                    figures.metrics[name].push_back(
-                        value.is_null() ? std::nullopt : std::optional(value.get<double>()));
+                for (const Json& value : list) figures.metrics[name].push_back(number(value));
             result.variants.push_back(std::move(figures));
         }
         return result;
@@ -232,11 +231,6 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
                                  "name another folder with --output"});
     RETURN_IF_ERROR(files.check());
     std::error_code error;
-    if (fs::exists(path + "/units", error))
-        return Status(StatusCode::usage,
-                      path +
-                          ": was begun by postchain 0.1, which keeps results in units/; finish "
-                          "it with that version, or name another folder with --output");
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite) RETURN_IF_ERROR(remove_study(study, path));
     RETURN_IF_ERROR(files.make_folders());

@@ -27,7 +27,7 @@
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
-#include "tools/measure/experiment/basis.h"
+#include "tools/measure/experiment/experiment_input.h"
 
 namespace {
 
@@ -100,12 +100,12 @@ std::vector<Frame> frames_of(const Input& input, RoleSet wanted) {
         run.source.camera = require(load_camera(input.camera));
         require(run.source.camera->status());
     }
-    experiment::Basis basis;
+    experiment::ExperimentInput shot;
     const auto list = require(experiment::frames_on_disk(run));
-    basis.files = list.files;
+    shot.files = list.files;
     std::vector<Frame> frames;
     for (const int number : list.frames) {
-        auto source = require(experiment::read_frame(basis, run, number, wanted));
+        auto source = require(experiment::read_frame(shot, run, number, wanted));
         frames.push_back({source.description, source.planes});
     }
     return frames;

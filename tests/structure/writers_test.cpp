@@ -121,9 +121,9 @@ TEST(Writers, AreTheseAndAskWhatMayBeReplaced) {
         {"tools/measure/report/report.cpp", 1},     // json, csv, md, images of the page, chains
         {"tools/measure/report/images.cpp", 2},     // images/
         {"tools/measure/report/page/page.cpp", 1},  // index.html
-        {"tools/measure/experiment/bench_store.cpp", 1},  // results/
-        {"tools/measure/experiment/truth.cpp", 1},        // truth/
-        {"tools/measure/study/study_folder.cpp", 1},      // units/, report files of a study
+        {"tools/measure/experiment/result_store.cpp", 1},      // results/
+        {"tools/measure/experiment/experiment_input.cpp", 1},  // truth/
+        {"tools/measure/study/study_folder.cpp", 1},           // tasks/, report files of a study
     };
     const Counts found = count(
         R"(\bAtomicFile::create\(|\batomic_write_text\(|\bwrite_(planes|deep)_exr\(|\bwrite_filtered\()"
@@ -163,7 +163,7 @@ TEST(Writers, OnlyOnePlaceSaysOverwrite) {
         // Its own report, continued after a crash.
         "tools/service/work/experiment_work.cpp",
         // Its own results, in a folder with the mark of a study.
-        "tools/measure/study/task.cpp"};
+        "tools/measure/study/work.cpp"};
     const auto met = matches_of(R"((^|[^=!] )\(?(io::)?OnExisting::overwrite)");
     for (const Match& one : met) EXPECT_TRUE(allowed.count(one.file)) << one.place;
     EXPECT_GE(met.size(), 2u);

@@ -7,7 +7,7 @@
 #include "passes/registry.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/scenes/scene.h"
-#include "tools/measure/tune/settings.h"
+#include "tools/measure/tune/tune.h"
 #include "tools/python/errors.h"
 #include "tools/python/job.h"
 #include "tools/python/tune_call.h"

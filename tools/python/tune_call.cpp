@@ -45,21 +45,21 @@ tune::TuneSettings settings_of(const TuneRequest& request, const py::kwargs& row
 py::dict dict_of(const tune::Tuning& tuning) {
     py::dict dict = python_of(tune::tuning_json(tuning));
     py::list points = dict["points"];
-    for (size_t i = 0; i < tuning.walk.tried.size(); ++i) {
-        const tune::Tried& tried = tuning.walk.tried[i];
+    for (size_t i = 0; i < tuning.search.candidates.size(); ++i) {
+        const tune::Candidate& candidate = tuning.search.candidates[i];
         py::dict point = points[i];
         point["knobs"] = point["chain"];
-        auto chain = std::make_shared<ChainObject>(
-            ChainObject{tried.chain.clone(), tried.name.empty() ? "tune" : tried.name, false});
+        auto chain = std::make_shared<ChainObject>(ChainObject{
+            candidate.chain.clone(), candidate.name.empty() ? "tune" : candidate.name, false});
         point["chain"] = py::cast(std::move(chain));
     }
     py::list front;
-    for (const size_t i : tuning.walk.front()) front.append(points[i]);
+    for (const size_t i : tuning.search.front()) front.append(points[i]);
     dict["front"] = front;
     dict["chain"] = py::none();
     dict["text"] = py::none();
     if (tuning.chosen()) {
-        dict["chain"] = points[*tuning.walk.chosen]["chain"];
+        dict["chain"] = points[*tuning.search.chosen]["chain"];
         dict["text"] = tune::tuned_chain_file(tuning);
     }
     return dict;

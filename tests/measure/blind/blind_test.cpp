@@ -7,8 +7,7 @@
 #include <set>
 
 #include "tests/support/status.h"
-#include "tools/measure/blind/choices.h"
-#include "tools/measure/blind/kit.h"
+#include "tools/measure/blind/comparison.h"
 #include "tools/sequence/image/png.h"
 
 namespace postchain::blind {
@@ -27,12 +26,12 @@ std::vector<Picture> images(const std::string& salt = "") {
     return made;
 }
 
-Kit kit(uint64_t seed = 1, const std::string& salt = "") {
-    return make_kit(kSides, kFrames, seed, images(salt));
+Comparison comparison(uint64_t seed = 1, const std::string& salt = "") {
+    return make_comparison(kSides, kFrames, seed, images(salt));
 }
 
-TEST(BlindKit, HasEveryPairOfEveryFrameOnceInARandomOrder) {
-    const Kit made = kit();
+TEST(BlindComparison, HasEveryPairOfEveryFrameOnceInARandomOrder) {
+    const Comparison made = comparison();
     std::set<std::tuple<int, size_t, size_t>> pairs;
     std::set<bool> is_in_order;
     std::vector<int> frames;
@@ -46,35 +45,36 @@ TEST(BlindKit, HasEveryPairOfEveryFrameOnceInARandomOrder) {
     EXPECT_EQ(pairs.size(), 12u);
     EXPECT_EQ(is_in_order.size(), 2u);
     EXPECT_FALSE(std::is_sorted(frames.begin(), frames.end()));
-    // The seed decides, and nothing else; other images of the same names are another kit.
-    EXPECT_EQ(key_text(kit()), key_text(made));
-    EXPECT_NE(kit(2).trials[0].left + 10 * kit(2).trials[0].right + 100 * kit(2).trials[0].frame,
+    // The seed decides, and nothing else; other images of the same names are another comparison.
+    EXPECT_EQ(key_text(comparison()), key_text(made));
+    EXPECT_NE(comparison(2).trials[0].left + 10 * comparison(2).trials[0].right +
+                  100 * comparison(2).trials[0].frame,
               made.trials[0].left + 10 * made.trials[0].right + 100 * made.trials[0].frame);
-    EXPECT_NE(kit(2).id, made.id);
-    EXPECT_NE(kit(1, "!").id, made.id);
+    EXPECT_NE(comparison(2).id, made.id);
+    EXPECT_NE(comparison(1, "!").id, made.id);
 }
 
-TEST(BlindKit, ItsKeyIsReadBackUnlessItWasChanged) {
-    const Kit made = kit();
+TEST(BlindComparison, ItsKeyIsReadBackUnlessItWasChanged) {
+    const Comparison made = comparison();
     std::string key = key_text(made);
-    const Kit back = test::must(kit_from(key, "key.json"));
+    const Comparison back = test::must(comparison_from(key, "key.json"));
     EXPECT_EQ(key_text(back), key);
     EXPECT_EQ(back.sides, kSides);
     key.replace(key.find("\"frame\": 1,"), 11, "\"frame\": 2,");
-    const auto changed = kit_from(key, "key.json");
+    const auto changed = comparison_from(key, "key.json");
     EXPECT_EQ(changed.status().code(), StatusCode::input);
     EXPECT_THAT(test::error_of(changed), HasSubstr("was changed"));
 }
 
 // Each image once, numbered by first use: neither names nor numbers say which side it is of.
 TEST(BlindPage, ShowsTheTrialsWithoutNames) {
-    const Kit made = kit();
+    const Comparison made = comparison();
     const std::string page = page_of(made, images());
     for (const auto& side : kSides) EXPECT_EQ(page.find('"' + side), std::string::npos) << side;
     const std::string start = "id=\"data\">";
     const size_t from = page.find(start) + start.size();
     const auto data = nlohmann::json::parse(page.substr(from, page.find("</script>", from) - from));
-    EXPECT_EQ(data["kit"], made.id);
+    EXPECT_EQ(data["comparison"], made.id);
     ASSERT_EQ(data["trials"].size(), made.trials.size());
     std::set<size_t> seen;
     for (size_t i = 0; i < made.trials.size(); ++i) {
@@ -93,14 +93,14 @@ TEST(BlindPage, ShowsTheTrialsWithoutNames) {
 }
 
 std::string csv_of(const std::vector<std::string>& rows) {
-    std::string text = "kit,observer,trial,choice,seconds\n";
+    std::string text = "comparison,observer,trial,choice,seconds\n";
     for (const auto& row : rows) text += row + "\n";
     return text;
 }
 
 // Three observers prefer streaks to everything; the second sees no difference to circles.
 TEST(BlindChoices, AreCountedForTheTrueSides) {
-    const Kit made = kit();
+    const Comparison made = comparison();
     std::vector<Choice> choices;
     for (int observer = 0; observer < 3; ++observer) {
         std::vector<std::string> rows;
@@ -142,10 +142,11 @@ TEST(BlindChoices, AreCountedForTheTrueSides) {
 }
 
 TEST(BlindChoices, FaultsAreNamedWithFileAndLine) {
-    const Kit made = kit();
+    const Comparison made = comparison();
     const std::string id = made.id;
     const std::pair<std::string, const char*> rows[] = {
-        {csv_of({std::string(16, '0') + ",x,1,A,1"}), "c.csv:2: belongs to kit 0000000000000000"},
+        {csv_of({std::string(16, '0') + ",x,1,A,1"}),
+         "c.csv:2: belongs to comparison 0000000000000000"},
         {csv_of({id + ",x,1,A,1", id + ",x,1,B,1"}), "c.csv:3: observer 'x' has answered trial 1"},
         {csv_of({id + ",x,13,A,1"}), "c.csv:2: trial 13 is not in 1..12"},
         {csv_of({id + ",x,0,A,1"}), "c.csv:2: trial 0"},

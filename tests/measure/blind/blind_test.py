@@ -14,7 +14,7 @@ from browser import Browser  # noqa: E402
 
 POSTCHAIN = sys.argv.pop(1)
 SIDES = ["plain", "streaks", "circles"]
-HEADER = "kit,observer,trial,choice,seconds\n"
+HEADER = "comparison,observer,trial,choice,seconds\n"
 
 
 class Blind(unittest.TestCase):
@@ -31,7 +31,7 @@ class Blind(unittest.TestCase):
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done.stdout if code == 0 else done.stderr
 
-    def kit(self, name, *more):
+    def comparison(self, name, *more):
         """The data of a new page, and its key."""
         out = self.folder / name
         self.blind(*self.sides, "-o", out, *more)
@@ -40,13 +40,13 @@ class Blind(unittest.TestCase):
         return page, data, json.loads((out / "key.json").read_text("utf8"))
 
     def test_page_and_key(self):
-        page, data, key = self.kit("one", "--truth", self.folder / "in/both.####.exr", "--frames", "1-2")
+        page, data, key = self.comparison("one", "--truth", self.folder / "in/both.####.exr", "--frames", "1-2")
         self.assertEqual(len(key["trials"]), 6)
         self.assertEqual(len(data["images"]), 8)
         for name in SIDES + ["sharp", "mb.", "dof"]:
             self.assertNotIn(f'"{name}', page)
-        _, _, other = self.kit("other", "--seed", "2")
-        self.assertNotEqual(other["kit"], key["kit"])
+        _, _, other = self.comparison("other", "--seed", "2")
+        self.assertNotEqual(other["comparison"], key["comparison"])
 
     def write(self, name, rows):
         path = self.folder / name
@@ -54,8 +54,8 @@ class Blind(unittest.TestCase):
         return path
 
     def test_choices(self):
-        _, _, key = self.kit("choices")
-        out, rows = self.folder / "choices", [[key["kit"], "x", 1, "A", 1]]
+        _, _, key = self.comparison("choices")
+        out, rows = self.folder / "choices", [[key["comparison"], "x", 1, "A", 1]]
         path = self.write("c.csv", rows)
         self.assertIn("1 choice of 1 observer, 12 pairs of images", self.blind("-o", out, "--choices", path))
         self.assertIn("has answered trial 1 before",
@@ -66,10 +66,10 @@ class Blind(unittest.TestCase):
             self.assertIn("excludes", self.blind("-o", out, "--choices", path, *more, code=2))
         self.assertIn("--json requires --choices",
                       self.blind(*self.sides, "-o", self.folder / "json", "--json", code=2))
-        # The kit of other images of the same names.
+        # The comparison of other images of the same names.
         self.blind(self.sides[0], f"streaks={self.folder}/in/both.####.exr", self.sides[2], "-o", out,
                    "--on-existing", "overwrite")
-        self.assertIn("belongs to kit " + key["kit"], self.blind("-o", out, "--choices", path, code=4))
+        self.assertIn("belongs to comparison " + key["comparison"], self.blind("-o", out, "--choices", path, code=4))
 
     def test_what_is_wrong_with_sides_is_named(self):
         out = self.folder / "none"
@@ -94,12 +94,12 @@ class Blind(unittest.TestCase):
         self.blind(*self.sides, "-o", mine, "--on-existing", "overwrite", code=5)
         self.assertEqual([path.name for path in mine.iterdir()], ["notes.txt"])
         self.blind(*self.sides, "-o", self.folder / "in", code=2)
-        self.kit("kept")
+        self.comparison("kept")
         self.assertIn("--on-existing", self.blind(*self.sides, "-o", self.folder / "kept", code=5))
         self.blind(*self.sides, "-o", self.folder / "kept", "--on-existing", "overwrite")
 
     def test_an_observer_at_the_page(self):
-        _, _, key = self.kit("page", "--truth", self.folder / "in/both.####.exr")
+        _, _, key = self.comparison("page", "--truth", self.folder / "in/both.####.exr")
         browser = Browser([])
         self.addCleanup(browser.close)
         browser.open(f"file://{self.folder}/page/index.html")
@@ -142,7 +142,7 @@ class Blind(unittest.TestCase):
         lines = csv.splitlines()
         self.assertEqual([line.split(",")[3] for line in lines[1:]],
                          ["B", "none", "none"] + ["A"] * 9)
-        self.assertTrue(lines[1].startswith(f"{key['kit']},Ann_ _x_,1,B,"), lines[1])
+        self.assertTrue(lines[1].startswith(f"{key['comparison']},Ann_ _x_,1,B,"), lines[1])
         path = self.folder / "ann.csv"
         path.write_text(csv, "utf8")
         found = json.loads(self.blind("-o", self.folder / "page", "--choices", path, "--json"))

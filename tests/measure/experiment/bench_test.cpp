@@ -1,5 +1,5 @@
 // run_bench on small sequences.
-#include "tools/measure/experiment/bench.h"
+#include "tools/measure/experiment/run_experiment.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,9 +11,8 @@
 #include "tests/support/images.h"
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
-#include "tools/measure/experiment/ab.h"
-#include "tools/measure/experiment/bench_store.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/experiment/result_store.h"
 #include "tools/measure/report/images.h"
 
 namespace postchain::experiment {
@@ -42,35 +41,35 @@ class Bench : public ::testing::Test {
         settings.chain_name = "small";
         return settings;
     }
-    Result<Report> run(const std::vector<BenchVariant>& variants, const BenchSettings& settings,
+    Result<Report> run(const std::vector<NamedChain>& variants, const BenchSettings& settings,
                        const std::atomic<bool>* stop = nullptr,
                        const ProgressCallback& progress = {}) {
         const auto files = prepare_folder(settings);
         if (!files.ok()) return files.status();
         return run_bench(variants, settings, *files, test::executor(), progress, stop);
     }
-    Report done(const std::vector<BenchVariant>& variants, const BenchSettings& settings) {
+    Report done(const std::vector<NamedChain>& variants, const BenchSettings& settings) {
         return test::must(run(variants, settings));
     }
     test::TempFolder folder_;
 };
 
-std::vector<BenchVariant> swept(const char* samples) {
+std::vector<NamedChain> swept(const char* samples) {
     return test::must(sweep({std::string("motion_blur.samples=") + samples}));
 }
 
-BenchVariant variant(const char* name, Chain chain) {
-    return {name, {}, std::move(chain)};
+NamedChain variant(const char* name, Chain chain) {
+    return {name, std::move(chain)};
 }
 
 // Fails on every frame: there is no camera.
-BenchVariant lens() {
+NamedChain lens() {
     return variant("lens", test::parse("postchain: 1\npasses: [depth_of_field]\n"));
 }
 
 // Also files of a frame that is not measured: a result depends on them.
 TEST_F(Bench, AChainGetsThePlanesOfTheFrameAfter) {
-    std::vector<BenchVariant> variants;
+    std::vector<NamedChain> variants;
     variants.push_back(variant("echo", test::chain_of("echo")));
     BenchSettings first = settings();
     first.run.frames = io::FrameRange{{1}};
@@ -172,7 +171,7 @@ TEST_F(Bench, TdeIsTheStepFromTheFrameBefore) {
         test::write_truth(folder_.path(), "truth", frame, 1, offset);
     BenchSettings some = settings();
     some.run.frames = io::FrameRange{{1, 2, 4}};
-    std::vector<BenchVariant> variants;
+    std::vector<NamedChain> variants;
     variants.push_back(variant("nothing", test::parse("postchain: 1\npasses: []\n")));
     Report report = done(variants, some);
     const Series tde = report.variants[0].metrics.at("tde");
@@ -343,7 +342,7 @@ TEST_F(Bench, ResultsOfAnotherTruthDeviceOrSettingAreNotUsed) {
 
 TEST(BenchResults, BrokenFilesAreNoResults) {
     const test::TempFolder folder;
-    const BenchStore store(folder.path(), "here", io::OutputFiles());
+    const ResultStore store(folder.path(), "here", io::OutputFiles());
     ASSERT_TRUE(store.prepare().ok());
     FrameResult result;
     result.metrics["flip"] = 0.25;
@@ -362,7 +361,7 @@ TEST(BenchResults, BrokenFilesAreNoResults) {
     EXPECT_FALSE(back->split);
     EXPECT_FALSE(store.frame("abc", 7, "other work"));
     EXPECT_FALSE(store.frame("abc", 8, "work"));
-    EXPECT_FALSE(BenchStore(folder.path(), "there", io::OutputFiles()).frame("abc", 7, "work"));
+    EXPECT_FALSE(ResultStore(folder.path(), "there", io::OutputFiles()).frame("abc", 7, "work"));
     for (const char* text : {"", "{", "[]", "{\"key\": 3}"}) {
         test::write_text(folder.path("results/abc.7.json"), text);
         EXPECT_FALSE(store.frame("abc", 7, "work")) << text;

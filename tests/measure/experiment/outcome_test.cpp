@@ -6,7 +6,6 @@
 
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/statistics.h"
-#include "tools/measure/experiment/verdict.h"
 
 namespace postchain::experiment {
 

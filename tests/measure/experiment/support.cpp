@@ -75,9 +75,8 @@ Chain parse(const std::string& text, const std::vector<std::string>& sets) {
     return std::move(file.chain);
 }
 
-Result<std::vector<experiment::BenchVariant>> sweep(const std::vector<std::string>& texts,
-                                                    int limit,
-                                                    const std::vector<std::string>& sets) {
+Result<std::vector<experiment::NamedChain>> sweep(const std::vector<std::string>& texts, int limit,
+                                                  const std::vector<std::string>& sets) {
     std::vector<experiment::Sweep> sweeps;
     for (const auto& text : texts) {
         auto sweep = experiment::parse_sweep(text);

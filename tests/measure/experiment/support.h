@@ -5,7 +5,7 @@
 
 #include "tests/support/gpu.h"
 #include "tests/support/temp_folder.h"
-#include "tools/measure/experiment/bench.h"
+#include "tools/measure/experiment/run_experiment.h"
 
 namespace postchain::test {
 
@@ -24,9 +24,9 @@ extern const char* const kOtherOrderText;
 Chain parse(const std::string& text, const std::vector<std::string>& sets = {});
 
 // Variants of kChainText; parameters as in experiment::sweep_variants().
-Result<std::vector<experiment::BenchVariant>> sweep(const std::vector<std::string>& texts,
-                                                    int limit = 64,
-                                                    const std::vector<std::string>& sets = {});
+Result<std::vector<experiment::NamedChain>> sweep(const std::vector<std::string>& texts,
+                                                  int limit = 64,
+                                                  const std::vector<std::string>& sets = {});
 
 experiment::ExperimentSettings settings_for(const std::string& folder, const std::string& report);
 

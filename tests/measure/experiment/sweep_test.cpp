@@ -7,7 +7,7 @@
 #include "tests/measure/experiment/support.h"
 #include "tests/support/status.h"
 #include "tests/support/text_file.h"
-#include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/outcome.h"
 
 namespace postchain::experiment {
 
@@ -20,7 +20,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-std::vector<std::string> names(const std::vector<BenchVariant>& variants) {
+std::vector<std::string> names(const std::vector<NamedChain>& variants) {
     std::vector<std::string> list;
     for (const auto& variant : variants) list.push_back(variant.name);
     return list;

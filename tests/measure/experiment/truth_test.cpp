@@ -1,5 +1,5 @@
 // Checks of a ground truth before anything is run, and report folders.
-#include "tools/measure/experiment/truth.h"
+#include "tools/measure/experiment/experiment_input.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tools/measure/experiment/ab.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/statistics.h"
-#include "tools/measure/experiment/verdict.h"
 
 namespace postchain::experiment::verdict_test {
 

@@ -2,7 +2,6 @@
 
 #include "tests/measure/metrics/support.h"
 #include "tools/measure/metrics/display.h"
-#include "tools/measure/metrics/limit.h"
 #include "tools/measure/metrics/parallel.h"
 
 namespace postchain::metrics {

@@ -1,5 +1,5 @@
 // Rows of tables and their order.
-#include "tools/measure/report/lists.h"
+#include "tools/measure/report/report.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

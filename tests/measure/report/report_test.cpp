@@ -9,8 +9,6 @@
 #include <sstream>
 
 #include "tests/support/text_file.h"
-#include "tools/measure/report/json_parts.h"
-#include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
 

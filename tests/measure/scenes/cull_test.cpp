@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "tools/measure/scenes/cull.h"
-#include "tools/measure/scenes/samples.h"
 #include "tools/measure/scenes/scene.h"
 
 namespace postchain::scenes {

@@ -9,8 +9,6 @@
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"
-#include "tools/measure/scenes/crossing.h"
-#include "tools/measure/scenes/zoom.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
@@ -114,7 +112,7 @@ TEST_F(Files, CameraIsReadBackAsItIs) {
     request_.frames = {4, 5};
     write();
     const CameraFile file = camera();
-    EXPECT_EQ(file.camera_for(5, {48, 27}), camera_at(make_crossing(), 4));
+    EXPECT_EQ(file.camera_for(5, {48, 27}), camera_at(must(model_for(request_)), 4));
     EXPECT_DOUBLE_EQ(*file.camera.shutter_frames, 0.5);
     EXPECT_DOUBLE_EQ(*file.fps, 24);
     EXPECT_EQ((*file.resolution)[0], 48);
@@ -132,7 +130,7 @@ TEST_F(Files, CameraOfAZoomHasItsValuesPerFrame) {
     const CameraFile file = camera();
     for (int frame : request_.frames) {
         const Camera read = file.camera_for(frame, {48, 27});
-        const Camera expected = camera_at(make_zoom(), frame);
+        const Camera expected = camera_at(must(model_for(request_)), frame);
         EXPECT_NEAR(*read.focal_length_mm, *expected.focal_length_mm, 1e-6) << frame;
         EXPECT_NEAR(*read.focus_distance, *expected.focus_distance, 1e-7) << frame;
     }

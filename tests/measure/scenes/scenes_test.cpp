@@ -6,7 +6,6 @@
 
 #include "tests/measure/scenes/support.h"
 #include "tests/support/status.h"
-#include "tools/measure/scenes/zoom.h"
 
 namespace postchain::scenes::test {
 namespace {
@@ -168,7 +167,7 @@ TEST(Zoom, MovesAwayFromTheMiddle) {
             const double along = -(px * v[2] + py * v[3]), cross = px * v[3] - py * v[2];
             ASSERT_TRUE(along > 0 && std::abs(cross) < 1e-3 * along + 1e-3) << x << "," << y;
         }
-    const SceneModel model = make_zoom();
+    const SceneModel model = postchain::test::must(model_for({.name = "zoom"}));
     EXPECT_GT(*camera_at(model, 2).focal_length_mm, *camera_at(model, 1).focal_length_mm);
     EXPECT_LT(*camera_at(model, 2).focus_distance, *camera_at(model, 1).focus_distance);
 }

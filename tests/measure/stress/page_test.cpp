@@ -11,15 +11,15 @@
 namespace postchain::stress {
 namespace {
 
-Exhibit exhibit_of(int width, int height) {
-    Exhibit exhibit;
-    exhibit.check = "mirror";
-    exhibit.input = ImageF(width, height, 4, 2);
-    exhibit.result = exhibit.compared = ImageF(width, height, 4, 1);
-    exhibit.error = ImageF(width, height, 1);
-    exhibit.compared_is = "another";
-    exhibit.error_is = "relative error";
-    return exhibit;
+CheckImages images_of(int width, int height) {
+    CheckImages images;
+    images.check = "mirror";
+    images.input = ImageF(width, height, 4, 2);
+    images.result = images.compared = ImageF(width, height, 4, 1);
+    images.error = ImageF(width, height, 1);
+    images.compared_is = "another";
+    images.error_is = "relative error";
+    return images;
 }
 
 // RFC 4648, section 10.
@@ -51,9 +51,9 @@ TEST(Png, MagmaIsThePublishedMap) {
 
 // Signature, and width and height of the header chunk.
 TEST(Pictures, FourOfThemWithTheirScales) {
-    Exhibit exhibit = exhibit_of(80, 40);
-    exhibit.error.at(3, 4) = 0.25f;
-    const auto all = test::must(imaged(exhibit));
+    CheckImages images = images_of(80, 40);
+    images.error.at(3, 4) = 0.25f;
+    const auto all = test::must(imaged(images));
     ASSERT_EQ(all.pictures.size(), 4u);
     EXPECT_EQ(all.place, "");
     const std::pair<const char*, const char*> expected[] = {{"input", "black is 0, white 2"},
@@ -71,11 +71,11 @@ TEST(Pictures, FourOfThemWithTheirScales) {
 }
 
 TEST(Pictures, LargeFramesAreCutAroundTheWorst) {
-    Exhibit exhibit = exhibit_of(400, 300);
+    CheckImages images = images_of(400, 300);
     for (const float worst : {3.0f, INFINITY}) {  // infinity is larger than any other
-        exhibit.error.at(399, 150) = worst;
-        exhibit.error.at(0, 0) = 2;
-        const auto all = test::must(imaged(exhibit));
+        images.error.at(399, 150) = worst;
+        images.error.at(0, 0) = 2;
+        const auto all = test::must(imaged(images));
         EXPECT_EQ(all.place, "160 x 120 pixels from 240,90 of 400 x 300");
         EXPECT_EQ(all.pictures[3].scale, worst > 3 ? "magma, 0 to 2" : "magma, 0 to 3");
     }
@@ -109,7 +109,7 @@ Sample sample() {
         cell.measured = {one};
     }
     for (const CellResult& cell : made.matrix.cells) {
-        ImagedCheck pictures = test::must(imaged(exhibit_of(8, 4)));
+        ImagedCheck pictures = test::must(imaged(images_of(8, 4)));
         pictures.cell = &cell;
         pictures.measured = &cell.measured[0];
         made.pictures.push_back(std::move(pictures));

@@ -140,19 +140,5 @@ TEST_F(StudyFolderTest, FilesOfOthersAreNotTouched) {
         EXPECT_FALSE(fs::exists(at(file))) << file;
 }
 
-// Version 0.1 kept its results in units/.
-TEST_F(StudyFolderTest, AStudyBegunByAnEarlierVersionIsRefused) {
-    fs::create_directories(at("out/units"));
-    write_text(at("out/.postchain-study"), "This folder is a study of postchain.\n");
-    write_text(at("out/units/s.one_vs_two.json"), "{\"postchain_unit\": 1}");
-    for (const auto on_existing : {io::OnExisting::skip, io::OnExisting::overwrite}) {
-        const auto refused = open(study(), "out", on_existing);
-        EXPECT_EQ(refused.status().code(), StatusCode::usage);
-        EXPECT_THAT(test::error_of(refused), HasSubstr("was begun by postchain 0.1"));
-    }
-    EXPECT_FALSE(fs::exists(at("out/tasks")));
-    EXPECT_TRUE(fs::exists(at("out/units/s.one_vs_two.json")));
-}
-
 }  // namespace
 }  // namespace postchain::study

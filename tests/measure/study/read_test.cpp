@@ -89,7 +89,7 @@ TEST(StudyFile, QuestionsSayWhatIsEqual) {
     EXPECT_EQ(study.margins, (std::map<std::string, double>{{"hdr_flip", 0.003}, {"psnr", 1}}));
     // Each chain is measured once.
     EXPECT_EQ(tasks_of(study).size(), 1u);
-    EXPECT_EQ(study.variants.size(), 3u);
+    EXPECT_EQ(study.chains.size(), 3u);
     const std::string end = "\nscenes:\n" + kScene;
     const std::string bench = "postchain_study: 1\nkind: bench\nchains:\n";
     expect_refused(

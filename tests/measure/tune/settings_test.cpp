@@ -1,4 +1,4 @@
-#include "tools/measure/tune/settings.h"
+#include "tools/measure/tune/tune.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

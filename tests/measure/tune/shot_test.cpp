@@ -9,8 +9,8 @@
 #include "config/chain_file.h"
 #include "tests/measure/experiment/support.h"
 #include "tests/support/status.h"
-#include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/converge.h"
+#include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/sequence/source/frame_source.h"
 
@@ -49,20 +49,20 @@ TEST_F(Shot, WithoutATruthTheReferenceIsTheConvergedImage) {
     EXPECT_FALSE(tuning.with_truth);
     EXPECT_THAT(tuning.reference, HasSubstr("no ground truth: the converged image of mine"));
     EXPECT_THAT(tuning.reference, HasSubstr("samples 33 -> 401"));
-    EXPECT_GT(tuning.walk.tried.size(), 1u);
+    EXPECT_GT(tuning.search.candidates.size(), 1u);
 
     const Chain converging = test::parse("{postchain: 1, passes: [motion_blur: {mode: guertin}]}");
     const auto survey =
         test::must(experiment::survey_input(tuned.run, tuned.flip.tone_mapper, true));
-    experiment::Basis basis;
-    basis.files = test::must(io::find_frames(tuned.run.input, tuned.run.frames)).files;
+    experiment::ExperimentInput input;
+    input.files = test::must(io::find_frames(tuned.run.input, tuned.run.frames)).files;
     metrics::CompareSettings compare;
     compare.metrics = {"hdr_flip"};
     compare.exposures = survey.exposures;
     double sum = 0;
     for (int frame : {1, 2}) {
         const auto source = test::must(experiment::read_frame(
-            basis, tuned.run, frame, converging.required() | converging.optional()));
+            input, tuned.run, frame, converging.required() | converging.optional()));
         const auto truth = test::must(experiment::converge(converging, source.description,
                                                            source.planes, {}, test::executor(), 2));
         const auto plan =
@@ -84,10 +84,10 @@ TEST_F(Shot, AKnobWithoutEffectIsMeasuredOnce) {
     const Tuning tuning = test::must(run_tune(one("motion_blur: {samples: 9}"),
                                               {"motion_blur.samples", "motion_blur.starts"}, tuned,
                                               test::executor(), {}, nullptr));
-    const auto& tried = tuning.walk.tried;
-    ASSERT_GE(tried.size(), 2u);
-    EXPECT_EQ(tried[0].measured.error, tried[1].measured.error);
-    EXPECT_EQ(tuning.walk.front().size(), 1u);
+    const auto& candidates = tuning.search.candidates;
+    ASSERT_GE(candidates.size(), 2u);
+    EXPECT_EQ(candidates[0].measured.error, candidates[1].measured.error);
+    EXPECT_EQ(tuning.search.front().size(), 1u);
     EXPECT_THAT(tuning.notes, ::testing::Contains(HasSubstr("without the frame after")));
 }
 
@@ -99,7 +99,7 @@ TEST_F(Shot, AgainstATruthTheOrderChanges) {
     const Tuning tuning =
         test::must(run_tune(one("motion_blur: {mode: guertin, samples: 5}, fxaa: {}"),
                             {"motion_blur.samples"}, tuned, test::executor(), {}, nullptr));
-    EXPECT_EQ(tuning.walk.tried.size(), 2u);
+    EXPECT_EQ(tuning.search.candidates.size(), 2u);
     const std::string file = tuned_chain_file(tuning);
     EXPECT_THAT(file, HasSubstr("\n# reference: ground truth " + tuned.truth + "\n"));
     // The file is the chosen chain.

@@ -16,8 +16,8 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-Tried tried(int samples, double seconds, std::optional<double> error,
-            const std::string& doubt = "") {
+Candidate candidate(int samples, double seconds, std::optional<double> error,
+                    const std::string& doubt = "") {
     return {test::parse(concat("{postchain: 1, passes: [{motion_blur: {mode: guertin, samples: ",
                                samples, "}}]}")),
             "",
@@ -34,18 +34,18 @@ Tuning tuning(const Goal& goal) {
     made.with_truth = true;
     made.device = "llvmpipe, fp32, 2 threads";
     made.timing = "wall clock around glFinish";
-    made.walk.complete = true;
-    made.walk.tried.push_back(tried(9, 0.1, 0.08));
-    made.walk.tried.push_back(tried(5, 0.05, 0.1, "others were busy"));
-    made.walk.tried.push_back(tried(17, 0.2, 0.09));  // beaten
-    made.walk.tried.push_back(tried(33, 0.9, std::nullopt));
+    made.search.complete = true;
+    made.search.candidates.push_back(candidate(9, 0.1, 0.08));
+    made.search.candidates.push_back(candidate(5, 0.05, 0.1, "others were busy"));
+    made.search.candidates.push_back(candidate(17, 0.2, 0.09));  // beaten
+    made.search.candidates.push_back(candidate(33, 0.9, std::nullopt));
     return made;
 }
 
 TEST(TuneText, TheFileHasConditionsFrontAndChain) {
     Tuning made = tuning({.budget_s = 0.102, .error = {}});
-    made.walk.chosen = 0;
-    made.walk.tried[0].name = "fast";
+    made.search.chosen = 0;
+    made.search.candidates[0].name = "fast";
     const std::string file = tuned_chain_file(made);
     EXPECT_EQ(file.substr(0, file.find("\npostchain: 1")),
               R"(# postchain tune 1.2.3, --budget 0.102s: the least error within this time per frame
@@ -74,7 +74,7 @@ TEST(TuneText, AnUnmetGoalHasARemedy) {
 
 TEST(TuneText, AWalkThatWasCutSaysSo) {
     Tuning made = tuning({.budget_s = 1, .error = {}});
-    made.walk.complete = false;
+    made.search.complete = false;
     made.notes = {"a note"};
     EXPECT_THAT(doubts_of(made),
                 ElementsAre("a note",
@@ -85,7 +85,7 @@ TEST(TuneText, AWalkThatWasCutSaysSo) {
 
 TEST(TuneText, JsonHasEveryPoint) {
     Tuning made = tuning({.budget_s = 0.1, .error = {}});
-    made.walk.chosen = 0;
+    made.search.chosen = 0;
     const auto json = tuning_json(made);
     EXPECT_EQ(json["postchain_tune"], 1);
     EXPECT_EQ(json["budget_s"], 0.1);

@@ -16,7 +16,7 @@
 #include "config/text_tree.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/blind/choices.h"
+#include "tools/measure/blind/comparison.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/run_files.h"
@@ -191,14 +191,14 @@ Result<int> make_folder(const Options& options, const BlindOptions& blind) {
     if (!pictures.ok()) return pictures.status();
     std::vector<std::string> names;
     for (const Side& side : work.sides) names.push_back(side.name);
-    const blind::Kit kit = blind::make_kit(names, work.frames, blind.seed, *pictures);
+    const blind::Comparison comparison = blind::make_comparison(names, work.frames, blind.seed, *pictures);
     const std::string page = blind.folder + "/index.html";
     Status status = work.files.make_folders();
-    if (status.ok()) status = write(work, page, blind::page_of(kit, *pictures));
-    if (status.ok()) status = write(work, blind.folder + "/key.json", blind::key_text(kit));
+    if (status.ok()) status = write(work, page, blind::page_of(comparison, *pictures));
+    if (status.ok()) status = write(work, blind.folder + "/key.json", blind::key_text(comparison));
     RETURN_IF_ERROR(status);
     std::printf("%s\n", printable(page).c_str());
-    log::info(concat(report::counted(kit.trials.size(), "pair"), " of ", names.size(),
+    log::info(concat(report::counted(comparison.trials.size(), "pair"), " of ", names.size(),
                      " sides; give observers ", page, " without key.json"));
     return kExitOk;
 }
@@ -206,24 +206,24 @@ Result<int> make_folder(const Options& options, const BlindOptions& blind) {
 Result<int> evaluate(const Options& options, const BlindOptions& blind) {
     const std::string key = blind.folder + "/key.json";
     ASSIGN_OR_RETURN(const auto text, read_text_file(key, StatusCode::input, kKeyLimits));
-    ASSIGN_OR_RETURN(const auto kit, blind::kit_from(text, key));
+    ASSIGN_OR_RETURN(const auto comparison, blind::comparison_from(text, key));
     std::vector<blind::Choice> choices;
     for (const std::string& file : blind.choices) {
         ASSIGN_OR_RETURN(const auto csv, read_text_file(file, StatusCode::input, kKeyLimits));
-        RETURN_IF_ERROR(blind::read_choices(csv, file, kit, choices));
+        RETURN_IF_ERROR(blind::read_choices(csv, file, comparison, choices));
     }
     std::set<std::string> observers;
     for (const auto& choice : choices) observers.insert(choice.observer);
-    const auto results = blind::results_of(kit, choices);
+    const auto results = blind::results_of(comparison, choices);
     if (options.json) {
-        print_line(blind::results_json(kit, results, observers.size()));
+        print_line(blind::results_json(comparison, results, observers.size()));
         return kExitOk;
     }
     std::printf("%s of %s, %s of images\n", report::counted(choices.size(), "choice").c_str(),
                 report::counted(observers.size(), "observer").c_str(),
-                report::counted(kit.trials.size(), "pair").c_str());
+                report::counted(comparison.trials.size(), "pair").c_str());
     for (const auto& counts : results)
-        std::printf("%s\n", printable(blind::words_of(kit, counts)).c_str());
+        std::printf("%s\n", printable(blind::words_of(comparison, counts)).c_str());
     return kExitOk;
 }
 

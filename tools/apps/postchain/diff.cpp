@@ -15,7 +15,6 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/compare.h"
-#include "tools/measure/metrics/limit.h"
 #include "tools/measure/metrics/temporal.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"

@@ -11,15 +11,13 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/experiment/ab.h"
-#include "tools/measure/experiment/assemble.h"
-#include "tools/measure/experiment/bench.h"
-#include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/experiment_input.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/settings.h"
+#include "tools/measure/experiment/run_experiment.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/measure/report/limits.h"
-#include "tools/measure/report/lists.h"
+#include "tools/measure/report/report.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/run/device.h"
@@ -80,7 +78,7 @@ void print_curve(const report::Report& report) {
 // Writes the report's files and prints a summary; returns the exit code. `met`: result of
 // choose_under().
 Result<int> finish(const report::Report& report, const Options& options, const std::string& assets,
-                   const std::vector<report::MetricLimit>& limits, bool met) {
+                   const std::vector<metrics::MetricLimit>& limits, bool met) {
     RETURN_IF_ERROR(experiment::write_report_files(report, assets));
     for (const auto& warning : report.warnings) log::warning(warning);
     for (const auto& note : report.notes) log::warning(note);

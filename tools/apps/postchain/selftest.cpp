@@ -18,7 +18,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/stress/self_test.h"
+#include "tools/measure/stress/matrix.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"

@@ -9,7 +9,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/study/settings.h"
+#include "tools/measure/study/study.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/measure/study/study_report.h"
 #include "tools/measure/study/work.h"

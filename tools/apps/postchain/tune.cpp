@@ -7,7 +7,6 @@
 #include "chain/printable.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
-#include "tools/measure/tune/settings.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/sequence/run/device.h"

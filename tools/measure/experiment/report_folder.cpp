@@ -6,9 +6,12 @@
 #include <set>
 #include <string_view>
 
-#include "tools/measure/experiment/choose.h"
 #include "tools/measure/experiment/experiment.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/measure/report/images.h"
+#include "tools/measure/report/page/page.h"
+#include "tools/measure/report/report_json.h"
+#include "tools/measure/report/report_text.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/run_files.h"
 
@@ -140,6 +143,19 @@ Result<io::OutputFiles> prepare_folder(const ExperimentSettings& settings) {
         RETURN_IF_ERROR(remove_report(settings.folder));
     RETURN_IF_ERROR(files->make_folders());
     return files;
+}
+
+std::string page_path(const report::Report& report) {
+    return report.folder + "/index.html";
+}
+
+Status write_report_files(const report::Report& report, const std::string& assets) {
+    const std::string stem = report.folder + "/report.";
+    RETURN_IF_ERROR(
+        report.write(stem + "json", io::json_text(report::report_json(report), 1) + "\n"));
+    RETURN_IF_ERROR(report.write(stem + "csv", report::report_as_csv(report)));
+    RETURN_IF_ERROR(report.write(stem + "md", report::report_as_markdown(report)));
+    return report::write_page(report, page_path(report), {assets});
 }
 
 }  // namespace postchain::experiment

@@ -1,10 +1,11 @@
-// Ownership of a report's folder, and the changes an experiment may make in it.
+// The folder of a report: its owner, the changes an experiment may make in it, and its files.
 #pragma once
 
 #include <functional>
 #include <string>
 
 #include "tools/measure/experiment/settings.h"
+#include "tools/measure/report/report.h"
 
 namespace postchain::experiment {
 
@@ -27,5 +28,10 @@ Status remove_report(const std::string& folder);
 // nothing if the folder does not exist or is a link. Errors (output).
 Status remove_files(const std::string& folder,
                     const std::function<bool(const std::string& name)>& made);
+
+// Writes report.json, report.csv, report.md and index.html into the report's folder. `assets`: as
+// in ExperimentSettings. Errors (output).
+Status write_report_files(const report::Report& report, const std::string& assets);
+std::string page_path(const report::Report& report);
 
 }  // namespace postchain::experiment

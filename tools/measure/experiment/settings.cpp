@@ -30,17 +30,17 @@ ParameterTableBuilder<P> report_rows() {
 
 }  // namespace
 
-void complete(ExperimentSettings& settings, Surroundings around) {
-    settings.run = std::move(around.run);
-    for (const auto& chain : around.chain_files)
+void complete(ExperimentSettings& settings, RunContext context) {
+    settings.run = std::move(context.run);
+    for (const auto& chain : context.chain_files)
         settings.run.other_inputs.push_back({chain, "the chain file"});
-    for (const auto& camera : around.cameras)
+    for (const auto& camera : context.cameras)
         for (auto& picture : io::inputs_of(camera))
             settings.run.other_inputs.push_back(std::move(picture));
-    settings.input = std::move(around.input);
-    settings.command = std::move(around.command);
-    settings.threads = sequence::threads_of(around.threads);
-    settings.flip.threads = around.threads;
+    settings.input = std::move(context.input);
+    settings.command = std::move(context.command);
+    settings.threads = sequence::threads_of(context.threads);
+    settings.flip.threads = context.threads;
 }
 
 const ParameterTable& flip_parameters() {

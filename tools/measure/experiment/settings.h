@@ -49,7 +49,7 @@ struct BenchSettings : ExperimentSettings {
 };
 
 // Settings that are not in the tables of an experiment.
-struct Surroundings {
+struct RunContext {
     sequence::RunSettings run;
     std::string input;                     // as typed
     std::vector<std::string> chain_files;  // as typed
@@ -57,7 +57,7 @@ struct Surroundings {
     std::vector<std::string> command;
     int threads = 0;  // CPU threads; 0 = one per core
 };
-void complete(ExperimentSettings& settings, Surroundings around);
+void complete(ExperimentSettings& settings, RunContext context);
 
 const ParameterTable& flip_parameters();  // over metrics::FlipSettings
 // The rows of every measurement, over ExperimentSettings and types derived from it with other

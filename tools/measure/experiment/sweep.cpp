@@ -42,11 +42,9 @@ std::string as_sweeps(std::string message, const std::vector<Sweep>& sweeps) {
 
 }  // namespace
 
-Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
-                                                 const PassRegistry& registry,
-                                                 const std::vector<std::string>& sets,
-                                                 const std::vector<Sweep>& sweeps,
-                                                 int max_variants) {
+Result<std::vector<NamedChain>> sweep_variants(const ChainText& chain, const PassRegistry& registry,
+                                               const std::vector<std::string>& sets,
+                                               const std::vector<Sweep>& sweeps, int max_variants) {
     size_t product = 1;
     std::set<std::string> keys;
     for (const Sweep& sweep : sweeps) {
@@ -62,10 +60,10 @@ Result<std::vector<BenchVariant>> sweep_variants(const ChainText& chain,
                                  " combinations; try fewer values or raise --max-variants"));
     }
     io::ApertureFiles pictures;
-    std::vector<BenchVariant> variants;
+    std::vector<NamedChain> variants;
     std::set<std::string> known;
     for (size_t i = 0; i < product; ++i) {
-        BenchVariant variant;
+        NamedChain variant;
         std::vector<std::string> overrides = sets;
         size_t rest = i, span = product;
         for (const Sweep& sweep : sweeps) {

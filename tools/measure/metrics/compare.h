@@ -62,4 +62,17 @@ Values summary_of(const std::vector<Values>& frames);
 // Every constant that values depend on, by name: {"relmse_epsilon", 0.01}, ...
 std::vector<std::pair<std::string, double>> metric_constants();
 
+// A limit on a metric: "flip=0.05".
+struct MetricLimit {
+    std::string metric;
+    double value = 0;
+};
+// Errors (usage), naming `option`: not METRIC=NUMBER, or a number that is not finite. The caller
+// checks whether the metric exists.
+Result<MetricLimit> parse_limit(const std::string& option, const std::string& text);
+
+// Metrics read a pixel with NaN or Inf as 0, so that no limit notices it: if there is any limit,
+// such pixels fail too, unless a limit of `nonfinite` allows that many. Empty: they do not.
+std::string nonfinite_fault(const std::vector<MetricLimit>& limits, double pixels);
+
 }  // namespace postchain::metrics

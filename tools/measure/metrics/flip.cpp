@@ -7,14 +7,142 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <functional>
+#include <numbers>
 #include <optional>
+#include <vector>
 
-#include "tools/measure/metrics/color_space.h"
-#include "tools/measure/metrics/flip_kernels.h"
 #include "tools/measure/metrics/parallel.h"
 
 namespace postchain::metrics {
 namespace {
+
+// The filters of FLIP as one-dimensional kernels. Every filter of the paper is a sum of separable
+// ones, so filtering along rows and then columns is exact (2020 paper, table 1 and equations 5 for
+// contrast sensitivity, section 3.4 for edges and points).
+
+// Odd length, centered; applied by correlation.
+struct Kernel {
+    std::vector<float> taps;
+    int radius() const { return int(taps.size() / 2); }
+};
+
+struct FlipKernels {
+    Kernel achromatic;           // along rows and columns
+    Kernel red_green;            // along rows and columns
+    Kernel blue_yellow_rows[2];  // the channel's two Gaussians, to be summed
+    Kernel blue_yellow_columns[2];
+    Kernel gaussian;  // across the direction of a derivative
+    Kernel first;     // edges: first derivative, negative and positive parts sum to 1
+    Kernel second;    // points: second derivative, same normalization
+    int radius = 0;   // the largest of all kernels
+};
+
+constexpr double kPi = std::numbers::pi;
+
+// Contrast sensitivity in the spatial domain: sum of a sqrt(pi/b) exp(-pi^2 d^2 / b), with d in
+// degrees of visual angle (table 1).
+struct Term {
+    double a, b;
+};
+constexpr Term kAchromaticTerm = {1, 0.0047};
+constexpr Term kRedGreenTerm = {1, 0.0053};
+constexpr Term kBlueYellowTerms[2] = {{34.1, 0.04}, {13.5, 0.025}};
+constexpr double kWidestB = 0.04;
+constexpr double kFeatureWidth = 0.082;  // degrees: support of the edge and point detectors
+// Outer taps below this fraction of the largest are dropped: the achromatic kernels need 13 of 21
+// taps.
+constexpr double kNegligibleTap = 1e-9;
+
+using Profile = std::vector<double>;
+
+Profile sampled(int radius, const std::function<double(double)>& f) {
+    Profile values;
+    for (int x = -radius; x <= radius; ++x) values.push_back(f(x));
+    return values;
+}
+
+double sum(const Profile& profile) {
+    double total = 0;
+    for (double v : profile) total += v;
+    return total;
+}
+
+Profile scaled(Profile profile, double factor) {
+    for (double& v : profile) v *= factor;
+    return profile;
+}
+
+// Scales so that negative taps sum to -1 and positive ones to 1: the response to a step of 1 is 1.
+Profile balanced(Profile profile) {
+    double positive = 0, negative = 0;
+    for (double v : profile) (v > 0 ? positive : negative) += std::abs(v);
+    for (double& v : profile) v /= v > 0 ? positive : negative;
+    return profile;
+}
+
+Kernel kernel_of(const Profile& profile) {
+    double largest = 0;
+    for (double v : profile) largest = std::max(largest, std::abs(v));
+    size_t cut = 0;
+    while (cut < profile.size() / 2 && std::abs(profile[cut]) < kNegligibleTap * largest) ++cut;
+    Kernel kernel;
+    for (size_t i = cut; i < profile.size() - cut; ++i) kernel.taps.push_back(float(profile[i]));
+    return kernel;
+}
+
+// pixels_per_degree in kMinPixelsPerDegree..kMaxPixelsPerDegree.
+FlipKernels flip_kernels(double pixels_per_degree) {
+    FlipKernels kernels;
+    // Three standard deviations of the widest kernel, for all three channels.
+    const int radius =
+        int(std::ceil(3 * std::sqrt(kWidestB / (2 * kPi * kPi)) * pixels_per_degree));
+    const auto bell = [&](const Term& term) {
+        return sampled(radius, [&](double x) {
+            const double degrees = x / pixels_per_degree;
+            return std::exp(-kPi * kPi * degrees * degrees / term.b);
+        });
+    };
+    const auto normalized = [](const Profile& profile) {
+        return scaled(profile, 1 / sum(profile));
+    };
+    kernels.achromatic = kernel_of(normalized(bell(kAchromaticTerm)));
+    kernels.red_green = kernel_of(normalized(bell(kRedGreenTerm)));
+
+    // The sum of both 2-D Gaussians is normalized, so each keeps its share.
+    double share[2];
+    for (int i = 0; i < 2; ++i) {
+        const double area = sum(bell(kBlueYellowTerms[i]));
+        share[i] = kBlueYellowTerms[i].a * std::sqrt(kPi / kBlueYellowTerms[i].b) * area * area;
+    }
+    for (int i = 0; i < 2; ++i) {
+        const Profile one = normalized(bell(kBlueYellowTerms[i]));
+        kernels.blue_yellow_rows[i] = kernel_of(one);
+        kernels.blue_yellow_columns[i] = kernel_of(scaled(one, share[i] / (share[0] + share[1])));
+    }
+
+    const double deviation = 0.5 * kFeatureWidth * pixels_per_degree;
+    const int feature_radius = int(std::ceil(3 * deviation));
+    const auto gaussian = [&](double x) { return std::exp(-x * x / (2 * deviation * deviation)); };
+    kernels.gaussian = kernel_of(normalized(sampled(feature_radius, gaussian)));
+    kernels.first =
+        kernel_of(balanced(sampled(feature_radius, [&](double x) { return -x * gaussian(x); })));
+    kernels.second = kernel_of(balanced(sampled(feature_radius, [&](double x) {
+        return (x * x / (deviation * deviation) - 1) * gaussian(x);
+    })));
+    kernels.radius = std::max(radius, feature_radius);
+    return kernels;
+}
+
+// Linear Rec. 709 RGB and XYZ (IEC 61966-2-1's primaries and white), in double.
+constexpr double kRgbToXyz[3][3] = {
+    {10135552.0 / 24577794, 8788810.0 / 24577794, 4435075.0 / 24577794},
+    {2613072.0 / 12288897, 8788810.0 / 12288897, 887015.0 / 12288897},
+    {1425312.0 / 73733382, 8788810.0 / 73733382, 70074185.0 / 73733382}};
+// XYZ of RGB (1, 1, 1): the row sums.
+constexpr double kWhite[3] = {kRgbToXyz[0][0] + kRgbToXyz[0][1] + kRgbToXyz[0][2],
+                              kRgbToXyz[1][0] + kRgbToXyz[1][1] + kRgbToXyz[1][2],
+                              kRgbToXyz[2][0] + kRgbToXyz[2][1] + kRgbToXyz[2][2]};
 
 // Constants of the 2020 paper, sections 3.3 and 3.4.
 constexpr float kColorExponent = 0.7f;    // q_c

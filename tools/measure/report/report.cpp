@@ -1,5 +1,8 @@
 #include "tools/measure/report/report.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace postchain::report {
 
 Status Report::write(const std::string& path, std::string_view text) const {
@@ -72,6 +75,91 @@ const StoredImage* Report::find(ImageKind of, int variant, int frame,
             image.map == map)
             return &image;
     return nullptr;
+}
+
+std::vector<ScoredRow> scored_rows(const Report& report) {
+    std::vector<ScoredRow> rows;
+    for (const Variant& variant : report.variants)
+        rows.push_back({variant.name, &variant.metrics, &variant});
+    if (!report.input_metrics.empty()) rows.push_back({kInputName, &report.input_metrics, nullptr});
+    return rows;
+}
+
+std::optional<double> mean_of(const Metrics& metrics, const std::string& metric) {
+    const auto series = metrics.find(metric);
+    return series == metrics.end() ? std::nullopt : series->second.mean;
+}
+
+std::vector<const Variant*> by_time(const Report& report) {
+    std::vector<const Variant*> timed;
+    for (const Variant& variant : report.variants)
+        if (variant.timing) timed.push_back(&variant);
+    std::stable_sort(timed.begin(), timed.end(), [](const Variant* a, const Variant* b) {
+        return a->timing->total.median_ms < b->timing->total.median_ms;
+    });
+    return timed;
+}
+
+std::string doubt_about_times(const Report& report) {
+    const auto timed = by_time(report);
+    const Variant* first = nullptr;
+    int doubtful = 0;
+    for (const Variant& variant : report.variants) {
+        if (!variant.timing || variant.timing->trustworthy) continue;
+        if (!first) first = &variant;
+        ++doubtful;
+    }
+    if (!first) return "";
+    const std::string who =
+        doubtful == 1 ? first->name : concat(doubtful, " of ", timed.size(), " variants");
+    return concat("times of ", who, " are not to be trusted: ", first->timing->why_not,
+                  doubtful == 1 ? "" : concat(" (of ", first->name, ")"));
+}
+
+namespace {
+
+// Rows of one variant without its name, in the order of first appearance.
+std::vector<ElisionRow> rows_of(const Variant& variant) {
+    std::vector<ElisionRow> rows;
+    for (const auto& [frame, elision] : variant.elisions) {
+        const std::string what = item_text(elision, variant.passes);
+        auto row = std::find_if(rows.begin(), rows.end(), [&, &e = elision](const auto& one) {
+            return one.what == what && one.rule == e.rule;
+        });
+        if (row == rows.end()) row = rows.insert(row, {"", what, elision.rule, {}, {}, {}});
+        const std::string reason = text_of(elision.fact);
+        if (std::find(row->reasons.begin(), row->reasons.end(), reason) == row->reasons.end())
+            row->reasons.push_back(reason);
+        if (row->frames.empty() || row->frames.back() != frame) row->frames.push_back(frame);
+        row->saving += elision.saving;
+    }
+    return rows;
+}
+
+}  // namespace
+
+std::vector<ElisionRow> elision_rows(const Report& report) {
+    std::vector<std::pair<std::string, std::vector<ElisionRow>>> all;
+    for (const Variant& variant : report.variants)  // without those that failed before a plan
+        if (variant.failure.empty() || !variant.elisions.empty())
+            all.emplace_back(variant.name, rows_of(variant));
+    const auto common = [&](const ElisionRow& row) {
+        return all.size() > 1 && std::all_of(all.begin(), all.end(), [&](const auto& one) {
+                   return std::find(one.second.begin(), one.second.end(), row) != one.second.end();
+               });
+    };
+    std::vector<ElisionRow> rows;
+    const auto add = [&](const std::string& variant, ElisionRow row) {
+        row.variant = variant;
+        rows.push_back(std::move(row));
+    };
+    if (!all.empty())
+        for (const ElisionRow& row : all.front().second)
+            if (common(row)) add("all", row);
+    for (const auto& [name, its] : all)
+        for (const ElisionRow& row : its)
+            if (!common(row)) add(name, row);
+    return rows;
 }
 
 }  // namespace postchain::report

@@ -1,10 +1,58 @@
 #include "tools/measure/report/report_json.h"
 
-#include "tools/measure/report/json_parts.h"
-#include "tools/measure/report/lists.h"
+#include <cmath>
+
+#include "tools/sequence/files/parameter_json.h"
 
 namespace postchain::report {
 namespace {
+
+Json figure_json(const TimeFigure& time) {
+    return {{"median_ms", time.median_ms}, {"spread_ms", time.spread_ms}, {"n", time.n}};
+}
+
+TimeFigure figure_from(const Json& json) {
+    return {json.at("median_ms"), json.at("spread_ms"), json.at("n")};
+}
+
+Json parts_json(const ErrorParts& parts) {
+    return {{"precision", json_of(parts.precision)},
+            {"sampling", json_of(parts.sampling)},
+            {"model", json_of(parts.model)},
+            {"total", json_of(parts.total)}};
+}
+
+std::optional<double> number_from(const Json& json) {
+    return json.is_null() ? std::nullopt : std::optional<double>(json.get<double>());
+}
+
+ErrorParts parts_from(const Json& json) {
+    return {number_from(json.at("precision")), number_from(json.at("sampling")),
+            number_from(json.at("model")), number_from(json.at("total"))};
+}
+
+std::string word_from(const Json& json) {
+    return json.is_null() ? std::string() : json.get<std::string>();
+}
+
+// nlohmann throws if JSON has another form; then it is not a file of this program.
+template <class T, class Read>
+std::optional<T> guarded(const Read& read) {
+    try {
+        return read();
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
+}
+
+// The enumerator with this name_of(); the last one if there is none.
+template <class E>
+E enum_from(const Json& json, E last) {
+    const std::string name = json;
+    for (int i = 0; i < int(last); ++i)
+        if (name == postchain::name_of(E(i))) return E(i);
+    return last;
+}
 
 Json metrics_json(const Metrics& metrics) {
     Json json = Json::object();
@@ -98,7 +146,7 @@ Json image(const StoredImage& image) {
 
 }  // namespace
 
-io::Json report_json(const Report& report) {
+Json report_json(const Report& report) {
     Json metrics = Json::array();
     for (const MetricInfo& metric : report.metrics)
         metrics.push_back(
@@ -161,9 +209,101 @@ io::Json report_json(const Report& report) {
     return json;
 }
 
-Status write_report_json(const Report& report) {
-    return report.write(report.folder + "/report.json",
-                        io::json_text(report_json(report), 1) + "\n");
+Json json_of(const std::optional<double>& value) {
+    if (!value || !std::isfinite(*value)) return nullptr;
+    return *value;
+}
+
+Json json_of(const std::vector<std::optional<double>>& values) {
+    Json list = Json::array();
+    for (const auto& value : values) list.push_back(json_of(value));
+    return list;
+}
+
+Json json_of(const Timing& timing) {
+    Json passes = Json::array();
+    for (const PassCost& cost : timing.passes) {
+        Json pass = figure_json(cost.time);
+        pass["pass"] = cost.pass;
+        pass["left_out"] = cost.elided;
+        passes.push_back(std::move(pass));
+    }
+    return {{"frame", timing.frame},
+            {"source", timing.source},
+            {"trustworthy", timing.trustworthy},
+            {"why_not", timing.why_not.empty() ? Json(nullptr) : Json(timing.why_not)},
+            {"total", figure_json(timing.total)},
+            {"passes", passes}};
+}
+
+Json json_of(const ErrorSplit& split) {
+    Json mse = parts_json(split.mse);
+    mse["cross"] = json_of(split.cross);
+    Json others = Json::object();
+    for (const auto& [name, one] : split.others) others[name] = parts_json(one);
+    return {{"frames", split.frames},
+            {"mse", mse},
+            {"others", others},
+            {"seeds", split.seeds},
+            {"converged_noise_mse", split.converged_noise},
+            {"convergence", split.convergence},
+            {"notes", split.notes}};
+}
+
+Json json_of(const Elision& elision, const std::string& what) {
+    Json json = io::json_from(elision_json(elision, what));
+    for (const char* of_one_plan : {"work_list", "outside", "taps_per_block"})
+        json.erase(of_one_plan);
+    return json;
+}
+
+std::optional<Timing> timing_from(const Json& json) {
+    return guarded<Timing>([&] {
+        Timing timing;
+        timing.frame = json.at("frame");
+        timing.source = json.at("source");
+        timing.trustworthy = json.at("trustworthy");
+        timing.why_not = word_from(json.at("why_not"));
+        timing.total = figure_from(json.at("total"));
+        for (const Json& pass : json.at("passes"))
+            timing.passes.push_back({pass.at("pass"), pass.at("left_out"), figure_from(pass)});
+        return timing;
+    });
+}
+
+std::optional<ErrorSplit> split_from(const Json& json) {
+    return guarded<ErrorSplit>([&] {
+        ErrorSplit split;
+        split.frames = json.at("frames").get<std::vector<int>>();
+        split.mse = parts_from(json.at("mse"));
+        split.cross = number_from(json.at("mse").at("cross"));
+        for (const auto& [name, parts] : json.at("others").items())
+            split.others[name] = parts_from(parts);
+        split.seeds = json.at("seeds");
+        split.converged_noise = json.at("converged_noise_mse");
+        split.convergence = json.at("convergence").get<std::vector<std::string>>();
+        split.notes = json.at("notes").get<std::vector<std::string>>();
+        return split;
+    });
+}
+
+std::optional<Elision> elision_from(const Json& json) {
+    return guarded<Elision>([&] {
+        Elision elision;
+        elision.pass = json.at("pass").is_null() ? -1 : json.at("pass").get<int>();
+        elision.kind = enum_from<ElisionKind>(json.at("kind"), ElisionKind::blocks);
+        elision.item = json.at("item");
+        elision.rule = json.at("rule");
+        const Json& fact = json.at("fact");
+        elision.fact.name = fact.at("name");
+        elision.fact.value = number_from(fact.at("value"));
+        elision.fact.limit = number_from(fact.at("limit"));
+        elision.fact.unit = fact.at("unit");
+        elision.fact.relation =
+            enum_from<Fact::Relation>(fact.at("relation"), Fact::Relation::at_least);
+        elision.saving = {json.at("bytes"), json.at("dispatches"), json.at("taps")};
+        return elision;
+    });
 }
 
 }  // namespace postchain::report

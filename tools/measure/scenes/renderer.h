@@ -2,7 +2,7 @@
 //
 //   model + time samples --poses in double--> pose sets, one per time sample
 //   pose sets + bounds --cull--> objects of each 16x16 tile
-//   sample points (time = (i+0.5)/N; lens and pixel: samples.h)
+//   sample points (time = (i+0.5)/N; lens and pixel: sample_points())
 //   --render.comp, a few samples per dispatch--> sums --> mean
 //
 // The same request gives identical bits on the same machine and driver.
@@ -57,6 +57,14 @@ class SceneRenderer {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+// Low-discrepancy points in the unit 4-cube: lens (x, y), pixel (x, y).
+// Dimensions 1-2 of the Sobol sequence (a (0,2)-sequence), the better pair, go to the lens if there
+// is one, otherwise to the pixel. The other pair is Roberts' R2 sequence (2018: multiples of 1/g
+// and 1/g^2, g the plastic number), which shares no structure with it. All are shifted by half of
+// 1/count, so that the Sobol points are centered; with time = (i+0.5)/count they form a Hammersley
+// set. A single point is the pixel center.
+std::vector<glm::vec4> sample_points(int count, bool lens);
 
 // Renders the model; `vectors`, `lens`, `behind`: of the settings.
 ProgramKey program_for(const SceneModel& model, bool vectors, bool lens, bool behind = false);

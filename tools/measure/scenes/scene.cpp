@@ -7,12 +7,7 @@
 #include <set>
 #include <system_error>
 
-#include "tools/measure/scenes/crossing.h"
 #include "tools/measure/scenes/deep_samples.h"
-#include "tools/measure/scenes/poles.h"
-#include "tools/measure/scenes/still.h"
-#include "tools/measure/scenes/wheels.h"
-#include "tools/measure/scenes/zoom.h"
 #include "tools/sequence/exr/deep_writer.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
@@ -162,22 +157,6 @@ io::OutputFiles files_of(const SceneRequest& request, const std::vector<Picture>
 }
 
 }  // namespace
-
-const std::vector<SceneInfo>& scenes() {
-    static const std::vector<SceneInfo> all = {
-        {"wheels", "three spoked wheels turning at three depths, the center one in focus",
-         make_wheels},
-        {"poles", "thin poles and wires, static and swinging, during a fast pan over a city",
-         make_poles},
-        {"crossing",
-         "solids crossing at 6 to 88 px/frame (at 640 px), one half transparent, "
-         "and a hole with alpha 0",
-         make_crossing},
-        {"zoom", "the camera drives and zooms into an alley under a sky: radial motion", make_zoom},
-        {"still", "nothing moves: depths from 0.6 to 20 and a sky", make_still},
-    };
-    return all;
-}
 
 const char* name_of(Picture picture) {
     switch (picture) {

@@ -16,16 +16,10 @@
 
 #include "chain/frame.h"
 #include "tools/measure/scenes/renderer.h"
+#include "tools/measure/scenes/scene_models.h"
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain::scenes {
-
-struct SceneInfo {
-    std::string name;
-    std::string help;  // one line
-    SceneModel (*make)() = nullptr;
-};
-const std::vector<SceneInfo>& scenes();
 
 struct SceneRequest {
     std::string name;    // of scenes()

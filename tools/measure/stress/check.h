@@ -76,7 +76,7 @@ struct Measured {
 };
 
 // Images of a check: four channels each, one for the error.
-struct Exhibit {
+struct CheckImages {
     std::string check;
     ImageF input;
     ImageF result;
@@ -104,10 +104,10 @@ int tile_px(const Chain& chain);
 // The subject, with the camera values of its chain and passes unset.
 Subject with_cells_camera(Subject subject);
 
-// All checks that apply, or those of `only`, if it is not empty; `exhibits` gets the images of
+// All checks that apply, or those of `only`, if it is not empty; `images` gets the images of
 // each. Errors: the chain cannot be planned for this frame, or GL fails.
 Result<CellMeasures> measure(Executor& executor, const Subject& subject, const Cell& cell,
-                             Precision precision, std::vector<Exhibit>* exhibits = nullptr,
+                             Precision precision, std::vector<CheckImages>* images = nullptr,
                              const std::set<std::string>& only = {});
 
 }  // namespace postchain::stress

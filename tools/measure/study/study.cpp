@@ -46,15 +46,8 @@ void Study::ask(size_t a, size_t b, Equal same) {
 
 std::vector<std::string> Study::names() const {
     std::vector<std::string> names;
-    if (kind == report::Kind::ab)
-        for (const auto& chain : chains) names.push_back(chain.name);
-    else
-        for (const auto& variant : variants) names.push_back(variant.name);
+    for (const auto& chain : chains) names.push_back(chain.name);
     return names;
-}
-
-const Chain& Study::chain(size_t index) const {
-    return kind == report::Kind::ab ? chains[index].chain : variants[index].chain;
 }
 
 std::vector<Task> tasks_of(const Study& study) {
@@ -71,6 +64,25 @@ std::vector<Task> tasks_of(const Study& study) {
                              s, p});
     }
     return tasks;
+}
+
+const ParameterTable& study_parameters() {
+    static const ParameterTable table =
+        ParameterTableBuilder<StudySettings>()
+            .text("output", &StudySettings::folder,
+                  {.unit = "DIR",
+                   .help = "folder of the study; created if it does not exist",
+                   .required = true})
+            .choice("on_existing", &StudySettings::on_existing, {"fail", "overwrite", "skip"},
+                    {.help = "if the folder has a study; skip: results of the same chains, "
+                             "settings and files are kept"})
+            .text("chunk", &StudySettings::chunk,
+                  {.unit = "I/N",
+                   .help = "only the I-th of N parts of the work, for a farm: 3/8",
+                   .unset_means = "all of the work",
+                   .group = kSplitGroup})
+            .table();
+    return table;
 }
 
 }  // namespace postchain::study

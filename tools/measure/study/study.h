@@ -11,10 +11,12 @@
 #include <utility>
 #include <vector>
 
+#include "chain/parameter.h"
 #include "chain/pass.h"
-#include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
+#include "tools/measure/report/report.h"
+#include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::study {
@@ -40,18 +42,17 @@ struct Study {
     std::string file;
     std::string title;
     report::Kind kind = report::Kind::ab;
-    std::vector<experiment::NamedChain> chains;      // all, or the swept one
-    std::vector<std::string> chain_files;            // in the same order
-    std::vector<experiment::BenchVariant> variants;  // of bench
-    std::vector<std::pair<size_t, size_t>> pairs;    // indices of A and B
-    std::vector<Equal> equal;                        // of each pair
-    std::map<std::string, double> margins;           // by metric, instead of the defaults
+    std::string chain_name;                        // the title, or the name of the swept chain
+    std::vector<experiment::NamedChain> chains;    // or the variants of one
+    std::vector<std::string> chain_files;          // as typed
+    std::vector<std::pair<size_t, size_t>> pairs;  // indices of A and B
+    std::vector<Equal> equal;                      // of each pair
+    std::map<std::string, double> margins;         // by metric, instead of the defaults
     std::vector<Scene> scenes;
 
     // Adds a question.
     void ask(size_t a, size_t b, Equal same = Equal::unsaid);
-    std::vector<std::string> names() const;  // chains or variants
-    const Chain& chain(size_t index) const;  // of names()[index]
+    std::vector<std::string> names() const;  // of the chains
 };
 
 // One call of ab or bench: a scene and, for ab, a pair.
@@ -62,5 +63,15 @@ struct Task {
 };
 // Scene by scene.
 std::vector<Task> tasks_of(const Study& study);
+
+// Settings of a study outside its file.
+struct StudySettings {
+    std::string folder;
+    std::string chunk;  // "2/4" of the tasks; empty: all
+    io::OnExisting on_existing = io::OnExisting::skip;
+};
+// Rows of the group kSplitGroup split a study by hand.
+inline constexpr const char* kSplitGroup = "split";
+const ParameterTable& study_parameters();  // over StudySettings
 
 }  // namespace postchain::study

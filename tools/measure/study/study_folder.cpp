@@ -6,14 +6,46 @@
 
 #include "config/text_tree.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/report/report_json.h"
+#include "tools/sequence/files/file_stamp.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/run/run_files.h"
 
 namespace postchain::study {
 namespace {
 
 namespace fs = std::filesystem;
+using io::Json;
 
 constexpr TextLimits kResultLimits = {size_t(64) << 20, 32};
+
+void add_stamp(std::vector<std::string>& lines, const std::string& what, const std::string& path) {
+    const auto stamp = io::FileStamp::of(path);
+    lines.push_back(concat(what, " ", fs::path(path).filename().string(), ": ", stamp.bytes,
+                           " bytes, changed ", stamp.time));
+}
+
+// The requested frames and, because chains may read neighbors, those beside them.
+void add_frames(std::vector<std::string>& lines, const Scene& scene) {
+    const auto& run = scene.measured.run;
+    const auto list = io::find_frames(run.input, run.frames);
+    if (!list.ok()) {
+        lines.push_back("no frames");
+        return;
+    }
+    std::set<int> near;
+    for (const int frame : list->frames) near.insert({frame - 1, frame, frame + 1});
+    for (const auto& [role, pattern] : run.input.patterns)
+        for (const auto& [frame, path] : pattern.discover())
+            if (near.contains(frame) || !pattern.has_token()) add_stamp(lines, "frame", path);
+    if (scene.measured.truth.empty()) return;
+    const auto truth = io::PathPattern::parse(scene.measured.truth);
+    if (!truth.ok()) return;
+    std::error_code error;
+    for (const int frame : list->frames)
+        if (const std::string path = truth->format(frame); fs::exists(path, error))
+            add_stamp(lines, "truth", path);
+}
 
 // Shortened to the text around the first difference.
 std::string shown(const std::string& line, size_t from) {
@@ -97,6 +129,93 @@ Status remove_study(const Study& study, const std::string& path) {
 
 }  // namespace
 
+std::vector<const experiment::NamedChain*> chains_of(const Study& study, const Task& task) {
+    if (task.pair) {
+        const auto& [a, b] = study.pairs[*task.pair];
+        return {&study.chains[a], &study.chains[b]};
+    }
+    std::vector<const experiment::NamedChain*> all;
+    for (const auto& chain : study.chains) all.push_back(&chain);
+    return all;
+}
+
+std::vector<std::string> made_from(const Study& study, const Task& task) {
+    const Scene& scene = study.scenes[task.scene];
+    std::vector<std::string> lines = {"postchain " + scene.measured.run.version,
+                                      std::string("kind ") + report::name_of(study.kind)};
+    for (const experiment::NamedChain* one : chains_of(study, task))
+        lines.push_back("chain " + one->name + ": " + one->chain.text());
+    lines.push_back("settings " + scene.settings);
+    for (const auto& file : scene.measured.run.other_inputs) add_stamp(lines, file.what, file.path);
+    add_frames(lines, scene);
+    return lines;
+}
+
+std::string result_path(const Task& task) {
+    return "tasks/" + task.name + ".json";
+}
+
+std::string claim_path(const Task& task) {
+    return "tasks/" + task.name + ".claim";
+}
+
+std::string report_folder_of(const Study& study, const Task& task) {
+    const std::string& scene = study.scenes[task.scene].name;
+    return "scenes/" + scene + (task.pair ? "/" + task.name.substr(scene.size() + 1) : "");
+}
+
+std::string text_of(const TaskResult& result) {
+    Json variants = Json::array();
+    for (const auto& variant : result.variants) {
+        Json metrics = Json::object();
+        for (const auto& [name, values] : variant.metrics) metrics[name] = report::json_of(values);
+        variants.push_back({{"name", variant.name},
+                            {"metrics", metrics},
+                            {"time_ms", report::json_of(variant.time_ms)}});
+    }
+    return io::json_text({{"postchain_task", 1},
+                          {"made_from", result.made_from},
+                          {"failure", result.failure},
+                          {"renderer", result.renderer},
+                          {"revision", result.revision},
+                          {"truth", result.truth},
+                          {"frames", result.frames},
+                          {"width", result.width},
+                          {"height", result.height},
+                          {"variants", variants}},
+                         1) +
+           "\n";
+}
+
+std::optional<TaskResult> task_result_from(const std::string& text) {
+    try {
+        const Json json = Json::parse(text);
+        if (json.at("postchain_task") != 1) return std::nullopt;
+        TaskResult result;
+        result.made_from = json.at("made_from").get<std::vector<std::string>>();
+        result.failure = json.at("failure").get<std::string>();
+        result.renderer = json.at("renderer").get<std::string>();
+        result.revision = json.at("revision").get<std::string>();
+        result.truth = json.at("truth").get<std::string>();
+        result.frames = json.at("frames").get<std::vector<int>>();
+        result.width = json.at("width").get<int>();
+        result.height = json.at("height").get<int>();
+        for (const Json& one : json.at("variants")) {
+            TaskResult::Figures figures{one.at("name").get<std::string>(), {}, std::nullopt};
+            const auto number = [](const Json& value) {
+                return value.is_null() ? std::nullopt : std::optional(value.get<double>());
+            };
+            figures.time_ms = number(one.at("time_ms"));
+            for (const auto& [name, list] : one.at("metrics").items())
+                for (const Json& value : list) figures.metrics[name].push_back(number(value));
+            result.variants.push_back(std::move(figures));
+        }
+        return result;
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
+}
+
 Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& path,
                                       io::OnExisting on_existing) {
     io::OutputFiles files(on_existing, "skip or overwrite");
@@ -112,11 +231,6 @@ Result<StudyFolder> StudyFolder::open(const Study& study, const std::string& pat
                                  "name another folder with --output"});
     RETURN_IF_ERROR(files.check());
     std::error_code error;
-    if (fs::exists(path + "/units", error))
-        return Status(StatusCode::usage,
-                      path +
-                          ": was begun by postchain 0.1, which keeps results in units/; finish "
-                          "it with that version, or name another folder with --output");
     files.remove_left_temporaries();
     if (on_existing == io::OnExisting::overwrite) RETURN_IF_ERROR(remove_study(study, path));
     RETURN_IF_ERROR(files.make_folders());

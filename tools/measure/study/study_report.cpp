@@ -6,7 +6,9 @@
 #include <set>
 
 #include "config/markdown.h"
-#include "tools/measure/report/json_parts.h"
+#include "tools/measure/experiment/experiment.h"
+#include "tools/measure/report/report_json.h"
+#include "tools/measure/report/report_text.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
 #include "tools/sequence/settings/frame_task.h"
@@ -67,18 +69,6 @@ std::string field(const std::string& text) {
     if (!text.empty() && std::string("=+-@\t\r").find(text[0]) != std::string::npos) out += '\'';
     for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
     return out + "\"";
-}
-
-std::string row_of(const std::vector<std::string>& cells) {
-    std::string line;
-    for (const auto& text : cells) line += "| " + markdown_cell(text) + " ";
-    return line + "|\n";
-}
-
-std::string header_of(const std::vector<std::string>& cells) {
-    std::string text = row_of(cells);
-    for (size_t i = 0; i < cells.size(); ++i) text += "|---";
-    return text + "|\n";
 }
 
 // Time of B over that of A, of a question that says equal time.
@@ -152,7 +142,7 @@ StudyReport make_report(const Study& study, const std::vector<TaskResult>& resul
     report.pairs = study.pairs;
     report.equal = study.equal;
     for (size_t v = 0; v < report.variants.size(); ++v)
-        report.chain_texts.push_back(write_chain(study.chain(v)));
+        report.chain_texts.push_back(write_chain(study.chains[v].chain));
     std::vector<SceneFigures> figures(study.scenes.size());
     for (size_t s = 0; s < study.scenes.size(); ++s) {
         const Scene& scene = study.scenes[s];
@@ -344,25 +334,26 @@ std::string report_as_markdown(const StudyReport& report) {
     for (const auto& scene : report.scenes)
         if (!scene.failure.empty())
             text += "- " + markdown_cell("failed: " + scene.name + ": " + scene.failure) + "\n";
-    text += "\n## Scenes\n\n" + header_of({"scene", "family", "input", "truth", "frames", "size"});
+    text += "\n## Scenes\n\n" +
+            report::markdown_header({"scene", "family", "input", "truth", "frames", "size"});
     for (const auto& scene : report.scenes)
-        text +=
-            row_of({scene.name, scene.family, scene.input, scene.truth,
-                    sequence::frames_text(scene.frames), concat(scene.width, "x", scene.height)});
-    text +=
-        "\n## Gains, mean over families\n\n" + header_of({"question", "condition", "metric", "gain",
-                                                          "95 %", "p, Holm", "families", "result"});
+        text += report::markdown_row({scene.name, scene.family, scene.input, scene.truth,
+                                      sequence::frames_text(scene.frames),
+                                      concat(scene.width, "x", scene.height)});
+    text += "\n## Gains, mean over families\n\n" +
+            report::markdown_header({"question", "condition", "metric", "gain", "95 %", "p, Holm",
+                                     "families", "result"});
     for (size_t p = 0; p < report.pairs.size(); ++p)
         for (const auto& table : report.tables) {
             const PairResult& one = table.pairs[p];
             if (!one.mean) continue;
-            text += row_of({report.pair_name(p), report.condition(p), table.metric.name,
-                            number(one.mean),
-                            one.interval ? concat(report::figure(one.interval->low), " to ",
-                                                  report::figure(one.interval->high))
-                                         : "",
-                            one.difference ? report::figure(one.difference->corrected) : "",
-                            concat(one.nearer, " of ", one.families), one.words});
+            text += report::markdown_row(
+                {report.pair_name(p), report.condition(p), table.metric.name, number(one.mean),
+                 one.interval ? concat(report::figure(one.interval->low), " to ",
+                                       report::figure(one.interval->high))
+                              : "",
+                 one.difference ? report::figure(one.difference->corrected) : "",
+                 concat(one.nearer, " of ", one.families), one.words});
         }
     for (const auto& table : report.tables) {
         text += concat("\n## ", table.metric.name, "\n\n", markdown_cell(table.metric.help), "; ",
@@ -371,12 +362,12 @@ std::string report_as_markdown(const StudyReport& report) {
         head.insert(head.end(), report.variants.begin(), report.variants.end());
         for (size_t p = 0; p < report.pairs.size(); ++p)
             head.push_back("gain of " + report.pair_name(p));
-        text += header_of(head);
+        text += report::markdown_header(head);
         const auto add = [&](const std::string& name, const std::string& family, const Row& row) {
             std::vector<std::string> cells = {name, family};
             for (const auto& value : row.means) cells.push_back(number(value));
             for (const auto& value : row.gains) cells.push_back(number(value));
-            text += row_of(cells);
+            text += report::markdown_row(cells);
         };
         for (const Row& row : table.scenes) add(row.name, row.family, row);
         for (const Row& row : table.families)

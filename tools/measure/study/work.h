@@ -1,15 +1,34 @@
 // The work on a study by one process, beside others in the same folder.
 //
-//   for each task without a result: claim it (files/claim.h), measure it, keep its result
+//   for each task without a result: claim it (files/claim.h), measure it by run_ab() or
+//   run_bench(), keep its result
 //
 // until a round finds nothing to claim. The result does not depend on which process measures a
 // task. A process that finds all results writes the report: the last to finish always does.
 #pragma once
 
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "chain/egl/context.h"
+#include "tools/measure/experiment/experiment.h"
 #include "tools/measure/study/study_folder.h"
 #include "tools/sequence/files/sequence.h"
 
 namespace postchain::study {
+
+// The device on which tasks are measured.
+struct Machine {
+    Executor& executor;
+    std::string renderer;
+    bool software = false;
+    std::function<Status()> make_current;  // after ground truth was rendered in another context
+    egl::ContextOptions options;
+    int threads = 0;  // CPU threads; 0 = one per core
+    std::vector<std::string> command;
+};
 
 struct WorkDone {
     size_t tasks = 0;    // of the study
@@ -19,7 +38,8 @@ struct WorkDone {
 };
 
 // `chunk`: the part of the tasks to work on. Failures of an earlier process are tried again, once.
-// Errors: those of measure_task(), StudyFolder::result(), Claim::take().
+// Failures of a scene are in its result. Errors end the work: those of StudyFolder::result() and
+// Claim::take(), (output), (gl), (canceled) by `stop`, (internal).
 Result<WorkDone> work_on_tasks(const Study& study, const StudyFolder& folder,
                                const io::Chunk& chunk, const Machine& machine,
                                const experiment::ProgressCallback& progress,

@@ -1,12 +1,14 @@
 #include "tools/measure/tune/tune.h"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cmath>
 #include <span>
 
 #include "chain/text.h"
-#include "tools/measure/experiment/basis.h"
 #include "tools/measure/experiment/converge.h"
+#include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/settings/frame_task.h"
@@ -29,7 +31,7 @@ bool same_work(const Plan& a, const Plan& b) {
 }
 
 // Measures chains on the frames of a shot, which it holds in memory.
-class Shot final : public Laboratory {
+class Shot final : public ChainEvaluator {
   public:
     Shot(const TuneSettings& settings, const Goal& goal, Executor& executor,
          const experiment::ProgressCallback& progress)
@@ -37,16 +39,16 @@ class Shot final : public Laboratory {
 
     // Reads the frames and their references. `wanted`: planes that some chain may read.
     // `converging`: the chain whose converged image is the reference without a ground truth.
-    Status open(const experiment::Basis& basis, const std::vector<int>& numbers, RoleSet wanted,
-                const Chain& converging) {
-        exposures_ = basis.exposures;
+    Status open(const experiment::ExperimentInput& input, const std::vector<int>& numbers,
+                RoleSet wanted, const Chain& converging) {
+        exposures_ = input.exposures;
         for (const int number : numbers) {
             ASSIGN_OR_RETURN(auto source,
-                             experiment::read_frame(basis, settings_.run, number, wanted));
+                             experiment::read_frame(input, settings_.run, number, wanted));
             for (const auto& note : experiment::notes_on_neighbors(source)) notes_.push_back(note);
             metrics::RgbImage reference;
-            if (basis.truth) {
-                ASSIGN_OR_RETURN(reference, basis.truth->load(number));
+            if (input.truth) {
+                ASSIGN_OR_RETURN(reference, input.truth->load(number));
             } else {
                 say(concat("frame ", number, ": the converged image"));
                 // plan_source_frame() explains what a frame lacks.
@@ -186,6 +188,56 @@ std::string converged_words(const Start& start, const std::vector<std::string>& 
 
 }  // namespace
 
+const ParameterTable& tune_parameters() {
+    static const ParameterTable table =
+        experiment::measuring_rows<TuneSettings>()
+            .text("output", &TuneSettings::folder,
+                  {.unit = "FILE", .help = "the chain file to write", .required = true})
+            .choice("on_existing",
+                    static_cast<io::OnExisting TuneSettings::*>(&TuneSettings::on_existing),
+                    {"fail", "overwrite"}, {.help = "if the chain file exists"})
+            .text("budget", &TuneSettings::budget,
+                  {.unit = "TIME",
+                   .help = "find the least error within this time per frame on this device: 0.2, "
+                           "0.2s, 200ms",
+                   .unset_means = "--error decides"})
+            .number("error", &TuneSettings::error,
+                    {.min = 0,
+                     .max = 1,
+                     .min_excluded = true,
+                     .help = "find the least time within this mean HDR-FLIP",
+                     .unset_means = "--budget decides"})
+            .integer("measure_frames", &TuneSettings::measure_frames,
+                     {.min = 1, .max = 100, .help = "frames that are measured, evenly spaced"})
+            .integer("max_chains", &TuneSettings::max_chains,
+                     {.min = 1, .max = 1000, .help = "chains that are measured at most"})
+            .table();
+    return table;
+}
+
+Result<Goal> goal_of(const TuneSettings& settings) {
+    if (settings.budget.empty() == !settings.error)
+        return Status(StatusCode::usage,
+                      settings.error ? "--budget and --error: give one of the two"
+                                     : "give a time per frame (--budget 0.2s) or a mean HDR-FLIP "
+                                       "(--error 0.07)");
+    if (settings.error && !(*settings.error > 0))
+        return Status(StatusCode::usage,
+                      "--error: a mean HDR-FLIP is above 0; reports of bench have typical values");
+    if (settings.error) return Goal{.budget_s = {}, .error = settings.error};
+    const std::string& text = settings.budget;
+    double value = 0;
+    const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+    const std::string unit(read.ptr, text.data() + text.size() - read.ptr);
+    if (unit == "ms") value *= 1e-3;
+    if (read.ec != std::errc() || (unit != "" && unit != "s" && unit != "ms") ||
+        !std::isfinite(value) || value <= 0)
+        return Status(StatusCode::usage, "--budget: '" + text +
+                                             "' is not a time above 0; use a form like 0.2, 0.2s "
+                                             "or 200ms");
+    return Goal{.budget_s = value, .error = {}};
+}
+
 std::vector<std::string> default_starts(bool with_truth) {
     if (with_truth) return {"fast", "balanced", "best"};
     return {"balanced"};
@@ -208,23 +260,24 @@ Result<Tuning> run_tune(std::vector<Start> starts, const std::vector<std::string
     ASSIGN_OR_RETURN(auto numbers, frames_to_measure(settings));
     settings.run.frames = io::FrameRange{numbers};
     report::Report conditions;
-    ASSIGN_OR_RETURN(auto basis, experiment::open_basis(report::Kind::bench, settings, conditions));
+    ASSIGN_OR_RETURN(auto input, experiment::open_input(report::Kind::bench, settings, conditions));
 
     const StopScope within_a_frame(executor, stop);
     Shot shot(settings, goal, executor, progress);
     RETURN_IF_ERROR(
-        shot.open(basis, numbers, planes_of(starts), without_shortcuts(starts.front().chain)));
+        shot.open(input, numbers, planes_of(starts), without_shortcuts(starts.front().chain)));
     Tuning tuning;
-    tuning.with_truth = basis.truth.has_value();
+    tuning.with_truth = input.truth.has_value();
     tuning.reference = tuning.with_truth ? "ground truth " + *conditions.truth
                                          : converged_words(starts.front(), shot.changes());
     const auto steps = [&](const Chain& chain) {
         return steps_from(chain, fixed, tuning.with_truth);
     };
-    ASSIGN_OR_RETURN(auto walked, walk(std::move(starts), steps, goal, settings.max_chains, shot));
-    RETURN_IF_ERROR(io::check_unchanged(basis.stamps));
+    ASSIGN_OR_RETURN(auto found,
+                     search_front(std::move(starts), steps, goal, settings.max_chains, shot));
+    RETURN_IF_ERROR(io::check_unchanged(input.stamps));
     tuning.goal = goal;
-    tuning.walk = std::move(walked);
+    tuning.search = std::move(found);
     tuning.version = conditions.version;
     tuning.input = settings.input;
     tuning.frames =

@@ -23,44 +23,46 @@ std::string goal_text(const Goal& goal) {
                          : concat("--error ", report::figure(*goal.error));
 }
 
-std::string name_of(const Tried& tried) {
-    return knobs_text(tried.chain) + (tried.name.empty() ? "" : " (start: " + tried.name + ")");
+std::string name_of(const Candidate& candidate) {
+    return knobs_text(candidate.chain) +
+           (candidate.name.empty() ? "" : " (start: " + candidate.name + ")");
 }
 
 std::string row(const Tuning& tuning, size_t i) {
-    const Tried& tried = tuning.walk.tried[i];
-    const Times& times = tried.measured.times;
-    return concat(tuning.walk.chosen == i ? "*" : " ", times.doubt.empty() ? " " : "~",
-                  padded(report::figure(times.seconds, 3), 8),
-                  padded(report::figure(times.spread_s, 2), 9),
-                  padded(report::figure(*tried.measured.error, 3), 9), "  ", name_of(tried));
+    const Candidate& candidate = tuning.search.candidates[i];
+    const Times& times = candidate.measured.times;
+    return concat(
+        tuning.search.chosen == i ? "*" : " ", times.doubt.empty() ? " " : "~",
+        padded(report::figure(times.seconds, 3), 8), padded(report::figure(times.spread_s, 2), 9),
+        padded(report::figure(*candidate.measured.error, 3), 9), "  ", name_of(candidate));
 }
 
 // Lines without their ends.
 std::vector<std::string> table(const Tuning& tuning) {
     std::vector<std::string> lines = {"   s/frame   spread hdr_flip  chain"};
-    for (const size_t i : tuning.walk.front()) lines.push_back(row(tuning, i));
+    for (const size_t i : tuning.search.front()) lines.push_back(row(tuning, i));
     return lines;
 }
 
 }  // namespace
 
 std::string outcome_text(const Tuning& tuning) {
-    const Walk& walk = tuning.walk;
+    const ParetoSearch& search = tuning.search;
     const Goal& goal = tuning.goal;
-    const std::string measured = concat(report::counted(walk.tried.size(), "chain"), " measured");
-    if (const Tried* tried = tuning.chosen())
-        return concat(goal_text(goal), ": ", knobs_text(tried->chain), " takes ",
-                      seconds(tried->measured.times.seconds), " a frame with HDR-FLIP ",
-                      report::figure(*tried->measured.error, 3), " (", measured, ")");
+    const std::string measured =
+        concat(report::counted(search.candidates.size(), "chain"), " measured");
+    if (const Candidate* candidate = tuning.chosen())
+        return concat(goal_text(goal), ": ", knobs_text(candidate->chain), " takes ",
+                      seconds(candidate->measured.times.seconds), " a frame with HDR-FLIP ",
+                      report::figure(*candidate->measured.error, 3), " (", measured, ")");
     if (goal.budget_s) {
-        const Tried& fastest = walk.tried[*walk.fastest()];
+        const Candidate& fastest = search.candidates[*search.fastest()];
         return concat(goal_text(goal), ": the fastest of ", measured, " takes ",
                       seconds(fastest.measured.times.seconds),
                       " a frame: ", knobs_text(fastest.chain),
                       "; raise the budget, use smaller frames or a faster device (--device)");
     }
-    const Tried& closest = walk.tried[*walk.closest()];
+    const Candidate& closest = search.candidates[*search.closest()];
     return concat(goal_text(goal), ": the closest of ", measured, " has HDR-FLIP ",
                   report::figure(*closest.measured.error, 3), ": ", knobs_text(closest.chain),
                   tuning.with_truth ? "; allow a larger error, or start from another CHAIN"
@@ -69,20 +71,20 @@ std::string outcome_text(const Tuning& tuning) {
 
 std::vector<std::string> doubts_of(const Tuning& tuning) {
     std::vector<std::string> lines = tuning.notes;
-    if (!tuning.walk.complete)
-        lines.push_back(concat("the walk ended after ", tuning.walk.tried.size(),
+    if (!tuning.search.complete)
+        lines.push_back(concat("the walk ended after ", tuning.search.candidates.size(),
                                " chains (--max-chains); more may lie on the front"));
     size_t doubtful = 0;
     std::string why;
-    for (const Tried& tried : tuning.walk.tried)
-        if (!tried.measured.times.doubt.empty()) {
+    for (const Candidate& candidate : tuning.search.candidates)
+        if (!candidate.measured.times.doubt.empty()) {
             ++doubtful;
-            why = tried.measured.times.doubt;
+            why = candidate.measured.times.doubt;
         }
     if (doubtful > 0)
         lines.push_back(
             concat("~: untrustworthy time (", report::counted(doubtful, "chain"), "): ", why));
-    if (const Tried* chosen = tuning.chosen(); chosen && tuning.goal.budget_s) {
+    if (const Candidate* chosen = tuning.chosen(); chosen && tuning.goal.budget_s) {
         const Times& times = chosen->measured.times;
         if (times.seconds + times.spread_s / 2 > *tuning.goal.budget_s)
             lines.push_back("the spread of the chosen chain's time reaches beyond the budget");
@@ -106,10 +108,10 @@ std::string tuned_chain_file(const Tuning& tuning) {
         "device: " + tuning.device,
         "time: " + tuning.timing +
             ", of the passes without reading and writing; per frame the median of " +
-            concat(tuning.walk.tried.front().measured.times.repeats) +
+            concat(tuning.search.candidates.front().measured.times.repeats) +
             " repetitions (chosen chain: " + concat(tuning.chosen()->measured.times.repeats) +
             ", timed again); spread: quartiles",
-        concat("Chains that no other of the ", tuning.walk.tried.size(),
+        concat("Chains that no other of the ", tuning.search.candidates.size(),
                " measured beats in both time and error (*: this file):")};
     for (const std::string& line : table(tuning)) lines.push_back(line);
     for (const std::string& line : doubts_of(tuning)) lines.push_back(line);
@@ -120,22 +122,22 @@ std::string tuned_chain_file(const Tuning& tuning) {
 
 io::Json tuning_json(const Tuning& tuning) {
     using io::Json;
-    const std::vector<size_t> front = tuning.walk.front();
+    const std::vector<size_t> front = tuning.search.front();
     Json points = Json::array();
-    for (size_t i = 0; i < tuning.walk.tried.size(); ++i) {
-        const Tried& tried = tuning.walk.tried[i];
-        const Times& times = tried.measured.times;
-        points.push_back(
-            {{"chain", knobs_text(tried.chain)},
-             {"chain_hash", hex_of(tried.chain.hash())},
-             {"start", tried.name.empty() ? Json(nullptr) : Json(tried.name)},
-             {"seconds", times.seconds},
-             {"spread_s", times.spread_s},
-             {"repeats", times.repeats},
-             {"doubt", times.doubt.empty() ? Json(nullptr) : Json(times.doubt)},
-             {"hdr_flip", tried.measured.error ? Json(*tried.measured.error) : Json(nullptr)},
-             {"front", std::find(front.begin(), front.end(), i) != front.end()},
-             {"chosen", tuning.walk.chosen == i}});
+    for (size_t i = 0; i < tuning.search.candidates.size(); ++i) {
+        const Candidate& candidate = tuning.search.candidates[i];
+        const Times& times = candidate.measured.times;
+        points.push_back({{"chain", knobs_text(candidate.chain)},
+                          {"chain_hash", hex_of(candidate.chain.hash())},
+                          {"start", candidate.name.empty() ? Json(nullptr) : Json(candidate.name)},
+                          {"seconds", times.seconds},
+                          {"spread_s", times.spread_s},
+                          {"repeats", times.repeats},
+                          {"doubt", times.doubt.empty() ? Json(nullptr) : Json(times.doubt)},
+                          {"hdr_flip", candidate.measured.error ? Json(*candidate.measured.error)
+                                                                : Json(nullptr)},
+                          {"front", std::find(front.begin(), front.end(), i) != front.end()},
+                          {"chosen", tuning.search.chosen == i}});
     }
     const auto or_null = [](const std::optional<double>& value) {
         return value ? Json(*value) : Json(nullptr);

@@ -3,21 +3,21 @@
 import { by_id, h, json_of } from "../shared/dom.js";
 import { counted } from "../shared/words.js";
 
-const kit = json_of("data");
+const data = json_of("data");
 const kWords = { A: "A is better", none: "No difference", B: "B is better" };
 const kKeys = { a: "A", 1: "A", b: "B", 2: "B", n: "none", 0: "none" };
-const has_truth = kit.trials.some(({ truth }) => truth !== null);
+const has_truth = data.trials.some(({ truth }) => truth !== null);
 
 // index -1: before the first pair; as many as pairs: after the last.
 const state = { index: -1, observer: "", choices: [], since: 0, saved: true, alone: false,
     shown: "left" };
 
-const source = (index) => `data:image/png;base64,${kit.images[index]}`;
+const source = (index) => `data:image/png;base64,${data.images[index]}`;
 
 function csv() {
     const rows = state.choices.flatMap((choice, i) => choice
-        ? [[kit.kit, state.observer, i + 1, choice.word, choice.seconds.toFixed(1)].join(",")] : []);
-    return ["kit,observer,trial,choice,seconds", ...rows, ""].join("\n");
+        ? [[data.comparison, state.observer, i + 1, choice.word, choice.seconds.toFixed(1)].join(",")] : []);
+    return ["comparison,observer,trial,choice,seconds", ...rows, ""].join("\n");
 }
 
 function save() {
@@ -57,7 +57,7 @@ const key = (text) => h("kbd", { "aria-hidden": "true" }, text);
 function start() {
     return [
         h("h1", {}, "Which image is better?"),
-        h("p", {}, `${counted(kit.trials.length, "pair")} of images follow. Each shows one frame, made in `
+        h("p", {}, `${counted(data.trials.length, "pair")} of images follow. Each shows one frame, made in `
             + "two ways; which side is which is random for each pair. "
             + (has_truth ? "Choose the one that is closer to the reference."
                 : "Choose the one that you would rather see in a film.")),
@@ -81,13 +81,13 @@ function picture(trial, side) {
 }
 
 function pair() {
-    const trial = kit.trials[state.index];
+    const trial = data.trials[state.index];
     const chosen = state.choices[state.index]?.word;
     const sides = trial.truth === null ? ["left", "right"] : ["left", "truth", "right"];
     return [
         h("div", { class: "bar" },
-            h("b", { id: "place" }, `Pair ${state.index + 1} of ${kit.trials.length}`),
-            h("progress", { max: kit.trials.length, value: state.index, "aria-label": "Pairs seen" }),
+            h("b", { id: "place" }, `Pair ${state.index + 1} of ${data.trials.length}`),
+            h("progress", { max: data.trials.length, value: state.index, "aria-label": "Pairs seen" }),
             h("button", { onclick: back, disabled: state.index === 0 }, "Back", key("\u232b")),
             h("button", { onclick: flip, "aria-pressed": String(state.alone) }, "One at a time",
                 key("F")),
@@ -127,20 +127,20 @@ function flip() {
 
 function draw() {
     by_id("main").replaceChildren(...(state.index < 0 ? start()
-        : state.index < kit.trials.length ? pair() : end()));
+        : state.index < data.trials.length ? pair() : end()));
 }
 
 addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat || state.index < 0) return;
     const typed = event.key.toLowerCase();
     if (typed === "backspace") return back();
-    if (state.index >= kit.trials.length) return;
+    if (state.index >= data.trials.length) return;
     if (Object.hasOwn(kKeys, typed)) return choose(kKeys[typed]);
     if (typed === "f") return flip();
     if (!state.alone) return;
     if (typed === "arrowleft") show("left");
     if (typed === "arrowright") show("right");
-    if (typed === "r" && kit.trials[state.index].truth !== null) show("truth");
+    if (typed === "r" && data.trials[state.index].truth !== null) show("truth");
 });
 addEventListener("beforeunload", (event) => {
     if (!state.saved) event.preventDefault();

@@ -2,9 +2,21 @@
 import { h } from "../shared/dom.js";
 import { head, interval_marks, scroll } from "../shared/tables.js";
 import { number, signed, way_of } from "../shared/words.js";
-import { explain_intervals, kRelMse, kWorse } from "./explain.js";
 import { metric_name } from "./model.js";
-import { mean_cell, panel } from "./panel.js";
+import { kRelMse, kWorse, mean_cell, panel } from "./panel.js";
+
+// The two intervals of ab; report.md says the same (report_text.cpp).
+const explain_intervals = (bootstrap) => h("details", { class: "explain", open: true },
+    h("summary", {}, "How to read the intervals"),
+    h("p", {}, h("b", {}, "t-interval, over frames: "), "how far the mean of these frames may be ",
+        "from the mean over many frames of this kind. The more the frames disagree and the fewer ",
+        "they are, the wider it is. An interval that contains 0 leaves open which of the two is ",
+        "better; of 20 metrics without any difference one lies outside by chance."),
+    h("p", {}, h("b", {}, "tile interval (bootstrap), within these frames: "), "each frame is ",
+        `cut into tiles${bootstrap ? ` of ${bootstrap.tile_px} pixels` : ""}, and tiles are drawn `,
+        "again and again at random, some of them twice and some not at all. An interval on one ",
+        "side of 0 says that the difference does not come from a few places of these frames; it ",
+        "says nothing about other frames."));
 
 // Difference and interval as a dot and a line, in parts of A's mean. All rows have one axis; a
 // value beyond its end is an arrow.

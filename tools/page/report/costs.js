@@ -3,7 +3,7 @@ import { h } from "../shared/dom.js";
 import { head, percent } from "../shared/tables.js";
 import { milliseconds, number } from "../shared/words.js";
 import { metric_name } from "./model.js";
-import { color, follow, legend, panel } from "./panel.js";
+import { color, follow, legend, mark, panel } from "./panel.js";
 
 const kParts = [["precision", "GPU against the double reference"],
     ["sampling", "the filter against itself converged"], ["model", "converged against the truth"]];
@@ -76,9 +76,8 @@ export function add_split(page, more) {
             ["seeds", "num", "averaged in the converged picture"],
             [stacked ? "noise left" : "", "num", "MSE left in the converged picture"]),
         h("tbody", {}, rows.map(({ row }) => row))));
-        const shown = page.state.get("show");
-        rows.forEach(({ key, row }) => row.classList.toggle("current", key === shown));
         current = rows;
+        mark(page, current);
     }
     let current = [];
     select.addEventListener("change", draw);
@@ -88,10 +87,7 @@ export function add_split(page, more) {
         notes.length ? h("details", {}, h("summary", {}, "How it converged, what is left out"),
             h("ul", { class: "notes" }, notes.map((n) => h("li", {}, n)))) : ""));
     draw();
-    page.state.watch(["show"], () => current.forEach(({ key, row }) => {
-        row.classList.add("current-able");
-        row.classList.toggle("current", key === page.state.get("show"));
-    }));
+    page.state.watch(["show"], () => mark(page, current));
 }
 
 export function add_times(page, more) {

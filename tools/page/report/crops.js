@@ -3,6 +3,7 @@
 import { h, settle } from "../shared/dom.js";
 import { render } from "../viewer/cpu_view.js";
 import { pareto_of } from "./model.js";
+import { panel } from "./panel.js";
 
 const kTile = 150;        // CSS pixels, the longer side
 const kMaxTiles = 10;    // beyond: truth, the source shown, the one before, and the Pareto set
@@ -26,11 +27,9 @@ export function add_crops(page, more) {
     if (!model.sources.some((s) => s.frames.length)) return;
     const rows = h("div", { class: "crops" });
     const all = model.sources.filter((s) => s.frames.length).length <= kMaxTiles;
-    more.append(h("section", { class: "panel wide", "aria-label": "Crops" },
-        h("h2", {}, "Crops"),
-        h("p", { class: "about" }, "Regions where the error is largest, and those you choose: ",
-            h("kbd", {}, "Shift"), " + drag on the picture. Same exposure, tone curve and error ",
-            "map as above. ", all ? "" : "Shown: truth, the last two, and the Pareto set."), rows));
+    more.append(panel("Crops", ["Regions where the error is largest, and those you choose: ",
+        h("kbd", {}, "Shift"), " + drag on the picture. Same exposure, tone curve and error map ",
+        "as above. ", all ? "" : "Shown: truth, the last two, and the Pareto set."], rows));
 
     let tiles = [];
     const seen = new IntersectionObserver((entries) => {

@@ -9,7 +9,6 @@ import { ImageStore } from "./images.js";
 import { bind_keys } from "../viewer/keys.js";
 import { fill_list } from "./list.js";
 import { kMagma } from "../viewer/magma.js";
-import { actions_of, kKeys } from "./actions.js";
 import { metric_name, model_of } from "./model.js";
 import { add_moves } from "../viewer/moves.js";
 import { overlay } from "../viewer/overlay.js";
@@ -18,6 +17,24 @@ import { State } from "../viewer/state.js";
 import { fields_of } from "./fields.js";
 import { add_facts, add_left_out, add_variants } from "./tables.js";
 import { Viewer } from "../viewer/viewer.js";
+
+// The keys of a report, besides those of every viewer.
+const kKeys = [
+    [["1", "9"], "a variant, by its place in the list"],
+    [["0"], "the truth"],
+    [["I"], "the input"],
+    [["N", "B"], "next picture, the one before"],
+    [["Shift", "Drag"], "choose a region for the crops"],
+];
+
+function actions_of(page) {
+    const actions = {
+        0: () => page.show("truth"), i: () => page.show("input"),
+        n: () => page.step(1), b: () => page.step(-1),
+    };
+    for (let digit = 1; digit <= 9; ++digit) actions[digit] = () => page.show(String(digit));
+    return actions;
+}
 
 function start() {
     const store = new ImageStore(json_of("manifest"));

@@ -73,7 +73,7 @@ export function model_of(report, store) {
     model.metric = (name) => model.metrics.find((m) => m.name === name);
     model.mean = (variant, name) => variant.metrics?.[name]?.mean ?? undefined;
     // Is a variant's mean worse than that of the unfiltered input? relMSE cannot say it: see
-    // kRelMse in explain.js.
+    // kRelMse in panel.js.
     model.is_relative = (name) => name.startsWith("relmse");
     model.is_worse = (variant, name) => {
         if (model.is_relative(name)) return false;

@@ -2,6 +2,7 @@
 import { color_of, h, limit } from "../shared/dom.js";
 import { milliseconds, number, way_of } from "../shared/words.js";
 import { metric_name, pareto_of } from "./model.js";
+import { section } from "./panel.js";
 
 const kReach = 28;   // CSS pixels a click may miss a point by
 const kFont = "12px system-ui, sans-serif";
@@ -73,8 +74,7 @@ export function add_pareto(page, more) {
     const box = h("div", { class: "plot pareto", tabindex: "0", role: "img" });
     const tip = h("div", { class: "tip", hidden: true });
     const about = h("p", { class: "about" });
-    more.append(h("section", { class: "panel", "aria-label": "Error against time" },
-        h("h2", {}, "Error against time"), about, box));
+    more.append(section("panel", "Error against time", about, box));
     let plot;
     let points = [];
     let front = [];
@@ -235,9 +235,7 @@ export function add_frames_plot(page, more) {
     const about = h("p", { class: "about" });
     const legend = h("div", { class: "legend" });
     const alone = !more.querySelector(".pareto");
-    more.append(h("section", { class: alone ? "panel wide" : "panel",
-        "aria-label": "Error over frames" },
-        h("h2", {}, "Error over frames"), about, legend, box));
+    more.append(section(alone ? "panel wide" : "panel", "Error over frames", about, legend, box));
     let plot;
 
     const color = (key) => color_of(key === state.get("show") ? "accent"

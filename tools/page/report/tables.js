@@ -2,9 +2,8 @@
 import { h } from "../shared/dom.js";
 import { head } from "../shared/tables.js";
 import { number, short, way_of } from "../shared/words.js";
-import { kRelMse, kWorse } from "./explain.js";
 import { metric_name } from "./model.js";
-import { follow, mean_cell, panel } from "./panel.js";
+import { follow, kRelMse, kWorse, mean_cell, panel, section } from "./panel.js";
 
 export function add_variants(page, more) {
     const { model } = page;
@@ -92,11 +91,10 @@ export function add_facts({ model, viewer }, more) {
         ["This page", `drawn with ${viewer.painter.name}; pictures are 16-bit floats, stored ` +
             "maps 8 bit"],
     ].filter(([, value]) => value);
-    more.append(h("section", { class: "panel", "aria-label": "Conditions" },
-        h("h2", {}, "Conditions"),
+    more.append(section("panel", "Conditions",
         h("table", { class: "facts" }, h("tbody", {}, facts.map(([name, value]) => h("tr", {},
             h("th", { scope: "row" }, name), h("td", {}, value)))))));
-    more.append(h("section", { class: "panel", "aria-label": "Metrics" }, h("h2", {}, "Metrics"),
+    more.append(section("panel", "Metrics",
         h("table", { class: "facts" }, h("tbody", {}, model.metrics.map((m) => h("tr", {},
             h("th", { scope: "row" }, metric_name(m.name)),
             h("td", {}, `${m.help}; ${way_of(m)}`)))))));

@@ -2,7 +2,7 @@
 // show under a path of its own.
 
 /** An error reply of the service. */
-export class Refusal extends Error {
+class Refusal extends Error {
     constructor(status, problem) {
         super(problem.detail || problem.title || `HTTP ${status}`);
         this.status = status;

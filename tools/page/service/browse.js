@@ -15,7 +15,7 @@ export const folder = () => here;
 export const whenFolderChanges = (f) => listeners.push(f);
 
 /** "1-3,7" as numbers. */
-export function frames_of(text) {
+function frames_of(text) {
     const frames = [];
     for (const part of text.split(",")) {
         const [, from, to] = /^\s*(-?\d+)(?:-(-?\d+))?\s*$/.exec(part) ?? [];

@@ -100,7 +100,7 @@ function show_chosen() {
 }
 
 /** Other frames: begins anew. */
-export function new_film() {
+function new_film() {
     for (const { box } of cells.values()) box.remove();
     cells.clear();
     draw();

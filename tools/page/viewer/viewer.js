@@ -11,7 +11,7 @@ const kGridFrom = 8;      // device pixels per picture pixel
 const kWheelStep = 60;    // of a wheel event's deltaY, for one step of the ladder
 const kMinCrop = 4;     // picture pixels
 
-export function background_of() {
+function background_of() {
     const text = color_of("matte");
     return [1, 3, 5].map((i) => parseInt(text.slice(i, i + 2), 16) / 255);
 }

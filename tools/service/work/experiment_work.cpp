@@ -1,10 +1,9 @@
 #include "tools/service/work/experiment_work.h"
 
-#include "tools/measure/experiment/ab.h"
-#include "tools/measure/experiment/assemble.h"
-#include "tools/measure/experiment/bench.h"
-#include "tools/measure/experiment/choose.h"
+#include "tools/measure/experiment/experiment_input.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/report_folder.h"
+#include "tools/measure/experiment/run_experiment.h"
 #include "tools/measure/study/study_report.h"
 #include "tools/measure/study/work.h"
 #include "tools/sequence/record/exit_code.h"

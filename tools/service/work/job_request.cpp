@@ -8,7 +8,7 @@
 #include "config/reporter.h"
 #include "config/scalar.h"
 #include "config/schema.h"
-#include "tools/measure/experiment/assemble.h"
+#include "tools/measure/experiment/outcome.h"
 #include "tools/sequence/files/parameter_json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/settings/color_settings.h"
@@ -128,7 +128,7 @@ class ChainReader {
     // The chain of KEY or KEY_text.
     void read(const std::string& key, experiment::NamedChain& chain, ChainText& text);
     // The variants of `sweep`; empty if the body has faults.
-    std::vector<experiment::BenchVariant> variants(const ChainText& text, int most);
+    std::vector<experiment::NamedChain> variants(const ChainText& text, int most);
 
   private:
     bool find(const std::string& key, const std::string& name, ChainText& text);
@@ -199,7 +199,7 @@ bool ChainReader::find(const std::string& key, const std::string& name, ChainTex
     return false;
 }
 
-std::vector<experiment::BenchVariant> ChainReader::variants(const ChainText& text, int most) {
+std::vector<experiment::NamedChain> ChainReader::variants(const ChainText& text, int most) {
     std::vector<experiment::Sweep> sweeps;
     for (const std::string& one : body_.list("sweep")) {
         auto sweep = experiment::parse_sweep(one);
@@ -458,16 +458,16 @@ class RequestParser {
     }
 
     void complete() {
-        experiment::Surroundings around{
-            request_.run, request_.input, {request_.text.file_name}, {}, {}, reader_.threads_};
-        if (kind_ == RequestKind::ab) around.chain_files.push_back(text_b_.file_name);
-        around.cameras = {request_.chain.chain.camera, request_.chain_b.chain.camera};
+        experiment::RunContext context{request_.run, request_.input,  {request_.text.file_name}, {},
+                                       {},           reader_.threads_};
+        if (kind_ == RequestKind::ab) context.chain_files.push_back(text_b_.file_name);
+        context.cameras = {request_.chain.chain.camera, request_.chain_b.chain.camera};
         for (const auto& variant : request_.variants)
-            around.cameras.push_back(variant.chain.camera);
-        around.command = {"postchain", "serve", name_of(request_.kind)};
-        experiment::complete(request_.ab, around);
+            context.cameras.push_back(variant.chain.camera);
+        context.command = {"postchain", "serve", name_of(request_.kind)};
+        experiment::complete(request_.ab, context);
         request_.run = request_.ab.run;
-        experiment::complete(request_.bench, std::move(around));
+        experiment::complete(request_.bench, std::move(context));
     }
 
     void read_limits() {
@@ -477,7 +477,7 @@ class RequestParser {
             auto found = experiment::limits_of(sequence::option_name(key), texts, kind, with_truth);
             if (found.ok()) return std::move(*found);
             body_.fault(key, without_option(key, found.status().message()));
-            return std::vector<report::MetricLimit>();
+            return std::vector<metrics::MetricLimit>();
         };
         request_.under = limits("under", body_.list("under"));
         request_.fail_above = limits("fail_above", body_.list("fail_above"));

@@ -13,11 +13,9 @@
 #include "chain/parameter.h"
 #include "chain/pass.h"
 #include "config/chain_find.h"
-#include "tools/measure/experiment/ab.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
-#include "tools/measure/report/limits.h"
-#include "tools/measure/study/settings.h"
+#include "tools/measure/metrics/compare.h"
 #include "tools/measure/study/study_reader.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/job_settings.h"
@@ -45,8 +43,8 @@ struct JobRequest {
     std::string input;               // as given
     experiment::ExperimentSettings ab;
     experiment::BenchSettings bench;
-    std::vector<experiment::BenchVariant> variants;  // bench
-    std::vector<report::MetricLimit> under, fail_above;
+    std::vector<experiment::NamedChain> variants;  // bench
+    std::vector<metrics::MetricLimit> under, fail_above;
     study::Study study;  // study: has its own chains, inputs and settings
     study::StudySettings study_settings;
     int frame = 0;                             // preview

@@ -1,0 +1,129 @@
+#include "tools/measure/experiment/result_store.h"
+
+#include <filesystem>
+#include <fstream>
+
+#include "chain/parameter.h"
+#include "tools/measure/experiment/converge.h"
+#include "tools/measure/report/report_json.h"
+#include "tools/sequence/files/atomic_file.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/source/sequence_reader.h"
+
+namespace postchain::experiment {
+namespace {
+
+report::Json load(const std::string& path, const std::string& key) {
+    std::ifstream file(path);
+    report::Json json = report::Json::parse(file, nullptr, false);
+    if (!json.is_object() || json.value("key", report::Json()) != key) return nullptr;
+    return json;
+}
+
+Result<std::string> files_of(const Chain& chain, int frame, const ExperimentSettings& settings,
+                             const ExperimentInput& input) {
+    sequence::SequenceReader reader(
+        settings.run.source, settings.run.input, [&](const sequence::FrameHeader& header) {
+            return sequence::planes_needed(chain, settings.run.source, header, settings.run.plan);
+        });
+    ASSIGN_OR_RETURN(const auto inputs, reader.open(frame, input.files.at(frame)));
+    std::string work = sequence::fingerprint_of(chain, settings.run, inputs);
+    if (input.has_truth(frame)) work += " truth " + input.truth->identity(frame);
+    return work;
+}
+
+}  // namespace
+
+ResultStore::ResultStore(std::string folder, std::string conditions, io::OutputFiles files)
+    : folder_(folder + "/results"), conditions_(std::move(conditions)), files_(std::move(files)) {}
+
+Status ResultStore::save(const std::string& path, const std::string& text) const {
+    ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
+    return io::atomic_write_text(path, text, permit).status();
+}
+
+Status ResultStore::prepare() const {
+    std::error_code error;
+    std::filesystem::create_directories(folder_, error);
+    if (error)
+        return Status(StatusCode::output, folder_ + ": cannot be created: " + error.message());
+    return Status();
+}
+
+std::string ResultStore::path(const std::string& name) const {
+    return folder_ + "/" + name + ".json";
+}
+
+std::string ResultStore::key(const std::string& work) const {
+    return hex_of(hash_text(conditions_ + "\n" + work));
+}
+
+std::optional<FrameResult> ResultStore::frame(const std::string& name, int frame,
+                                              const std::string& work) const {
+    const report::Json json = load(path(concat(name, ".", frame)), key(work));
+    if (json.is_null()) return std::nullopt;
+    try {
+        FrameResult result;
+        result.metrics = json.at("metrics").get<std::map<std::string, double>>();
+        if (!json.at("split").is_null()) {
+            result.split = report::split_from(json.at("split"));
+            if (!result.split) return std::nullopt;
+        }
+        for (const report::Json& one : json.at("left_out")) {
+            auto elision = report::elision_from(one);
+            if (!elision) return std::nullopt;
+            result.elisions.push_back(std::move(*elision));
+        }
+        return result;
+    } catch (const nlohmann::json::exception&) {
+        return std::nullopt;
+    }
+}
+
+std::optional<report::Timing> ResultStore::timing(const std::string& name,
+                                                  const std::string& work) const {
+    const report::Json json = load(path(name + ".time"), key(work));
+    return json.is_object() && json.contains("timing") ? report::timing_from(json["timing"])
+                                                       : std::nullopt;
+}
+
+Status ResultStore::keep(const std::string& name, int frame, const std::string& work,
+                         const FrameResult& result) const {
+    report::Json left_out = report::Json::array();
+    for (const Elision& elision : result.elisions) left_out.push_back(report::json_of(elision));
+    const report::Json json = {
+        {"key", key(work)},
+        {"metrics", result.metrics},
+        {"split", result.split ? report::json_of(*result.split) : report::Json(nullptr)},
+        {"left_out", left_out}};
+    return save(path(concat(name, ".", frame)), io::json_text(json, 1));
+}
+
+Status ResultStore::keep(const std::string& name, const std::string& work,
+                         const report::Timing& timing) const {
+    const report::Json json = {{"key", key(work)}, {"timing", report::json_of(timing)}};
+    return save(path(name + ".time"), io::json_text(json, 1));
+}
+
+std::string conditions_of(const report::Report& report, const ExperimentSettings& settings,
+                          const RuleNames& rules) {
+    std::string text =
+        concat("results 3\n", report.version, "\n", report.renderer, "\n", report.threads, "\n",
+               report.precision, "\n", report.tone_mapper, " ", settings.flip.pixels_per_degree,
+               " ", report.exposure_start, " ", report.exposure_stop, "\n", kConvergedSeeds, " ",
+               settings.repeats, "\n", report.reference, "\n");
+    for (const auto& rule : rules) text += rule + "\n";
+    return text;
+}
+
+Result<std::string> key_of_result(const Chain& chain, int frame, const std::string& more,
+                                  const ExperimentSettings& settings,
+                                  const ExperimentInput& input) {
+    ASSIGN_OR_RETURN(auto work, files_of(chain, frame, settings, input));
+    if (!input.follows(frame)) return work + more;
+    ASSIGN_OR_RETURN(auto before, files_of(chain, frame - 1, settings, input));
+    return work + more + " after " + before;
+}
+
+}  // namespace postchain::experiment

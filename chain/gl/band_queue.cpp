@@ -29,7 +29,7 @@ double milliseconds(std::chrono::duration<double, std::milli> time) {
 
 }  // namespace
 
-BandQueue::BandQueue(bool software, AskTurn ask, Meanwhile meanwhile)
+BandQueue::BandQueue(bool software, ContinueCallback ask, Meanwhile meanwhile)
     : software_(software),
       least_(software_ ? std::max(1u, std::thread::hardware_concurrency()) : 1),
       ask_(std::move(ask)),

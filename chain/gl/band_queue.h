@@ -16,7 +16,7 @@ namespace postchain::gl {
 class BandQueue {
   public:
     // `software`: the renderer is. `ask` and `meanwhile` may be empty.
-    BandQueue(bool software, AskTurn ask, Meanwhile meanwhile = {});
+    BandQueue(bool software, ContinueCallback ask, Meanwhile meanwhile = {});
     BandQueue(const BandQueue&) = delete;
     BandQueue& operator=(const BandQueue&) = delete;
 
@@ -49,7 +49,7 @@ class BandQueue {
 
     const bool software_;
     const double least_;  // groups that the device works on at once
-    AskTurn ask_;
+    ContinueCallback ask_;
     Meanwhile meanwhile_;
     std::deque<Queued> queued_;
     Clock::time_point begun_, last_;

@@ -35,7 +35,7 @@ Executor::Executor(const gl::Device& device, const ExecutorOptions& options)
 
 Turn Executor::turn() const {
     Turn turn = Turn::go_on;
-    for (const AskTurn& ask : asks_) turn = std::max(turn, ask());
+    for (const ContinueCallback& ask : asks_) turn = std::max(turn, ask());
     return turn;
 }
 

@@ -132,7 +132,7 @@ class Executor {
     bool ahead_begun_ = false;  // of the run after this one
     std::function<NextRun()> expect_;
     std::optional<gl::CompiledPlan> running_;  // the last plan, and its textures
-    std::vector<AskTurn> asks_;                // of the scopes
+    std::vector<ContinueCallback> asks_;       // of the scopes
     bool timing_ = false, time_steps_ = false;
     uint64_t runs_ = 0;
     uint64_t dispatches_ = 0;
@@ -143,7 +143,7 @@ class Executor {
 // (Turn::wait), or ends with StatusCode::canceled (Turn::stop). Scopes end in reverse order.
 class TurnScope {
   public:
-    TurnScope(Executor& executor, AskTurn ask) : executor_(executor) {
+    TurnScope(Executor& executor, ContinueCallback ask) : executor_(executor) {
         executor_.asks_.push_back(std::move(ask));
     }
     ~TurnScope() { executor_.asks_.pop_back(); }

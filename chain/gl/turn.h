@@ -13,6 +13,6 @@ enum class Turn {
 };
 
 // Must return at once. Called on the thread of the run.
-using AskTurn = std::function<Turn()>;
+using ContinueCallback = std::function<Turn()>;
 
 }  // namespace postchain

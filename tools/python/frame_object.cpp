@@ -11,7 +11,7 @@
 #include "tools/python/errors.h"
 #include "tools/python/job.h"
 #include "tools/python/values.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/filter/filter_view.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/source/layers_apart.h"

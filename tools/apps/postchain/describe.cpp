@@ -13,7 +13,7 @@
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain {
 

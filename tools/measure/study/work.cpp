@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "tools/sequence/files/claim.h"
+#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::study {
 namespace {

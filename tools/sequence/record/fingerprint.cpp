@@ -5,7 +5,7 @@
 
 #include "chain/text.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/record/sidecar.h"
 

@@ -1,7 +1,7 @@
 #include "tools/sequence/run/plan_sequence.h"
 
 #include "chain/plan_print.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/settings/frame_task.h"

@@ -7,7 +7,7 @@
 
 #include "chain/layers.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/record/fingerprint.h"

@@ -5,7 +5,7 @@
 
 #include "chain/printable.h"
 #include "chain/resolved_chain.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::sequence {
 namespace {

@@ -3,7 +3,7 @@
 #include "config/schema.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/study/settings.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/job_settings.h"
 #include "tools/service/store/job.h"
 

@@ -2,7 +2,7 @@
 
 #include "config/reporter.h"
 #include "config/scalar.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/service/work/held_paths.h"
 
 namespace postchain::service {

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "passes/registry.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::test {

@@ -1,8 +1,8 @@
 #include "tools/apps/postchain/diff_work.h"
 
 #include "tools/apps/postchain/log.h"
-#include "tools/sequence/settings/frame_task.h"
-#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_source.h"
 #include "tools/sequence/source/memory.h"
 
 namespace postchain {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "chain/status.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain {
 

@@ -226,7 +226,7 @@ int threads_of(const Options& options) {
 
 Result<egl::ContextOptions> context_options_of(const Options& options) {
     const auto warn = [](const std::string& text) { log::warning(text); };
-    auto context = sequence::context_options_of(options.device, options.threads, warn);
+    auto context = sequence::choose_device(options.device, options.threads, warn);
     if (!context.ok()) return context;
     context->debug = options.verbose;
     context->log = [](const std::string& text) { log::detail(text); };

@@ -12,7 +12,6 @@
 #include "tools/apps/postchain/plan_summary.h"
 #include "tools/apps/postchain/print_line.h"
 #include "tools/sequence/record/layers_json.h"
-#include "tools/sequence/run/estimate.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {

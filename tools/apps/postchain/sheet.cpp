@@ -13,7 +13,7 @@
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/run_files.h"
-#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain {
 namespace {

@@ -6,7 +6,7 @@
 #include "tools/measure/report/report_csv.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/measure/report/report_text.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::experiment {
 

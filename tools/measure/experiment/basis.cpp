@@ -4,7 +4,6 @@
 #include <thread>
 
 #include "tools/measure/report/words.h"
-#include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/sequence_reader.h"
 

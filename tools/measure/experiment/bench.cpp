@@ -12,7 +12,8 @@
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/lists.h"
-#include "tools/sequence/run/visit_sequence.h"
+#include "tools/sequence/run/runner.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::experiment {
 namespace {

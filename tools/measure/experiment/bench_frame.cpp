@@ -3,6 +3,7 @@
 #include "chain/planner.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/temporal.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::experiment {
 

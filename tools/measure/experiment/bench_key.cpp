@@ -2,6 +2,7 @@
 
 #include "tools/measure/experiment/converge.h"
 #include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::experiment {

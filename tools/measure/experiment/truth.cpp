@@ -11,7 +11,6 @@
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
-#include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::experiment {

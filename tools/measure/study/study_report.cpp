@@ -9,7 +9,7 @@
 #include "tools/measure/report/json_parts.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::study {
 namespace {

@@ -3,7 +3,7 @@
 #include <chrono>
 #include <thread>
 
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::service {
 

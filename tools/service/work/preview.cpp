@@ -6,7 +6,8 @@
 #include "tools/measure/report/page/encode.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/preview.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/reduced_frame.h"
 #include "tools/sequence/source/sequence_reader.h"
 

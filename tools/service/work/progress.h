@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::service {
 

@@ -2,7 +2,7 @@
 
 #include "tools/measure/study/study_report.h"
 #include "tools/measure/study/work.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/service/work/experiment_work.h"
 
 namespace postchain::service {

@@ -23,7 +23,7 @@ Result<RunSettings> settings_of(const std::vector<std::pair<std::string, Paramet
         EXPECT_TRUE(status.ok()) << status.message();
     }
     Diagnostics notes;
-    return run_settings_of(job, builtin_passes(), notes);
+    return parse_job(job, builtin_passes(), notes);
 }
 
 TEST(JobSettings, EveryRowSaysWhatItIs) {
@@ -45,7 +45,7 @@ TEST(JobSettings, FormerNamesOfRulesAreReadWithAWarning) {
     job.no_elide = "still_tiles,sky_tiles,focus_tiles,unblurred_tiles,unused_step";
     job.elide = "uniform_tiles";
     Diagnostics notes;
-    const auto settings = run_settings_of(job, builtin_passes(), notes);
+    const auto settings = parse_job(job, builtin_passes(), notes);
     ASSERT_TRUE(settings.ok()) << settings.status().message();
     EXPECT_EQ(settings->plan.rules_off,
               std::set<std::string>({"still_blocks", "sky_blocks", "focus_blocks",

@@ -95,7 +95,7 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
             "with --choices it evaluates a folder that exists");
     Options with_view = options;
     with_view.job.input = work.sides.front().files.text();
-    with_view.job.png = true;  // uses the view of previews
+    with_view.job.preview = true;  // uses the view of previews
     ASSIGN_OR_RETURN(work.settings, run_settings_of(with_view));
     if (!blind.truth.empty()) {
         auto truth = io::PathPattern::parse(blind.truth);

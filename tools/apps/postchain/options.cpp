@@ -211,7 +211,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
 
 Result<sequence::RunSettings> run_settings_of(const Options& options) {
     Diagnostics notes;
-    auto settings = sequence::run_settings_of(options.job, builtin_passes(), notes);
+    auto settings = sequence::parse_job(options.job, builtin_passes(), notes);
     RETURN_IF_ERROR(say(notes, log::Level::detail));
     if (settings.ok()) settings->version = kVersion;
     if (settings.ok() && !options.recorded_camera.empty())

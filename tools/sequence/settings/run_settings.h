@@ -5,7 +5,6 @@
 #include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -30,33 +29,34 @@ struct Watch {
     std::optional<double> idle_s;  // seconds without changes until missing frames are given up
 };
 
-struct RunSettings {
+// The settings that need no conversion: a job's rows set them (settings/job_settings.h).
+struct RunChoices {
+    bool make_folder = false;  // creates the output folder and its parents
+    io::OnExisting on_existing = io::OnExisting::fail;
+    MissingPolicy missing = MissingPolicy::error;
+    ErrorPolicy on_error = ErrorPolicy::stop;
+    std::optional<io::HalfOverflow> overflow;  // unset: clamp for JPEG and views
+    bool strict = false;                       // non-finite values are an error
+    bool sidecar = true;                       // OUT.json beside each output
+    bool preview = false;     // OUT.png beside each output, display transform, 8 bits
+    std::string dump_folder;  // for every stage as EXR, created; empty = none
+};
+
+struct RunSettings : RunChoices {
     io::InputSpec input;
     std::vector<io::InputFile> other_inputs;  // chain, camera, profile, images
     std::optional<io::FrameRange> frames;     // none = all on disk
     io::Chunk chunk;                          // the part of the frames that is run
     std::optional<Watch> watch;
     io::PathPattern output;
-    bool make_folder = false;  // creates the output folder and its parents
     SourceSettings source;
     PlanOptions plan;
-    io::OnExisting on_existing = io::OnExisting::fail;
-    std::optional<io::HalfOverflow> overflow;  // unset: clamp for JPEG and views
     io::ExrSettings exr;
     io::ImageSettings picture;
-    MissingPolicy missing = MissingPolicy::error;
-    ErrorPolicy on_error = ErrorPolicy::stop;
-    bool strict = false;                  // non-finite values are an error
-    bool sidecar = true;                  // OUT.json beside each output
-    bool preview = false;                 // OUT.png beside each output, display transform, 8 bits
     std::optional<io::DisplayView> view;  // shown by previews
-    std::string dump_folder;              // for every stage as EXR, created; empty = none
     std::string version;                  // of the command, for metadata
     // Settings repeated in the record of an output because they are not the default.
     std::map<std::string, ParameterValue> given;
-
-    // OpenColorIO files in use, each once.
-    std::set<std::string> ocio_configs() const;
 };
 
 // Adds the chains' mattes and the written layers to the settings.

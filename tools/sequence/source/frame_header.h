@@ -25,17 +25,21 @@ enum class DataWindow {
     keep,  // only the data window; light that leaves it is lost
 };
 
-struct SourceSettings {
-    std::optional<Profile> profile;  // none = detected from channel names
-    bool behind = false;             // deep samples: those behind each pixel's surface
-    std::string layer;               // empty = the only one
-    std::string view;                // empty = the default one; kAllViews: FrameHeader::match
-    bool all_views = false;          // kAllViews may be chosen
-    std::optional<CameraFile> camera;
+// The settings that need no conversion: a job's rows set them (settings/job_settings.h).
+struct SourceChoices {
+    std::string layer;  // empty = the only one
+    std::string view;   // empty = the default one; kAllViews: FrameHeader::match
     NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
-    std::set<int> cuts;  // frames that a camera cut follows
     DataWindow data_window = DataWindow::grow;
     CameraMotion camera_motion = CameraMotion::missing;
+};
+
+struct SourceSettings : SourceChoices {
+    std::optional<Profile> profile;  // none = detected from channel names
+    bool behind = false;             // deep samples: those behind each pixel's surface
+    bool all_views = false;          // kAllViews may be chosen
+    std::optional<CameraFile> camera;
+    std::set<int> cuts;  // frames that a camera cut follows
     // Pattern of neighboring frames, for their cameras.
     std::optional<io::PathPattern> color_frames;
     uint64_t max_memory = 0;                     // bytes for frames; 0 = no limit

@@ -127,7 +127,7 @@ class RequestParser {
         row.set(&alone, value);
         if (sequence::needs_ocio(alone)) alone.ocio = job_.ocio;
         Diagnostics notes;
-        return sequence::run_settings_of(alone, reader_.registry_, notes).status();
+        return sequence::parse_job(alone, reader_.registry_, notes).status();
     }
 
     // A camera file may name aperture images, which are read with it.
@@ -163,7 +163,7 @@ class RequestParser {
         hold_truth(request_.bench);
         if (has_errors(body_.faults()) || !input) return;
         Diagnostics notes;
-        auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
+        auto settings = sequence::parse_job(job_, reader_.registry_, notes);
         if (!settings.ok()) return body_.fault("", settings.status().message());
         for (Diagnostic& note : notes) body_.add(std::move(note));
         settings->input = std::move(*input);

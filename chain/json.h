@@ -1,5 +1,5 @@
 // JSON values that chain/ and config/ write. Nothing here reads JSON. tools/ turns them into
-// objects of its own library (tools/sequence/files/parameter_json.h).
+// objects of its own library (tools/sequence/files/json.h).
 //
 //   JsonObject json = {{"frame", 12}, {"name", "tile_max"}, {"groups", JsonArray{4, 4, 1}}};
 //   json.push_back({"work_list", 2});

@@ -19,7 +19,6 @@
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/files/atomic_file.h"
-#include "tools/sequence/files/claim.h"
 
 namespace postchain::io {
 namespace {

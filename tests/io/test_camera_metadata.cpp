@@ -98,7 +98,7 @@ void expect_pose(const CameraMetadata& metadata) {
         EXPECT_NEAR(r[k][0], right[k], 1e-5);
         EXPECT_NEAR(r[k][1], up[k], 1e-5);
         EXPECT_NEAR(r[k][2], back[k], 1e-5);
-        EXPECT_NEAR(metadata.pose->place[k], double(k + 1), 1e-5);
+        EXPECT_NEAR(metadata.pose->position[k], double(k + 1), 1e-5);
     }
 }
 

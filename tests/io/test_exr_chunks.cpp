@@ -11,7 +11,7 @@
 #include "tests/io/written_files.h"
 #include "tests/support/status.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/exr/zlib_stream.h"
+#include "tools/sequence/exr/zip.h"
 
 namespace postchain::io::test_exr_chunks {
 namespace {

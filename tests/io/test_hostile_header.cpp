@@ -12,7 +12,7 @@
 #include "tests/io/exr_files.h"
 #include "tests/io/largest_allocation.h"
 #include "tests/support/status.h"
-#include "tools/sequence/exr/exr_part_check.h"
+#include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/frame/frame_writer.h"
 

@@ -8,7 +8,7 @@
 
 #include "tests/io/exr_files.h"
 #include "tests/support/status.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {
 namespace {

@@ -6,8 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "tools/sequence/exr/zip_bytes.h"
-#include "tools/sequence/exr/zlib_stream.h"
+#include "tools/sequence/exr/zip.h"
 
 namespace postchain::io {
 namespace {

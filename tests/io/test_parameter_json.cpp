@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::io {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/shutter.h"
-#include "tools/sequence/source/sky_motion.h"
+#include "tools/sequence/source/camera_motion.h"
 
 namespace postchain::sequence {
 namespace {
@@ -113,7 +113,7 @@ TEST(CameraMotion, NeedsAMatrixOfTheFrameAndOfOneBesideIt) {
     EXPECT_FALSE(views({4, 5, 6}, {4, 5}));
     for (const std::set<int>& frames : {std::set{4, 5}, std::set{5, 6}, std::set{4, 5, 6}}) {
         const auto found = views(frames);
-        ASSERT_TRUE(found && found->have_places());
+        ASSERT_TRUE(found && found->have_positions());
         EXPECT_FALSE(found->turns());
         const Scene scene(*found);
         for (Role role : {Role::motion, Role::motion_back})

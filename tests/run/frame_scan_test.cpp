@@ -1,5 +1,5 @@
 // Scanning a frame strip by strip gives the findings of the whole frame.
-#include "tools/sequence/source/frame_scan.h"
+#include "tools/sequence/source/sequence_survey.h"
 
 #include <gtest/gtest.h>
 

@@ -23,7 +23,7 @@ Result<RunSettings> settings_of(const std::vector<std::pair<std::string, Paramet
         EXPECT_TRUE(status.ok()) << status.message();
     }
     Diagnostics notes;
-    return run_settings_of(job, builtin_passes(), notes);
+    return parse_job(job, builtin_passes(), notes);
 }
 
 TEST(JobSettings, EveryRowSaysWhatItIs) {

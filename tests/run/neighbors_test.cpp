@@ -9,7 +9,7 @@
 
 #include "tests/run/fixture.h"
 #include "tools/sequence/run/runner.h"
-#include "tools/sequence/run/visit_sequence.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence::neighbors_test {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "passes/registry.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/settings/job_settings.h"
 
 namespace postchain::test {
@@ -91,7 +91,7 @@ RunOutcome FormatsTest::run(const Words& words) {
         if (!status.ok()) return ended(status);
     }
     Diagnostics notes;
-    auto settings = run_settings_of(job, builtin_passes(), notes);
+    auto settings = parse_job(job, builtin_passes(), notes);
     if (!settings.ok()) return ended(settings.status());
     settings_ = std::move(*settings);
     settings_.version = "test";

@@ -7,8 +7,8 @@
 
 #include "passes/motion_blur/motion_blur.h"
 #include "tests/run/fixture.h"
-#include "tools/sequence/record/exit_code.h"
 #include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence::record_test {

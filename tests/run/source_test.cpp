@@ -15,6 +15,7 @@
 #include "tests/command/frames.h"
 #include "tests/support/status.h"
 #include "tests/support/temp_folder.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {

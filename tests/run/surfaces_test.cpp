@@ -4,9 +4,8 @@
 
 #include <cmath>
 
-#include "tools/sequence/source/clear_edges.h"
-#include "tools/sequence/source/edge_check.h"
-#include "tools/sequence/source/sky_motion.h"
+#include "tools/sequence/source/camera_motion.h"
+#include "tools/sequence/source/surface_edges.h"
 
 namespace postchain::sequence::surfaces_test {
 namespace {

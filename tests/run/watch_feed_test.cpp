@@ -1,6 +1,6 @@
 // Which frames a watch takes, and when. The feed asks `given_up` between any two of its looks at
 // the folder: there the tests write files.
-#include "tools/sequence/run/watch_feed.h"
+#include "tools/sequence/run/frame_feed.h"
 
 #include <gtest/gtest.h>
 

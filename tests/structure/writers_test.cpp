@@ -86,7 +86,6 @@ TEST(Writers, NothingElseOpensAFileForWriting) {
         {"tools/service/store/store_file.cpp",
          "SQLite, into a copy that gets its name when it is whole; a lock"},
         {"tools/service/work/remote_backend.cpp", "chains of tasks, in a folder of the service"},
-        {"tools/sequence/files/claim.cpp", "a lock among processes, nothing is written to it"},
         {"tools/apps/postchain/selftest.cpp", "removes the folder that it has made"},
         {"tools/apps/view/main.cpp", "removes the folder of a scene that it has rendered"},
         {"tools/apps/postchain/main.cpp", "/dev/null for streams that are closed"},

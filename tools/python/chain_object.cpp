@@ -5,7 +5,7 @@
 #include "passes/registry.h"
 #include "tools/python/errors.h"
 #include "tools/python/values.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 
 namespace py = pybind11;

@@ -38,7 +38,7 @@ void check_process() {
 
 egl::ContextOptions context_options(const std::string& name, std::vector<std::string>& warnings) {
     check_process();
-    auto options = value_of(sequence::context_options_of(
+    auto options = value_of(sequence::choose_device(
         name, shared().threads,
         [&warnings](const std::string& text) { warnings.push_back(text); }));
     shared().process = getpid();

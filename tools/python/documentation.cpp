@@ -12,7 +12,7 @@
 #include "tools/python/job.h"
 #include "tools/python/tune_call.h"
 #include "tools/python/values.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 namespace py = pybind11;
 

@@ -11,7 +11,7 @@
 #include "tools/python/frame_object.h"
 #include "tools/python/job.h"
 #include "tools/python/values.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 namespace py = pybind11;
 

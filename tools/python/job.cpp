@@ -76,7 +76,7 @@ sequence::RunSettings job_settings(const std::string& place, const std::string& 
     } else if (!camera.is_none())
         job.camera = path_of(camera, place + ": camera");
     Diagnostics notes;
-    auto settings = sequence::run_settings_of(job, builtin_passes(), notes);
+    auto settings = sequence::parse_job(job, builtin_passes(), notes);
     if (!settings.ok()) raise(settings.status(), notes);
     warn(warnings_of(notes));
     if (file) {

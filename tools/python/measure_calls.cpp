@@ -9,7 +9,7 @@
 #include "tools/python/job.h"
 #include "tools/python/values.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
-#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace py = pybind11;
 

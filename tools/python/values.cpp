@@ -1,7 +1,7 @@
 #include "tools/python/values.h"
 
 #include "tools/python/errors.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/job_settings.h"
 
 namespace py = pybind11;

@@ -12,6 +12,7 @@
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/tune/tune_text.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::tune {

@@ -20,7 +20,7 @@
 #include "tools/measure/report/words.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/run_files.h"
-#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain {
 namespace {
@@ -106,7 +106,7 @@ Result<BlindWork> work_of(const Options& options, const BlindOptions& blind) {
             "with --choices it evaluates a folder that exists");
     Options with_view = options;
     with_view.job.input = work.sides.front().files.text();
-    with_view.job.png = true;  // uses the view of previews
+    with_view.job.preview = true;  // uses the view of previews
     ASSIGN_OR_RETURN(work.settings, run_settings_of(with_view));
     if (!blind.truth.empty()) {
         auto truth = io::PathPattern::parse(blind.truth);
@@ -191,7 +191,8 @@ Result<int> make_folder(const Options& options, const BlindOptions& blind) {
     if (!pictures.ok()) return pictures.status();
     std::vector<std::string> names;
     for (const Side& side : work.sides) names.push_back(side.name);
-    const blind::Comparison comparison = blind::make_comparison(names, work.frames, blind.seed, *pictures);
+    const blind::Comparison comparison =
+        blind::make_comparison(names, work.frames, blind.seed, *pictures);
     const std::string page = blind.folder + "/index.html";
     Status status = work.files.make_folders();
     if (status.ok()) status = write(work, page, blind::page_of(comparison, *pictures));

@@ -7,7 +7,7 @@
 
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/record/check_outputs.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain {
 namespace {

@@ -12,7 +12,7 @@
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain {
 namespace {

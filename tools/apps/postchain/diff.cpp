@@ -20,8 +20,8 @@
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/image/png.h"
-#include "tools/sequence/settings/frame_task.h"
-#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_source.h"
 #include "tools/sequence/source/memory.h"
 
 namespace postchain {

@@ -14,8 +14,8 @@
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/outcome.h"
 #include "tools/measure/experiment/report_folder.h"
-#include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/run_experiment.h"
+#include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/report.h"
 #include "tools/measure/report/report_json.h"
@@ -154,7 +154,7 @@ Result<int> bench_subcommand(const Options& options, const ExperimentOptions& e)
     ASSIGN_OR_RETURN(const auto files, experiment::prepare_folder(settings));
 
     const StopOnSignal stop;
-    ASSIGN_OR_RETURN(auto device, context_options_of(options));
+    ASSIGN_OR_RETURN(auto device, choose_device(options));
     const Status found =
         experiment::find_truth(settings, files, device, [&](const std::string& text) {
             log::progress(text);

@@ -15,7 +15,7 @@
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/run/inspect_frame.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain {
 namespace {

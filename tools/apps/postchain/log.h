@@ -6,7 +6,7 @@
 
 #include "config/diagnostic.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::log {
 

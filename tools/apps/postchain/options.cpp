@@ -228,7 +228,7 @@ Result<ChainFile> load_chain_of(const Options& options) {
 
 Result<sequence::RunSettings> run_settings_of(const Options& options) {
     Diagnostics notes;
-    auto settings = sequence::run_settings_of(options.job, builtin_passes(), notes);
+    auto settings = sequence::parse_job(options.job, builtin_passes(), notes);
     RETURN_IF_ERROR(log::write(notes, log::Level::detail));
     if (settings.ok()) settings->version = kVersion;
     if (settings.ok() && !options.recorded_camera.empty())
@@ -241,9 +241,9 @@ int threads_of(const Options& options) {
     return sequence::threads_of(options.threads);
 }
 
-Result<egl::ContextOptions> context_options_of(const Options& options) {
+Result<egl::ContextOptions> choose_device(const Options& options) {
     const auto warn = [](const std::string& text) { log::warning(text); };
-    auto context = sequence::context_options_of(options.device, options.threads, warn);
+    auto context = sequence::choose_device(options.device, options.threads, warn);
     if (!context.ok()) return context;
     context->debug = options.verbose;
     context->log = [](const std::string& text) { log::detail(text); };
@@ -251,7 +251,7 @@ Result<egl::ContextOptions> context_options_of(const Options& options) {
 }
 
 Result<std::unique_ptr<egl::Context>> context_of(const Options& options) {
-    ASSIGN_OR_RETURN(auto context, context_options_of(options));
+    ASSIGN_OR_RETURN(auto context, choose_device(options));
     return egl::Context::create(context);
 }
 

@@ -88,8 +88,8 @@ void add_on_existing(CLI::App& subcommand, const std::string& help, io::OnExisti
 Result<ChainFile> load_chain_of(const Options& options);
 // Settings of options.job; prints the diagnostics of its camera file.
 Result<sequence::RunSettings> run_settings_of(const Options& options);
-// sequence::context_options_of() with --device and --threads.
-Result<egl::ContextOptions> context_options_of(const Options& options);
+// sequence::choose_device() with --device and --threads.
+Result<egl::ContextOptions> choose_device(const Options& options);
 Result<std::unique_ptr<egl::Context>> context_of(const Options& options);
 int threads_of(const Options& options);
 

@@ -14,7 +14,6 @@
 #include "chain/text.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/record/layers_json.h"
-#include "tools/sequence/run/estimate.h"
 #include "tools/sequence/run/plan_sequence.h"
 
 namespace postchain {

@@ -18,7 +18,7 @@
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/run_sequence.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain {
 namespace {

@@ -56,7 +56,7 @@ Result<int> scene_subcommand(const Options& options, const SceneOptions& scene) 
     RETURN_IF_ERROR(scenes::model_for(request).status());
 
     const StopOnSignal stop;
-    ASSIGN_OR_RETURN(auto context, context_options_of(options));
+    ASSIGN_OR_RETURN(auto context, choose_device(options));
     ASSIGN_OR_RETURN(auto renderer, scenes::SceneRenderer::create(context));
     const Status status =
         scenes::write_scene(*renderer, request, [&](const scenes::SceneProgress& progress) {

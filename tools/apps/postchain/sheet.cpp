@@ -15,7 +15,7 @@
 #include "tools/sequence/image/png.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/run/run_files.h"
-#include "tools/sequence/source/color_file.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain {
 namespace {
@@ -48,7 +48,7 @@ struct SheetWork {
 Result<SheetWork> work_of(const Options& options, const SheetOptions& sheet) {
     SheetWork work;
     Options with_view = options;
-    with_view.job.png = true;  // uses the view of previews
+    with_view.job.preview = true;  // uses the view of previews
     ASSIGN_OR_RETURN(work.settings, run_settings_of(with_view));
     if (!sheet.output.ends_with(".png"))
         return Status(StatusCode::usage, "--output: " + sheet.output + " does not end in .png");

@@ -57,7 +57,7 @@ Result<int> study_subcommand(const Options& options, const StudyOptions& s) {
                      study::StudyFolder::open(study, s.settings.folder, s.settings.on_existing));
 
     const StopOnSignal stop;
-    ASSIGN_OR_RETURN(auto device, context_options_of(options));
+    ASSIGN_OR_RETURN(auto device, choose_device(options));
     ASSIGN_OR_RETURN(auto context, egl::Context::create(device));
     Executor executor(context->device());
     const study::Machine machine{executor,

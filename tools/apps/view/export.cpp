@@ -11,6 +11,7 @@
 #include "tools/sequence/run/device.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::view {

@@ -4,6 +4,7 @@
 
 #include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/run/device.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/reduced_frame.h"
 
 namespace postchain::view {

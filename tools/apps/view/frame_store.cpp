@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tools/sequence/layers/frame_layers.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::view {
 namespace {

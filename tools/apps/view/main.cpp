@@ -68,7 +68,7 @@ Result<view::SessionSettings> session_of(const Options& options, const ViewOptio
     session.sets = options.sets;
     session.chain = std::move(chain.chain);
     Options with_view = options;
-    with_view.job.png = true;  // uses the view of previews
+    with_view.job.preview = true;  // uses the view of previews
     ASSIGN_OR_RETURN(session.run, run_settings_of(with_view));
     session.run.preview = false;
     if (session.chain_is_file)
@@ -115,7 +115,7 @@ int view_command(int argc, char** argv) {
         return kExitUsage;
     }
     log::set_up(options.verbose, options.quiet, options.log_format == "json");
-    const auto context = context_options_of(options);
+    const auto context = choose_device(options);
     if (!context.ok()) return fail(context.status());
     const StopOnSignal stop;
     RenderedScene scene;

@@ -1,6 +1,6 @@
 #include "tools/apps/view/save.h"
 
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::view {
 

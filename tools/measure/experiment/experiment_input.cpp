@@ -11,7 +11,6 @@
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
-#include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/sequence_reader.h"
 

@@ -7,7 +7,7 @@
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/report/report.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::experiment {
 namespace {

@@ -9,6 +9,7 @@
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::experiment {

@@ -17,7 +17,8 @@
 #include "tools/measure/metrics/temporal.h"
 #include "tools/measure/report/images.h"
 #include "tools/measure/report/report.h"
-#include "tools/sequence/run/visit_sequence.h"
+#include "tools/sequence/run/runner.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::experiment {
 namespace {

@@ -4,6 +4,7 @@
 
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/metrics/temporal.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::experiment {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 namespace postchain::report {
 namespace {

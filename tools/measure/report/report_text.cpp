@@ -4,7 +4,7 @@
 
 #include "config/markdown.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::report {
 namespace {

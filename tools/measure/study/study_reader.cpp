@@ -486,7 +486,7 @@ class SceneReader {
             }
         }
         Diagnostics notes;
-        auto run = sequence::run_settings_of(job, reading_.registry, notes);
+        auto run = sequence::parse_job(job, reading_.registry, notes);
         for (auto& note : notes)
             if (note.severity != Severity::error)
                 reading_.file.diagnostics.push_back(std::move(note));

@@ -11,7 +11,7 @@
 #include "tools/measure/report/report_text.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::study {
 namespace {

@@ -6,7 +6,7 @@
 #include "tools/measure/experiment/report_folder.h"
 #include "tools/measure/experiment/run_experiment.h"
 #include "tools/measure/study/revision.h"
-#include "tools/sequence/files/claim.h"
+#include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::study {
 namespace {

@@ -1,7 +1,7 @@
 // The work on a study by one process, beside others in the same folder.
 //
-//   for each task without a result: claim it (files/claim.h), measure it by run_ab() or
-//   run_bench(), keep its result
+//   for each task without a result: claim it (Claim of files/atomic_file.h), measure it by run_ab()
+//   or run_bench(), keep its result
 //
 // until a round finds nothing to claim. The result does not depend on which process measures a
 // task. A process that finds all results writes the report: the last to finish always does.

@@ -11,7 +11,8 @@
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/timing.h"
 #include "tools/measure/report/words.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::tune {
 namespace {

@@ -9,8 +9,7 @@
 #include "tools/sequence/exr/deep_pixel.h"
 #include "tools/sequence/exr/pixel_encode.h"
 #include "tools/sequence/exr/worker_pool.h"
-#include "tools/sequence/exr/zip_bytes.h"
-#include "tools/sequence/exr/zlib_stream.h"
+#include "tools/sequence/exr/zip.h"
 
 namespace postchain::io {
 

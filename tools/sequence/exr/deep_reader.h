@@ -9,10 +9,9 @@
 #pragma once
 
 #include "chain/status.h"
-#include "tools/sequence/exr/exr_chunk_layout.h"
-#include "tools/sequence/exr/exr_chunk_reader.h"
-#include "tools/sequence/exr/exr_compression.h"
-#include "tools/sequence/exr/flattening.h"
+#include "tools/sequence/exr/exr_chunks.h"
+#include "tools/sequence/exr/exr_settings.h"
+#include "tools/sequence/exr/pixel_file.h"
 
 namespace postchain::io {
 

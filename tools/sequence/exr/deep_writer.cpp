@@ -39,8 +39,13 @@ EncodedChannel encode(const DeepChannel& channel, const std::vector<uint32_t>& c
     return encoded;
 }
 
-Status write_samples(const std::string& path, const DeepSamples& samples,
-                     const WriteOptions& options, WriteReport& report) {
+}  // namespace
+
+Result<WriteReport> write_deep_exr(const std::string& path, const DeepSamples& samples,
+                                   const WriteOptions& options) try {
+    WriteReport report;
+    ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
+    if (report.skipped) return report;
     const size_t count = std::accumulate(samples.counts.begin(), samples.counts.end(), size_t(0));
     bool fits = samples.counts.size() == size_t(samples.width) * size_t(samples.height);
     for (const DeepChannel& channel : samples.channels)
@@ -65,21 +70,16 @@ Status write_samples(const std::string& path, const DeepSamples& samples,
             Imf::DeepSlice(imf_type(channel.type), reinterpret_cast<char*>(to.pixels.data()),
                            sizeof(char*), sizeof(char*) * width, size_t(bytes_of(channel.type))));
     }
-    return write_exr_file(path, options, report, [&](Imf::OStream& stream) -> Result<Packer> {
+    const auto write = [&](Imf::OStream& stream) -> Result<Packer> {
         Imf::DeepScanLineOutputFile out(stream, header, Imf::globalThreadCount());
         out.setFrameBuffer(buffer);
         out.writePixels(samples.height);
         return Packer::openexr;
-    });
-}
-
-}  // namespace
-
-Result<WriteReport> write_deep_exr(const std::string& path, const DeepSamples& samples,
-                                   const WriteOptions& options) {
-    return write_unless_kept(path, options.on_existing, [&](WriteReport& report) {
-        return write_samples(path, samples, options, report);
-    });
+    };
+    RETURN_IF_ERROR(write_exr_file(path, options, report, write));
+    return report;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 }  // namespace postchain::io

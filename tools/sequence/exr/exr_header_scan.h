@@ -1,17 +1,34 @@
-// Checks an EXR header before OpenEXR allocates anything for it.
+// Checks an EXR header, and the sizes that it states, before OpenEXR allocates anything for it.
 //
 // Source: "OpenEXR File Layout" (openexr.com): magic, version, headers of (name, type, size,
 // value), chunk offset tables. Reads sizes only, and checks every count against the file.
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "chain/status.h"
+#include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::io {
 
-struct ReadLimits;
+// The compression's highest ratio, decoded bytes for one byte of the file:
+//
+//   none   1      not packed
+//   rle    64     a run of 128 bytes in two
+//   zip(s) 1032   deflate: 258 bytes in two bits, one for the length, one for the distance
+//   piz    454    a run of 255 values of two bytes in nine bits, one for its code, eight for it
+//   pxr24  1376   deflate of three bytes for each float of four
+//   b44(a) 11     a block of 16 halves in three bytes
+//   dwaa/b 66048  deflate of a run of 128 bytes in two (alpha); its other methods give less
+//
+// 0 for a compression that OpenEXR 3.1 cannot read.
+uint64_t most_packed(int compression);
+
+// Lines that a compression packs together; 1 for an unknown one.
+int lines_of_chunk(int compression);
 
 // Form of a part's chunks.
 struct ChunkForm {

@@ -1,8 +1,8 @@
-// Writes EXR files: header and tables by OpenEXR, chunks by exr_chunk_writer or OpenEXR.
+// Writes EXR files: header and tables by OpenEXR, chunks by exr_chunks.h or OpenEXR.
 //
 //   OpenEXR: magic, headers, tables without entries
 //     copied parts        chunk by chunk as stored (copyPixels)
-//     encoded parts       ZIP, ZIPS, none: exr_chunk_writer, then the table is filled in
+//     encoded parts       ZIP, ZIPS, none: write_chunks(), then the table is filled in
 //                         others: OpenEXR
 #pragma once
 
@@ -17,6 +17,8 @@
 
 #include "chain/status.h"
 #include "tools/sequence/exr/exr_internal.h"
+#include "tools/sequence/exr/exr_reader.h"
+#include "tools/sequence/exr/exr_settings.h"
 #include "tools/sequence/exr/write_options.h"
 
 namespace postchain::io {
@@ -44,18 +46,20 @@ Result<Packer> write_multi_part(Imf::OStream& stream, const std::vector<Imf::Hea
 Status write_exr_file(const std::string& path, const WriteOptions& options, WriteReport& report,
                       const std::function<Result<Packer>(Imf::OStream&)>& write);
 
-// Calls `write`, which may throw, unless a file at `path` exists already and is kept. Errors
-// (output): the file exists and is not replaced; those of `write`.
-template <class Write>  // Status(WriteReport&)
-Result<WriteReport> write_unless_kept(const std::string& path, OnExisting on_existing,
-                                      const Write& write) try {
-    ASSIGN_OR_RETURN(const bool kept, skipped_already(path, on_existing));
-    WriteReport report;
-    report.skipped = kept;
-    if (!kept) RETURN_IF_ERROR(write(report));
-    return report;
-} catch (...) {
-    return status_of_exception(path);
-}
+// Checks whether `settings` fit these parts, whose color is in the channels `color` of part
+// `color_part`. Returns notes for the user, one line each. Errors (usage), without the path: a name
+// in ExrSettings::channels that matches no channel, no color channel left, only some channels of
+// another part selected, compression that would change float or integer channels other than color.
+Result<std::vector<std::string>> check_settings(const std::vector<ExrPart>& parts, int color_part,
+                                                const std::vector<std::string>& color,
+                                                const ExrSettings& settings);
+
+// Changes the header of the color part: keeps the channels to write, makes float color channels
+// half if ExrSettings::half is set, and sets the compression.
+void apply_settings(const ExrSettings& settings, const std::vector<std::string>& color,
+                    Imf::Header& header);
+
+// Indices of the parts with at least one channel to write.
+std::vector<int> written_parts(const std::vector<ExrPart>& parts, const ExrSettings& settings);
 
 }  // namespace postchain::io

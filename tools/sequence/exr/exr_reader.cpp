@@ -18,10 +18,9 @@
 #include <mutex>
 
 #include "tools/sequence/exr/deep_reader.h"
-#include "tools/sequence/exr/exr_attributes.h"
-#include "tools/sequence/exr/exr_chunk_reader.h"
+#include "tools/sequence/exr/exr_chunks.h"
+#include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_internal.h"
-#include "tools/sequence/exr/exr_part_check.h"
 #include "tools/sequence/exr/worker_pool.h"
 
 namespace postchain::io {

@@ -3,7 +3,7 @@
 //   path --scan_header (checks sizes before OpenEXR allocates)--> OpenEXR --open--> ExrFile
 //   ExrFile --read_part--> PartPixels (native planes, one pass over the part) --> ImageF
 //
-// Parts without compression, ZIP and ZIPS are unpacked here (exr_chunk_reader.h), deep parts are
+// Parts without compression, ZIP and ZIPS are unpacked here (exr_chunks.h), deep parts are
 // flattened (deep_reader.h), and the others are unpacked by OpenEXR; threads for both:
 // set_exr_threads().
 #pragma once

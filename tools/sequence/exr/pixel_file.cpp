@@ -16,7 +16,7 @@ std::string_view base_name(std::string_view channel) {
     return dot == std::string_view::npos ? channel : channel.substr(dot + 1);
 }
 
-std::string joined(const std::vector<ExrChannel>& channels) {
+std::string channel_names(const std::vector<ExrChannel>& channels) {
     std::string text;
     for (const ExrChannel& c : channels) text += (text.empty() ? "" : ", ") + c.name;
     return text;
@@ -46,7 +46,7 @@ Status check_deep(const ExrPart& part, const Flattening& flattening) {
         return input_error(concat("is deep without a channel ", flattening.depth,
                                   ", by which samples are sorted; write the distance of each "
                                   "sample, or flatten the file; it has: ",
-                                  joined(part.channels)));
+                                  channel_names(part.channels)));
     if (part.find(flattening.alpha) == nullptr)
         for (const char* name : {"AR", "AG", "AB", "RA", "GA", "BA"})
             if (part.find(name))
@@ -85,8 +85,8 @@ Status PixelFile::check_channels(int part, const std::vector<std::string>& chann
     for (const std::string& name : channels) {
         const ExrChannel* c = p.find(name);
         if (c == nullptr) {
-            return input_error(place,
-                               concat("has no channel ", name, "; it has: ", joined(p.channels)));
+            return input_error(
+                place, concat("has no channel ", name, "; it has: ", channel_names(p.channels)));
         }
         if (p.luminance_chroma() &&
             (base_name(name) == "Y" || base_name(name) == "RY" || base_name(name) == "BY")) {
@@ -113,7 +113,7 @@ Status PixelFile::explain_no_color() const try {
     }
     for (const ExrPart& p : parts()) {
         if (p.luminance_chroma()) {
-            return input_error(path(), concat("is luminance-chroma (", joined(p.channels),
+            return input_error(path(), concat("is luminance-chroma (", channel_names(p.channels),
                                               "); convert it to R, G, B before filtering"));
         }
     }

@@ -7,21 +7,38 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "chain/image.h"
 #include "chain/status.h"
-#include "tools/sequence/exr/flattening.h"
 #include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::io {
 
+// How the samples of a deep pixel become one value for each channel.
+
+struct Flattening {
+    bool behind = false;      // only the samples behind the pixel's surface (deep_pixel.h)
+    std::string depth = "Z";  // the channel that orders samples; "ZBack" is a volume's far end
+    std::string alpha = "A";  // without it every sample is opaque
+    // Composited channels. In all others a pixel has the value of its surface. Empty: those named
+    // R, G, B or A in their layer.
+    std::optional<std::set<std::string>> color = {};
+
+    bool is_color(const std::string& channel) const {
+        if (color || channel == alpha) return channel == alpha || color->contains(channel);
+        const std::string last = channel.substr(channel.rfind('.') + 1);
+        return last == "R" || last == "G" || last == "B" || last == "A";
+    }
+};
+
 inline constexpr int kMaxSide = 16384;  // pixels; llvmpipe's and most GPUs' limit of a texture
 
 // Limits on a header, checked before OpenEXR reads it. In addition, a part must not have more
-// pixels than its file can hold (most_packed() in exr_part_check.h).
+// pixels than its file can hold (most_packed() in exr_header_scan.h).
 struct ReadLimits {
     int max_side = kMaxSide;                        // data windows and tiles, pixels
     uint64_t max_bytes = uint64_t(8) << 30;         // one part, decoded

@@ -7,7 +7,6 @@
 #include <ImfStringAttribute.h>
 
 #include "tools/sequence/exr/exr_internal.h"
-#include "tools/sequence/exr/exr_layout.h"
 #include "tools/sequence/exr/exr_output.h"
 #include "tools/sequence/exr/pixel_encode.h"
 
@@ -89,15 +88,19 @@ PlanesFile file_of(const ImageF& image, const std::vector<std::string>& names) {
 }  // namespace
 
 Result<WriteReport> write_planes_exr(const std::string& path, const PlanesFile& file,
-                                     const WriteOptions& options) {
-    return write_unless_kept(path, options.on_existing, [&](WriteReport& report) -> Status {
-        ASSIGN_OR_RETURN(const auto encoded, encode_planes(path, file, options));
-        report.overflow_pixels = encoded.counts.overflow_pixels;
-        report.nonfinite_pixels = encoded.counts.nonfinite_pixels;
-        return write_exr_file(path, options, report, [&](Imf::OStream& stream) {
-            return write_encoded(stream, encoded, file, options);
-        });
-    });
+                                     const WriteOptions& options) try {
+    WriteReport report;
+    ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
+    if (report.skipped) return report;
+    ASSIGN_OR_RETURN(const auto encoded, encode_planes(path, file, options));
+    report.overflow_pixels = encoded.counts.overflow_pixels;
+    report.nonfinite_pixels = encoded.counts.nonfinite_pixels;
+    RETURN_IF_ERROR(write_exr_file(path, options, report, [&](Imf::OStream& stream) {
+        return write_encoded(stream, encoded, file, options);
+    }));
+    return report;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 Result<std::string> planes_exr_bytes(const ImageF& image, const std::vector<std::string>& names) {

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -114,5 +115,29 @@ void remove_dead_temporaries(const std::string& folder,
 // Writes a text file, for sidecars. Returns false if skipped.
 Result<bool> atomic_write_text(const std::string& path, std::string_view text,
                                OnExisting on_existing);
+
+// A claim of one process on a piece of work, among several that share a folder.
+//
+// A claim is a lock (flock) on a file. The system releases it when the process ends in any way.
+// Over NFS it works between machines if the file system is mounted with locks (the default of NFS
+// 4).
+
+class Claim {
+  public:
+    // Empty if another process holds it. Errors (output): the file cannot be created or locked.
+    static Result<std::optional<Claim>> take(const std::string& path);
+
+    Claim(Claim&& other) noexcept;
+    Claim& operator=(Claim&&) = delete;
+    ~Claim();  // releases it
+
+    // The work is done: removes the file too.
+    void finish();
+
+  private:
+    Claim(std::string path, int fd) : path_(std::move(path)), fd_(fd) {}
+    std::string path_;
+    int fd_ = -1;
+};
 
 }  // namespace postchain::io

@@ -1,10 +1,12 @@
 // JSON in tools/. chain/ and config/ write theirs with chain/json.h.
 #pragma once
 
-#include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
+#include "chain/json.h"
+#include "chain/parameter.h"
 #include "chain/text.h"
 
 namespace postchain::io {
@@ -14,23 +16,15 @@ using Json = nlohmann::ordered_json;
 // On one line, or with `indent` spaces for each level. Paths and names may contain any bytes:
 // invalid UTF-8 becomes U+FFFD, and characters that act on a terminal are escaped even if JSON
 // allows them (chain/text.h).
-inline std::string json_text(const Json& json, int indent = -1) {
-    const std::string text = json.dump(indent, ' ', false, Json::error_handler_t::replace);
-    std::string out;
-    out.reserve(text.size());
-    for (size_t at = 0; at < text.size();) {
-        const CodePoint c = code_point(text, at);
-        // Line feeds between values come from the indent.
-        if (c.value != '\n' && acts_on_a_terminal(c.value)) {
-            char escaped[8];
-            std::snprintf(escaped, sizeof(escaped), "\\u%04x", unsigned(c.value));
-            out += escaped;
-        } else {
-            out += text.substr(at, c.bytes);
-        }
-        at += c.bytes;  // dump() returns valid UTF-8
-    }
-    return out;
-}
+std::string json_text(const Json& json, int indent = -1);
+
+// An unset value becomes null, a point an array of two numbers.
+Json json_of(const ParameterValue& value);
+// Empty for other JSON values: an object, another array, an integer above 2^63 - 1.
+std::optional<ParameterValue> value_of(const Json& json);
+
+// The object that the text of `value` describes: json_text() writes a whole number without ".0", so
+// here it is an integer.
+Json json_from(const JsonValue& value);
 
 }  // namespace postchain::io

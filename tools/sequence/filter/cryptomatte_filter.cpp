@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "tools/sequence/layers/fill_mask.h"
+#include "tools/sequence/source/frame_plan.h"
 #include "tools/sequence/source/memory.h"
-#include "tools/sequence/source/written_window.h"
 
 namespace postchain::sequence {
 namespace {
@@ -92,7 +92,7 @@ int own_layers(const SourceFrame& frame) {
 bool color_goes_along(const SourceFrame& frame, const std::set<Neighbor>& neighbors,
                       const PlanOptions& options) {
     const bool layered = frame.planes.count(Role::layers) > 0;
-    bool along = frame.layers_apart.empty() &&
+    bool along = frame.separate_layers.empty() &&
                  (own_layers(frame) == 0 || options.precision == Precision::fp32);
     for (const Neighbor neighbor : kNeighbors)
         if (frame.planes.count(role_of(neighbor, Role::color)))
@@ -227,19 +227,19 @@ CryptomatteFilter::CryptomatteFilter(const Chain& chain, const Plan& plan, const
       options_(options),
       executor_(executor),
       runs_(coverage_runs(chain, plan, frame, options)) {
-    if (!frame.cryptomattes || !any_pass_runs(plan)) return;
+    if (!any_pass_runs(plan)) return;
     description_ = planned_description(chain, frame);
     reach_px_ = reach_of_ids(chain, plan, frame);
     const io::Window& window = frame.input.window;
     for (size_t i = 0; i < frame.cryptomattes->ranks.size(); ++i) {
         Boxes boxes = all_boxes(frame, i);
         const size_t all_ids = boxes.size();
-        ones_.push_back(
+        states_.push_back(
             {filtered_boxes(frame, i, std::move(boxes)), all_ids, 0,
              io::Reranking(window.width(), window.height(), frame.cryptomattes->ranks[i].ranks)});
     }
     for (const CoverageRun& run : runs_)
-        for (const CoverageSlot& slot : run.slots) ++ones_[slot.cryptomatte].planes;
+        for (const CoverageSlot& slot : run.slots) ++states_[slot.cryptomatte].planes;
 }
 
 Result<FramePlanes> CryptomatteFilter::filter_color(const StageObserver& observer) {
@@ -255,12 +255,12 @@ Result<std::vector<io::RankedCoverage>> CryptomatteFilter::filter_rest(
         if (auto result = filter(run, {}); !result.ok()) return result.status().at("cryptomatte");
     }
     std::vector<io::RankedCoverage> filtered;
-    for (size_t i = 0; i < ones_.size(); ++i) {
-        const One& one = ones_[i];
-        reports.push_back({frame_.layers.cryptomattes[i].name, one.boxes.size(),
-                           one.all_ids - one.boxes.size(), one.planes, one.ranking.pixels_short(),
-                           one.ranking.largest_lost()});
-        filtered.push_back(one.ranking.result());
+    for (size_t i = 0; i < states_.size(); ++i) {
+        const CryptomatteState& state = states_[i];
+        reports.push_back({frame_.layers.cryptomattes[i].name, state.boxes.size(),
+                           state.all_ids - state.boxes.size(), state.planes,
+                           state.ranking.pixels_short(), state.ranking.largest_lost()});
+        filtered.push_back(state.ranking.result());
     }
     return filtered;
 }
@@ -275,7 +275,7 @@ ImageF CryptomatteFilter::stacked(const CoverageRun& run, std::optional<Neighbor
         const ImageF& plane = *planes_.at(role);
         std::copy(plane.data.begin(), plane.data.end(), stack.data.begin());
     }
-    for (size_t i = 0; i < ones_.size(); ++i) {
+    for (size_t i = 0; i < states_.size(); ++i) {
         std::map<io::CryptoId, size_t> places;
         for (size_t slot = 0; slot < run.slots.size(); ++slot)
             if (run.slots[slot].cryptomatte == i)
@@ -305,11 +305,11 @@ Result<FramePlanes> CryptomatteFilter::filter(const CoverageRun& run,
     const int own = run.with_color ? own_layers(frame_) : 0;
     const int width = frame_.input.window.width(), height = frame_.input.window.height();
     for (size_t slot = 0; slot < run.slots.size(); ++slot) {
-        One& one = ones_[run.slots[slot].cryptomatte];
+        CryptomatteState& state = states_[run.slots[slot].cryptomatte];
         for (const io::CryptoId id : run.slots[slot].ids)
-            one.ranking.add(
+            state.ranking.add(
                 id, layers, int(slot % 4),
-                one.boxes.at(id).grown(reach_px_).intersected({0, 0, width - 1, height - 1}),
+                state.boxes.at(id).grown(reach_px_).intersected({0, 0, width - 1, height - 1}),
                 (own + int(slot / 4)) * height);
     }
     if (own == 0) {

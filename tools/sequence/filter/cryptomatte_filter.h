@@ -66,7 +66,8 @@ std::vector<CoverageRun> coverage_runs(const Chain& chain, const Plan& plan,
 FrameDescription described(const CoverageRun& run, const SourceFrame& frame,
                            FrameDescription description);
 
-// Filters a frame with its cryptomattes. Errors: those of make_plan() and Executor::filter().
+// Filters a frame that has SourceFrame::cryptomattes. Errors: those of make_plan() and
+// Executor::filter().
 class CryptomatteFilter {
   public:
     // `plan`: the frame's plan without ids; `planes`: its inputs. Refers to its other arguments.
@@ -80,7 +81,7 @@ class CryptomatteFilter {
     Result<std::vector<io::RankedCoverage>> filter_rest(std::vector<CryptomatteReport>& reports);
 
   private:
-    struct One {
+    struct CryptomatteState {
         std::map<io::CryptoId, io::Window> boxes;
         size_t all_ids = 0;
         size_t planes = 0;
@@ -98,7 +99,7 @@ class CryptomatteFilter {
     std::vector<CoverageRun> runs_;
     FrameDescription description_;
     int reach_px_ = 0;
-    std::vector<One> ones_;
+    std::vector<CryptomatteState> states_;
 };
 
 // Two ranks as the file stores them: id, coverage, id, coverage.

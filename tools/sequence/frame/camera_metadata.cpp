@@ -155,7 +155,7 @@ std::optional<Matrix4> matrix_in(const std::string& text, std::string& why) {
 
 // The pose from a camera's axes in the world, of any length; or why they are invalid.
 std::optional<CameraPose> pose_of(std::array<std::array<double, 3>, 3> axes,
-                                  const std::array<double, 3>& place, std::string& why) {
+                                  const std::array<double, 3>& position, std::string& why) {
     const auto dot = [&](size_t i, size_t j) {
         return axes[i][0] * axes[j][0] + axes[i][1] * axes[j][1] + axes[i][2] * axes[j][2];
     };
@@ -175,7 +175,7 @@ std::optional<CameraPose> pose_of(std::array<std::array<double, 3>, 3> axes,
     CameraPose pose;
     for (size_t i = 0; i < 3; ++i)
         for (size_t k = 0; k < 3; ++k) pose.to_world[k][i] = axes[i][k];
-    pose.place = place;
+    pose.position = position;
     return pose;
 }
 

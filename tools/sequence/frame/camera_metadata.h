@@ -21,8 +21,8 @@ using Matrix4 = std::array<std::array<double, 4>, 4>;
 // looks along -z; +x is right and +y up.
 struct CameraPose {
     std::array<std::array<double, 3>, 3> to_world = {};
-    std::array<double, 3> place = {};    // scene units
-    std::optional<double> focal_widths;  // focal length / image width
+    std::array<double, 3> position = {};  // scene units
+    std::optional<double> focal_widths;   // focal length / image width
 };
 
 struct CameraAttribute {

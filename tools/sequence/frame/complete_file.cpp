@@ -10,8 +10,7 @@
 
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/image/image_format.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {
 namespace {

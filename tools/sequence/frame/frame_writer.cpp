@@ -10,9 +10,7 @@
 #include <numeric>
 
 #include "chain/text.h"
-#include "tools/sequence/exr/exr_attributes.h"
 #include "tools/sequence/exr/exr_internal.h"
-#include "tools/sequence/exr/exr_layout.h"
 #include "tools/sequence/exr/exr_output.h"
 #include "tools/sequence/exr/pixel_encode.h"
 #include "tools/sequence/frame/cryptomatte.h"
@@ -254,9 +252,14 @@ std::vector<std::string> color_channels(const std::vector<const FilteredLayer*>&
     return names;
 }
 
-Status write_new(const std::string& path, InputFrame& frame, const ImageF& color,
-                 const WriteOptions& options, const std::vector<FilteredLayer>& layers,
-                 WriteReport& report) {
+}  // namespace
+
+Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
+                                   const WriteOptions& options,
+                                   const std::vector<FilteredLayer>& layers) try {
+    WriteReport report;
+    ASSIGN_OR_RETURN(report.skipped, skipped_already(path, options.on_existing));
+    if (report.skipped) return report;
     if (frame.kept == nullptr || color.width != frame.description.width ||
         color.height != frame.description.height || color.channels != 4) {
         return Status(StatusCode::internal, concat(path, ": color does not fit the frame"));
@@ -349,17 +352,10 @@ Status write_new(const std::string& path, InputFrame& frame, const ImageF& color
                 planes[int(i)] = std::move(anew->second.planes);
         return write_multi_part(stream, written, planes, *input.file, copied);
     };
-    return write_exr_file(path, options, report, write);
-}
-
-}  // namespace
-
-Result<WriteReport> write_filtered(const std::string& path, InputFrame& frame, const ImageF& color,
-                                   const WriteOptions& options,
-                                   const std::vector<FilteredLayer>& layers) {
-    return write_unless_kept(path, options.on_existing, [&](WriteReport& report) {
-        return write_new(path, frame, color, options, layers, report);
-    });
+    RETURN_IF_ERROR(write_exr_file(path, options, report, write));
+    return report;
+} catch (...) {
+    return status_of_exception(path);
 }
 
 }  // namespace postchain::io

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "chain/image.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {
 namespace {

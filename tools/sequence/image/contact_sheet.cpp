@@ -1,12 +1,73 @@
 #include "tools/sequence/image/contact_sheet.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-
-#include "tools/sequence/image/label.h"
 
 namespace postchain::io {
 namespace {
+
+// A font of its own, since render nodes may have none: digits, lower-case letters and '-'; any
+// other character is a gap.
+constexpr int kLabelHeight = 14;  // pixels
+constexpr int kRows = 7, kColumns = 5, kAdvance = kColumns + 1;
+constexpr int kScale = kLabelHeight / kRows;  // pixels of a dot
+
+// Characters side by side, a column apart.
+struct Drawing {
+    std::string_view characters;
+    std::array<std::string_view, kRows> rows;
+};
+constexpr Drawing kDrawings[] = {
+    {"0123456789-",
+     {" ###    #    ###   ###     #  #####   ##  #####  ###   ###       ",
+      "#   #  ##   #   # #   #   ##  #      #        # #   # #   #      ",
+      "#  ##   #       #     #  # #  ####  #        #  #   # #   #      ",
+      "# # #   #      #    ##  #  #      # ####    #    ###   #### #####",
+      "##  #   #     #       # #####     # #   #  #    #   #     #      ",
+      "#   #   #    #    #   #    #  #   # #   #  #    #   #    #       ",
+      " ###   ###  #####  ###     #   ###   ###   #     ###   ##        "}},
+    {"abcdefghijklm",
+     {"      #               #         ##        #       #      #  #      ##        ",
+      "      #               #        #          #                 #       #        ",
+      " ###  ####   ###   ####  ###  ####   #### ####   ##     ##  #  #    #   ## # ",
+      "    # #   # #     #   # #   #  #    #   # #   #   #      #  # #     #   # # #",
+      " #### #   # #     #   # #####  #     #### #   #   #      #  ##      #   # # #",
+      "#   # #   # #   # #   # #      #        # #   #   #   #  #  # #     #   # # #",
+      " #### ####   ###   ####  ###   #     ###  #   #  ###   ##   #  #   ###  # # #"}},
+    {"nopqrstuvwxyz",
+     {"                                     #                                       ",
+      "                                     #                                       ",
+      "####   ###  ####   #### # ##   #### ####  #   # #   # #   # #   # #   # #####",
+      "#   # #   # #   # #   # ##    #      #    #   # #   # # # #  # #  #   #    # ",
+      "#   # #   # ####   #### #      ###   #    #   # #   # # # #   #    ####   #  ",
+      "#   # #   # #         # #         #  #  # #   #  # #  # # #  # #      #  #   ",
+      "#   #  ###  #         # #     ####    ##   ####   #    # #  #   #  ###  #####"}},
+};
+
+bool has_dot(char c, int column, int row) {
+    for (const Drawing& drawing : kDrawings)
+        if (const size_t at = drawing.characters.find(c); at != std::string_view::npos)
+            return drawing.rows[size_t(row)][at * kAdvance + size_t(column)] == '#';
+    return false;
+}
+
+// Width of a text, pixels.
+int label_width(std::string_view text) {
+    return text.empty() ? 0 : (int(text.size()) * kAdvance - 1) * kScale;
+}
+
+// Draws text in one gray (0..255) with its upper left corner at (x, y), clipped to the image.
+void draw_label(Image<uint8_t>& picture, int x, int y, std::string_view text, uint8_t gray) {
+    for (size_t i = 0; i < text.size(); ++i)
+        for (int py = 0; py < kRows * kScale; ++py)
+            for (int px = 0; px < kColumns * kScale; ++px) {
+                const int at_x = x + int(i) * kAdvance * kScale + px, at_y = y + py;
+                if (!picture.inside(at_x, at_y) || !has_dot(text[i], px / kScale, py / kScale))
+                    continue;
+                for (int c = 0; c < picture.channels; ++c) picture.at(at_x, at_y, c) = gray;
+            }
+}
 
 constexpr int kGap = 12;                 // between cells and around them
 constexpr int kBar = kLabelHeight + 10;  // a label with room above and below it

@@ -11,7 +11,6 @@
 
 #include "chain/bokeh_kernel.h"
 #include "tools/sequence/image/image_codec.h"
-#include "tools/sequence/image/image_ocio.h"
 #include "tools/sequence/image/ocio_config.h"
 
 namespace postchain::io {

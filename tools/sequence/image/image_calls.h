@@ -1,5 +1,5 @@
 // Functions that need OpenImageIO: formats other than EXR. They are in a module that is loaded at
-// its first use (image_module.h), because OpenImageIO depends on some 250 libraries, which take
+// its first use (image_module()), because OpenImageIO depends on some 250 libraries, which take
 // longer to load than a small frame takes to filter.
 #pragma once
 

@@ -1,6 +1,12 @@
-// Images of color through OpenImageIO. Part of the module of image_calls.h.
+// Images of color through OpenImageIO, after checks of the file's bytes that it does not make: the
+// format, whether the file is complete, and how much memory its header may require. Part of the
+// module of image_calls.h.
 #pragma once
 
+#include <cstdint>
+#include <string>
+
+#include "chain/status.h"
 #include "tools/sequence/image/image_calls.h"
 
 namespace postchain::io {

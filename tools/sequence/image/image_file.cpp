@@ -1,13 +1,87 @@
 #include "tools/sequence/image/image_file.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 
-#include "tools/sequence/image/image_module.h"
-
 namespace postchain::io {
+
+bool ImageFormat::has_sign() const {
+    return std::string_view(name) != "hdr";
+}
+
+bool ImageFormat::can_have(int bits_of_value) const {
+    return std::find(bits.begin(), bits.end(), bits_of_value) != bits.end();
+}
+
+bool ImageFormat::tells(Curve curve, int bits_of_value) const {
+    return curve == (is_float(bits_of_value) ? Curve::linear : Curve::srgb) ||
+           std::find(stated.begin(), stated.end(), curve) != stated.end();
+}
+
+const std::vector<ImageFormat>& image_formats() {
+    static const std::vector<ImageFormat> formats = {
+        {"png",
+         {".png"},
+         {16, 8},
+         true,
+         false,
+         {Curve::linear, Curve::rec709, Curve::gamma22, Curve::cineon}},
+        {"tiff", {".tif", ".tiff"}, {32, 16, 8}, true, false, {}},
+        {"dpx",
+         {".dpx"},
+         {10, 8, 12, 16},
+         true,
+         false,
+         {Curve::linear, Curve::rec709, Curve::cineon}},
+        {"jpeg", {".jpg", ".jpeg"}, {8}, false, true, {}},
+        {"hdr", {".hdr"}, {32}, false, true, {}},
+    };
+    return formats;
+}
+
+const ImageFormat* image_format_of(std::string_view path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    for (char& c : extension) c = c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c;
+    for (const ImageFormat& format : image_formats())
+        for (const char* known : format.extensions)
+            if (extension == known) return &format;
+    return nullptr;
+}
+
+std::string image_extensions() {
+    std::string text;
+    for (const ImageFormat& format : image_formats())
+        for (const char* extension : format.extensions)
+            text += (text.empty() ? "" : ", ") + std::string(extension);
+    return text;
+}
+
 namespace {
+
+constexpr const char* kFile = "libpostchain_images.so";
+
+// The module, or why it could not be loaded.
+struct Module {
+    const ImageCalls* calls;
+    std::string fault;
+};
+
+Module load() {
+    // Lazy binding: most of OpenImageIO's functions are never called.
+    void* module = dlopen(kFile, RTLD_LAZY | RTLD_LOCAL);
+    if (!module) return {nullptr, dlerror()};
+    const auto calls =
+        reinterpret_cast<decltype(&postchain_image_calls)>(dlsym(module, "postchain_image_calls"));
+    if (!calls) return {nullptr, dlerror()};
+    if (std::strcmp(calls()->version, POSTCHAIN_VERSION) != 0)
+        return {nullptr, concat(kFile, " is of version ", calls()->version, ", this program of ",
+                                POSTCHAIN_VERSION)};
+    return {calls(), ""};
+}
 
 // The curve that the file states, by OpenImageIO's names.
 Result<Curve> stated_curve(const ImageInfo& info) {
@@ -46,6 +120,14 @@ Status decode_space(const ImageCalls& calls, const OcioSpace& space, ImageF& sto
 }
 
 }  // namespace
+
+Result<const ImageCalls*> image_module(StatusCode code) {
+    static const Module module = load();
+    if (module.calls) return module.calls;
+    return Status(code, concat("formats other than EXR need the module ", kFile,
+                               " of postchain, which cannot be loaded: ", module.fault,
+                               "; install postchain as a whole, and OpenImageIO"));
+}
 
 Result<ImageFile> ImageFile::open(const std::string& path, const ReadLimits& limits,
                                   std::optional<Transfer> transfer) try {

@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "tools/sequence/image/image_file.h"
-#include "tools/sequence/image/image_module.h"
 
 namespace postchain::io {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "chain/image.h"
 #include "tools/sequence/exr/write_options.h"
-#include "tools/sequence/image/image_format.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {
 

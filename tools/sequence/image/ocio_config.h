@@ -1,5 +1,5 @@
-// Configurations of OpenColorIO: read at their first use, and again after changes. Part of the
-// module of image_calls.h.
+// Color by a configuration of OpenColorIO, which is read at its first use, and again after changes.
+// Part of the module of image_calls.h.
 #pragma once
 
 #include <OpenImageIO/color.h>
@@ -19,5 +19,10 @@ Result<std::shared_ptr<OIIO::ColorConfig>> ocio_config(const std::string& path);
 
 // See ImageCalls.
 Result<OcioSources> ocio_sources(const std::string& path);
+
+// See ImageCalls.
+Status from_ocio_space(ImageF& color, const OcioSpace& space);
+Status to_ocio_space(ImageF& color, const OcioSpace& space);
+Status to_ocio_view(ImageF& color, const DisplayView& view);
 
 }  // namespace postchain::io

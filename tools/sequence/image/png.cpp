@@ -2,7 +2,10 @@
 
 #include <png.h>
 
-#include "tools/sequence/image/image_module.h"
+#include <cstdint>
+
+#include "tools/sequence/exr/zip.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {
 
@@ -42,6 +45,51 @@ std::string base64_of(std::string_view bytes) {
             text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
     }
     return text;
+}
+
+namespace {
+
+constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
+constexpr size_t kAround = 12;      // bytes around a chunk's data: length, type, CRC
+constexpr size_t kHeaderData = 13;  // size of IHDR
+
+std::string big_endian(uint32_t value) {
+    return {char(value >> 24), char(value >> 16), char(value >> 8), char(value)};
+}
+
+uint32_t big_endian_at(std::string_view bytes, size_t at) {
+    uint32_t value = 0;
+    for (size_t i = 0; i < 4; ++i) value = value << 8 | uint8_t(bytes[at + i]);
+    return value;
+}
+
+}  // namespace
+
+std::string with_png_text(std::string_view png, std::string_view keyword, std::string_view text) {
+    const size_t behind_header = kSignature.size() + kAround + kHeaderData;
+    std::string data = "tEXt";
+    data.append(keyword).append(1, '\0').append(text);
+    std::string file(png.substr(0, behind_header));
+    file += big_endian(uint32_t(data.size() - 4)) + data + big_endian(crc32_of(data));
+    return file.append(png.substr(behind_header));
+}
+
+std::optional<std::string> png_text(std::string_view png, std::string_view keyword) {
+    if (!png.starts_with(kSignature)) return std::nullopt;
+    std::optional<std::string> found;
+    for (size_t at = kSignature.size(); png.size() - at >= kAround;) {
+        const size_t length = big_endian_at(png, at);
+        if (length > png.size() - at - kAround) return std::nullopt;
+        const std::string_view chunk = png.substr(at + 4, 4 + length);
+        if (crc32_of(chunk) != big_endian_at(png, at + 8 + length)) return std::nullopt;
+        at += kAround + length;
+        const std::string_view type = chunk.substr(0, 4), data = chunk.substr(4);
+        if (type == "IEND") return at == png.size() ? found : std::nullopt;
+        if (type == "tEXt" && data.substr(0, data.find('\0')) == keyword &&
+            data.size() > keyword.size())
+            found = std::string(data.substr(keyword.size() + 1));
+    }
+    return std::nullopt;
 }
 
 }  // namespace postchain::io

@@ -6,9 +6,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/png.h"
-#include "tools/sequence/image/png_text.h"
 
 namespace postchain::io {
 namespace {

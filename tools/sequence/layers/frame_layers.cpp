@@ -1,5 +1,7 @@
 #include "tools/sequence/layers/frame_layers.h"
 
+#include <fnmatch.h>
+
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -7,11 +9,63 @@
 #include "chain/layers.h"
 #include "chain/parameter.h"
 #include "chain/text.h"
-#include "tools/sequence/layers/crypto_names.h"
+#include "config/layer_match.h"
 #include "tools/sequence/layers/fill_mask.h"
 
 namespace postchain::sequence {
 namespace {
+
+// Ids whose name is `word` or matches it as a pattern.
+std::vector<io::CryptoId> ids_named(const io::Cryptomatte& cryptomatte, const std::string& word) {
+    std::vector<io::CryptoId> ids;
+    for (const auto& [name, id] : cryptomatte.manifest)
+        if (name == word || (is_pattern(word) && ::fnmatch(word.c_str(), name.c_str(), 0) == 0))
+            ids.push_back(id);
+    return ids;
+}
+
+// Says that no id is called `word`, with the closest of the known names, or all of them.
+std::string unknown_id_text(const std::string& word, std::vector<std::string> known) {
+    const std::string near = nearest_word(word, known);
+    if (!near.empty())
+        return concat("no '", word, "' in the cryptomatte (did you mean '", near, "'?)");
+    if (known.empty()) return concat("no '", word, "': the file has no cryptomatte with names");
+    constexpr size_t kShown = 40;
+    const size_t all = known.size();
+    if (all > kShown) known.resize(kShown);
+    return concat("no '", word, "' in the cryptomatte; it has ", joined(known),
+                  all > kShown ? ", ..." : "");
+}
+
+// The ids with these names or patterns in each cryptomatte, sorted. Without a manifest a name is
+// found by its hash, and `warnings` says so. Errors (input): a word that no cryptomatte knows.
+Result<std::vector<std::vector<io::CryptoId>>> ids_of_names(
+    const std::vector<std::string>& words, const std::vector<io::Cryptomatte>& cryptomattes,
+    std::vector<std::string>& warnings) {
+    std::vector<std::vector<io::CryptoId>> found(cryptomattes.size());
+    for (const std::string& word : words) {
+        bool any = false;
+        std::vector<std::string> known;
+        for (size_t i = 0; i < cryptomattes.size(); ++i) {
+            const io::Cryptomatte& one = cryptomattes[i];
+            auto ids = ids_named(one, word);
+            if (one.manifest.empty() && !is_pattern(word)) {
+                ids.push_back(io::id_of_name(word));
+                warnings.push_back(concat("cryptomatte ", one.name, ": ", one.no_manifest, ": '",
+                                          word, "' is found by the hash of its name"));
+            }
+            any = any || !ids.empty();
+            found[i].insert(found[i].end(), ids.begin(), ids.end());
+            for (const auto& [name, id] : one.manifest) known.push_back(name);
+        }
+        if (!any) return Status(StatusCode::input, unknown_id_text(word, std::move(known)));
+    }
+    for (auto& ids : found) {
+        std::sort(ids.begin(), ids.end());
+        ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+    }
+    return found;
+}
 
 // Prefix of id names that are searched in all cryptomattes.
 constexpr const char* kAnyCryptomatte = "cryptomatte";

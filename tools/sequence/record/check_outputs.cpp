@@ -6,7 +6,7 @@
 #include <map>
 
 #include "tools/sequence/exr/exr_reader.h"
-#include "tools/sequence/image/image_format.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/record/fingerprint.h"
 #include "tools/sequence/record/record.h"
 #include "tools/sequence/record/sidecar.h"

@@ -5,7 +5,7 @@
 
 #include "chain/text.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/record/sidecar.h"
 
@@ -42,7 +42,7 @@ std::string text_of_frame(const OpenedFrame& frame) {
     if (header.makes_motion) {
         text += "motion from the camera";
         for (const SkyView* view : {&header.sky->now, &header.sky->before, &header.sky->after})
-            for (double value : *view->place) text += " " + text_of(ParameterValue(value));
+            for (double value : *view->position) text += " " + text_of(ParameterValue(value));
         text += "\n";
     }
     const auto& options = header.match.options;

@@ -1,4 +1,4 @@
-// Reports of one frame and of a whole run.
+// Reports of one frame and of a whole run, and exit codes.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include "chain/frame.h"
 #include "chain/gl/executor.h"
 #include "chain/plan.h"
+#include "chain/status.h"
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/filter/cryptomatte_filter.h"
@@ -79,3 +80,24 @@ using FrameObserver = std::function<void(const FrameReport&, const RunProgress&)
 using WaitObserver = std::function<void(const std::string&, const RunProgress&)>;
 
 }  // namespace postchain::sequence
+
+namespace postchain {
+
+// Exit codes of the command and of service jobs (listed in docs/command.md).
+inline constexpr int kExitOk = 0;
+inline constexpr int kExitSomeFailed = 1;  // some frames failed
+inline constexpr int kExitUsage = 2;
+inline constexpr int kExitChain = 3;
+inline constexpr int kExitInput = 4;
+inline constexpr int kExitOutput = 5;
+inline constexpr int kExitGl = 6;
+inline constexpr int kExitHealth = 7;
+inline constexpr int kExitThreshold = 8;  // an error metric exceeds --fail-above
+inline constexpr int kExitSignal = 128;   // plus the signal's number
+
+int exit_code(const Status& status);
+// The exit code if `good` other frames succeeded.
+int exit_code(const Status& first_failure, size_t good);
+int exit_code(const sequence::RunSummary& summary);
+
+}  // namespace postchain

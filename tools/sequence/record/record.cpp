@@ -4,7 +4,7 @@
 
 #include "chain/text.h"
 #include "config/chain_file.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/source/resolved_values.h"
 
 namespace postchain::sequence {

@@ -3,7 +3,7 @@
 #include <fstream>
 
 #include "chain/plan_print.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/record/layers_json.h"
 
 namespace postchain::sequence {

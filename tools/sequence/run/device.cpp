@@ -15,8 +15,8 @@ int threads_of(int threads) {
     return threads > 0 ? threads : std::max(1, int(std::thread::hardware_concurrency()));
 }
 
-Result<egl::ContextOptions> context_options_of(const std::string& device, int threads,
-                                               gl::LogCallback warn) {
+Result<egl::ContextOptions> choose_device(const std::string& device, int threads,
+                                          gl::LogCallback warn) {
     egl::ContextOptions context;
     if (warn)
         context.warn = [warn, said = std::make_shared<bool>(false)](const std::string& text) {

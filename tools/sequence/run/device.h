@@ -15,8 +15,8 @@ int threads_of(int threads);
 // Applies `threads` (0 = one per core) to OpenEXR and the software renderer, and parses `device`:
 // "auto", "gpu", "software", or an index into egl::list_devices(). `warn` is called once if "auto"
 // finds no GPU, however many contexts are made. Errors (usage).
-Result<egl::ContextOptions> context_options_of(const std::string& device, int threads,
-                                               gl::LogCallback warn = {});
+Result<egl::ContextOptions> choose_device(const std::string& device, int threads,
+                                          gl::LogCallback warn = {});
 
 // "llvmpipe (LLVM 15.0.6, 256 bits), 4.5 (Core Profile) Mesa 22.3.6"
 std::string renderer_text(const gl::Device& device);

@@ -1,10 +1,103 @@
 #include "tools/sequence/run/output_frame.h"
 
+#include <cmath>
+#include <deque>
+
+#include "chain/layers.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/image_file.h"
+#include "tools/sequence/image/preview.h"
+#include "tools/sequence/layers/fill_mask.h"
+#include "tools/sequence/record/record.h"
+#include "tools/sequence/record/sidecar.h"
 
 namespace postchain::sequence {
 namespace {
+
+constexpr const char* kProvenanceAttribute = "postchain";
+
+uint64_t count_nonfinite(const ImageF& image) {
+    uint64_t count = 0;
+    for (size_t pixel = 0; pixel < image.pixels(); ++pixel) {
+        bool bad = false;
+        for (int c = 0; c < image.channels; ++c)
+            bad |= !std::isfinite(image.data[pixel * size_t(image.channels) + size_t(c)]);
+        count += bad;
+    }
+    return count;
+}
+
+// Filtered layers, converted to the file's convention, and ranks. `images` holds their pixels; it
+// is a deque so that they stay in place.
+std::vector<io::FilteredLayer> layers_to_write(const SourceFrame& source, const FilteredView& view,
+                                               std::deque<ImageF>& images) {
+    std::vector<io::FilteredLayer> layers;
+    const FrameLayers& found = source.layers;
+    for (size_t i = 0; i < found.filtered.size() && !view.layers.empty(); ++i) {
+        images.push_back(plane_of_stack(view.layers, int(i), view.color.height));
+        layer_to_file_convention(images.back(), source.conversion, view.color);
+        const RoleChannels& where = found.filtered[i].channels;
+        layers.push_back({where.part, where.channels, &images.back(), false});
+    }
+    if (!found.fill_mask.empty())
+        layers.push_back({.part = source.input.assignment.at(Role::color).part,
+                          .channels = fill_mask_channels(found.fill_mask),
+                          .image = &view.fill_mask,
+                          .added = true});
+    for (size_t i = 0; i < view.cryptomattes.size(); ++i) {
+        for (size_t level = 0; level < found.cryptomattes[i].levels.size(); ++level) {
+            const io::CryptoLevel& where = found.cryptomattes[i].levels[level];
+            images.push_back(stored_level(view.cryptomattes[i], int(level)));
+            layers.push_back(
+                {where.part, {where.channels.begin(), where.channels.end()}, &images.back(), true});
+        }
+    }
+    return layers;
+}
+
+// The images to write: all but the color of the frame's first view.
+std::vector<io::FilteredLayer> all_to_write(FrameInFlight& frame, std::deque<ImageF>& images) {
+    std::vector<io::FilteredLayer> all = layers_to_write(*frame.source, frame.filtered, images);
+    for (size_t i = 0; i < frame.other_views.size(); ++i) {
+        const SourceFrame& source = frame.source->other_views[i];
+        FilteredView& view = frame.other_views[i];
+        const auto layers = layers_to_write(source, view, images);
+        all.insert(all.end(), layers.begin(), layers.end());
+        if (source.conversion.unpremultiplied)
+            to_file_convention(view.color, source.conversion, stored_color(source.input));
+        const RoleChannels& where = source.input.assignment.at(Role::color);
+        all.push_back({.part = where.part, .channels = where.channels, .image = &view.color});
+    }
+    return all;
+}
+
+// RunSettings::overflow; if unset, pictures of a display are clamped: JPEG, and a view of
+// OpenColorIO. Light above white is no fault there.
+io::HalfOverflow overflow_of(const std::string& path, const RunSettings& settings) {
+    if (settings.overflow) return *settings.overflow;
+    const io::ImageFormat* format = io::image_format_of(path);
+    const auto& transfer = settings.picture.transfer;
+    const bool display =
+        format && (format->name == std::string_view("jpeg") ||
+                   (transfer && std::holds_alternative<io::DisplayView>(*transfer)));
+    return display ? io::HalfOverflow::clamp : io::HalfOverflow::refuse;
+}
+
+// The value that clamping stores: "the largest half, 65504".
+std::string largest_text(const std::string& path) {
+    return io::image_format_of(path) ? "the range of the format" : "the largest half, 65504";
+}
+
+io::WriteOptions write_options(const FrameReport& report, const RunSettings& settings,
+                               const std::string& record) {
+    io::WriteOptions options;
+    options.overflow = overflow_of(report.output, settings);
+    options.exr = settings.exr;
+    options.window = report.window;
+    options.attributes[kProvenanceAttribute] = report.provenance;
+    options.attributes[kRecordAttribute] = record;
+    return options;
+}
 
 // Writes an EXR with color only; the input has no other channels.
 Result<io::WriteReport> write_new_exr(const std::string& path, const SourceFrame& source,
@@ -42,10 +135,63 @@ Result<io::WriteReport> with_notes(Result<io::WriteReport> report, const io::Pix
     return report;
 }
 
+// Writes the frame's color `result`, of its window, linear and premultiplied, in the format of the
+// path's extension; modifies it. `layers` as in io::write_filtered(); a new EXR can only have added
+// ones.
+Result<io::WriteReport> write_image(const std::string& path, SourceFrame& source, ImageF& result,
+                                    const std::vector<io::FilteredLayer>& layers,
+                                    const RunSettings& settings, const io::OutputFiles& files,
+                                    io::WriteOptions options) {
+    ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
+    const io::InputFrame& input = source.input;
+    const io::PixelFile& color_file = input.files.color_file();
+    const bool stored_unassociated = source.conversion.unpremultiplied;
+    if (!io::image_format_of(path)) {
+        if (picture_of(color_file))
+            return with_notes(write_new_exr(path, source, result, layers, options), color_file,
+                              source.input.assignment.at(Role::color).channels.size());
+        if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
+        return io::write_filtered(path, source.input, result, options, layers);
+    }
+    const RoleChannels& color = input.assignment.at(Role::color);
+    ASSIGN_OR_RETURN(const auto encoding,
+                     io::image_encoding(path, color_file, color.channels.size(), settings.picture));
+    if (encoding.unassociated) {
+        ConvertOptions unassociated;
+        unassociated.unpremultiplied = true;
+        to_file_convention(
+            result, unassociated,
+            stored_unassociated ? stored_color(input) : ImageF(result.width, result.height, 4));
+    }
+    const ImageF shown = io::placed(result, input.window, input.display_window);
+    auto report = io::write_picture(path, shown, encoding, color_file.path(), color.part, options);
+    return with_notes(std::move(report), color_file, color.channels.size());
+}
+
+Status write_preview(const FrameReport& report, const RunSettings& settings,
+                     const io::OutputFiles& files, const ImageF& color) {
+    const std::string path = io::preview_path(report.output);
+    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+    io::PreviewOptions options;
+    options.on_existing = permit;
+    options.view = settings.view;
+    options.provenance = report.preview_provenance;
+    return io::write_png_preview(path, color, options);
+}
+
+Status write_sidecar(const FrameReport& report, const RunSettings& settings,
+                     const io::OutputFiles& files) {
+    const std::string path = sidecar_path(report.output);
+    ASSIGN_OR_RETURN(const auto permit, files.permit(path));
+    return io::atomic_write_text(path, sidecar_json(report, settings.version), permit).status();
+}
+
 }  // namespace
 
-Status check_output(const FrameHeader& header, const std::string& path, const RunSettings& settings,
-                    const io::WriteOptions& options) {
+Status check_output(const FrameHeader& header, const FrameReport& report,
+                    const RunSettings& settings) {
+    const std::string& path = report.output;
+    const io::WriteOptions options = write_options(report, settings, "");
     const io::PixelFile& color_file = header.files.color_file();
     if (settings.source.input_transfer && !picture_of(color_file))
         return Status(StatusCode::usage,
@@ -88,48 +234,48 @@ Status check_output(const FrameHeader& header, const std::string& path, const Ru
     return io::check_rewritable(header.files.color_file(), color, options);
 }
 
-Result<io::WriteReport> write_output(const std::string& path, SourceFrame& source, ImageF& result,
-                                     const std::vector<io::FilteredLayer>& layers,
-                                     const RunSettings& settings, const io::OutputFiles& files,
-                                     io::WriteOptions options) {
-    ASSIGN_OR_RETURN(options.on_existing, files.permit(path));
-    const io::InputFrame& input = source.input;
-    const io::PixelFile& color_file = input.files.color_file();
-    const bool stored_unassociated = source.conversion.unpremultiplied;
-    if (!io::image_format_of(path)) {
-        if (picture_of(color_file))
-            return with_notes(write_new_exr(path, source, result, layers, options), color_file,
-                              source.input.assignment.at(Role::color).channels.size());
-        if (stored_unassociated) to_file_convention(result, source.conversion, stored_color(input));
-        return io::write_filtered(path, source.input, result, options, layers);
-    }
-    const RoleChannels& color = input.assignment.at(Role::color);
-    ASSIGN_OR_RETURN(const auto encoding,
-                     io::image_encoding(path, color_file, color.channels.size(), settings.picture));
-    if (encoding.unassociated) {
-        ConvertOptions unassociated;
-        unassociated.unpremultiplied = true;
-        to_file_convention(
-            result, unassociated,
-            stored_unassociated ? stored_color(input) : ImageF(result.width, result.height, 4));
-    }
-    const ImageF shown = io::placed(result, input.window, input.display_window);
-    auto report = io::write_picture(path, shown, encoding, color_file.path(), color.part, options);
-    return with_notes(std::move(report), color_file, color.channels.size());
-}
-
-io::HalfOverflow overflow_of(const std::string& path, const RunSettings& settings) {
-    if (settings.overflow) return *settings.overflow;
-    const io::ImageFormat* format = io::image_format_of(path);
-    const auto& transfer = settings.picture.transfer;
-    const bool display =
-        format && (format->name == std::string_view("jpeg") ||
-                   (transfer && std::holds_alternative<io::DisplayView>(*transfer)));
-    return display ? io::HalfOverflow::clamp : io::HalfOverflow::refuse;
-}
-
-std::string largest_text(const std::string& path) {
-    return io::image_format_of(path) ? "the range of the format" : "the largest half, 65504";
+Status write_frame(const Chain& chain, const RunSettings& settings, const io::OutputFiles& files,
+                   FrameInFlight& frame) {
+    const auto start = Clock::now();
+    FrameReport& report = frame.report;
+    report.output_nonfinite =
+        count_nonfinite(frame.filtered.color) + count_nonfinite(frame.filtered.layers);
+    for (const FilteredView& view : frame.other_views)
+        report.output_nonfinite += count_nonfinite(view.color) + count_nonfinite(view.layers);
+    if (report.output_nonfinite > 0 && settings.strict)
+        return Status(StatusCode::health,
+                      concat(report.output, ": ", report.output_nonfinite,
+                             " non-finite output pixels under --strict; not written"));
+    std::deque<ImageF> images;
+    const auto layers = all_to_write(frame, images);
+    io::WriteOptions options =
+        write_options(report, settings, record_text(chain, settings, report));
+    // Image, preview and sidecar are replaced together. The old sidecar is set aside first, so
+    // that no image is beside another's, even if this process is killed before it writes its
+    // own.
+    std::optional<io::ReplaceLock> lock;
+    options.before_commit = [&]() -> Status {
+        RETURN_IF_ERROR(io::check_unchanged(report.stamps));
+        ASSIGN_OR_RETURN(auto taken, io::ReplaceLock::take(report.output));
+        lock.emplace(std::move(taken));
+        if (const std::string sidecar = sidecar_path(report.output);
+            settings.on_existing != io::OnExisting::fail && is_sidecar(sidecar))
+            return lock->set_aside(sidecar);
+        return Status();
+    };
+    ASSIGN_OR_RETURN(report.write, write_image(report.output, *frame.source, frame.filtered.color,
+                                               layers, settings, files, std::move(options)));
+    if (const uint64_t clamped = report.write.overflow_pixels)
+        report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
+                                         largest_text(report.output)));
+    if (const uint64_t bad = report.write.nonfinite_pixels)
+        report.warnings.push_back(concat(report.output, ": ", bad,
+                                         " result pixels are non-finite: Inf clamped to "
+                                         "the channel's largest value, NaN to 0"));
+    report.write_ms = milliseconds_since(start);
+    if (settings.preview)
+        RETURN_IF_ERROR(write_preview(report, settings, files, frame.filtered.color));
+    return settings.sidecar ? write_sidecar(report, settings, files) : Status();
 }
 
 }  // namespace postchain::sequence

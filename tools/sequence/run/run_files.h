@@ -7,7 +7,7 @@
 
 #include "chain/chain.h"
 #include "tools/sequence/files/output_files.h"
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::sequence {
 

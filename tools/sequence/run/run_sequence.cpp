@@ -1,87 +1,20 @@
 #include "tools/sequence/run/run_sequence.h"
 
 #include <algorithm>
-#include <cmath>
-#include <deque>
 #include <filesystem>
 
-#include "chain/layers.h"
 #include "tools/sequence/exr/planes_writer.h"
-#include "tools/sequence/image/image_module.h"
-#include "tools/sequence/image/preview.h"
-#include "tools/sequence/layers/fill_mask.h"
+#include "tools/sequence/image/image_file.h"
 #include "tools/sequence/record/fingerprint.h"
-#include "tools/sequence/record/record.h"
-#include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/output_frame.h"
-#include "tools/sequence/run/plan_warnings.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/runner.h"
-#include "tools/sequence/run/watch_feed.h"
-#include "tools/sequence/source/clock.h"
-#include "tools/sequence/source/written_window.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kProvenanceAttribute = "postchain";
-
-uint64_t count_nonfinite(const ImageF& image) {
-    uint64_t count = 0;
-    for (size_t pixel = 0; pixel < image.pixels(); ++pixel) {
-        bool bad = false;
-        for (int c = 0; c < image.channels; ++c)
-            bad |= !std::isfinite(image.data[pixel * size_t(image.channels) + size_t(c)]);
-        count += bad;
-    }
-    return count;
-}
-
-// Filtered layers, converted to the file's convention, and ranks. `images` holds their pixels; it
-// is a deque so that they stay in place.
-std::vector<io::FilteredLayer> layers_to_write(const SourceFrame& source, const FilteredView& view,
-                                               std::deque<ImageF>& images) {
-    std::vector<io::FilteredLayer> layers;
-    const FrameLayers& found = source.layers;
-    for (size_t i = 0; i < found.filtered.size() && !view.layers.empty(); ++i) {
-        images.push_back(plane_of_stack(view.layers, int(i), view.color.height));
-        layer_to_file_convention(images.back(), source.conversion, view.color);
-        const RoleChannels& where = found.filtered[i].channels;
-        layers.push_back({where.part, where.channels, &images.back(), false});
-    }
-    if (!found.fill_mask.empty())
-        layers.push_back({.part = source.input.assignment.at(Role::color).part,
-                          .channels = fill_mask_channels(found.fill_mask),
-                          .image = &view.fill_mask,
-                          .added = true});
-    for (size_t i = 0; i < view.cryptomattes.size(); ++i) {
-        for (size_t level = 0; level < found.cryptomattes[i].levels.size(); ++level) {
-            const io::CryptoLevel& where = found.cryptomattes[i].levels[level];
-            images.push_back(stored_level(view.cryptomattes[i], int(level)));
-            layers.push_back(
-                {where.part, {where.channels.begin(), where.channels.end()}, &images.back(), true});
-        }
-    }
-    return layers;
-}
-
-// The images to write: all but the color of the frame's first view.
-std::vector<io::FilteredLayer> all_to_write(FrameInFlight& frame, std::deque<ImageF>& images) {
-    std::vector<io::FilteredLayer> all = layers_to_write(*frame.source, frame.filtered, images);
-    for (size_t i = 0; i < frame.other_views.size(); ++i) {
-        const SourceFrame& source = frame.source->other_views[i];
-        FilteredView& view = frame.other_views[i];
-        const auto layers = layers_to_write(source, view, images);
-        all.insert(all.end(), layers.begin(), layers.end());
-        if (source.conversion.unpremultiplied)
-            to_file_convention(view.color, source.conversion, stored_color(source.input));
-        const RoleChannels& where = source.input.assignment.at(Role::color);
-        all.push_back({.part = where.part, .channels = where.channels, .image = &view.color});
-    }
-    return all;
-}
 
 class FilterJob final : public FrameJob {
   public:
@@ -110,7 +43,7 @@ class FilterJob final : public FrameJob {
         if (settings_.preview)
             report.preview_provenance = preview_provenance_of(fingerprint, settings_);
         const FrameHeader& header = inputs.frame->header;
-        RETURN_IF_ERROR(check_output(header, task.output, settings_, write_options(report, "")));
+        RETURN_IF_ERROR(check_output(header, report, settings_));
         std::error_code error;
         return settings_.on_existing != io::OnExisting::skip || !fs::exists(task.output, error) ||
                !is_done(task.output, fingerprint, settings_);
@@ -155,45 +88,7 @@ class FilterJob final : public FrameJob {
     }
 
     Status write(FrameInFlight& frame) override {
-        const auto start = Clock::now();
-        FrameReport& report = frame.report;
-        report.output_nonfinite =
-            count_nonfinite(frame.filtered.color) + count_nonfinite(frame.filtered.layers);
-        for (const FilteredView& view : frame.other_views)
-            report.output_nonfinite += count_nonfinite(view.color) + count_nonfinite(view.layers);
-        if (report.output_nonfinite > 0 && settings_.strict)
-            return Status(StatusCode::health,
-                          concat(report.output, ": ", report.output_nonfinite,
-                                 " non-finite output pixels under --strict; not written"));
-        std::deque<ImageF> images;
-        const auto layers = all_to_write(frame, images);
-        io::WriteOptions options = write_options(report, record_text(chain_, settings_, report));
-        // Image, preview and sidecar are replaced together. The old sidecar is set aside first, so
-        // that no image is beside another's, even if this process is killed before it writes its
-        // own.
-        std::optional<io::ReplaceLock> lock;
-        options.before_commit = [&]() -> Status {
-            RETURN_IF_ERROR(io::check_unchanged(report.stamps));
-            ASSIGN_OR_RETURN(auto taken, io::ReplaceLock::take(report.output));
-            lock.emplace(std::move(taken));
-            if (const std::string sidecar = sidecar_path(report.output);
-                settings_.on_existing != io::OnExisting::fail && is_sidecar(sidecar))
-                return lock->set_aside(sidecar);
-            return Status();
-        };
-        ASSIGN_OR_RETURN(report.write,
-                         write_output(report.output, *frame.source, frame.filtered.color, layers,
-                                      settings_, files_, std::move(options)));
-        if (const uint64_t clamped = report.write.overflow_pixels)
-            report.warnings.push_back(concat(report.output, ": ", clamped, " pixels clamped to ",
-                                             largest_text(report.output)));
-        if (const uint64_t bad = report.write.nonfinite_pixels)
-            report.warnings.push_back(concat(report.output, ": ", bad,
-                                             " result pixels are non-finite: Inf clamped to "
-                                             "the channel's largest value, NaN to 0"));
-        report.write_ms = milliseconds_since(start);
-        if (settings_.preview) RETURN_IF_ERROR(write_preview(report, frame.filtered.color));
-        return settings_.sidecar ? write_sidecar(report) : Status();
+        return write_frame(chain_, settings_, files_, frame);
     }
 
   private:
@@ -213,33 +108,6 @@ class FilterJob final : public FrameJob {
         for (auto& one : view.reports) report.cryptomattes.push_back(std::move(one));
         source.planes.clear();
         return Status();
-    }
-
-    io::WriteOptions write_options(const FrameReport& report, const std::string& record) const {
-        io::WriteOptions options;
-        options.overflow = overflow_of(report.output, settings_);
-        options.exr = settings_.exr;
-        options.window = report.window;
-        options.attributes[kProvenanceAttribute] = report.provenance;
-        options.attributes[kRecordAttribute] = record;
-        return options;
-    }
-
-    Status write_preview(const FrameReport& report, const ImageF& color) const {
-        const std::string path = io::preview_path(report.output);
-        ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
-        io::PreviewOptions options;
-        options.on_existing = permit;
-        options.view = settings_.view;
-        options.provenance = report.preview_provenance;
-        return io::write_png_preview(path, color, options);
-    }
-
-    Status write_sidecar(const FrameReport& report) const {
-        const std::string path = sidecar_path(report.output);
-        ASSIGN_OR_RETURN(const auto permit, files_.permit(path));
-        return io::atomic_write_text(path, sidecar_json(report, settings_.version), permit)
-            .status();
     }
 
     Status dump_stage(const PlanTexture& texture, const ImageF& pixels, FrameReport& report) const {

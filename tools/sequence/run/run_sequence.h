@@ -10,7 +10,6 @@
 #include "chain/chain.h"
 #include "chain/gl/executor.h"
 #include "tools/sequence/record/frame_report.h"
-#include "tools/sequence/settings/frame_task.h"
 #include "tools/sequence/settings/run_settings.h"
 
 namespace postchain::sequence {

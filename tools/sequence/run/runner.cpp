@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "tools/sequence/run/channel.h"
-#include "tools/sequence/source/behind_planes.h"
-#include "tools/sequence/source/clock.h"
+#include "tools/sequence/source/frame_source.h"
 #include "tools/sequence/source/memory.h"
+#include "tools/sequence/source/neighbor_planes.h"
 
 namespace postchain::sequence {
 namespace {
@@ -32,6 +32,13 @@ struct Numbered {
     size_t index = 0;
     FrameInFlight frame;
     uint64_t bytes = 0;  // held in the gate
+};
+
+// A view of the frame other than its first.
+struct ViewInputs {
+    std::string name;
+    SequenceReader* reader;
+    FrameInputs inputs;
 };
 
 class Walk {
@@ -123,8 +130,7 @@ class Walk {
 
     Status read(const FrameFeed::Fed& fed, Numbered& next) {
         const FrameTask& task = fed.task;
-        FrameInFlight& frame = next.frame;
-        FrameReport& report = frame.report;
+        FrameReport& report = next.frame.report;
         if (frame_start_) RETURN_IF_ERROR(frame_start_(task));
         if (!fed.missing.ok()) {
             report.outcome = Outcome::missing;
@@ -132,65 +138,49 @@ class Walk {
             return Status();
         }
         ASSIGN_OR_RETURN(auto inputs, reader_.open(task.source, task.files));
-        report.profile = inputs.frame->header.match.profile;
-        report.stamps = inputs.frame->stamps;
-        for (const auto& [neighbor, other] : inputs.neighbors)
-            report.stamps.insert(report.stamps.end(), other->stamps.begin(), other->stamps.end());
-        if (inputs.behind)
-            report.stamps.insert(report.stamps.end(), inputs.behind->stamps.begin(),
-                                 inputs.behind->stamps.end());
+        note_opened(inputs, report);
         ASSIGN_OR_RETURN(const auto begun, job_.begin(task, inputs, report));
         if (!begun) {
             report.outcome = Outcome::skipped;
             return Status();
         }
         ASSIGN_OR_RETURN(auto views, open_views(task, inputs));
-        uint64_t bytes = bytes_of(inputs);
-        for (const ViewInputs& view : views) bytes += bytes_of(view.inputs);
-        RETURN_IF_ERROR(
-            check_memory(task.files.at(Role::color), bytes, settings_.source.max_memory));
-        step(FrameStep::read, report.frame, false);
-        gate_.enter(bytes);
-        step(FrameStep::read, report.frame, true);
-        next.bytes = bytes;
-        ASSIGN_OR_RETURN(auto source, reader_.read(inputs));
-        for (const ViewInputs& view : views) {
-            ASSIGN_OR_RETURN(auto other, view.reader->read(view.inputs));
-            other.description.frame_number = task.source;
-            if (source.strict_fault.ok()) source.strict_fault = other.strict_fault;
-            for (std::string& warning : other.warnings)
-                source.warnings.push_back(concat("view ", view.name, ": ", warning));
-            source.other_views.push_back(std::move(other));
-        }
+        RETURN_IF_ERROR(wait_for_memory(inputs, views, next));
+        ASSIGN_OR_RETURN(auto source, read_views(inputs, views));
+        note_read(inputs, source, report);
+        if (settings_.strict && !source.strict_fault.ok()) return source.strict_fault;
+        RETURN_IF_ERROR(job_.prepare(source, report));
+        report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
+        report.held_from = task.source;
+        next.frame.source = std::move(source);
+        return Status();
+    }
+
+    static void note_opened(const FrameInputs& inputs, FrameReport& report) {
+        report.profile = inputs.frame->header.match.profile;
+        const auto add_stamps = [&](const OpenedFrame& of) {
+            report.stamps.insert(report.stamps.end(), of.stamps.begin(), of.stamps.end());
+        };
+        add_stamps(*inputs.frame);
+        for (const auto& [neighbor, other] : inputs.neighbors) add_stamps(*other);
+        if (inputs.behind) add_stamps(*inputs.behind);
+    }
+
+    static void note_read(const FrameInputs& inputs, const SourceFrame& source,
+                          FrameReport& report) {
         for (const auto& [neighbor, other] : inputs.neighbors)
             for (const auto& [role, path] : other->files)
                 if (!source.description.missing_neighbors.count(neighbor))
                     report.inputs[role_of(neighbor, role)] = path;
         report.warnings = source.warnings;
-        if (!views.empty()) {
-            report.views.push_back(inputs.frame->header.match.view);
-            for (const ViewInputs& view : views) report.views.push_back(view.name);
-        }
+        if (!source.other_views.empty()) report.views.push_back(source.match.view);
+        for (const SourceFrame& view : source.other_views) report.views.push_back(view.match.view);
         report.bounds = source.description.bounds;
         report.health = source.health;
         report.surface_health = source.surface_health;
         report.read_ms = source.read_ms;
         report.convert_ms = source.convert_ms;
-        if (settings_.strict && !source.strict_fault.ok()) return source.strict_fault;
-        source.description.frame_number = task.source;
-        RETURN_IF_ERROR(job_.prepare(source, report));
-        report.outcome = task.source == task.frame ? Outcome::written : Outcome::held;
-        report.held_from = task.source;
-        frame.source = std::move(source);
-        return Status();
     }
-
-    // A view of the frame other than its first.
-    struct ViewInputs {
-        std::string name;
-        SequenceReader* reader;
-        FrameInputs inputs;
-    };
 
     // ProfileMatch::other_views, each read as a sequence of its own.
     Result<std::vector<ViewInputs>> open_views(const FrameTask& task, const FrameInputs& first) {
@@ -219,6 +209,35 @@ class Walk {
             views.push_back({name, &reader, std::move(*inputs)});
         }
         return views;
+    }
+
+    // Reads the frame, and its other views into SourceFrame::other_views.
+    Result<SourceFrame> read_views(const FrameInputs& inputs,
+                                   const std::vector<ViewInputs>& views) {
+        ASSIGN_OR_RETURN(auto source, reader_.read(inputs));
+        for (const ViewInputs& view : views) {
+            ASSIGN_OR_RETURN(auto other, view.reader->read(view.inputs));
+            if (source.strict_fault.ok()) source.strict_fault = other.strict_fault;
+            for (std::string& warning : other.warnings)
+                source.warnings.push_back(concat("view ", view.name, ": ", warning));
+            source.other_views.push_back(std::move(other));
+        }
+        return source;
+    }
+
+    // Waits until the frame fits beside those in flight; it leaves the gate when it is written.
+    Status wait_for_memory(const FrameInputs& inputs, const std::vector<ViewInputs>& views,
+                           Numbered& next) {
+        uint64_t bytes = bytes_of(inputs);
+        for (const ViewInputs& view : views) bytes += bytes_of(view.inputs);
+        const std::string& path = inputs.frame->files.at(Role::color);
+        RETURN_IF_ERROR(check_memory(path, bytes, settings_.source.max_memory));
+        const int frame = next.frame.report.frame;
+        step(FrameStep::read, frame, false);
+        gate_.enter(bytes);
+        step(FrameStep::read, frame, true);
+        next.bytes = bytes;
+        return Status();
     }
 
     // Memory of the frame in flight and of the neighbors kept for it, which may later be filtered
@@ -368,6 +387,24 @@ class Walk {
     RunSummary summary_;
 };
 
+class VisitJob final : public FrameJob {
+  public:
+    VisitJob(RoleSet wanted, const FrameVisitor& visitor) : wanted_(wanted), visitor_(visitor) {}
+
+    io::Keep keep() const override { return io::Keep::nothing; }
+    RoleSet planes(const FrameHeader&) const override { return wanted_; }
+    Result<bool> begin(const FrameTask&, const FrameInputs&, FrameReport&) override { return true; }
+    Status prepare(const SourceFrame&, FrameReport&) override { return Status(); }
+    Status process(FrameInFlight& frame, const Upcoming&) override {
+        return visitor_(*frame.source, frame.report);
+    }
+    Status write(FrameInFlight&) override { return Status(); }
+
+  private:
+    RoleSet wanted_;
+    const FrameVisitor& visitor_;
+};
+
 }  // namespace
 
 Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, FrameFeed& feed,
@@ -375,6 +412,18 @@ Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, Fra
                                  const FrameStart& start, const WaitObserver& waits,
                                  const StepObserver& steps) {
     return Walk(job, settings, observer, stop, start, feed, waits, steps).walk();
+}
+
+Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
+                                  const FrameVisitor& visitor, const FrameObserver& observer,
+                                  const std::atomic<bool>* stop) {
+    std::vector<int> gaps;
+    ASSIGN_OR_RETURN(auto tasks, plan_tasks(settings, false, gaps));
+    ListFeed feed(std::move(tasks), settings);
+    VisitJob job(wanted, visitor);
+    auto summary = walk_sequence(job, settings, feed, observer, stop);
+    if (summary.ok()) summary->gaps = std::move(gaps);
+    return summary;
 }
 
 }  // namespace postchain::sequence

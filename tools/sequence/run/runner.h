@@ -9,12 +9,53 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
+#include <optional>
 
+#include "chain/image.h"
+#include "tools/sequence/filter/filter_view.h"
+#include "tools/sequence/frame/frame_reader.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/run/frame_feed.h"
-#include "tools/sequence/run/frame_job.h"
 #include "tools/sequence/settings/run_settings.h"
+#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence {
+
+// A frame on its way through the three threads.
+struct FrameInFlight {
+    FrameReport report;
+    std::optional<SourceFrame> source;  // none = the report is final
+    FilteredView filtered;
+    std::vector<FilteredView> other_views;  // of source->other_views
+};
+
+using Upcoming = std::function<const FrameInFlight*()>;
+
+// The per-frame work of a walk: run/run_sequence.h filters and writes, visit_sequence() hands
+// frames to a caller. The stages of one frame run in order, each on its thread; stages of different
+// frames overlap. An error in a stage fails that frame.
+class FrameJob {
+  public:
+    virtual ~FrameJob() = default;
+
+    virtual io::Keep keep() const = 0;
+
+    // Reader thread. Planes to read besides color, for a frame and its neighbors; decided from its
+    // header.
+    virtual RoleSet planes(const FrameHeader& header) const = 0;
+    // Reader thread, before pixels are read. False = the frame is already done.
+    virtual Result<bool> begin(const FrameTask& task, const FrameInputs& inputs,
+                               FrameReport& report) = 0;
+    // Reader thread, after the frame is read.
+    virtual Status prepare(const SourceFrame& source, FrameReport& report) = 0;
+    // The thread of walk_sequence(). `upcoming` returns the frame after it, or null as long as that
+    // is being read.
+    virtual Status process(FrameInFlight& frame, const Upcoming& upcoming) = 0;
+    // Writer thread.
+    virtual Status write(FrameInFlight& frame) = 0;
+};
 
 inline constexpr int kFramesInFlight = 4;  // reading, waiting, processing, writing
 
@@ -27,5 +68,15 @@ Result<RunSummary> walk_sequence(FrameJob& job, const RunSettings& settings, Fra
                                  const FrameObserver& observer, const std::atomic<bool>* stop,
                                  const FrameStart& start = {}, const WaitObserver& waits = {},
                                  const StepObserver& steps = {});
+
+// Called on the caller's thread with each frame in order. An error fails that frame.
+using FrameVisitor = std::function<Status(SourceFrame& frame, FrameReport& report)>;
+
+// Hands each frame of a sequence to the visitor while the next ones are read: color and the
+// available planes of `wanted`, of neighbors too. Output settings are ignored. A frame counts as
+// written if the visitor succeeds. Errors: those of run_sequence().
+Result<RunSummary> visit_sequence(const RunSettings& settings, RoleSet wanted,
+                                  const FrameVisitor& visitor, const FrameObserver& observer,
+                                  const std::atomic<bool>* stop);
 
 }  // namespace postchain::sequence

@@ -71,7 +71,7 @@ bool needs_ocio(const JobSettings& job) {
 Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
     const bool names_view = !job.ocio_display.empty() || !job.ocio_view.empty();
     const bool names_any = names_view || !job.ocio.empty() || !job.ocio_colorspace.empty();
-    const bool shows = job.png || job.output_transfer == kView;
+    const bool shows = job.preview || job.output_transfer == kView;
     if (names_view && !shows)
         return Status(StatusCode::usage,
                       concat(option_name("ocio_view"), " and ", option_name("ocio_display"),
@@ -82,7 +82,8 @@ Result<std::optional<io::DisplayView>> preview_view_of(const JobSettings& job) {
             StatusCode::usage,
             concat(option_name("ocio"), " has no effect by itself; add ", option_name("png"), ", ",
                    option_name("output_transfer"), " or ", option_name("input_transfer")));
-    if (!job.png || (!names_any && config_of(job).empty())) return std::optional<io::DisplayView>();
+    if (!job.preview || (!names_any && config_of(job).empty()))
+        return std::optional<io::DisplayView>();
     const char* said = !job.ocio_view.empty()      ? "ocio_view"
                        : !job.ocio_display.empty() ? "ocio_display"
                                                    : "ocio_colorspace";

@@ -70,13 +70,15 @@ Status set_cryptomatte(const std::string& policy, LayerSettings& layers) {
                                             quoted(policy), "; use keep, filter or filter=NAMES"));
 }
 
-Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& notes) {
-    SourceSettings source;
-    source.layer = job.layer;
-    source.view = job.view;
-    source.nonfinite_color = job.nonfinite;
-    source.data_window = job.data_window;
-    source.camera_motion = job.camera_motion;
+// The value of a setting's text. Its error names the setting.
+template <class Value>
+Result<Value> named(const char* key, Result<Value> value) {
+    if (value.ok()) return value;
+    return value.status().at(option_name(key));
+}
+
+Status set_source(const JobSettings& job, Diagnostics& notes, SourceSettings& source) {
+    static_cast<SourceChoices&>(source) = job;
     ASSIGN_OR_RETURN(source.input_transfer, input_transfer_of(job));
     source.layers.layers = job.layers;
     RETURN_IF_ERROR(set_cryptomatte(job.cryptomatte, source.layers));
@@ -85,14 +87,11 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
     source.layers.fill_mask = job.fill_mask;
     ASSIGN_OR_RETURN(source.max_memory, memory_limit_of(job.max_memory));
     if (!job.cuts.empty()) {
-        auto cuts = io::FrameRange::parse(job.cuts);
-        if (!cuts.ok()) return cuts.status().at(option_name("cuts"));
-        source.cuts.insert(cuts->frames.begin(), cuts->frames.end());
+        ASSIGN_OR_RETURN(const auto cuts, named("cuts", io::FrameRange::parse(job.cuts)));
+        source.cuts.insert(cuts.frames.begin(), cuts.frames.end());
     }
     if (!job.profile.empty()) {
-        auto profile = find_profile(job.profile);
-        if (!profile.ok()) return profile.status().at(option_name("profile"));
-        source.profile = std::move(*profile);
+        ASSIGN_OR_RETURN(source.profile, named("profile", find_profile(job.profile)));
     }
     if (!job.camera.empty()) {
         ASSIGN_OR_RETURN(auto camera, load_camera(job.camera));
@@ -101,11 +100,10 @@ Result<SourceSettings> source_settings_of(const JobSettings& job, Diagnostics& n
         RETURN_IF_ERROR(read_aperture_images(camera));
         source.camera = std::move(camera);
     }
-    return source;
+    return Status();
 }
 
-Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
-    io::ExrSettings exr;
+Status set_exr(const JobSettings& job, io::ExrSettings& exr) {
     exr.half = job.half;
     std::istringstream names(job.channels);
     for (std::string name; std::getline(names, name, ',');) {
@@ -114,11 +112,10 @@ Result<io::ExrSettings> exr_settings_of(const JobSettings& job) {
         exr.channels.push_back(name);
     }
     if (!job.compression.empty()) {
-        auto compression = io::ExrCompression::parse(job.compression);
-        if (!compression.ok()) return compression.status().at(option_name("compression"));
-        exr.compression = *compression;
+        ASSIGN_OR_RETURN(exr.compression,
+                         named("compression", io::ExrCompression::parse(job.compression)));
     }
-    return exr;
+    return Status();
 }
 
 Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings& settings) {
@@ -139,6 +136,26 @@ Result<std::optional<Watch>> watch_of(const JobSettings& job, const RunSettings&
     return std::optional(Watch{job.idle});
 }
 
+// The files that are read beside the frames.
+void add_other_inputs(const JobSettings& job, RunSettings& run) {
+    if (!job.camera.empty()) run.other_inputs.push_back({job.camera, "the camera file"});
+    if (!job.profile.empty()) run.other_inputs.push_back({job.profile, "the profile"});
+    const auto add_images = [&](const Camera& camera) {
+        for (auto& image : io::inputs_of(camera)) run.other_inputs.push_back(std::move(image));
+    };
+    if (const auto& file = run.source.camera) {
+        add_images(file->camera);
+        for (const auto& [number, frame] : file->frames) add_images(frame.camera);
+    }
+    std::set<std::string> configs;
+    if (run.source.input_transfer) configs.insert(io::config_of(*run.source.input_transfer));
+    if (run.picture.transfer) configs.insert(io::config_of(*run.picture.transfer));
+    if (run.view) configs.insert(run.view->config);
+    configs.erase("");
+    for (const std::string& config : configs)
+        run.other_inputs.push_back({config, "the OpenColorIO configuration"});
+}
+
 }  // namespace
 
 Status read_aperture_images(CameraFile& file) {
@@ -152,10 +169,7 @@ Status read_aperture_images(CameraFile& file) {
 }
 
 Result<uint64_t> memory_limit_of(const std::string& text) {
-    if (text.empty()) return default_memory_limit();
-    auto bytes = parse_bytes(text);
-    if (!bytes.ok()) return bytes.status().at(option_name("max_memory"));
-    return bytes;
+    return text.empty() ? default_memory_limit() : named("max_memory", parse_bytes(text));
 }
 
 ParameterTable job_parameters(const PassRegistry& registry) {
@@ -207,16 +221,17 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "view to use from a multi-view file; run: all filters every view",
                .unset_means = "the only view",
                .group = kInputGroup})
-        .choice(
-            "nonfinite", &JobSettings::nonfinite, {"zero", "clamp"},
+        .choice<NonfiniteColor>(
+            "nonfinite", &JobSettings::nonfinite_color, {"zero", "clamp"},
             {.help = "replacement for Inf, and for values beyond 1e34, in color: 0 or the largest "
                      "half",
              .group = kInputGroup})
-        .choice("data_window", &JobSettings::data_window, {"grow", "keep"},
-                {.help = "for cropped frames: grow the data window by the chain's reach, or keep "
-                         "it and lose the light that leaves it",
-                 .group = kInputGroup})
-        .choice(
+        .choice<DataWindow>(
+            "data_window", &JobSettings::data_window, {"grow", "keep"},
+            {.help = "for cropped frames: grow the data window by the chain's reach, or keep "
+                     "it and lose the light that leaves it",
+             .group = kInputGroup})
+        .choice<CameraMotion>(
             "camera_motion", &JobSettings::camera_motion, {"none", "missing", "sky", "zoom", "all"},
             {.help = "make motion vectors from depth and camera matrices; missing: if the frames "
                      "have none, and the zoom, which Cycles leaves out; sky: also for sky pixels "
@@ -290,20 +305,21 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "output frames: out.####.exr",
                .group = kOutputGroup,
                .required = true})
-        .boolean("mkdir", &JobSettings::mkdir,
+        .boolean("mkdir", &JobSettings::make_folder,
                  {.help = "create the output folder if it does not exist", .group = kOutputGroup})
-        .choice("on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
-                {.help = "if an output exists: fail, overwrite it, or skip it if it is complete "
-                         "and made by the same chain from "
-                         "the same input (otherwise make it again)",
-                 .group = kOutputGroup})
-        .choice(
+        .choice<io::OnExisting>(
+            "on_existing", &JobSettings::on_existing, {"fail", "overwrite", "skip"},
+            {.help = "if an output exists: fail, overwrite it, or skip it if it is complete "
+                     "and made by the same chain from "
+                     "the same input (otherwise make it again)",
+             .group = kOutputGroup})
+        .choice<MissingPolicy>(
             "missing", &JobSettings::missing, {"error", "skip", "hold"},
             {.help = "if a requested frame is not on disk: fail, skip it, or hold another frame",
              .group = kOutputGroup})
-        .choice("on_error", &JobSettings::on_error, {"stop", "continue"},
-                {.help = "if a frame fails", .group = kOutputGroup})
-        .choice(
+        .choice<ErrorPolicy>("on_error", &JobSettings::on_error, {"stop", "continue"},
+                             {.help = "if a frame fails", .group = kOutputGroup})
+        .choice<io::HalfOverflow>(
             "overflow", &JobSettings::overflow, {"refuse", "clamp"},
             {.help =
                  "if a result is too large for its channel: fail, or store the channel's largest "
@@ -340,7 +356,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
             {.help = "non-finite values in input or output are an error", .group = kOutputGroup})
         .boolean("sidecar", &JobSettings::sidecar,
                  {.help = "write OUT.json beside each output", .group = kOutputGroup})
-        .boolean("png", &JobSettings::png,
+        .boolean("png", &JobSettings::preview,
                  {.help = "also write a preview OUT.png beside each output", .group = kOutputGroup})
         .text("ocio_display", &JobSettings::ocio_display,
               {.unit = "NAME",
@@ -352,7 +368,7 @@ ParameterTable job_parameters(const PassRegistry& registry) {
                .help = "view of that display",
                .unset_means = "the display's default",
                .group = kOutputGroup})
-        .text("dump_stages", &JobSettings::dump_stages,
+        .text("dump_stages", &JobSettings::dump_folder,
               {.unit = "DIR",
                .help = "write each intermediate plane as EXR",
                .unset_means = "not written",
@@ -392,68 +408,41 @@ std::map<std::string, ParameterValue> given_values(const JobSettings& job,
     return given;
 }
 
-Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
-                                    Diagnostics& notes) {
-    RunSettings settings;
-    auto input = io::InputSpec::parse(job.input);
-    if (!input.ok()) return input.status().at(option_name("input"));
-    settings.input = std::move(*input);
+Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& registry,
+                              Diagnostics& notes) {
+    RunSettings run;
+    static_cast<RunChoices&>(run) = job;
+    ASSIGN_OR_RETURN(run.input, named("input", io::InputSpec::parse(job.input)));
     if (!job.behind.empty()) {
-        auto behind = io::PathPattern::parse(job.behind);
-        if (!behind.ok()) return behind.status().at(option_name("behind"));
-        if (!settings.input.patterns.emplace(Role::behind, std::move(*behind)).second)
+        ASSIGN_OR_RETURN(auto behind, named("behind", io::PathPattern::parse(job.behind)));
+        if (!run.input.patterns.emplace(Role::behind, std::move(behind)).second)
             return Status(StatusCode::usage, concat(option_name("behind"),
                                                     ": the input already names behind=; give one"));
     }
     if (!job.frames.empty()) {
-        auto range = io::FrameRange::parse(job.frames);
-        if (!range.ok()) return range.status().at(option_name("frames"));
-        settings.frames = std::move(*range);
+        ASSIGN_OR_RETURN(run.frames, named("frames", io::FrameRange::parse(job.frames)));
     }
     if (!job.chunk.empty()) {
-        auto chunk = io::Chunk::parse(job.chunk);
-        if (!chunk.ok()) return chunk.status().at(option_name("chunk"));
-        settings.chunk = *chunk;
+        ASSIGN_OR_RETURN(run.chunk, named("chunk", io::Chunk::parse(job.chunk)));
     }
-    ASSIGN_OR_RETURN(settings.watch, watch_of(job, settings));
-    ASSIGN_OR_RETURN(settings.source, source_settings_of(job, notes));
-    settings.source.color_frames = settings.input.color();
-    if (!job.camera.empty()) settings.other_inputs.push_back({job.camera, "the camera file"});
-    if (!job.profile.empty()) settings.other_inputs.push_back({job.profile, "the profile"});
-    if (const auto& file = settings.source.camera) {
-        std::vector<Camera> cameras = {file->camera};
-        for (const auto& [number, frame] : file->frames) cameras.push_back(frame.camera);
-        for (const Camera& camera : cameras)
-            for (auto& picture : io::inputs_of(camera))
-                settings.other_inputs.push_back(std::move(picture));
-    }
-    ASSIGN_OR_RETURN(settings.plan, plan_options_of(job, registry));
+    ASSIGN_OR_RETURN(run.watch, watch_of(job, run));
+    RETURN_IF_ERROR(set_source(job, notes, run.source));
+    run.source.color_frames = run.input.color();
+    ASSIGN_OR_RETURN(run.plan, plan_options_of(job, registry));
     if (!job.output.empty()) {
-        auto output = io::PathPattern::parse(job.output);
-        if (!output.ok()) return output.status().at(option_name("output"));
-        settings.output = std::move(*output);
+        ASSIGN_OR_RETURN(run.output, named("output", io::PathPattern::parse(job.output)));
     }
-    settings.make_folder = job.mkdir;
-    settings.on_existing = job.on_existing;
-    settings.missing = job.missing;
-    settings.on_error = job.on_error;
-    settings.overflow = job.overflow;
-    ASSIGN_OR_RETURN(settings.exr, exr_settings_of(job));
-    ASSIGN_OR_RETURN(auto transfer, output_transfer_of(job));
-    settings.picture = {std::move(transfer), bits_of(job.bits)};
-    settings.strict = job.strict;
-    settings.sidecar = job.sidecar;
-    settings.preview = job.png;
-    ASSIGN_OR_RETURN(settings.view, preview_view_of(job));
-    for (const std::string& config : settings.ocio_configs())
-        settings.other_inputs.push_back({config, "the OpenColorIO configuration"});
-    settings.dump_folder = job.dump_stages;
-    if (!job.dump_stages.empty() && job.on_existing == io::OnExisting::skip)
+    RETURN_IF_ERROR(set_exr(job, run.exr));
+    ASSIGN_OR_RETURN(run.picture.transfer, output_transfer_of(job));
+    run.picture.bits = bits_of(job.bits);
+    ASSIGN_OR_RETURN(run.view, preview_view_of(job));
+    add_other_inputs(job, run);
+    if (!job.dump_folder.empty() && job.on_existing == io::OnExisting::skip)
         return Status(StatusCode::usage,
                       option_name("dump_stages") +
                           ": a frame that --on-existing skip keeps has no stages; use "
                           "--on-existing overwrite, or leave one of them out");
-    if (!job.dump_stages.empty() && job.view == kAllViews)
+    if (!job.dump_folder.empty() && job.view == kAllViews)
         return Status(StatusCode::usage, option_name("dump_stages") +
                                              ": stages are those of one view; name it with " +
                                              option_name("view"));
@@ -463,8 +452,8 @@ Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& 
         "frames",  "chunk", "output",      "mkdir",      "on_existing", "on_error",
         "sidecar", "png",   "dump_stages", "max_memory", "watch",       "idle"};
     for (const auto& [key, value] : given_values(job, registry))
-        if (!kNotRepeated.contains(key)) settings.given[key] = value;
-    return settings;
+        if (!kNotRepeated.contains(key)) run.given[key] = value;
+    return run;
 }
 
 }  // namespace postchain::sequence

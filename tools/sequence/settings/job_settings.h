@@ -1,7 +1,7 @@
 // Job settings as text, from a command line or elsewhere. The table job_parameters() holds key,
 // type, choices, default, range and help of each.
 //
-//   text --job_parameters()--> JobSettings --run_settings_of--> RunSettings
+//   text --job_parameters()--> JobSettings --parse_job--> RunSettings
 #pragma once
 
 #include <string>
@@ -15,19 +15,15 @@ namespace postchain::sequence {
 
 enum class BitsChoice { as_input, bits_8, bits_10, bits_12, bits_16, bits_32 };
 
-// Strings are in the forms that docs/command.md describes; empty = not given.
-struct JobSettings {
+// Strings are in the forms that docs/command.md describes; empty = not given. The choices go into
+// RunSettings as they are.
+struct JobSettings : SourceChoices, RunChoices {
     std::string input;
     std::string behind;
     std::string frames;
     std::string cuts;
     std::string camera;
     std::string profile;
-    std::string layer;
-    std::string view;
-    NonfiniteColor nonfinite = NonfiniteColor::clamp;
-    DataWindow data_window = DataWindow::grow;
-    CameraMotion camera_motion = CameraMotion::missing;
     std::string max_memory;
     std::string input_transfer = "auto";  // "auto", a curve, or "ocio:SPACE"
     std::string ocio;
@@ -43,22 +39,13 @@ struct JobSettings {
 
     std::string chunk;
     std::string output;
-    bool mkdir = false;
-    io::OnExisting on_existing = io::OnExisting::fail;
-    MissingPolicy missing = MissingPolicy::error;
-    ErrorPolicy on_error = ErrorPolicy::stop;
-    std::optional<io::HalfOverflow> overflow;
     std::string compression;
     bool half = false;
     std::string channels;
     std::string output_transfer = "auto";  // like input_transfer, or "view"
     BitsChoice bits = BitsChoice::as_input;
-    bool strict = false;
-    bool sidecar = true;
-    bool png = false;
     std::string ocio_display;
     std::string ocio_view;
-    std::string dump_stages;
 
     bool watch = false;
     std::optional<double> idle;  // s
@@ -86,7 +73,7 @@ Status read_aperture_images(CameraFile& file);
 
 // All settings except the version. `notes` gets the camera file's diagnostics, errors too. Errors:
 // (usage) naming the setting; those of find_profile() and load_camera().
-Result<RunSettings> run_settings_of(const JobSettings& job, const PassRegistry& registry,
-                                    Diagnostics& notes);
+Result<RunSettings> parse_job(const JobSettings& job, const PassRegistry& registry,
+                              Diagnostics& notes);
 
 }  // namespace postchain::sequence

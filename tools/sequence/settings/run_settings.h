@@ -1,9 +1,10 @@
-// Typed settings of a run, made from text by settings/job_settings.h or by a program.
+// Typed settings of a run, made from text by settings/job_settings.h or by a program, and its
+// frames: the outputs and the files each is made from.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -23,41 +24,75 @@ enum class MissingPolicy {
 };
 enum class ErrorPolicy { stop, keep_going };
 
-// Processes frames while a renderer writes them (run/watch_feed.h).
+// Processes frames while a renderer writes them (run/frame_feed.h).
 struct Watch {
     std::optional<double> idle_s;  // seconds without changes until missing frames are given up
 };
 
-struct RunSettings {
+// The settings that need no conversion: a job's rows set them (settings/job_settings.h).
+struct RunChoices {
+    bool make_folder = false;  // creates the output folder and its parents
+    io::OnExisting on_existing = io::OnExisting::fail;
+    MissingPolicy missing = MissingPolicy::error;
+    ErrorPolicy on_error = ErrorPolicy::stop;
+    std::optional<io::HalfOverflow> overflow;  // unset: clamp for JPEG and views
+    bool strict = false;                       // non-finite values are an error
+    bool sidecar = true;                       // OUT.json beside each output
+    bool preview = false;     // OUT.png beside each output, display transform, 8 bits
+    std::string dump_folder;  // for every stage as EXR, created; empty = none
+};
+
+struct RunSettings : RunChoices {
     io::InputSpec input;
     std::vector<io::InputFile> other_inputs;  // chain, camera, profile, images
     std::optional<io::FrameRange> frames;     // none = all on disk
     io::Chunk chunk;                          // the part of the frames that is run
     std::optional<Watch> watch;
     io::PathPattern output;
-    bool make_folder = false;  // creates the output folder and its parents
     SourceSettings source;
     PlanOptions plan;
-    io::OnExisting on_existing = io::OnExisting::fail;
-    std::optional<io::HalfOverflow> overflow;  // unset: overflow_of() the output
     io::ExrSettings exr;
     io::ImageSettings picture;
-    MissingPolicy missing = MissingPolicy::error;
-    ErrorPolicy on_error = ErrorPolicy::stop;
-    bool strict = false;                  // non-finite values are an error
-    bool sidecar = true;                  // OUT.json beside each output
-    bool preview = false;                 // OUT.png beside each output, display transform, 8 bits
     std::optional<io::DisplayView> view;  // shown by previews
-    std::string dump_folder;              // for every stage as EXR, created; empty = none
     std::string version;                  // of the command, for metadata
     // Settings repeated in the record of an output because they are not the default.
     std::map<std::string, ParameterValue> given;
-
-    // OpenColorIO files in use, each once.
-    std::set<std::string> ocio_configs() const;
 };
 
 // Adds the chains' mattes and the written layers to the settings.
 RunSettings settings_for(RunSettings settings, const std::vector<const Chain*>& chains);
+
+// One output, made from the files of the same or another frame.
+struct FrameTask {
+    int frame = 0;                      // of the output
+    int source = 0;                     // of the input; differs if a frame is held
+    std::map<Role, std::string> files;  // empty = missing
+    std::string output;
+};
+
+// Called on the reader thread before a frame's first file is opened; an error fails that frame.
+using FrameStart = std::function<Status(const FrameTask&)>;
+
+enum class FrameStep { read, filter, write };
+const char* name_of(FrameStep step);  // "read", "filtered", "written"
+
+// Called when a step of a frame begins and ends, on the thread of the step. Must not throw.
+using StepObserver = std::function<void(FrameStep step, int frame, bool begins)>;
+
+// With --watch and no range, the frames are only known once they have come.
+bool frames_are_unknown(const RunSettings& settings);
+
+// The requested frames in order, with the files MissingPolicy gives each. `gaps` gets numbers
+// missing on disk that were not requested. `writes`: outputs are written, each under its own name.
+// With --watch: the awaited frames without files, or none if unknown. Errors: those that
+// run_sequence() finds before reading.
+Result<std::vector<FrameTask>> plan_tasks(const RunSettings& settings, bool writes,
+                                          std::vector<int>& gaps);
+
+// The missing files of a frame: the color pattern, or the separate planes.
+std::string absent_files(int frame, const RunSettings& settings);
+
+// "1-4, 7"; at most `most` numbers and runs of consecutive numbers.
+std::string frames_text(const std::vector<int>& frames, size_t most = 20);
 
 }  // namespace postchain::sequence

@@ -2,353 +2,315 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <cstdio>
+#include <new>
+#include <utility>
 
-#include "chain/depth_at.h"
-#include "chain/matte.h"
-#include "config/profile_match.h"
-#include "tools/sequence/image/image_file.h"
-#include "tools/sequence/layers/fill_mask.h"
-#include "tools/sequence/source/camera_motion.h"
 #include "tools/sequence/source/memory.h"
-#include "tools/sequence/source/source_strip.h"
 
 namespace postchain::sequence {
 namespace {
 
-// Profile of the files: the one named, otherwise the one detected from all their channels.
-struct Writer {
-    Profile profile;
-    bool detected = false;
-    std::string why = "named";
+// Extra rows above and below that edge detection reads.
+constexpr int kContextRows = 4;
+static_assert(kContextRows >= kClearEdgeRows);
 
-    bool is_named_or_any() const { return !detected || profile.detect_channels.empty(); }
-};
-
-Result<Writer> writer_of(const SourceSettings& settings, const io::OpenFrame& files) {
-    if (settings.profile) return Writer{.profile = *settings.profile};
-    FileChannels all = io::channels_of(files.color_file());
-    std::set<const io::PixelFile*> seen = {&files.color_file()};
-    for (const auto& [role, file] : files.files) {
-        if (!seen.insert(file.get()).second) continue;
-        const FileChannels more = io::channels_of(*file);
-        all.parts.insert(all.parts.end(), more.parts.begin(), more.parts.end());
+FramePlanes rows_of(const FramePlanes& planes, int first, int end) {
+    FramePlanes rows;
+    for (const auto& [role, plane] : planes) {
+        ImageF& part = rows[role];
+        part = ImageF(plane.width, end - first, plane.channels);
+        const size_t row = size_t(plane.width) * size_t(plane.channels);
+        std::copy_n(plane.data.data() + size_t(first) * row, part.data.size(), part.data.data());
     }
-    ASSIGN_OR_RETURN(auto match,
-                     detect_profile(builtin_profiles(), all, settings.layer, settings.view));
-    for (const Profile& profile : builtin_profiles())
-        if (profile.name == match.profile) return Writer{profile, true, match.why};
-    return Status(StatusCode::internal, "a detected profile is not among those detected from");
+    return rows;
 }
 
-// A file is read by the profile detected from it, otherwise by the one of all files.
-Result<ProfileMatch> match_file(const SourceSettings& settings, const Writer& writer,
-                                const io::PixelFile& file) {
-    const FileChannels channels = io::channels_of(file);
-    if (!settings.profile) {
-        auto own = detect_profile(builtin_profiles(), channels, settings.layer, settings.view);
-        if (own.ok())
-            for (const Profile& profile : builtin_profiles())
-                if (profile.name == own->profile && !profile.detect_channels.empty()) return own;
+void put_rows(const FramePlanes& rows, FramePlanes& planes, int first) {
+    for (const auto& [role, part] : rows) {
+        ImageF& plane = planes.at(role);
+        const size_t row = size_t(plane.width) * size_t(plane.channels);
+        std::copy(part.data.begin(), part.data.end(),
+                  plane.data.begin() + std::ptrdiff_t(size_t(first) * row));
     }
-    auto match = match_profile(writer.profile, channels, settings.layer, settings.view);
-    if (!match.ok()) return match;
-    match->detected = writer.detected;
-    match->why = writer.why;
-    return match;
 }
 
-// Channels of a file with a single plane and no known names: one channel is depth, the usual pairs
-// are motion.
-std::optional<RoleChannels> plain_channels(const io::PixelFile& file, Role role) {
-    static const std::vector<std::vector<std::string>> known = {
-        {"Z"}, {"Y"}, {"R"}, {"R", "G"}, {"X", "Y"}, {"U", "V"}, {"u", "v"}};
-    const size_t needed = size_t(channels_of(role));
-    const FileChannels channels = io::channels_of(file);
-    for (size_t part = 0; part < channels.parts.size(); ++part) {
-        const auto& names = channels.parts[part].channels;
-        if (names.size() == needed && needed == 1) return RoleChannels{int(part), names};
-        for (const auto& candidate : known) {
-            bool all = candidate.size() == needed;
-            for (const auto& name : candidate)
-                all = all && std::find(names.begin(), names.end(), name) != names.end();
-            if (all) return RoleChannels{int(part), candidate};
+// Fractions refer to the whole image, whichever part of it is in the file or is read.
+void in_pixels(MotionConvention& motion, const io::ExrPart& color) {
+    if (motion.unit == MotionUnit::pixels) return;
+    const io::Window whole = color.data_window.united(color.display_window);
+    motion.unit = MotionUnit::pixels;
+    motion.scale_x *= whole.width();
+    motion.scale_y *= whole.height();
+}
+
+// Adds the planes that are not channels of a role: layers, cryptomattes and mattes.
+Status decode_layers(const FrameHeader& header, RoleSet present, const io::Window& window,
+                     io::InputFrame& read, SourceStrip& strip) {
+    if (present.has(Role::layers) && !header.layers.filtered.empty()) {
+        ASSIGN_OR_RETURN(read.planes[Role::layers], read_layers(header.layers, read, window));
+    }
+    if (present.has(Role::layers) && header.layers.filtered_cryptomattes > 0) {
+        auto cryptomattes = std::make_shared<FrameCryptomattes>();
+        cryptomattes->window = window;
+        for (size_t i = 0; i < header.layers.filtered_cryptomattes; ++i) {
+            const io::Cryptomatte& one = header.layers.cryptomattes[i];
+            ASSIGN_OR_RETURN(auto ranks, io::read_ranks(header.files.color_file(), one, window));
+            strip.mattes.add_cryptomatte(header.files.color_file().path(), one, ranks);
+            cryptomattes->names.push_back(one.name);
+            cryptomattes->ranks.push_back(std::move(ranks));
+        }
+        strip.cryptomattes = std::move(cryptomattes);
+    }
+    if (present.has(Role::mattes)) {
+        ASSIGN_OR_RETURN(read.planes[Role::mattes],
+                         read_mattes(header.layers, read, window, strip.mattes));
+    }
+    return Status();
+}
+
+// Reads the rows `top` .. `bottom` - 1 in the files' own convention.
+Status decode(const FrameHeader& header, RoleSet present, io::Keep keep, int top, int bottom,
+              SourceStrip& strip) {
+    io::PlanesArea area{header.window, header.match.options};
+    area.window.min_y = header.window.min_y + top;
+    area.window.max_y = header.window.min_y + bottom - 1;
+    const RoleSet made = header.makes_motion ? RoleSet{Role::motion, Role::motion_back} : RoleSet{};
+    constexpr RoleSet kNoChannels = {Role::layers, Role::mattes, Role::behind};
+    ASSIGN_OR_RETURN(auto read, io::read_frame(header.files, header.assignment,
+                                               present - kNoChannels - made, keep, area));
+    for (Role role : {Role::motion, Role::motion_back})
+        if (made.has(role) && present.has(role)) {
+            const ImageF& color = read.planes.at(Role::color);
+            read.planes[role] = ImageF(color.width, color.height, channels_of(role));
+        }
+    RETURN_IF_ERROR(decode_layers(header, present, area.window, read, strip));
+    strip.input = std::move(read);
+    return Status();
+}
+
+// Converts decoded rows, which begin at row `rows.top` and end before `bottom`, to canonical planes
+// of the strip, and analyzes them.
+Status convert(const SourceSettings& settings, const FrameHeader& header, const Strip& rows,
+               int bottom, SourceStrip& strip) {
+    ConvertOptions options = header.match.options;
+    options.nonfinite_color = settings.nonfinite_color;
+    in_pixels(options.motion, color_part(header));
+    in_pixels(options.motion_back, color_part(header));
+    const io::Window& window = header.window;
+    const int top = rows.top, first = rows.first, end = rows.end;
+    FramePlanes planes = std::move(strip.input.planes);
+    const auto convert_rows = [&](FramePlanes& some, int from,
+                                  FrameDescription& description) -> Result<InputHealth> {
+        description = strip.input.description;
+        description.camera = header.camera;
+        description.origin_x = window.min_x - strip.input.display_window.min_x;
+        description.origin_y = window.min_y + from - strip.input.display_window.min_y;
+        auto health = convert_frame(some, description, options);
+        if (!health.ok()) return health.status().at(header.files.color_file().path());
+        return health;
+    };
+    SourceFindings& findings = strip.findings;
+    const bool with_context = top < first || bottom > end;
+    FramePlanes core = with_context ? rows_of(planes, first - top, end - top) : FramePlanes();
+    ASSIGN_OR_RETURN(findings.health,
+                     convert_rows(with_context ? core : planes, first, strip.description));
+    if (with_context) {
+        put_rows(core, planes, first - top);
+        FrameDescription ignored;
+        for (const auto& [from, to] : {std::pair{top, first}, std::pair{end, bottom}}) {
+            if (from >= to) continue;
+            FramePlanes context = rows_of(planes, from - top, to - top);
+            RETURN_IF_ERROR(convert_rows(context, from, ignored).status());
+            put_rows(context, planes, from - top);
         }
     }
-    return std::nullopt;
-}
-
-// " R G B Z", for messages.
-std::string names_in(const io::PixelFile& file) {
-    constexpr size_t kShown = 40;
-    std::string text;
-    size_t count = 0;
-    for (const auto& part : file.parts())
-        for (const auto& channel : part.channels)
-            if (count++ < kShown) text += " " + channel.name;
-    return count > kShown ? concat(text, " and ", count - kShown, " more") : text;
-}
-
-// Merges a separate depth or motion file into the match of color's file. Channels that the profile
-// does not name are read by its first convention if the profile was named or is generic; otherwise
-// they may belong to another writer.
-Status add_own_file(const SourceSettings& settings, const Writer& writer, const io::PixelFile& file,
-                    Role role, ProfileMatch& match) {
-    auto own = match_file(settings, writer, file);
-    if (own.ok() && own->roles.count(role)) {
-        if (!own->view.empty() && own->view != match.view)
-            return Status(StatusCode::input,
-                          concat(file.path(), ": has no view ", match.view,
-                                 "; filter one after the other (--view ", own->view, ")"));
-        match.roles[role] = own->roles.at(role);
-        if (role == Role::inverse_depth) match.options.depth = own->options.depth;
-        if (role == Role::motion) match.options.motion = own->options.motion;
-        if (role == Role::motion_back) match.options.motion_back = own->options.motion_back;
-    } else if (auto plain = plain_channels(file, role)) {
-        if (!writer.is_named_or_any())
-            return Status(StatusCode::input,
-                          concat(file.path(), ": ", name_of(role), " has channels", names_in(file),
-                                 ", which do not belong to ", writer.profile.title, " (detected: ",
-                                 writer.why, "); use --profile to state how they are stored"));
-        match.roles[role] = *plain;
-        const auto sources = writer.profile.roles.find(role);
-        if (sources != writer.profile.roles.end() && !sources->second.empty()) {
-            const auto& first = sources->second.front();
-            if (role == Role::inverse_depth) match.options.depth = first.depth;
-            if (role == Role::motion) match.options.motion = first.motion;
-            if (role == Role::motion_back) match.options.motion_back = first.motion;
-        }
-    } else {
-        return Status(StatusCode::input, concat(file.path(), ": no ", name_of(role),
-                                                " channels found among", names_in(file)));
+    findings.half_depth = strip.input.half_depth;
+    if (auto& pixel = findings.health.first_nonfinite) (*pixel)[1] += first;
+    findings.edges = count_mixed_edges(planes, rows);
+    findings.clear_edges = fill_clear_edges(planes, rows);
+    if (with_context) planes = rows_of(planes, first - top, end - top);
+    if (header.zoom) {
+        findings.zoom_motion_added =
+            add_zoom_motion(*header.zoom, header.sky.has_value(), planes, strip.description);
+        findings.health.motion_all_zero = false;
     }
-    match.missing.erase(role);
+    if (header.makes_motion) {
+        findings.motion_from_camera = set_camera_motion(*header.sky, planes, strip.description);
+        findings.health.motion_all_zero = false;
+    } else if (header.sky)
+        findings.sky_motion_from_camera = fill_sky_motion(*header.sky, planes, strip.description);
+    else
+        findings.sky = count_sky(planes);
+    findings.bounds = strip.description.bounds;
+    strip.planes = std::move(planes);
     return Status();
 }
 
-// Motion vectors to or from a frame of another shot mean nothing: those on the frame's other side
-// are used in their place.
-void keep_motion_of_shot(bool cut_before, bool cut_after, FrameHeader& header) {
-    auto& assignment = header.assignment;
-    if (cut_before) assignment.erase(Role::motion_back);
-    if (!cut_after || !assignment.contains(Role::motion)) return;
-    const auto back = assignment.find(Role::motion_back);
-    header.motion_crosses_cut = back == assignment.end();
-    if (header.motion_crosses_cut) return;
-    assignment[Role::motion] = back->second;
-    header.match.options.motion = header.match.options.motion_back;
-    assignment.erase(back);
-}
-
-const Profile& profile_of(const SourceSettings& settings, const Writer& writer,
-                          const ProfileMatch& match) {
-    if (!settings.profile)
-        for (const Profile& profile : builtin_profiles())
-            if (profile.name == match.profile) return profile;
-    return writer.profile;
-}
-
-// How color's part, which is deep, is flattened: by the channels of this profile.
-Status set_flattening(const Profile& profile, FrameHeader& header) {
-    io::PixelFile& file = header.files.color_file();
-    const RoleChannels& color = header.match.roles.at(Role::color);
-    io::Flattening& flattening = file.flattening;
-    if (color.channels.size() == 4) flattening.alpha = color.channels[3];
-    const auto depth = header.assignment.find(Role::inverse_depth);
-    const bool own = depth != header.assignment.end() && depth->second.part == color.part &&
-                     !header.files.files.contains(Role::inverse_depth);
-    if (own) {
-        const DepthEncoding encoding = header.match.options.depth;
-        if (encoding == DepthEncoding::inverse || encoding == DepthEncoding::reverse ||
-            encoding == DepthEncoding::reverse_infinite)
-            return Status(StatusCode::input,
-                          concat(file.path(), ": is deep, and its depth decreases with distance (",
-                                 "profile ", profile.name,
-                                 "); deep samples are sorted by a depth that increases: write the "
-                                 "distance, or use a profile that says so (--profile)"));
-        flattening.depth = depth->second.channels[0];
-    }
-    std::set<std::string> names(color.channels.begin(), color.channels.end());
-    for (const FileLayer& layer :
-         find_layers(io::channels_of(file), header.match, data_names(profile)))
-        if (layer.is_color() && layer.channels.part == color.part)
-            names.insert(layer.channels.channels.begin(), layer.channels.channels.end());
-    flattening.color = std::move(names);
-    return Status();
-}
-
-// Planes of several files or parts cover each other pixel by pixel only if one display window holds
-// them all. Another pixel aspect is a warning: not every format has one.
-Status check_displays(FrameHeader& header) {
-    const io::ExrPart& color = color_part(header);
-    const std::string path = header.files.color_file().path();
-    for (const auto& [role, where] : header.assignment) {
-        const io::PixelFile& file = header.files.file_of(role);
-        const io::ExrPart& part = file.parts()[size_t(where.part)];
-        if (part.display_window != color.display_window)
-            return Status(StatusCode::input,
-                          concat(file.path(), ": ", name_of(role), " has display window ",
-                                 part.display_window.text(), ", color (", path, ") ",
-                                 color.display_window.text(), "; render both at one size"));
-        if (part.pixel_aspect != color.pixel_aspect)
-            header.warnings.push_back(concat(file.path(), ": ", name_of(role), " has pixel aspect ",
-                                             part.pixel_aspect, ", color (", path, ") ",
-                                             color.pixel_aspect, ", which is used"));
-    }
-    return Status();
+// Why the stored depth seems to have another encoding; empty: it does not. A depth buffer's values
+// lie between the clip planes by themselves.
+std::string doubt_of_depth(const SourceFrame& frame) {
+    const DepthEncoding encoding = frame.conversion.depth;
+    const bool inverse = encoding == DepthEncoding::inverse;
+    if (!frame.description.planes.has(Role::inverse_depth) ||
+        !(inverse || encoding == DepthEncoding::linear))
+        return "";
+    const double most = frame.description.bounds.max_inverse_depth;
+    if (inverse && most == 0) return "depth, read as 1/distance, is 0 everywhere: infinitely far";
+    // Without a clip plane: distances of the sky, read as 1/distance.
+    constexpr double kNearest = 1e-4;
+    const auto& near = frame.description.camera.near_clip;
+    const double nearest = near ? *near * (1 - 1e-3) : inverse ? kNearest : 0;
+    if (!std::isfinite(most) || most * nearest <= 1) return "";
+    const char* remedy = inverse
+                             ? "is it a distance? Then give --profile generic, or a profile of "
+                               "your own with encoding: linear"
+                             : "is it a distance in scene units? Otherwise state its encoding in a "
+                               "profile of your own";
+    char digits[32];
+    std::snprintf(digits, sizeof(digits), "%.3g", 1 / most);
+    return concat("the nearest depth, read as ", inverse ? "1/distance" : "distance", ", is ",
+                  digits, ", before the near clip plane", near ? concat(" at ", *near) : "", "; ",
+                  remedy);
 }
 
 }  // namespace
 
-// 64-bit arithmetic, because a header may state any window.
-bool fits(const io::Window& w) {
-    return int64_t(w.max_x) - w.min_x < io::kMaxSide && int64_t(w.max_y) - w.min_y < io::kMaxSide;
+RoleSet planes_of(const FrameHeader& header, RoleSet wanted) {
+    RoleSet present = RoleSet{Role::color} | (wanted & roles_in_files(header));
+    // Vectors at clear edges and of the sky depend on depth, and conversion goes through `motion`.
+    if (present.has(Role::motion) || present.has(Role::motion_back))
+        present = present | (roles_in_files(header) & RoleSet{Role::inverse_depth, Role::motion});
+    return present;
 }
 
-const io::ExrPart& color_part(const FrameHeader& header) {
-    return header.files.color_file().parts()[size_t(header.assignment.at(Role::color).part)];
+void SourceFindings::add(const SourceFindings& next) {
+    FrameBounds& b = bounds;
+    const FrameBounds& n = next.bounds;
+    b.max_speed_px = std::max(b.max_speed_px, n.max_speed_px);
+    b.max_speed_back_px = std::max(b.max_speed_back_px, n.max_speed_back_px);
+    b.min_inverse_depth = std::min(b.min_inverse_depth, n.min_inverse_depth);
+    b.max_inverse_depth = std::max(b.max_inverse_depth, n.max_inverse_depth);
+    b.one_color = b.one_color && n.one_color && b.min_color == n.min_color;
+    b.color_is_half = b.color_is_half && n.color_is_half;
+    b.layers_are_half = b.layers_are_half && n.layers_are_half;
+    for (size_t c = 0; c < 4; ++c) {
+        b.min_color[c] = std::min(b.min_color[c], n.min_color[c]);
+        b.max_color[c] = std::max(b.max_color[c], n.max_color[c]);
+    }
+    health.nonfinite_color += next.health.nonfinite_color;
+    health.nonfinite_depth += next.health.nonfinite_depth;
+    health.nonfinite_motion += next.health.nonfinite_motion;
+    health.sentinel_motion += next.health.sentinel_motion;
+    health.negative_depth += next.health.negative_depth;
+    health.motion_all_zero = health.motion_all_zero && next.health.motion_all_zero;
+    if (!health.first_nonfinite) health.first_nonfinite = next.health.first_nonfinite;
+    edges.depth.add(next.edges.depth);
+    edges.motion.add(next.edges.motion);
+    clear_edges += next.clear_edges;
+    sky_motion_from_camera += next.sky_motion_from_camera;
+    motion_from_camera += next.motion_from_camera;
+    zoom_motion_added += next.zoom_motion_added;
+    sky.add(next.sky);
 }
 
-RoleSet roles_in_files(const FrameHeader& header) {
-    RoleSet roles;
-    for (const auto& [role, where] : header.assignment) roles.add(role);
-    if (header.layers.any_filtered()) roles.add(Role::layers);
-    if (!header.layers.mattes.empty()) roles.add(Role::mattes);
-    if (header.has_behind) roles.add(Role::behind);
-    if (header.makes_motion) roles = roles | RoleSet{Role::motion, Role::motion_back};
-    return roles;
+Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
+                                      RoleSet present, io::Keep keep, int first, int end) try {
+    const int height = header.window.height();
+    const Strip rows = {std::max(0, first - kContextRows), first, end, height};
+    const int bottom = std::min(height, end + kContextRows);
+    SourceStrip strip;
+    const auto start = Clock::now();
+    RETURN_IF_ERROR(decode(header, present, keep, rows.top, bottom, strip));
+    strip.read_ms = milliseconds_since(start);
+    RETURN_IF_ERROR(convert(settings, header, rows, bottom, strip));
+    strip.convert_ms = milliseconds_since(start) - strip.read_ms;
+    return strip;
+} catch (const std::bad_alloc&) {
+    return Status(StatusCode::memory,
+                  concat(header.files.color_file().path(), ": not enough memory: needs ",
+                         bytes_text(frame_bytes(header, present, keep, end - first)),
+                         "; free some or render smaller"));
 }
 
-Result<FrameHeader> open_source_frame(const SourceSettings& settings,
-                                      const std::map<Role, std::string>& files, int frame) {
-    if (settings.view == kAllViews && !settings.all_views)
-        return Status(StatusCode::usage,
-                      "--view all: only run filters all views of a file; choose one");
-    // The layer behind is a frame of its own (behind_planes.h).
-    std::map<Role, std::string> own = files;
-    const bool has_behind = own.erase(Role::behind) > 0;
-    ASSIGN_OR_RETURN(auto opened, io::open_frame(own, frame, {}, settings.input_transfer));
-    auto header = header_of(settings, std::move(opened));
-    if (header.ok() && has_behind) header->has_behind = true;
-    return header;
-}
+void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
+              SourceStrip strip) {
+    const std::string path = header.files.color_file().path();
+    const SourceFindings& findings = strip.findings;
+    frame.input = std::move(strip.input);
+    frame.input.window = header.window;
+    frame.input.description.width = header.window.width();
+    frame.input.description.height = header.window.height();
+    frame.conversion = header.match.options;
+    frame.conversion.nonfinite_color = settings.nonfinite_color;
+    frame.description = std::move(strip.description);
+    frame.description.width = header.window.width();
+    frame.description.height = header.window.height();
+    frame.description.origin_y = header.window.min_y - frame.input.display_window.min_y;
+    frame.description.bounds = findings.bounds;
+    frame.description.bounds.camera_cut = header.motion_crosses_cut;
+    for (const auto& [role, where] : header.assignment)
+        if (!frame.description.planes.has(role)) frame.description.not_converted.add(role);
+    frame.match = std::move(header.match);
+    frame.camera_origins = std::move(header.camera_origins);
+    frame.layers = std::move(header.layers);
+    if (strip.cryptomattes && !strip.cryptomattes->ranks.empty())
+        frame.cryptomattes = std::move(strip.cryptomattes);
+    frame.warnings = std::move(header.warnings);
+    frame.warnings.insert(frame.warnings.end(), strip.mattes.warnings.begin(),
+                          strip.mattes.warnings.end());
+    if (strip.mattes.faulty > 0)
+        frame.strict_fault = Status(
+            StatusCode::health, concat(path, ": ", strip.mattes.faulty,
+                                       " faulty values in mattes under --strict; nothing written"));
+    frame.health = findings.health;
+    SurfaceHealth& surfaces = frame.surface_health;
+    surfaces.mixed_edges = findings.edges.parts();
+    surfaces.clear_edges = findings.clear_edges;
+    surfaces.sky_motion_from_camera = findings.sky_motion_from_camera;
+    surfaces.motion_from_camera = findings.motion_from_camera;
+    surfaces.zoom_motion_added = findings.zoom_motion_added;
+    surfaces.sky_without_motion = header.sky_is_still ? 0 : findings.sky.without_motion();
 
-Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files) {
-    const int frame = files.frame_number;
-    FrameHeader header;
-    header.files = std::move(files);
-    for (const auto& [role, file] : header.files.files) file->flattening.behind = settings.behind;
-    const io::PixelFile& color_file = header.files.color_file();
-    auto writer = writer_of(settings, header.files);
-    if (!writer.ok()) {
-        RETURN_IF_ERROR(color_file.explain_no_color());
-        return writer.status().at(color_file.path());
-    }
-    auto match = match_file(settings, *writer, color_file);
-    if (!match.ok() || !match->roles.count(Role::color)) {
-        RETURN_IF_ERROR(color_file.explain_no_color());
-        if (!match.ok()) return match.status().at(color_file.path());
-        return Status(StatusCode::input, concat(color_file.path(), ": no color; looked for ",
-                                                match->missing[Role::color], "\n", match->text()));
-    }
-    header.match = std::move(*match);
-    for (const auto& [role, file] : header.files.files) {
-        if (role == Role::color) continue;
-        RETURN_IF_ERROR(add_own_file(settings, *writer, *file, role, header.match));
-    }
-    if (const io::ImageFile* picture = picture_of(color_file))
-        header.match.options.unpremultiplied = picture->info().unassociated;
-    for (const auto& [role, where] : header.match.roles)
-        header.assignment[role] = {where.part, where.channels};
-    keep_motion_of_shot(settings.cuts.contains(frame - 1), settings.cuts.contains(frame), header);
-
-    ASSIGN_OR_RETURN(
-        header.layers,
-        find_frame_layers(settings.layers, data_names(profile_of(settings, *writer, header.match)),
-                          color_file, header.match));
-    header.warnings = header.layers.warnings;
-
-    RETURN_IF_ERROR(check_displays(header));
-    const auto& part = color_part(header);
-    if (part.deep) {
-        RETURN_IF_ERROR(set_flattening(profile_of(settings, *writer, header.match), header));
-        header.has_behind = !settings.behind;
-    }
-    header.window = part.data_window;
-    if (settings.data_window == DataWindow::grow) {
-        const io::Window whole = part.data_window.united(part.display_window);
-        if (fits(whole))
-            header.window = whole;
-        else
-            header.warnings.push_back(concat(color_file.path(), ": the display window ",
-                                             part.display_window.text(),
-                                             " is too large to filter (at most ", io::kMaxSide,
-                                             " pixels a side): light that leaves the data window ",
-                                             part.data_window.text(), " is lost"));
-    }
-    const Display display{part.display_window.width(), part.display_window.height(),
-                          double(part.pixel_aspect)};
-    const CameraFile* camera = settings.camera ? &*settings.camera : nullptr;
-    io::CameraMetadata metadata = io::camera_metadata(part);
-    header.camera = frame_camera(metadata.camera, camera, frame, display);
-    header.camera_origins = metadata.origins;
-    if (camera)
-        for (auto& [key, origin] : camera->origins_for(frame))
-            header.camera_origins[key] = std::move(origin);
-    if (camera)
-        if (auto warning = camera->check_resolution(display))
-            header.warnings.push_back(warning->text());
-    find_camera_motion(settings, metadata, frame, display, header);
-    if (header.makes_motion) header.motion_crosses_cut = false;
-    header.camera_attributes = std::move(metadata.found);
-    return header;
-}
-
-RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
-                      const PlanOptions& options) {
-    const auto& part = color_part(header);
-    FrameDescription frame;
-    frame.width = header.window.width();
-    frame.height = header.window.height();
-    frame.display_width = part.display_window.width();
-    frame.display_height = part.display_window.height();
-    frame.pixel_aspect = double(part.pixel_aspect);
-    frame.origin_x = header.window.min_x - part.display_window.min_x;
-    frame.origin_y = header.window.min_y - part.display_window.min_y;
-    frame.frame_number = header.files.frame_number;
-    frame.camera = header.camera;
-    // Which planes are read does not depend on depth.
-    for (const auto& link : chain.links)
-        for (const Place& place : link.pass->depth_places())
-            frame.bounds.inverse_depth_at[place] = 0;
-    frame.bounds.camera_cut = header.motion_crosses_cut;
-    frame.mattes = matte_indices(chain, settings.layers.mattes);
-    RoleSet own = roles_in_files(header);
-    // Cryptomattes are filtered as layers too, in chunks.
-    frame.layers = std::max(int(header.layers.filtered.size()), int(own.has(Role::layers)));
-    if (mattes_of(chain).empty()) own.remove(Role::mattes);
-    const RoleSet usable = chain.required() | chain.optional();
-    bool planned = false;
-    const auto read_with = [&](const std::vector<Neighbor>& neighbors) {
-        frame.planes = own;
-        for (Neighbor neighbor : neighbors)
-            for (Role role : kNeighborRoles)
-                if (own.has(role) && usable.has(is_stacked(role) ? role_of(neighbor, Role::color)
-                                                                 : role_of(neighbor, role)))
-                    frame.planes.add(role_of(neighbor, role));
-        const auto plan = make_plan(chain, frame, options);
-        if (!plan.ok()) return RoleSet();
-        planned = true;
-        return plan->reads;
+    const InputHealth& health = frame.health;
+    const auto warn = [&](const std::string& text) {
+        frame.warnings.push_back(path + ": " + text);
     };
-    RoleSet all = read_with({});
-    if (!usable.of(Neighbor::before).empty() || !usable.of(Neighbor::after).empty()) {
-        all = all | read_with({Neighbor::before}) | read_with({Neighbor::after}) |
-              read_with({Neighbor::before, Neighbor::after});
+    const auto count = [&](uint64_t pixels, const char* what) {
+        if (pixels) warn(concat(pixels, " pixels ", what));
+    };
+    count(health.nonfinite_color, "with non-finite color (or beyond 1e34) were replaced");
+    count(health.nonfinite_depth, "with non-finite depth are treated as infinitely far");
+    count(health.nonfinite_motion, "with non-finite motion are treated as static");
+    if (auto& first = frame.health.first_nonfinite) {
+        (*first)[0] += header.window.min_x;
+        (*first)[1] += header.window.min_y;
+        warn("the first non-finite pixel is " + frame.first_nonfinite_text());
+        frame.strict_fault =
+            Status(StatusCode::health, concat(path, ": ", health.nonfinite(),
+                                              " non-finite pixels under --strict, the first at ",
+                                              frame.first_nonfinite_text(), "; nothing written"));
     }
-    // If a pass reads the depth at a place, planning needs it.
-    if (!frame.bounds.inverse_depth_at.empty()) all.add(Role::inverse_depth);
-    return planned ? all : usable;
+    count(health.negative_depth, "with depth <= 0 are treated as infinitely far");
+    if (const std::string doubt = doubt_of_depth(frame); !doubt.empty()) warn(doubt);
+    count(health.sentinel_motion, "with the 'no vector' sentinel are treated as static");
+    count(
+        surfaces.sky_without_motion,
+        "of sky have no motion although everything else moves; they stay sharp (a camera file with "
+        "camera_matrix_world gives them camera motion)");
+    if (surfaces.motion_from_camera && settings.camera_motion == CameraMotion::missing)
+        warn(concat("no motion vectors (looked for ", frame.match.missing[Role::motion],
+                    "): the camera's are used, and objects that move by themselves stay sharp "
+                    "(--camera-motion all, if that is meant)"));
+    if (frame.description.planes.has(Role::motion) && health.motion_all_zero)
+        warn(health.sentinel_motion > 0
+                 ? "every motion vector is zero or the sentinel: there will be no motion blur"
+                 : "every motion vector is zero: there will be no motion blur (Cycles writes zero "
+                   "vectors when its own motion blur is on; switch it off)");
+    if (findings.half_depth)
+        warn(
+            "depth is half float: its steps of 2^-11 are visible in the circle of confusion; write "
+            "depth as float");
 }
 
 SharedPlanes shared(FramePlanes planes) {
@@ -379,39 +341,6 @@ std::string SourceFrame::first_nonfinite_text() const {
     return first ? concat("(", (*first)[0], ", ", (*first)[1], ")") : "none";
 }
 
-FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
-    FrameDescription description = frame.description;
-    std::vector<std::string> mattes;
-    for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
-    description.mattes = matte_indices(chain, mattes);
-    if (mattes_of(chain).empty())
-        for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
-            description.planes.remove(role);
-    find_depths(chain, frame.planes, description);
-    find_speeds(chain, frame.planes, description);
-    description.camera = description.camera.overlaid_by(chain.camera);
-    return description;
-}
-
-Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
-                               const PlanOptions& options) {
-    FrameDescription description = planned_description(chain, frame);
-    if (!frame.layers.fill_mask.empty()) description = with_fill_mask(std::move(description));
-    auto plan = make_plan(chain, description, options);
-    if (plan.ok()) return plan;
-    const Status status = plan.status();
-    std::string text = frame.input.files.color_file().path() + ": " + status.message();
-    if (status.code() == StatusCode::input) {
-        for (const auto& [role, names] : frame.match.missing)
-            if (chain.required().has(role))
-                text += concat("; ", name_of(role), " was looked for as ", names);
-        text += "; found were";
-        for (const auto& [role, file] : frame.input.files.files) text += names_in(*file);
-        text += " (profile " + frame.match.profile + ")";
-    }
-    return Status(status.code(), text);
-}
-
 ImageF stored_color(const io::InputFrame& input) {
     return input.kept->interleaved(input.assignment.at(Role::color).channels, input.window, 4, 1);
 }
@@ -439,6 +368,23 @@ void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion,
         for (size_t c = 0; c < 3; ++c)
             if (const float alpha = color.data[4 * pixel + 3]; alpha != 0)
                 layer.data[4 * pixel + c] /= alpha;
+}
+
+Result<ColorFile> read_color(const SourceSettings& settings, const std::string& path, int frame) {
+    ASSIGN_OR_RETURN(auto header, open_source_frame(settings, {{Role::color, path}}, frame));
+    // Two images and their copies; error maps are not counted.
+    const uint64_t bytes =
+        frame_bytes(header, {Role::color}, io::Keep::nothing, header.window.height());
+    RETURN_IF_ERROR(check_memory(path, 2 * bytes, settings.max_memory));
+    ASSIGN_OR_RETURN(auto input, io::read_frame(header.files, header.assignment, {Role::color},
+                                                io::Keep::nothing));
+    ColorFile color{std::move(input), header.match.profile};
+    if (header.match.options.unpremultiplied) {
+        ImageF& rgba = color.rgba();
+        for (size_t i = 0; i < rgba.pixels(); ++i)
+            for (size_t c = 0; c < 3; ++c) rgba.data[4 * i + c] *= rgba.data[4 * i + 3];
+    }
+    return color;
 }
 
 }  // namespace postchain::sequence

@@ -1,86 +1,38 @@
 // Reads one frame of a sequence and converts it to a canonical frame.
 //
-//   files --open, match profile, camera--> FrameHeader     (headers only)
-//   FrameHeader --read, convert--> SourceFrame        (pixels)
+//   files --open_source_frame--> FrameHeader    headers only: source/frame_header.h
+//   FrameHeader --decode, convert--> SourceFrame    pixels, all rows or a strip of them
+//   SourceFrame --plan_source_frame--> Plan    source/frame_plan.h
 //
 // All programs that read sequences use it: run, plan, inspect, diff and the reports.
 #pragma once
 
+#include <chrono>
+#include <cstdint>
 #include <map>
-#include <optional>
-#include <set>
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/frame.h"
-#include "chain/planner.h"
-#include "config/camera_file.h"
-#include "config/profile.h"
-#include "config/profile_match.h"
-#include "tools/sequence/files/sequence.h"
-#include "tools/sequence/frame/camera_metadata.h"
-#include "tools/sequence/frame/frame_reader.h"
-#include "tools/sequence/layers/frame_layers.h"
-#include "tools/sequence/source/edge_check.h"
-#include "tools/sequence/source/sky_motion.h"
+#include "chain/image.h"
+#include "tools/sequence/source/frame_header.h"
+#include "tools/sequence/source/surface_edges.h"
 
 namespace postchain::sequence {
 
-// Window to filter if a frame was cropped: its data window leaves out part of the display window.
-enum class DataWindow {
-    grow,  // data and display window; the written data window grows
-    keep,  // only the data window; light that leaves it is lost
-};
+// Times one step of the work.
+using Clock = std::chrono::steady_clock;
 
-struct SourceSettings {
-    std::optional<Profile> profile;  // none = detected from channel names
-    bool behind = false;             // deep samples: those behind each pixel's surface
-    std::string layer;               // empty = the only one
-    std::string view;                // empty = the default one; kAllViews: FrameHeader::match
-    bool all_views = false;          // kAllViews may be chosen
-    std::optional<CameraFile> camera;
-    NonfiniteColor nonfinite_color = NonfiniteColor::clamp;
-    std::set<int> cuts;  // frames that a camera cut follows
-    DataWindow data_window = DataWindow::grow;
-    CameraMotion camera_motion = CameraMotion::missing;
-    // Pattern of neighboring frames, for their cameras.
-    std::optional<io::PathPattern> color_frames;
-    uint64_t max_memory = 0;                     // bytes for frames; 0 = no limit
-    std::optional<io::Transfer> input_transfer;  // of non-EXR images; none = as the file says
-    LayerSettings layers;
-};
-
-struct FrameHeader {
-    io::OpenFrame files;
-    ProfileMatch match;
-    io::ChannelAssignment assignment;
-    io::Window window;                // the window that is filtered
-    Camera camera;                    // metadata overridden by the camera file
-    Origins camera_origins;           // of the camera's values
-    std::optional<SkyViews> sky;      // if matrices exist and motion vectors are made from them
-    bool looked_for_cameras = false;  // in the files of the frames before and after
-    bool sky_is_still = false;        // matrices exist, of a camera that neither turns nor zooms
-    bool has_behind = false;          // a file of the layer behind is given, or color is deep
-    bool motion_crosses_cut = false;  // and is not replaced by that of the other side
-    bool makes_motion = false;        // all vectors are made from `sky`, replacing the file's
-    std::optional<Zoom> zoom;         // to add to the file's motion vectors
-    std::vector<io::FoundAttribute> camera_attributes;  // of color's part
-    FrameLayers layers;                                 // of color's file
-    std::vector<std::string> warnings;                  // one line each
-};
-
-// `files` as in io::FrameList::files. Errors (input) name the file, what was looked for and found.
-Result<FrameHeader> open_source_frame(const SourceSettings& settings,
-                                      const std::map<Role, std::string>& files, int frame);
-// The same for files that are open; `files.frame_number` is the frame.
-Result<FrameHeader> header_of(const SourceSettings& settings, io::OpenFrame files);
+inline double milliseconds_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
 
 // Surface statistics from depth and motion vectors, collected while a frame is read.
 struct SurfaceHealth {
     MixedEdges mixed_edges;
-    uint64_t clear_edges = 0;             // pixels, clear_edges.h
-    uint64_t sky_without_motion = 0;      // pixels, sky_motion.h
+    uint64_t clear_edges = 0;             // pixels, surface_edges.h
+    uint64_t sky_without_motion = 0;      // pixels, camera_motion.h
     uint64_t sky_motion_from_camera = 0;  // pixels
     uint64_t motion_from_camera = 0;      // pixels
     uint64_t zoom_motion_added = 0;       // pixels
@@ -93,8 +45,8 @@ struct FrameCryptomattes {
     std::vector<io::RankedCoverage> ranks;
 };
 
-// Layers that are filtered without the neighbors that lack them (layers_apart.h).
-struct LayersApart {
+// Layers that are filtered without the neighbors that lack them (neighbor_planes.h).
+struct SeparateLayers {
     std::vector<size_t> layers;  // indices into FrameLayers::filtered
     SharedPlanes planes;         // Role::layers, and those of the neighbors that have them
 };
@@ -108,7 +60,7 @@ struct SourceFrame {
     ProfileMatch match;
     Origins camera_origins;  // of description.camera
     FrameLayers layers;
-    std::vector<LayersApart> layers_apart;  // layers not in `planes`
+    std::vector<SeparateLayers> separate_layers;  // layers not in `planes`
     // Empty if they stay as rendered.
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
     std::map<Neighbor, std::shared_ptr<const FrameCryptomattes>> neighbor_cryptomattes;
@@ -122,32 +74,47 @@ struct SourceFrame {
     std::string first_nonfinite_text() const;  // "(12, -3)"
 };
 
-const io::ExrPart& color_part(const FrameHeader& header);
-
-// At most io::kMaxSide pixels a side, so it can be filtered.
-bool fits(const io::Window& window);
-
-// Roles that the frame can supply by itself: channels in its files, layers, mattes, generated
-// motion.
-RoleSet roles_in_files(const FrameHeader& header);
-
-// Planes to read for this chain: those that a plan without facts reads, as if all neighbors
-// existed, and those that its neighbors read from it. If the chain cannot be planned, all planes
-// that it could use; plan_source_frame() then reports why.
-RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
-                      const PlanOptions& options);
-
 // Reads color and the available planes of `wanted`. Writing the frame back needs Keep::all.
 Result<SourceFrame> read_source_frame(const SourceSettings& settings, FrameHeader header,
                                       RoleSet wanted, io::Keep keep);
 
-// The description that is planned: with the chain's camera and the depths that its passes need.
-FrameDescription planned_description(const Chain& chain, const SourceFrame& frame);
+// Findings in the rows read so far; after all strips, those of the frame.
+struct SourceFindings {
+    FrameBounds bounds;
+    InputHealth health;  // first_nonfinite in planes of the whole frame
+    MixedEdgeCounts edges;
+    uint64_t clear_edges = 0;
+    uint64_t sky_motion_from_camera = 0;
+    uint64_t motion_from_camera = 0;
+    uint64_t zoom_motion_added = 0;
+    SkyCounts sky;
+    bool half_depth = false;
 
-// make_plan() for this frame. Errors name the file and, if a plane is missing, the channel names
-// looked for and found.
-Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
-                               const PlanOptions& options);
+    void add(const SourceFindings& next);
+};
+
+struct SourceStrip {
+    io::InputFrame input;  // as read, with extra rows for edge detection
+    FrameDescription description;
+    FramePlanes planes;  // canonical, rows first .. end - 1 of FrameHeader::window
+    SourceFindings findings;
+    std::shared_ptr<const FrameCryptomattes> cryptomattes;
+    MatteFindings mattes;
+    double read_ms = 0;
+    double convert_ms = 0;
+};
+
+// Color and the planes of `wanted` that the frame has.
+RoleSet planes_of(const FrameHeader& header, RoleSet wanted);
+
+// Layers and mattes are read only if all rows are. Errors: those of read_source_frame().
+Result<SourceStrip> read_source_strip(const SourceSettings& settings, const FrameHeader& header,
+                                      RoleSet present, io::Keep keep, int first, int end);
+
+// Fills a frame, except planes and times, from its last strip, which holds the findings of all
+// strips. `header` is the strip's.
+void conclude(SourceFrame& frame, const SourceSettings& settings, FrameHeader header,
+              SourceStrip strip);
 
 SharedPlanes shared(FramePlanes planes);
 
@@ -160,5 +127,17 @@ void layer_to_file_convention(ImageF& layer, const ConvertOptions& conversion, c
 
 // Color in the convention of the file, for a frame read with Keep::all.
 ImageF stored_color(const io::InputFrame& input);
+
+// Color of one file for comparison and display, as the file has it, non-finite values included;
+// premultiplied.
+struct ColorFile {
+    io::InputFrame input;
+    std::string profile;
+    ImageF& rgba() { return input.planes.at(Role::color); }
+};
+
+// Found by profile. Errors (input): no color, unreadable; (memory) two such images exceed the limit
+// of `settings`.
+Result<ColorFile> read_color(const SourceSettings& settings, const std::string& path, int frame);
 
 }  // namespace postchain::sequence

@@ -1,10 +1,16 @@
-// Joins a frame with the planes of the frames before and after that its chain reads.
+// Joins a frame with planes of other renders that its chain reads: those of the frames before and
+// after, and the layer behind (chain/behind.h), a second render of the same camera.
+//
+// Layers that one neighbor lacks are filtered separately, without it (filter/filter_view.h). Color
+// is filtered with both neighbors, as it is without layers.
 #pragma once
 
 #include <map>
 #include <memory>
+#include <string>
+#include <vector>
 
-#include "tools/sequence/source/frame_source.h"
+#include "tools/sequence/source/sequence_reader.h"
 
 namespace postchain::sequence {
 
@@ -15,12 +21,27 @@ struct NeighborFrame {
     std::shared_ptr<const FrameCryptomattes> cryptomattes;
 };
 
-// Moves a plane, or stacked planes, from the window `from` to the window `to`.
-ImageF moved(const ImageF& plane, const io::Window& from, const io::Window& to);
-
 // `planes`: planes_to_read() of the frame; `window`: that of its planes. Layers that a neighbor
-// lacks are set apart (layers_apart.h).
+// lacks become SourceFrame::separate_layers.
 void add_neighbors(const std::map<Neighbor, NeighborFrame>& neighbors, RoleSet planes,
                    const io::Window& window, SourceFrame& frame);
+
+// Names of the layers and cryptomattes that are filtered in `frame` but not in `other`.
+std::vector<std::string> layers_lacking(const FrameLayers& frame, const FrameLayers& other);
+
+// Opens the file of a frame's layer behind. Errors (input), naming the file: those of
+// open_source_frame(); another display window than the frame's; no depth, motion vectors or layer
+// that the frame has and its chain reads.
+Result<OpenedFrame> open_behind(const SourceSettings& settings, const std::string& path,
+                                const OpenedFrame& frame);
+
+// Memory to read it and to keep it, stacked.
+uint64_t behind_bytes(const OpenedFrame& behind);
+
+// Reads it and adds it to the frame, whose neighbors are already added. Some frames are filtered
+// without it, with a warning: it holds no cryptomattes, and all its layers go with color. Errors:
+// those of read_source_frame().
+Status add_behind(const SourceSettings& settings, const OpenedFrame& behind,
+                  const FrameHeader& header, SourceFrame& frame);
 
 }  // namespace postchain::sequence

@@ -5,7 +5,8 @@
 
 #include "chain/printable.h"
 #include "chain/resolved_chain.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::sequence {
 namespace {

@@ -6,8 +6,6 @@
 #include <utility>
 
 #include "chain/text.h"
-#include "tools/sequence/source/behind_planes.h"
-#include "tools/sequence/source/layers_apart.h"
 #include "tools/sequence/source/neighbor_planes.h"
 
 namespace postchain::sequence {

@@ -4,12 +4,19 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <utility>
 
 #include "chain/printable.h"
 #include "chain/text.h"
+#include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {
 namespace {
+
+constexpr int64_t kStripBytes = int64_t(64) << 20;
+constexpr int64_t kNextBytes = int64_t(256) << 20;
+// Color, depth and both motion vectors, in the file's types and as float.
+constexpr int64_t kPixelBytes = 2 * 9 * 4;
 
 constexpr double kMinChange = 0.05;
 constexpr double kTimesMedian = 4;
@@ -30,6 +37,85 @@ double median(std::vector<double> values) {
 }
 
 }  // namespace
+
+int strip_rows(const FrameHeader& header) {
+    const int64_t row = std::max<int64_t>(1, int64_t(header.window.width()) * kPixelBytes);
+    int64_t rows = std::max<int64_t>(1, kStripBytes / row);
+    const int at_once =
+        header.files.color_file().rows_at_once(header.assignment.at(Role::color).part);
+    rows = std::max<int64_t>(1, rows / at_once) * at_once;
+    return int(std::min<int64_t>(rows, header.window.height()));
+}
+
+Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
+                                      RoleSet wanted, int rows, const StripObserver& observer) {
+    const int height = header.window.height();
+    SourceFrame frame;
+    SourceFindings all;
+    RETURN_IF_ERROR(
+        check_memory(header.files.color_file().path(),
+                     frame_bytes(header, planes_of(header, wanted), io::Keep::nothing, rows),
+                     settings.max_memory));
+    for (int first = 0; first < height; first += rows) {
+        const int end = std::min(height, first + rows);
+        ASSIGN_OR_RETURN(auto strip, read_source_strip(settings, header, planes_of(header, wanted),
+                                                       io::Keep::nothing, first, end));
+        frame.read_ms += strip.read_ms;
+        frame.convert_ms += strip.convert_ms;
+        if (observer) observer(strip.planes, first);
+        if (first == 0)
+            all = strip.findings;
+        else
+            all.add(strip.findings);
+        if (end < height) continue;
+        strip.findings = all;
+        strip.planes.clear();
+        conclude(frame, settings, header, std::move(strip));
+    }
+    return frame;
+}
+
+Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
+                             const FrameHeader& next, double longest_px, int rows) {
+    SignCheck none;
+    const io::Window &display = color_part(header).display_window,
+                     &next_display = color_part(next).display_window;
+    if (display != next_display) {
+        none.why_not = "the next frame has another display window, " + next_display.text();
+        return none;
+    }
+    const io::Window& window = header.window;
+    const int64_t row = std::max<int64_t>(1, int64_t(window.width()) * 4 * 4);
+    const double margin_limit = double(std::max<int64_t>(rows, kNextBytes / row / 2));
+    const int margin = int(std::ceil(std::min(longest_px + 1, margin_limit)));
+    SignChecker checker;
+    for (int first = 0; first < window.height(); first += rows) {
+        const int end = std::min(window.height(), first + rows);
+        ASSIGN_OR_RETURN(auto strip,
+                         read_source_strip(settings, header,
+                                           planes_of(header, {Role::inverse_depth, Role::motion,
+                                                              Role::motion_back}),
+                                           io::Keep::nothing, first, end));
+        io::Window around = window;
+        around.min_y = window.min_y + std::max(0, first - margin);
+        around.max_y = window.min_y + std::min(window.height(), end + margin) - 1;
+        const io::Window there = around.intersected(next.window);
+        ImageF color(around.width(), around.height(), 4);
+        if (!there.empty()) {
+            ASSIGN_OR_RETURN(auto rows_of_next,
+                             read_source_strip(settings, next, {Role::color}, io::Keep::nothing,
+                                               there.min_y - next.window.min_y,
+                                               there.max_y + 1 - next.window.min_y));
+            io::Window read = next.window;
+            read.min_y = there.min_y;
+            read.max_y = there.max_y;
+            color = io::placed(rows_of_next.planes.at(Role::color), read, around);
+        }
+        checker.add(strip.planes, {first, first, end, window.height()}, color,
+                    around.min_y - window.min_y);
+    }
+    return checker.result();
+}
 
 void Thumbnail::add(const ImageF& color, int first, int height) {
     for (int y = 0; y < color.height; ++y) {
@@ -63,46 +149,47 @@ double Thumbnail::difference(const Thumbnail& other) const {
 void SequenceSurvey::add(int frame, const SourceFrame& source, const Thumbnail& thumbnail) {
     const FrameDescription& description = source.description;
     const FrameBounds& bounds = description.bounds;
-    Glance glance;
-    glance.frame = frame;
-    glance.size = concat(description.width, "x", description.height);
+    FrameSummary summary;
+    summary.frame = frame;
+    summary.size = concat(description.width, "x", description.height);
     if (description.display_width != description.width ||
         description.display_height != description.height)
-        glance.size += concat(" of ", description.display_width, "x", description.display_height);
-    glance.planes = description.planes;
-    glance.nonfinite = source.health.nonfinite();
-    glance.motion_all_zero = source.health.motion_all_zero;
-    if (description.planes.has(Role::motion)) glance.speed_px = bounds.max_speed_px;
+        summary.size += concat(" of ", description.display_width, "x", description.display_height);
+    summary.planes = description.planes;
+    summary.nonfinite = source.health.nonfinite();
+    summary.motion_all_zero = source.health.motion_all_zero;
+    if (description.planes.has(Role::motion)) summary.speed_px = bounds.max_speed_px;
     if (description.planes.has(Role::inverse_depth)) {
-        glance.has_sky = is_infinitely_far(float(bounds.min_inverse_depth));
-        if (bounds.max_inverse_depth > 0) glance.nearest = 1 / bounds.max_inverse_depth;
-        if (!glance.has_sky) glance.farthest = 1 / bounds.min_inverse_depth;
+        summary.has_sky = is_infinitely_far(float(bounds.min_inverse_depth));
+        if (bounds.max_inverse_depth > 0) summary.nearest = 1 / bounds.max_inverse_depth;
+        if (!summary.has_sky) summary.farthest = 1 / bounds.min_inverse_depth;
     }
-    glance.min_color = *std::min_element(bounds.min_color.begin(), bounds.min_color.begin() + 3);
-    glance.max_color = *std::max_element(bounds.max_color.begin(), bounds.max_color.begin() + 3);
+    summary.min_color = *std::min_element(bounds.min_color.begin(), bounds.min_color.begin() + 3);
+    summary.max_color = *std::max_element(bounds.max_color.begin(), bounds.max_color.begin() + 3);
     if (last_ && !frames_.empty() && frames_.back().frame == frame - 1)
-        glance.change = thumbnail.difference(*last_);
+        summary.change = thumbnail.difference(*last_);
     last_ = thumbnail;
-    frames_.push_back(std::move(glance));
+    frames_.push_back(std::move(summary));
 }
 
 void SequenceSurvey::add_failed(int frame, const Status& status) {
-    Glance glance;
-    glance.frame = frame;
-    glance.failure = status.message();
-    frames_.push_back(std::move(glance));
+    FrameSummary summary;
+    summary.frame = frame;
+    summary.failure = status.message();
+    frames_.push_back(std::move(summary));
     last_.reset();
 }
 
 size_t SequenceSurvey::readable() const {
-    return size_t(std::count_if(frames_.begin(), frames_.end(),
-                                [](const Glance& glance) { return glance.failure.empty(); }));
+    return size_t(std::count_if(frames_.begin(), frames_.end(), [](const FrameSummary& summary) {
+        return summary.failure.empty();
+    }));
 }
 
 std::string SequenceSurvey::usual_size() const {
     std::map<std::string, size_t> sizes;
-    for (const Glance& glance : frames_)
-        if (glance.failure.empty()) ++sizes[glance.size];
+    for (const FrameSummary& summary : frames_)
+        if (summary.failure.empty()) ++sizes[summary.size];
     const auto most =
         std::max_element(sizes.begin(), sizes.end(),
                          [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -125,25 +212,25 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
     const std::string size = usual_size();
     const RoleSet planes = usual_planes();
     std::vector<double> changes;
-    for (const Glance& glance : frames_)
-        if (glance.change) changes.push_back(*glance.change);
+    for (const FrameSummary& summary : frames_)
+        if (summary.change) changes.push_back(*summary.change);
     const double usual_change = median(changes);
     for (size_t i = 0; i < frames_.size(); ++i) {
-        const Glance& glance = frames_[i];
-        const auto add = [&](const std::string& what) { found.push_back({glance.frame, what}); };
-        if (!glance.failure.empty()) {
-            add("cannot be read: " + glance.failure);
+        const FrameSummary& summary = frames_[i];
+        const auto add = [&](const std::string& what) { found.push_back({summary.frame, what}); };
+        if (!summary.failure.empty()) {
+            add("cannot be read: " + summary.failure);
             continue;
         }
-        if (glance.size != size) add(concat("is ", glance.size, "; most are ", size));
-        if (const RoleSet lacking = planes - glance.planes; !lacking.empty())
+        if (summary.size != size) add(concat("is ", summary.size, "; most are ", size));
+        if (const RoleSet lacking = planes - summary.planes; !lacking.empty())
             add("has no " + lacking.text());
-        if (const RoleSet more = glance.planes - planes; !more.empty())
+        if (const RoleSet more = summary.planes - planes; !more.empty())
             add(concat("has ", more.text(), ", which most frames lack"));
-        if (glance.nonfinite)
-            add(concat(glance.nonfinite, glance.nonfinite == 1 ? " pixel" : " pixels",
+        if (summary.nonfinite)
+            add(concat(summary.nonfinite, summary.nonfinite == 1 ? " pixel" : " pixels",
                        " with NaN or Inf"));
-        if (glance.motion_all_zero) add("every motion vector is zero");
+        if (summary.motion_all_zero) add("every motion vector is zero");
         const bool more_follow = i + 1 < frames_.size() && frames_[i + 1].change;
         if (!more_follow) continue;
         const double change = *frames_[i + 1].change;
@@ -151,7 +238,7 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
             add(concat("the image changes ",
                        usual_change > 0 ? number(change / usual_change) + " times as much as usual"
                                         : std::string("unlike elsewhere"),
-                       " to frame ", glance.frame + 1, ": a cut? (--cuts ", glance.frame, ")"));
+                       " to frame ", summary.frame + 1, ": a cut? (--cuts ", summary.frame, ")"));
     }
     return found;
 }
@@ -159,15 +246,15 @@ std::vector<SequenceSurvey::Finding> SequenceSurvey::findings() const {
 template <class Value>
 std::optional<SequenceSurvey::Range> SequenceSurvey::range(const Value& value) const {
     std::optional<Range> range;
-    for (const Glance& glance : frames_) {
+    for (const FrameSummary& summary : frames_) {
         const std::optional<double> one =
-            glance.failure.empty() ? std::optional<double>(value(glance)) : std::nullopt;
+            summary.failure.empty() ? std::optional<double>(value(summary)) : std::nullopt;
         if (!one) continue;
-        if (!range) range = Range{*one, *one, glance.frame};
+        if (!range) range = Range{*one, *one, summary.frame};
         range->least = std::min(range->least, *one);
         if (*one > range->most) {
             range->most = *one;
-            range->at_most = glance.frame;
+            range->at_most = summary.frame;
         }
     }
     return range;
@@ -190,13 +277,15 @@ io::Json SequenceSurvey::json() const {
             json[key] = {
                 {"least", range->least}, {"most", range->most}, {"most_in_frame", range->at_most}};
     };
-    add("max_speed_px", range([](const Glance& g) { return g.speed_px; }));
-    add("nearest", range([](const Glance& g) { return g.nearest; }));
-    add("farthest", range([](const Glance& g) { return g.farthest; }));
-    json["sky_in_frames"] =
-        std::count_if(frames_.begin(), frames_.end(), [](const Glance& g) { return g.has_sky; });
-    add("min_color", range([](const Glance& g) { return std::optional<double>(g.min_color); }));
-    add("max_color", range([](const Glance& g) { return std::optional<double>(g.max_color); }));
+    add("max_speed_px", range([](const FrameSummary& g) { return g.speed_px; }));
+    add("nearest", range([](const FrameSummary& g) { return g.nearest; }));
+    add("farthest", range([](const FrameSummary& g) { return g.farthest; }));
+    json["sky_in_frames"] = std::count_if(frames_.begin(), frames_.end(),
+                                          [](const FrameSummary& g) { return g.has_sky; });
+    add("min_color",
+        range([](const FrameSummary& g) { return std::optional<double>(g.min_color); }));
+    add("max_color",
+        range([](const FrameSummary& g) { return std::optional<double>(g.max_color); }));
     json["findings"] = io::Json::array();
     for (const Finding& finding : findings())
         json["findings"].push_back({{"frame", finding.frame}, {"what", finding.what}});
@@ -215,16 +304,17 @@ std::string SequenceSurvey::text() const {
             text += concat(" to ", number(range->most), " (frame ", range->at_most, ")");
         text += concat(unit, "\n");
     };
-    add("largest speed", range([](const Glance& g) { return g.speed_px; }), " px a frame");
-    add("nearest distance", range([](const Glance& g) { return g.nearest; }), " scene units");
-    add("farthest distance", range([](const Glance& g) { return g.farthest; }), " scene units");
-    const auto sky =
-        std::count_if(frames_.begin(), frames_.end(), [](const Glance& g) { return g.has_sky; });
+    add("largest speed", range([](const FrameSummary& g) { return g.speed_px; }), " px a frame");
+    add("nearest distance", range([](const FrameSummary& g) { return g.nearest; }), " scene units");
+    add("farthest distance", range([](const FrameSummary& g) { return g.farthest; }),
+        " scene units");
+    const auto sky = std::count_if(frames_.begin(), frames_.end(),
+                                   [](const FrameSummary& g) { return g.has_sky; });
     if (sky) text += concat("  sky in ", sky, " of ", readable(), " frames\n");
     add("smallest color value",
-        range([](const Glance& g) { return std::optional<double>(g.min_color); }), "");
+        range([](const FrameSummary& g) { return std::optional<double>(g.min_color); }), "");
     add("largest color value",
-        range([](const Glance& g) { return std::optional<double>(g.max_color); }), "");
+        range([](const FrameSummary& g) { return std::optional<double>(g.max_color); }), "");
     const auto found = findings();
     if (found.empty()) return text + "no unusual frames\n";
     text += "unusual frames:\n";

@@ -1,17 +1,36 @@
-// Summarizes the frames of a sequence and finds unusual ones.
+// Analyzes frames strip by strip, so that memory does not grow with their height, summarizes the
+// frames of a sequence and finds unusual ones.
 //
+//   FrameHeader --scan_source_frame--> SourceFrame without planes
 //   SourceFrame, Thumbnail of each frame --SequenceSurvey--> ranges over frames, frames that differ
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "chain/sign_check.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/source/frame_scan.h"
+#include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {
+
+// Rows per strip: about 64 MiB, rounded to whole blocks of lines or tiles.
+int strip_rows(const FrameHeader& header);
+
+// Receives the planes of each strip, starting at row `first`.
+using StripObserver = std::function<void(const FramePlanes& planes, int first)>;
+
+// The findings of read_source_frame() without planes; `rows` rows are in memory at a time.
+Result<SourceFrame> scan_source_frame(const SourceSettings& settings, const FrameHeader& header,
+                                      RoleSet wanted, int rows, const StripObserver& observer = {});
+
+// Checks the sign of a frame's motion vectors against the next frame. `longest_px`: the largest
+// speed in the frame; vectors that reach more than 128 MiB of rows up or down are skipped.
+Result<SignCheck> scan_signs(const SourceSettings& settings, const FrameHeader& header,
+                             const FrameHeader& next, double longest_px, int rows);
 
 // 16 x 9 means of RGB, each value after x/(1 + x), collected strip by strip: enough to detect a
 // change of shot.
@@ -49,7 +68,7 @@ class SequenceSurvey {
     io::Json json() const;
 
   private:
-    struct Glance {
+    struct FrameSummary {
         int frame = 0;
         std::string failure;
         std::string size;
@@ -71,7 +90,7 @@ class SequenceSurvey {
     std::string usual_size() const;
     RoleSet usual_planes() const;
 
-    std::vector<Glance> frames_;
+    std::vector<FrameSummary> frames_;
     std::optional<Thumbnail> last_;
 };
 

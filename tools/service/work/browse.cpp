@@ -7,7 +7,6 @@
 #include "config/scalar.h"
 #include "tools/sequence/files/folder_scan.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/files/parameter_json.h"
 
 namespace postchain::service {
 namespace {

@@ -6,7 +6,7 @@
 #include "tools/measure/experiment/run_experiment.h"
 #include "tools/measure/study/study_report.h"
 #include "tools/measure/study/work.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::service {
 namespace {

@@ -5,11 +5,12 @@
 #include <set>
 
 #include "config/text_tree.h"
-#include "tools/sequence/record/exit_code.h"
 #include "tools/sequence/record/fingerprint.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/record/sidecar.h"
 #include "tools/sequence/run/run_files.h"
 #include "tools/sequence/run/run_sequence.h"
+#include "tools/sequence/source/frame_plan.h"
 
 namespace postchain::service {
 namespace {

@@ -2,7 +2,7 @@
 // end of every frame, so that any process can resume the job.
 #pragma once
 
-#include "tools/sequence/settings/frame_task.h"
+#include "tools/sequence/settings/run_settings.h"
 #include "tools/service/work/job_work.h"
 
 namespace postchain::service {

@@ -9,7 +9,7 @@
 #include "config/scalar.h"
 #include "config/schema.h"
 #include "tools/measure/experiment/outcome.h"
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"
 #include "tools/sequence/settings/color_settings.h"
 #include "tools/sequence/source/memory.h"
@@ -388,7 +388,7 @@ class RequestParser {
         row.set(&alone, value);
         if (sequence::needs_ocio(alone)) alone.ocio = job_.ocio;
         Diagnostics notes;
-        return sequence::run_settings_of(alone, reader_.registry_, notes).status();
+        return sequence::parse_job(alone, reader_.registry_, notes).status();
     }
 
     // A camera file may name aperture images, which are read with it.
@@ -424,7 +424,7 @@ class RequestParser {
         confine_truth(request_.bench);
         if (has_errors(body_.faults()) || !input) return;
         Diagnostics notes;
-        auto settings = sequence::run_settings_of(job_, reader_.registry_, notes);
+        auto settings = sequence::parse_job(job_, reader_.registry_, notes);
         if (!settings.ok()) return body_.fault("", settings.status().message());
         for (Diagnostic& note : notes) body_.add(std::move(note));
         settings->input = std::move(*input);

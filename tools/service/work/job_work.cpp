@@ -2,7 +2,7 @@
 
 #include <thread>
 
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 
 namespace postchain::service {
 void Progress::step(sequence::FrameStep step, int frame, bool begins, Clock::time_point now) {
@@ -47,7 +47,8 @@ std::optional<Progress::UnderWay> Progress::longest(Clock::time_point now) const
 }
 
 bool WorkContext::goes_on() const {
-    while (!stop && turn() == RunDecision::wait) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (!stop && turn() == RunDecision::wait)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     return !stop;
 }
 

@@ -9,8 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/sequence/settings/frame_task.h"
-#include "tools/sequence/source/clock.h"
+#include "tools/sequence/source/frame_source.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/counters.h"
 #include "tools/service/work/gl_device.h"

@@ -6,7 +6,7 @@
 #include "config/scalar.h"
 #include "config/text_check.h"
 #include "tools/sequence/files/json.h"
-#include "tools/sequence/image/image_module.h"
+#include "tools/sequence/image/image_file.h"
 
 namespace postchain::service {
 namespace {

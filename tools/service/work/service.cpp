@@ -10,7 +10,7 @@
 #include "chain/text.h"
 #include "config/describe.h"
 #include "config/schema.h"
-#include "tools/sequence/record/exit_code.h"
+#include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/run/device.h"
 #include "tools/service/store/job_store.h"
 #include "tools/service/work/backend.h"
@@ -219,8 +219,8 @@ size_t Service::end() {
 
 Result<std::unique_ptr<Service>> Service::open(const ServiceSettings& settings,
                                                const PassRegistry& registry) try {
-    ASSIGN_OR_RETURN(auto device, sequence::context_options_of(settings.device, settings.threads,
-                                                               settings.warn));
+    ASSIGN_OR_RETURN(auto device,
+                     sequence::choose_device(settings.device, settings.threads, settings.warn));
     auto state = std::make_unique<State>(settings, registry, device, folders_of(settings));
     ASSIGN_OR_RETURN(state->store,
                      JobStore::open(settings.store, settings.attempts, settings.keep));

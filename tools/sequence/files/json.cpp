@@ -1,6 +1,7 @@
-#include "tools/sequence/files/parameter_json.h"
+#include "tools/sequence/files/json.h"
 
 #include <cmath>
+#include <cstdio>
 
 namespace postchain::io {
 namespace {
@@ -11,6 +12,25 @@ Json number_from(double number) {
 }
 
 }  // namespace
+
+std::string json_text(const Json& json, int indent) {
+    const std::string text = json.dump(indent, ' ', false, Json::error_handler_t::replace);
+    std::string out;
+    out.reserve(text.size());
+    for (size_t at = 0; at < text.size();) {
+        const CodePoint c = code_point(text, at);
+        // Line feeds between values come from the indent.
+        if (c.value != '\n' && acts_on_a_terminal(c.value)) {
+            char escaped[8];
+            std::snprintf(escaped, sizeof(escaped), "\\u%04x", unsigned(c.value));
+            out += escaped;
+        } else {
+            out += text.substr(at, c.bytes);
+        }
+        at += c.bytes;  // dump() returns valid UTF-8
+    }
+    return out;
+}
 
 Json json_of(const ParameterValue& value) {
     if (const auto* flag = std::get_if<bool>(&value)) return *flag;

@@ -1,6 +1,7 @@
-// Packs and unpacks whole streams in zlib's format (RFC 1950: deflate, then an Adler-32), as in ZIP
-// and ZIPS of EXR. Uses libdeflate if the program was built with it, otherwise zlib; either reads
-// streams of the other.
+// ZIP and ZIPS of EXR: the low bytes of all 16-bit words, then their high bytes; then each byte
+// minus the one before it; then deflate.
+//
+// Source: "OpenEXR File Layout" and ImfZip.cpp of OpenEXR 3.1.
 #pragma once
 
 #include <cstddef>
@@ -10,6 +11,17 @@
 
 namespace postchain::io {
 
+// Splits `words` little-endian words into their low and high bytes, and back.
+void split_words(const uint8_t* from, size_t words, uint8_t* low, uint8_t* high);
+void join_words(const uint8_t* low, const uint8_t* high, size_t words, uint8_t* to);
+
+// In place: b[i] = b[i] - b[i - 1] + 128 modulo 256; b[0] stays. And back.
+void to_differences(uint8_t* bytes, size_t count);
+void from_differences(uint8_t* bytes, size_t count);
+
+// Deflater and Inflater pack and unpack whole streams in zlib's format (RFC 1950: deflate, then an
+// Adler-32). They use libdeflate if the program was built with it, otherwise zlib; either reads
+// streams of the other.
 inline constexpr int kMaxDeflateLevel = 9;
 
 // One for each thread. Throws std::bad_alloc.

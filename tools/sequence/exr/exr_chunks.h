@@ -1,19 +1,29 @@
-// Layout of a part's chunks (blocks of lines, or tiles), and of the pixels in a chunk.
+// The chunks of a part (blocks of lines, or tiles): their layout, and pixels unpacked from them and
+// packed into them on the threads of WorkerPool.
+//
+//   table of chunks --> pread, sizes checked --> inflate --> words joined --> rows of the planes
+//   rows of the planes --> words split --> differences --> deflate --> the stream, a few at a time
+//
+// Reading checks every statement of the file: a chunk must match its place in the table, end within
+// the file, and hold exactly the bytes of its pixels.
 //
 // Source: "OpenEXR File Layout" (openexr.com). A chunk holds its lines from top to bottom. A line
 // holds the channels in the order of the header, each with its samples from left to right. Numbers
-// are little-endian. ZIP and ZIPS then pack the whole chunk (zip_bytes.h, zlib_stream.h), unless it
-// would grow.
+// are little-endian. ZIP and ZIPS then pack the whole chunk (zip.h), unless it would grow.
 #pragma once
 
 #include <ImfHeader.h>
+#include <ImfIO.h>
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "chain/status.h"
+#include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::io {
@@ -85,5 +95,32 @@ void ChunkLayout::each_row(const Window& area, const Visit& visit) const {
         }
     }
 }
+
+struct ChunkSource {
+    int fd = -1;
+    std::span<const uint64_t> offsets;  // the part's table of chunks, from scan_header()
+    std::optional<int> part;            // part number; only for multi-part files
+
+    // False if the file ends too early.
+    bool read_at(uint64_t at, void* to, size_t count) const;
+    // Reads and checks the begin of a chunk, its part and its line or tile, and moves `at` behind
+    // it. Errors (input): truncated, or another chunk at this offset.
+    Status check_place(const ChunkLayout& layout, size_t chunk, uint64_t& at) const;
+};
+
+Status chunk_is_damaged(const char* what);
+Status chunk_is_cut();
+
+// Fills the planes of `pixels`, which are channels of the layout. At least one line of its window
+// must be in the layout's window. Errors (input), with the lines or the tile: damaged, truncated;
+// (memory).
+Status read_chunks(const ChunkSource& source, const ChunkLayout& layout, PartPixels& pixels);
+
+// Appends all chunks of the full-size level, and fills in the part's table of chunks, which OpenEXR
+// left empty at the file offset `table`. `planes`: one for each channel of the layout, in any
+// order. `part`: part number, only for multi-part files. `level`: deflate level (zip.h). Errors
+// (output): a chunk of 2 GiB or more; (memory). Throws the exceptions of the stream.
+Status write_chunks(Imf::OStream& stream, const ChunkLayout& layout, const PartPlanes& planes,
+                    std::optional<int> part, int level, uint64_t table);
 
 }  // namespace postchain::io

@@ -1,0 +1,189 @@
+#include "tools/sequence/source/frame_plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "chain/depth_at.h"
+#include "chain/matte.h"
+#include "chain/resolved_chain.h"
+#include "tools/sequence/layers/fill_mask.h"
+
+namespace postchain::sequence {
+namespace {
+
+io::Window reached(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    const double px = reach_of(chain, plan, frame);
+    return frame.input.data_window.grown(int(std::ceil(std::min(px, double(io::kMaxSide)))));
+}
+
+// Number of display-window pixels, outside the filtered window, that the passes may move light to:
+// for a cropped frame under DataWindow::keep.
+uint64_t pixels_cut_off(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    const io::Window lit = reached(chain, plan, frame).intersected(frame.input.display_window);
+    return lit.pixels() - lit.intersected(frame.input.window).pixels();
+}
+
+// Whether a pass needs a focus distance that the camera states.
+bool asks_for_focus(const Chain& chain, FrameDescription frame) {
+    FrameDescription without = frame;
+    without.camera.focus_distance.reset();
+    return std::any_of(chain.links.begin(), chain.links.end(), [&](const ChainLink& link) {
+        return link.pass->resolve(frame).ok() && !link.pass->resolve(without).ok();
+    });
+}
+
+// Pixels with a value outside the cut's limits; of motion its length.
+uint64_t pixels_cut(const Cut& cut, const SourceFrame& frame) {
+    const ImageF& first = *frame.planes.begin()->second;
+    std::vector<char> is_cut(first.pixels());
+    for (const auto& [role, plane] : frame.planes) {
+        if (!cut.planes.has(role)) continue;
+        for (size_t i = 0; i < is_cut.size(); ++i) {
+            const float* value = plane->data.data() + i * size_t(plane->channels);
+            const double size = plane->channels == 2
+                                    ? std::hypot(double(value[0]), double(value[1]))
+                                    : double(value[0]);
+            is_cut[i] |= char(size < cut.low || size > cut.high);
+        }
+    }
+    return uint64_t(std::count(is_cut.begin(), is_cut.end(), 1));
+}
+
+// One line for each limit of a pass that some pixels exceed.
+void add_cuts(const Chain& chain, const Plan& plan, const SourceFrame& frame,
+              const FrameDescription& description, std::vector<std::string>& warnings) {
+    for (size_t i = 0; i < chain.links.size(); ++i) {
+        const auto pass = resolve_link(chain, i, description);
+        if (!pass.ok() || plan.passes[i].elided) continue;
+        const std::string& name = chain.links[i].type->name;
+        for (const Cut& cut : (*pass)->cuts())
+            if (const uint64_t pixels = pixels_cut(cut, frame))
+                warnings.push_back(concat(
+                    frame.input.files.color_file().path(), ": ", name, ": the ", cut.what, " of ",
+                    pixels, pixels == 1 ? " pixel" : " pixels", " is cut to ", cut.limit_px,
+                    " px; the largest is ", cut.largest_px, " px (set ", cut.parameter, ")"));
+    }
+}
+
+}  // namespace
+
+RoleSet planes_needed(const Chain& chain, const SourceSettings& settings, const FrameHeader& header,
+                      const PlanOptions& options) {
+    const auto& part = color_part(header);
+    FrameDescription frame;
+    frame.width = header.window.width();
+    frame.height = header.window.height();
+    frame.display_width = part.display_window.width();
+    frame.display_height = part.display_window.height();
+    frame.pixel_aspect = double(part.pixel_aspect);
+    frame.origin_x = header.window.min_x - part.display_window.min_x;
+    frame.origin_y = header.window.min_y - part.display_window.min_y;
+    frame.frame_number = header.files.frame_number;
+    frame.camera = header.camera;
+    // Which planes are read does not depend on depth.
+    for (const auto& link : chain.links)
+        for (const Place& place : link.pass->depth_places())
+            frame.bounds.inverse_depth_at[place] = 0;
+    frame.bounds.camera_cut = header.motion_crosses_cut;
+    frame.mattes = matte_indices(chain, settings.layers.mattes);
+    RoleSet own = roles_in_files(header);
+    // Cryptomattes are filtered as layers too, in chunks.
+    frame.layers = std::max(int(header.layers.filtered.size()), int(own.has(Role::layers)));
+    if (mattes_of(chain).empty()) own.remove(Role::mattes);
+    const RoleSet usable = chain.required() | chain.optional();
+    bool planned = false;
+    const auto read_with = [&](const std::vector<Neighbor>& neighbors) {
+        frame.planes = own;
+        for (Neighbor neighbor : neighbors)
+            for (Role role : kNeighborRoles)
+                if (own.has(role) && usable.has(is_stacked(role) ? role_of(neighbor, Role::color)
+                                                                 : role_of(neighbor, role)))
+                    frame.planes.add(role_of(neighbor, role));
+        const auto plan = make_plan(chain, frame, options);
+        if (!plan.ok()) return RoleSet();
+        planned = true;
+        return plan->reads;
+    };
+    RoleSet all = read_with({});
+    if (!usable.of(Neighbor::before).empty() || !usable.of(Neighbor::after).empty()) {
+        all = all | read_with({Neighbor::before}) | read_with({Neighbor::after}) |
+              read_with({Neighbor::before, Neighbor::after});
+    }
+    // If a pass reads the depth at a place, planning needs it.
+    if (!frame.bounds.inverse_depth_at.empty()) all.add(Role::inverse_depth);
+    return planned ? all : usable;
+}
+
+FrameDescription planned_description(const Chain& chain, const SourceFrame& frame) {
+    FrameDescription description = frame.description;
+    std::vector<std::string> mattes;
+    for (const MatteSource& matte : frame.layers.mattes) mattes.push_back(matte.name);
+    description.mattes = matte_indices(chain, mattes);
+    if (mattes_of(chain).empty())
+        for (Role role : {Role::mattes, Role::mattes_before, Role::mattes_after})
+            description.planes.remove(role);
+    find_depths(chain, frame.planes, description);
+    find_speeds(chain, frame.planes, description);
+    description.camera = description.camera.overlaid_by(chain.camera);
+    return description;
+}
+
+Result<Plan> plan_source_frame(const Chain& chain, const SourceFrame& frame,
+                               const PlanOptions& options) {
+    FrameDescription description = planned_description(chain, frame);
+    if (!frame.layers.fill_mask.empty()) description = with_fill_mask(std::move(description));
+    auto plan = make_plan(chain, description, options);
+    if (plan.ok()) return plan;
+    const Status status = plan.status();
+    std::string text = frame.input.files.color_file().path() + ": " + status.message();
+    if (status.code() == StatusCode::input) {
+        for (const auto& [role, names] : frame.match.missing)
+            if (chain.required().has(role))
+                text += concat("; ", name_of(role), " was looked for as ", names);
+        text += "; found were";
+        for (const auto& [role, file] : frame.input.files.files) text += names_in(*file);
+        text += " (profile " + frame.match.profile + ")";
+    }
+    return Status(status.code(), text);
+}
+
+double reach_of(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    const FrameDescription description = planned_description(chain, frame);
+    std::set<int> left_out;
+    for (const Elision& elision : plan.elisions)
+        if (elision.kind == ElisionKind::pass) left_out.insert(elision.pass);
+    double px = 0;
+    for (size_t i = 0; i < chain.links.size(); ++i)
+        if (!left_out.count(int(i)))
+            px += postchain::reach_of(*chain.links[i].pass, description).spreads_px;
+    return px;
+}
+
+io::Window written_window(const Chain& chain, const Plan& plan, const SourceFrame& frame) {
+    return reached(chain, plan, frame).intersected(frame.input.window);
+}
+
+std::vector<std::string> plan_warnings(const Chain& chain, const Plan& plan,
+                                       const SourceFrame& frame) {
+    std::vector<std::string> warnings;
+    const std::string path = frame.input.files.color_file().path();
+    const io::Window whole = frame.input.data_window.united(frame.input.display_window);
+    if (const uint64_t lost = pixels_cut_off(chain, plan, frame))
+        warnings.push_back(concat(
+            path, ": the data window ", frame.input.data_window.text(),
+            " leaves out part of the display window ", frame.input.display_window.text(),
+            ": light that the chain moves out of it, into ", lost, " pixels at most, is lost",
+            fits(whole) ? " (--data-window grow keeps it)" : ""));
+    const FrameDescription description = planned_description(chain, frame);
+    add_cuts(chain, plan, frame, description, warnings);
+    const Camera& camera = description.camera;
+    if (camera.metadata_focus_m && !camera.meters_per_unit && asks_for_focus(chain, description))
+        warnings.push_back(
+            concat(path, ": the focus of its metadata is ", *camera.metadata_focus_m,
+                   " m, but meters_per_unit is unknown: a scene unit is assumed to be "
+                   "1 m (set it in --camera, in the chain or with --set)"));
+    return warnings;
+}
+
+}  // namespace postchain::sequence

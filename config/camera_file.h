@@ -1,7 +1,7 @@
 // camera.json: lens, shutter and clip planes of a sequence. Format: docs/chain_file.md.
 //
 // Precedence: defaults < metadata of the image file < --camera < the chain's camera < a pass's own
-// value < --set. The first three steps are frame_camera() below; make_plan() (chain/planner.h)
+// value < --set. The first three steps are frame_camera() below; make_plan() (chain/pass/planner.h)
 // applies the chain's camera, into which parse_chain() has put --set.
 #pragma once
 
@@ -11,8 +11,8 @@
 #include <string>
 #include <string_view>
 
-#include "chain/frame.h"
-#include "chain/origin.h"
+#include "chain/frame/frame.h"
+#include "chain/frame/origin.h"
 #include "config/diagnostic.h"
 
 namespace postchain {

@@ -14,7 +14,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "config/diagnostic.h"
 #include "config/text_tree.h"
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <set>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/embedded.h"
 #include "config/reporter.h"
 #include "config/text_tree.h"

@@ -1,8 +1,8 @@
 #include "config/chain_from_text.h"
 
+#include "chain/base/text.h"
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/handles.h"
-#include "chain/text.h"
 #include "config/chain_find.h"
 
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "config/diagnostic.h"
 
 namespace postchain {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/json.h"
+#include "chain/base/json.h"
 #include "config/chain_file.h"
 #include "config/markdown.h"
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain {
 

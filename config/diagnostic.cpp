@@ -1,6 +1,6 @@
 #include "config/diagnostic.h"
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 
 namespace postchain {
 

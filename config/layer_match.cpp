@@ -6,8 +6,8 @@
 #include <array>
 #include <set>
 
-#include "chain/parameter.h"
-#include "chain/text.h"
+#include "chain/base/parameter.h"
+#include "chain/base/text.h"
 
 namespace postchain {
 

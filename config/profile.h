@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/convert.h"
-#include "chain/role.h"
+#include "chain/frame/convert.h"
+#include "chain/frame/role.h"
 #include "config/diagnostic.h"
 
 namespace postchain {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <set>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/reporter.h"
 
 namespace postchain {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/diagnostic.h"
 #include "config/text_tree.h"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 
 namespace postchain {
 namespace {

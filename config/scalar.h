@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "config/text_tree.h"
 
 namespace postchain {

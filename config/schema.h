@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "chain/json.h"
-#include "chain/pass.h"
+#include "chain/base/json.h"
+#include "chain/pass/pass.h"
 
 namespace postchain {
 

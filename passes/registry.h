@@ -1,7 +1,7 @@
 // All passes of this build. The list is made from passes/CMakeLists.txt.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain {
 

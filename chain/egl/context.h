@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "chain/base/status.h"
 #include "chain/gl/device.h"
-#include "chain/status.h"
 
 namespace postchain::egl {
 

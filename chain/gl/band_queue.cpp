@@ -6,7 +6,7 @@
 #include <cmath>
 #include <thread>
 
-#include "chain/bands.h"
+#include "chain/plan/bands.h"
 
 namespace postchain::gl {
 namespace {

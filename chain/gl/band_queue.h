@@ -8,8 +8,8 @@
 #include <functional>
 #include <utility>
 
+#include "chain/base/status.h"
 #include "chain/gl/fence.h"
-#include "chain/status.h"
 
 namespace postchain {
 

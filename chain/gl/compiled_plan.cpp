@@ -7,7 +7,7 @@
 #include <string_view>
 
 #include "chain/gl/debug.h"
-#include "chain/hazards.h"
+#include "chain/plan/hazards.h"
 
 namespace postchain::gl {
 namespace {

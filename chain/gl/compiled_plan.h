@@ -11,16 +11,16 @@
 #include <optional>
 #include <vector>
 
-#include "chain/bands.h"
+#include "chain/base/status.h"
 #include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
 #include "chain/gl/image_reads.h"
 #include "chain/gl/program.h"
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
-#include "chain/plan_values.h"
-#include "chain/status.h"
-#include "chain/storage.h"
+#include "chain/plan/bands.h"
+#include "chain/plan/plan_values.h"
+#include "chain/plan/storage.h"
 
 namespace postchain::gl {
 
@@ -48,9 +48,9 @@ class CompiledPlan : public PlanValues {
   public:
     // Takes the plan's textures from the pool, which keeps them: plans that do not run at the same
     // time share them. Compiles the programs that are not yet compiled. With `max_size`, textures
-    // are as large as frames up to that size need (chain/plan.h, fit()); otherwise as in `plan`.
-    // With Reads::images, imported textures have the plan's formats. Errors: those of pool and
-    // compiler, and StatusCode::internal if a step's block is not its program's. The pool must
+    // are as large as frames up to that size need (chain/plan/plan.h, fit()); otherwise as in
+    // `plan`. With Reads::images, imported textures have the plan's formats. Errors: those of pool
+    // and compiler, and StatusCode::internal if a step's block is not its program's. The pool must
     // outlive it.
     static Result<CompiledPlan> make(Plan plan, TexturePool& pool, ProgramCache& programs,
                                      RunObjects& objects, bool labels,

@@ -15,7 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/base/status.h"
+#include "chain/frame/frame.h"
 #include "chain/gl/band_queue.h"
 #include "chain/gl/clock.h"
 #include "chain/gl/compiled_plan.h"
@@ -24,8 +25,7 @@
 #include "chain/gl/run_objects.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/plan/plan.h"
 
 namespace postchain {
 

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::gl {
 namespace {

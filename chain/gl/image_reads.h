@@ -6,7 +6,7 @@
 #include <string>
 
 #include "chain/gl/device.h"
-#include "chain/plan.h"
+#include "chain/plan/plan.h"
 
 namespace postchain::gl {
 

@@ -8,10 +8,10 @@
 #include <optional>
 #include <sstream>
 
+#include "chain/base/parameter.h"
 #include "chain/gl/debug.h"
 #include "chain/gl/image_reads.h"
-#include "chain/parameter.h"
-#include "chain/program_source.h"
+#include "chain/plan/program_source.h"
 
 namespace postchain::gl {
 namespace {

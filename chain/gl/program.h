@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "chain/base/status.h"
 #include "chain/gl/device.h"
-#include "chain/plan.h"
-#include "chain/program_source.h"
-#include "chain/status.h"
+#include "chain/plan/plan.h"
+#include "chain/plan/program_source.h"
 
 namespace postchain::gl {
 

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <span>
 
+#include "chain/base/status.h"
 #include "chain/gl/fence.h"
-#include "chain/status.h"
 
 namespace postchain::gl {
 

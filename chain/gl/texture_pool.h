@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/base/status.h"
+#include "chain/plan/plan.h"
 
 namespace postchain::gl {
 

@@ -5,11 +5,11 @@
 #include <cstddef>
 #include <vector>
 
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "chain/gl/fence.h"
 #include "chain/gl/texture_pool.h"
-#include "chain/image.h"
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/plan/plan.h"
 
 namespace postchain::gl {
 

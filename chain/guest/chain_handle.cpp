@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 
 namespace postchain::guest {
 namespace {

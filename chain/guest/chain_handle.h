@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/guest/failure.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::guest {
 

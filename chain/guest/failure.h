@@ -4,8 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "chain/base/status.h"
 #include "chain/guest/postchain.h"
-#include "chain/status.h"
 
 namespace postchain::guest {
 

@@ -8,7 +8,7 @@
 #include <glm/gtc/matrix_access.hpp>
 #include <glm/matrix.hpp>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::guest {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 #include "chain/guest/failure.h"
-#include "chain/storage.h"
+#include "chain/pass/chain.h"
+#include "chain/plan/storage.h"
 #include "shaders/shared/guest_uniforms.h"
 
 namespace postchain::guest {
@@ -98,7 +98,7 @@ glm::dmat3 clip_directions(const float (&columns)[16]);
 inline constexpr size_t kLongestView = 63;  // letters of a debug_view
 
 // Everything that a plan and its conversion depend on, except the frame's size, values and number.
-// Plans of equal keys have the same shape if their PlanShapes (chain/planner.h) are equal.
+// Plans of equal keys have the same shape if their PlanShapes (chain/pass/planner.h) are equal.
 struct PlanKey {
     uint64_t chain = 0, revision = 0;
     MaxFrameSize max_size;  // its textures are as large as frames of this size need

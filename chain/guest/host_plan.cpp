@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "chain/hazards.h"
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
+#include "chain/plan/hazards.h"
 
 namespace postchain::guest {
 namespace {

@@ -2,11 +2,11 @@
 // canonical planes, and a step after it writes the host's output.
 #pragma once
 
-#include "chain/chain.h"
+#include "chain/base/status.h"
 #include "chain/guest/host_frame.h"
-#include "chain/plan.h"
-#include "chain/planner.h"
-#include "chain/status.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
+#include "chain/plan/plan.h"
 
 namespace postchain::guest {
 

@@ -10,7 +10,7 @@
 #include <cstring>
 
 #include "chain/guest/failure.h"
-#include "chain/program_source.h"
+#include "chain/plan/program_source.h"
 
 namespace postchain::guest {
 

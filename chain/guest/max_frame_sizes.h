@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "chain/guest/host_frame.h"
-#include "chain/storage.h"
+#include "chain/plan/storage.h"
 
 namespace postchain::guest {
 

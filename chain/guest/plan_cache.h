@@ -16,9 +16,9 @@
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_frame.h"
 #include "chain/guest/host_plan.h"
-#include "chain/plan.h"
-#include "chain/plan_print.h"
-#include "chain/resolved_chain.h"
+#include "chain/pass/resolved_chain.h"
+#include "chain/plan/plan.h"
+#include "chain/plan/plan_print.h"
 
 namespace postchain::guest {
 

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::guest {
 namespace {

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/base/status.h"
 #include "chain/guest/postchain.h"
-#include "chain/status.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::guest {
 

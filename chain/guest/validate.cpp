@@ -7,10 +7,10 @@
 #include <bit>
 #include <iterator>
 
+#include "chain/frame/sign_check.h"
 #include "chain/gl/debug.h"
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_frame.h"
-#include "chain/sign_check.h"
 
 namespace postchain::guest {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
-#include "chain/bands.h"
-#include "chain/hazards.h"
+#include "chain/plan/bands.h"
+#include "chain/plan/hazards.h"
 #include "chain/vk/format.h"
 
 namespace postchain::vk {

@@ -9,9 +9,9 @@
 #include <memory>
 #include <vector>
 
-#include "chain/plan_values.h"
-#include "chain/status.h"
-#include "chain/storage.h"
+#include "chain/base/status.h"
+#include "chain/plan/plan_values.h"
+#include "chain/plan/storage.h"
 #include "chain/vk/device.h"
 #include "chain/vk/image_pool.h"
 #include "chain/vk/programs.h"

@@ -5,7 +5,7 @@
 
 #include <cstdint>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::vk {
 

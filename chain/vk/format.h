@@ -4,7 +4,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include "chain/guest/host_frame.h"
-#include "chain/plan.h"
+#include "chain/plan/plan.h"
 
 namespace postchain::vk {
 

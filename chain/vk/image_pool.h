@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "chain/status.h"
-#include "chain/storage.h"
+#include "chain/base/status.h"
+#include "chain/plan/storage.h"
 #include "chain/vk/device.h"
 
 namespace postchain::vk {

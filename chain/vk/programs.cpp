@@ -2,8 +2,8 @@
 
 #include <cstring>
 
-#include "chain/parameter.h"
-#include "chain/program_source.h"
+#include "chain/base/parameter.h"
+#include "chain/plan/program_source.h"
 
 namespace postchain::vk {
 namespace {

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "chain/plan.h"
-#include "chain/program_source.h"
-#include "chain/status.h"
+#include "chain/base/status.h"
+#include "chain/plan/plan.h"
+#include "chain/plan/program_source.h"
 #include "chain/vk/device.h"
 #include "chain/vk/spirv.h"
 

@@ -87,7 +87,7 @@ Status check_aperture(const ApertureParameters& own, const Camera& camera) {
         return Status(StatusCode::chain,
                       concat("aperture_image: ", camera.aperture_image.file(),
                              " has not been read; a host reads it and hands over its values "
-                             "(chain/bokeh_kernel.h)"));
+                             "(chain/frame/bokeh_kernel.h)"));
     return Status();
 }
 

@@ -20,9 +20,9 @@
 #include <array>
 #include <vector>
 
-#include "chain/frame.h"
-#include "chain/origin.h"
-#include "chain/status.h"
+#include "chain/base/status.h"
+#include "chain/frame/frame.h"
+#include "chain/frame/origin.h"
 #include "passes/common/lens.h"
 
 namespace postchain::lens {

@@ -1,7 +1,7 @@
 #include "passes/common/keep.h"
 
-#include "chain/pass.h"
-#include "chain/work_list.h"
+#include "chain/pass/pass.h"
+#include "chain/pass/work_list.h"
 #include "shaders/shared/frame_uniforms.h"
 
 namespace postchain {

@@ -1,7 +1,7 @@
 // Blocks that a filter does not change.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain {
 

@@ -4,8 +4,8 @@
 
 #include <optional>
 
-#include "chain/frame.h"
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::lens {
 

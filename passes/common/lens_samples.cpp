@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "shaders/shared/lens_samples_uniforms.h"
 
 namespace postchain::lens {

@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/common/aperture.h"
 
 namespace postchain::lens {

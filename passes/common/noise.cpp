@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <vector>
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "shaders/shared/noise_uniforms.h"
 
 namespace postchain::noise {

@@ -18,8 +18,8 @@
 #include <array>
 #include <cstdint>
 
-#include "chain/image.h"
-#include "chain/pass.h"
+#include "chain/base/image.h"
+#include "chain/pass/pass.h"
 
 namespace postchain::noise {
 

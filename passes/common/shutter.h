@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "chain/frame.h"
-#include "chain/origin.h"
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
+#include "chain/frame/frame.h"
+#include "chain/frame/origin.h"
 
 namespace postchain::shutter {
 

@@ -1,6 +1,6 @@
 #include "passes/common/wide_color.h"
 
-#include "chain/convert.h"
+#include "chain/frame/convert.h"
 
 namespace postchain {
 

@@ -3,7 +3,7 @@
 // decision and every weight comes from them. Each layer has the next four.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain {
 

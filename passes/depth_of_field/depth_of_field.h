@@ -9,7 +9,7 @@
 
 #include <optional>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::depth_of_field {

@@ -23,8 +23,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/pass.h"
-#include "chain/work_list.h"
+#include "chain/pass/pass.h"
+#include "chain/pass/work_list.h"
 #include "passes/depth_of_field/gilham_reference.h"
 #include "shaders/shared/depth_of_field_blur_uniforms.h"
 #include "shaders/shared/depth_of_field_needed_uniforms.h"

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/common/circle_of_confusion.h"
 #include "passes/depth_of_field/depth_of_field.h"
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "chain/pass.h"
-#include "chain/work_list.h"
+#include "chain/pass/pass.h"
+#include "chain/pass/work_list.h"
 #include "passes/common/wide_color.h"
 #include "passes/fxaa/reference.h"
 #include "shaders/shared/fxaa_uniforms.h"

@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain::fxaa {
 

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "passes/fxaa/fxaa.h"
 
 namespace postchain::fxaa {

@@ -4,7 +4,7 @@
 #include <iterator>
 #include <utility>
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "passes/common/lens_samples.h"
 #include "passes/inverse_warp/reference.h"
 #include "passes/inverse_warp/steps.h"

@@ -28,7 +28,7 @@
 #include <optional>
 #include <vector>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/common/aperture.h"
 #include "passes/common/circle_of_confusion.h"
 #include "passes/common/noise.h"
@@ -124,8 +124,8 @@ class NeighborList {
 // frame: a frame is then farther away than the paths of surfaces are known.
 NeighborList searched_neighbors(const Settings& settings, RoleSet available);
 
-// Does the pass use the layer behind (chain/behind.h)? Not beside a hint that it is given: a step
-// has too few textures for both, and that hint comes from a pass that has blurred the frame's
+// Does the pass use the layer behind (chain/frame/behind.h)? Not beside a hint that it is given: a
+// step has too few textures for both, and that hint comes from a pass that has blurred the frame's
 // color.
 bool uses_second_layer(const Settings& settings, const PlanContext& context);
 

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "chain/behind.h"
-#include "chain/work_list.h"
+#include "chain/frame/behind.h"
+#include "chain/pass/work_list.h"
 #include "passes/common/lens_samples.h"
 #include "passes/common/wide_color.h"
 #include "passes/inverse_warp/reference_search.h"
@@ -203,7 +203,7 @@ Color color_at(const ImageD& color, Vec at) {
     return c;
 }
 
-// The layer behind, from its stack (chain/behind.h).
+// The layer behind, from its stack (chain/frame/behind.h).
 Frame second_layer_of(const ImageD& stack, int height, bool motion, const Settings& settings) {
     const auto rows = [&](int first, int end) {
         ImageD planes(stack.width, (end - first) * height, 4);

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 
 namespace postchain::inverse_warp::reference {
 namespace {

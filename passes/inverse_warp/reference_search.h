@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "passes/inverse_warp/reference_surfaces.h"
 
 namespace postchain::inverse_warp::reference {
@@ -69,7 +69,7 @@ struct Frame {
 struct Frames {
     Frame here;
     std::vector<Frame> neighbors;
-    std::optional<Frame> second_layer;  // chain/behind.h, as a frame at this one's time
+    std::optional<Frame> second_layer;  // chain/frame/behind.h, as a frame at this one's time
     double half_open = 1;               // half the open time, frames
     int own_steps = 2;                  // of the search from the pixel itself
     double together_px = 2;             // between the displacements of surfaces that move together

@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "chain/convert.h"
-#include "chain/work_list.h"
+#include "chain/frame/convert.h"
+#include "chain/pass/work_list.h"
 
 namespace postchain::inverse_warp::reference {
 namespace {

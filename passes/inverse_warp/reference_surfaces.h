@@ -7,7 +7,7 @@
 #include <array>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::inverse_warp::reference {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/lens_samples.h"
 #include "shaders/shared/frame_uniforms.h"
@@ -613,7 +613,7 @@ class Planner {
     const FrameDescription& frame_;
     const bool motion_;        // surfaces hold it
     const bool layered_;       // the frame has extra layers
-    const bool second_layer_;  // the pass uses the layer behind (chain/behind.h)
+    const bool second_layer_;  // the pass uses the layer behind (chain/frame/behind.h)
     const std::array<int, 3> blocks_;
     const uint64_t pixels_;
 };

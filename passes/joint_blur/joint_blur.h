@@ -3,7 +3,7 @@
 // it: the second blurs each smeared pixel of the first by one depth or motion.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain::joint_blur {
 

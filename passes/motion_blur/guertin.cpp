@@ -17,8 +17,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/pass.h"
-#include "chain/work_list.h"
+#include "chain/pass/pass.h"
+#include "chain/pass/work_list.h"
 #include "passes/common/keep.h"
 #include "passes/common/noise.h"
 #include "passes/motion_blur/reference.h"

@@ -1,7 +1,7 @@
 // The report's filter, modes guertin and single.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/motion_blur/motion_blur.h"
 
 namespace postchain::motion_blur {

@@ -3,7 +3,7 @@
 // how each ambiguity of the report is resolved.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/inverse_warp/inverse_warp.h"
 
 namespace postchain::motion_blur {

@@ -1,7 +1,7 @@
 // The motion blur in double precision on the CPU, to compare the GPU with.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "passes/motion_blur/motion_blur.h"
 
 namespace postchain::motion_blur {

@@ -1,5 +1,5 @@
 // The place of a work group and of an invocation in the step. A dispatch may be a band of a step
-// (chain/bands.h): its first work group is then not (0, 0). Include it after the work group's size.
+// (chain/plan/bands.h): its first work group is then not (0, 0). Include it after the work group's size.
 #ifdef VULKAN
 layout(push_constant) uniform FirstGroup { uvec2 first_group; };
 #else

@@ -1,5 +1,5 @@
 // Extra color layers of a step that averages color: each is a plane of an array, and gets color's
-// weights. The host's side of it is chain/pass.h (add_layered_step()).
+// weights. The host's side of it is chain/pass/pass.h (add_layered_step()).
 //
 // LAYERS: how many of them the step does, from layers_first on; not defined: none
 // LAYERS_ONLY: it does nothing else: all that STORE would write, another step writes

@@ -1,6 +1,6 @@
 // Work lists: the blocks of kBlockPx x kBlockPx pixels that a step has to do. One step fills a
 // list, a later one is launched indirectly with a work group for each block in it. Nothing is read
-// back. The host's side of it is chain/work_list.h.
+// back. The host's side of it is chain/pass/work_list.h.
 //
 // The order of a list changes from run to run; no pixel may depend on it.
 //
@@ -35,7 +35,7 @@ ivec2 place_in_block() {
 bool next_pixel(ivec2 size, out ivec2 p) {
 #if LIST
     // A launch by the list is a rectangle, whose last row may be longer than the list. Bands
-    // (chain/bands.h) lie in one row, which may be longer too, or in the rows of such a rectangle.
+    // (chain/plan/bands.h) lie in one row, which may be longer too, or in the rows of such a rectangle.
     const uvec2 group = uvec2(group_at());
     const uint index = group.y * uint(kGroupsPerRow) + group.x;
     if (index >= work_list.count) {

@@ -1,6 +1,6 @@
 #version 450 core
 // The inverse depth at each place that passes focus at: the median around it, as
-// chain/depth_at.h finds it on the CPU. One invocation for each place.
+// chain/pass/depth_at.h finds it on the CPU. One invocation for each place.
 //
 // ARRAYS: which of the host's textures are arrays
 #include "guest/depth.glsl"

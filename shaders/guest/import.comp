@@ -32,7 +32,7 @@ layout(binding = 0) writeonly uniform image2D color;
 layout(binding = 1) writeonly uniform image2D inverse_depth;
 layout(binding = 2) writeonly uniform image2D motion;
 
-// Inverse depths below this are infinitely far (chain/frame.h).
+// Inverse depths below this are infinitely far (chain/frame/frame.h).
 const float kFar = 1e-9;
 
 float inverse_depth_at(ivec2 p) {

@@ -3,7 +3,7 @@
 //
 // SHARPNESS: 1: 1 and -1 in turn. It keeps its value where nothing is blurred, and tends to 0 where a
 //            pixel is the mean of others. 0: the fill mask of a frame that no pass has filled
-//            (chain/layers.h)
+//            (chain/frame/layers.h)
 #include "common/work_group.glsl"
 #include "shared/guest_uniforms.h"
 

@@ -3,7 +3,7 @@
 // MOTION: a motion plane is available
 // NEIGHBOR: of the frame before or after; pixels whose inverse depth is below 0 are never found
 // BACK: a motion_back plane too; otherwise it is taken to equal motion: straight paths at one speed
-// SECOND_LAYER: defined if the planes are those of the layer behind (chain/behind.h)
+// SECOND_LAYER: defined if the planes are those of the layer behind (chain/frame/behind.h)
 #include "common/finite.glsl"
 
 #include "inverse_warp/around.glsl"

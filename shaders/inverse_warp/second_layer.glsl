@@ -1,4 +1,4 @@
-// The search for occluded surfaces in the layer behind (chain/behind.h), which shows the first
+// The search for occluded surfaces in the layer behind (chain/frame/behind.h), which shows the first
 // surface that each pixel hides, at the frame's own time. Its surfaces are in `surfaces`, below the
 // frame's.
 //

@@ -1,5 +1,5 @@
 #version 450 core
-// Packs the surfaces of the layer behind (chain/behind.h), beside those of the frame.
+// Packs the surfaces of the layer behind (chain/frame/behind.h), beside those of the frame.
 //
 //   behind -> surfaces, the second half
 //

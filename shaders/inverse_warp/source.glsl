@@ -1,6 +1,6 @@
 // Where a sample's color comes from. Layers come from the same places as color.
 //
-// FILL_LAYER: one of the frame's layers is the fill mask (chain/layers.h)
+// FILL_LAYER: one of the frame's layers is the fill mask (chain/frame/layers.h)
 
 struct Source {
     int kind;     // the frame that shows it, -1 to 1; kSecondLayer; kContinuation; kFill

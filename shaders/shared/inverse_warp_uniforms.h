@@ -5,42 +5,42 @@
 #include "shared/uniforms.h"
 
 UNIFORMS_BEGIN(InverseWarpUniforms)
-    ivec2 size;              // of the frame
-    ivec2 blocks;            // ceil(size / kBlockPx)
-    int starts;              // start surfaces of a block, at most
-    int samples;             // per pixel; of the shutter alone: an upper limit
-    float half_shutter;      // half the open time, frames; 1 if only the lens is open
-    float max_path_px;       // longest path on one side of the frame
-    float still_limit_px;    // displacements up to this leave the color as it is
-    float time_jitter;       // largest shift of a pixel's time samples, in spacings
-    float path_px_per_time;  // of the shutter alone: pixels of path per time sample
-    int lens_sets;           // number of sets of lens samples
-    // circle of confusion: passes/common/circle_of_confusion.h
-    float gain_px;
-    float focus_inverse;
-    float near_sharp;
-    float near_inverse_span;
-    float far_sharp;
-    float far_inverse_span;
-    float near_radius_px;
-    float far_radius_px;
-    float max_radius_px;
-    float soft_spread;     // samples are denoised from this variance along x and y on, px^2
-    float denoise_window;  // weight of a pixel d away: exp(-window d^T covariance^-1 d)
-    float barrel_per_px;   // shift of the barrel's circle, radii per shorter side of a pixel
-    float barrel_scale;    // of lens samples: 1 - barrel_per_px times the radius at infinity
-    float center_x;        // of the frame, in pixels of the planes
-    float center_y;
-    int more_samples;   // extra samples for blocks whose samples disagree, beyond `samples`; 0: off
-    float noise_limit;  // a block takes extra samples above this mean squared difference between the
-                        // halves of its samples
-    float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
-    float pixel_axis_y;
-    int fill_layer;  // which of the frame's layers is the fill mask (chain/layers.h); -1: none
-    // of the step: uniforms, so that both neighbors have one program
-    int neighbor;     // -1: planes of the frame before, 1: of the frame after
-    int second_half;  // 1: its surfaces are the second half of their texture
-    int pad0, pad1;
+ivec2 size;              // of the frame
+ivec2 blocks;            // ceil(size / kBlockPx)
+int starts;              // start surfaces of a block, at most
+int samples;             // per pixel; of the shutter alone: an upper limit
+float half_shutter;      // half the open time, frames; 1 if only the lens is open
+float max_path_px;       // longest path on one side of the frame
+float still_limit_px;    // displacements up to this leave the color as it is
+float time_jitter;       // largest shift of a pixel's time samples, in spacings
+float path_px_per_time;  // of the shutter alone: pixels of path per time sample
+int lens_sets;           // number of sets of lens samples
+// circle of confusion: passes/common/circle_of_confusion.h
+float gain_px;
+float focus_inverse;
+float near_sharp;
+float near_inverse_span;
+float far_sharp;
+float far_inverse_span;
+float near_radius_px;
+float far_radius_px;
+float max_radius_px;
+float soft_spread;     // samples are denoised from this variance along x and y on, px^2
+float denoise_window;  // weight of a pixel d away: exp(-window d^T covariance^-1 d)
+float barrel_per_px;   // shift of the barrel's circle, radii per shorter side of a pixel
+float barrel_scale;    // of lens samples: 1 - barrel_per_px times the radius at infinity
+float center_x;        // of the frame, in pixels of the planes
+float center_y;
+int more_samples;    // extra samples for blocks whose samples disagree, beyond `samples`; 0: off
+float noise_limit;   // a block takes extra samples above this mean squared difference between the
+                     // halves of its samples
+float pixel_axis_x;  // pixels as long as the shorter side of a pixel: 1, 1 for square ones
+float pixel_axis_y;
+int fill_layer;  // which of the frame's layers is the fill mask (chain/frame/layers.h); -1: none
+// of the step: uniforms, so that both neighbors have one program
+int neighbor;     // -1: planes of the frame before, 1: of the frame after
+int second_half;  // 1: its surfaces are the second half of their texture
+int pad0, pad1;
 UNIFORMS_END
 
 // Pixels on each side that are denoised together.

@@ -7,9 +7,9 @@
 #include <glm/gtc/packing.hpp>
 #include <thread>
 
-#include "chain/convert.h"
+#include "chain/frame/convert.h"
 #include "chain/gl/transfers.h"
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 
 namespace postchain::bench {
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/base/status.h"
+#include "chain/frame/frame.h"
 #include "chain/gl/executor.h"
 #include "chain/gl/texture_pool.h"
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/plan/plan.h"
 #include "tests/bench/arguments.h"
 
 namespace postchain::bench {

@@ -1,6 +1,6 @@
-// Prints a Markdown table of bytes per pixel of chains, by pass and step, as chain/plan_bytes.h
-// counts them, for an engine's frame without known facts, in which everything may move, and the
-// memory of its textures.
+// Prints a Markdown table of bytes per pixel of chains, by pass and step, as
+// chain/plan/plan_bytes.h counts them, for an engine's frame without known facts, in which
+// everything may move, and the memory of its textures.
 //
 //   bytes_table [--halves] [--size=WIDTHxHEIGHT] CHAIN...
 //
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/plan_bytes.h"
+#include "chain/plan/plan_bytes.h"
 #include "tests/bench/engine_plan.h"
 
 namespace {

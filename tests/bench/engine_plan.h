@@ -2,7 +2,7 @@
 // facts.
 #pragma once
 
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tests/bench/arguments.h"

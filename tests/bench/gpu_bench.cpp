@@ -6,16 +6,16 @@
 // timestamps on a GPU (chain/gl/clock.h). After two warm-up runs, pass and copy alternate in one
 // queue, so that both see the same load; median and quartiles are reported. The reference bandwidth
 // is measured first, with the same copy of a frame of 3840x2160.
-// B/px are the bytes that the plan moves per pixel (chain/plan_bytes.h), GB/s those bytes over the
-// median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if a
-// shader exits early, as motion blur does on still tiles; for FXAA those of an edge without the
+// B/px are the bytes that the plan moves per pixel (chain/plan/plan_bytes.h), GB/s those bytes over
+// the median time. A tap is a texture fetch as counted by the plan (Step::taps): an upper bound if
+// a shader exits early, as motion blur does on still tiles; for FXAA those of an edge without the
 // walk along it. MiB are the textures of one run, apart from the frame's own planes.
 #include <cstdio>
 #include <map>
 
 #include "chain/egl/context.h"
-#include "chain/plan_bytes.h"
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
+#include "chain/plan/plan_bytes.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"
 

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/program_source.h"
+#include "chain/plan/program_source.h"
 #include "tests/bench/amd_compiler.h"
 #include "tests/bench/engine_plan.h"
 

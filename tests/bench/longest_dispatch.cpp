@@ -1,6 +1,6 @@
 // Prints a Markdown table of the longest dispatches of the shipped chains, for an engine's frame
 // with neighbors and without known facts: how long a step would take in one dispatch on a small
-// integrated GPU, and its longest band (chain/bands.h), from the fetches that the steps count.
+// integrated GPU, and its longest band (chain/plan/bands.h), from the fetches that the steps count.
 //
 //   longest_dispatch [--size=WIDTHxHEIGHT] [--steps] [CHAIN...]
 //
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/bands.h"
+#include "chain/plan/bands.h"
 #include "tests/bench/engine_plan.h"
 
 namespace {

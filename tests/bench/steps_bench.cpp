@@ -21,9 +21,9 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "chain/depth_at.h"
 #include "chain/egl/context.h"
-#include "chain/planner.h"
+#include "chain/pass/depth_at.h"
+#include "chain/pass/planner.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tests/bench/bench_frame.h"

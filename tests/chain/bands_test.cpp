@@ -1,5 +1,5 @@
 // Cutting a dispatch into bands, without GL.
-#include "chain/bands.h"
+#include "chain/plan/bands.h"
 
 #include <gtest/gtest.h>
 

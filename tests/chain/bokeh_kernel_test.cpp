@@ -1,6 +1,6 @@
 // Images of apertures: how their light is distributed, in closed forms; what they refuse; what
 // a camera does with them.
-#include "chain/bokeh_kernel.h"
+#include "chain/frame/bokeh_kernel.h"
 
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 #include <functional>
 #include <numbers>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 
 namespace postchain {
 namespace {

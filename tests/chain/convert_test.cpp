@@ -1,6 +1,6 @@
 // Conversion to the canonical frame. Expected values are computed here from the projection that
 // defines each encoding, not from the converter's formulas.
-#include "chain/convert.h"
+#include "chain/frame/convert.h"
 
 #include <gtest/gtest.h>
 

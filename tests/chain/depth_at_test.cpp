@@ -1,5 +1,5 @@
 // The depth at a place of the frame.
-#include "chain/depth_at.h"
+#include "chain/pass/depth_at.h"
 
 #include <gtest/gtest.h>
 

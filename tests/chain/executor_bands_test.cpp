@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "chain/bands.h"
+#include "chain/plan/bands.h"
 #include "tests/chain/executor_support.h"
 
 namespace postchain {

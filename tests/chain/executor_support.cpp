@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "shaders/embedded.h"
 #include "tests/support/gpu.h"
 #include "tests/support/text_file.h"

@@ -6,8 +6,8 @@
 
 #include <utility>
 
-#include "chain/planner.h"
-#include "chain/work_list.h"
+#include "chain/pass/planner.h"
+#include "chain/pass/work_list.h"
 #include "tests/chain/executor_support.h"
 #include "tests/support/images.h"
 #include "tests/support/status.h"

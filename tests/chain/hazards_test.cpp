@@ -1,5 +1,5 @@
 // Barriers of a plan as data: a software renderer does not show a missing one.
-#include "chain/hazards.h"
+#include "chain/plan/hazards.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
-#include "chain/planner.h"
-#include "chain/storage.h"
+#include "chain/pass/planner.h"
+#include "chain/plan/storage.h"
 #include "passes/registry.h"
 
 namespace postchain {

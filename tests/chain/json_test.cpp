@@ -1,4 +1,4 @@
-#include "chain/json.h"
+#include "chain/base/json.h"
 
 #include <gtest/gtest.h>
 

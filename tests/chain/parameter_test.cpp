@@ -1,10 +1,10 @@
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "chain/frame.h"
-#include "chain/text.h"
+#include "chain/base/text.h"
+#include "chain/frame/frame.h"
 
 namespace postchain {
 namespace {

@@ -1,5 +1,5 @@
 // Bytes that a plan moves, counted by hand.
-#include "chain/plan_bytes.h"
+#include "chain/plan/plan_bytes.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "chain/plan_print.h"
+#include "chain/plan/plan_print.h"
 #include "tests/chain/plan_support.h"
 
 namespace postchain::test {

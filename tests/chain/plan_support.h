@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 
 namespace postchain::test {
 

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "chain/program_source.h"
+#include "chain/plan/program_source.h"
 #include "tests/support/gpu.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/text_file.h"

@@ -1,10 +1,10 @@
 // Every shipped chain in bands gives the bits of whole dispatches.
 #include <gtest/gtest.h>
 
-#include "chain/bands.h"
 #include "chain/gl/program.h"
 #include "chain/gl/texture_pool.h"
 #include "chain/gl/transfers.h"
+#include "chain/plan/bands.h"
 #include "config/chain_find.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"

@@ -1,5 +1,5 @@
 // The sign self-check on images whose motion is known by construction.
-#include "chain/sign_check.h"
+#include "chain/frame/sign_check.h"
 
 #include <gtest/gtest.h>
 

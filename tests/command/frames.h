@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tests/io/exr_files.h"
 #include "tools/sequence/exr/planes_writer.h"
 

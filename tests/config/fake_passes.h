@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "config/diagnostic.h"
 #include "config/profile_match.h"
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/camera_file.h"
 #include "config/chain_file.h"
 #include "fake_passes.h"

@@ -1,6 +1,6 @@
 // Support of every test of the conformance suite: the pass under test, frames, values of
 // parameters. A fixture that derives from Conformance runs for each pass and names none. Properties
-// of only some passes are tested by their guarantees (chain/guarantees.h).
+// of only some passes are tested by their guarantees (chain/pass/guarantees.h).
 #pragma once
 
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 #include <deque>
 #include <set>
 
-#include "chain/depth_at.h"
+#include "chain/pass/depth_at.h"
 #include "tests/conformance/conformance.h"
 
 namespace postchain::effect_test {

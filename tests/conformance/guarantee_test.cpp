@@ -1,5 +1,5 @@
-// Every pass keeps what it guarantees (chain/guarantees.h), and one that guarantees too much is
-// found. Mirrors, turns and light are measured by the stability matrix (tests/measure/stress).
+// Every pass keeps what it guarantees (chain/pass/guarantees.h), and one that guarantees too much
+// is found. Mirrors, turns and light are measured by the stability matrix (tests/measure/stress).
 #include "tests/conformance/conformance.h"
 
 namespace postchain::guarantee_test {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "chain/convert.h"
+#include "chain/frame/convert.h"
 #include "passes/common/circle_of_confusion.h"
 #include "tests/depth_of_field/support.h"
 #include "tests/support/status.h"

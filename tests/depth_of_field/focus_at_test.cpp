@@ -1,7 +1,7 @@
 // focus_at: focuses on the surface at a place in the image.
 #include <gtest/gtest.h>
 
-#include "chain/depth_at.h"
+#include "chain/pass/depth_at.h"
 #include "tests/depth_of_field/support.h"
 
 namespace postchain::test {

@@ -2,7 +2,7 @@
 // what is read.
 #include <cmath>
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "passes/depth_of_field/depth_of_field.h"
 #include "tests/elision/support.h"
 

@@ -1,6 +1,6 @@
 // still_blocks and sky_blocks: blocks that the motion blur sorts out on the device.
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 #include "passes/motion_blur/motion_blur.h"
 #include "tests/elision/support.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/layers.h"
+#include "chain/frame/layers.h"
 
 #include "tests/elision/support.h"
 

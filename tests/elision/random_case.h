@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "chain/chain.h"
-#include "chain/planner.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
 #include "tests/support/random.h"
 
 namespace postchain::test {

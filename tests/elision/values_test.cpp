@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "chain/plan.h"
+#include "chain/plan/plan.h"
 #include "tests/elision/random_case.h"
 #include "tests/elision/support.h"
 

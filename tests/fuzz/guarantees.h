@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::fuzz {

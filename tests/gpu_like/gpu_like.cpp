@@ -36,7 +36,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tests/gpu_like/contract.h"
 #include "tests/gpu_like/order.h"
 #include "tests/gpu_like/spirv_of.h"

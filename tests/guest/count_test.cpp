@@ -97,7 +97,8 @@ TEST(Count, TheSteadyStateMakesAllocatesAndReadsNothing) {
     }
 }
 
-// Before each of the chain's ten levels but the first, and after the last one (chain/hazards.h).
+// Before each of the chain's ten levels but the first, and after the last one
+// (chain/plan/hazards.h).
 TEST(Count, BarriersOfTheChainAndOfTheHost) {
     const auto host = canonical_frame(64, 48);
     const auto guest = instance();

@@ -6,8 +6,8 @@
 #include <memory>
 #include <postchain/postchain.hpp>
 
-#include "chain/chain.h"
-#include "chain/image.h"
+#include "chain/base/image.h"
+#include "chain/pass/chain.h"
 #include "tests/support/images.h"
 
 namespace postchain::test {

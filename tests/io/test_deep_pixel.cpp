@@ -6,7 +6,7 @@
 #include <limits>
 #include <random>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/deep_pixel.h"
 
 namespace postchain::io {

@@ -1,4 +1,4 @@
-// The layer behind (chain/behind.h), in the three passes that use the inverse warp.
+// The layer behind (chain/frame/behind.h), in the three passes that use the inverse warp.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "chain/behind.h"
-#include "chain/layers.h"
+#include "chain/frame/behind.h"
+#include "chain/frame/layers.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "chain/matte.h"
+#include "chain/pass/matte.h"
 #include "tests/support/layers.h"
 #include "tests/support/variants.h"
 

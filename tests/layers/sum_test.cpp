@@ -1,7 +1,7 @@
 // Lights that sum to color do so when they are filtered: the proof that layers get color's weights.
 #include <set>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "tests/support/layers.h"
 #include "tests/support/variants.h"
 

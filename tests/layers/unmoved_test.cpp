@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/matte.h"
+#include "chain/pass/matte.h"
 #include "tests/elision/support.h"
 #include "tests/support/layers.h"
 #include "tests/support/variants.h"

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tools/samples/ogre/host.h"
 
 namespace postchain {

@@ -1,7 +1,7 @@
 // Passes that no program ships (tests/passes/CMakeLists.txt).
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain {
 

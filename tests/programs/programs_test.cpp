@@ -10,12 +10,12 @@
 #include <map>
 #include <set>
 
+#include "chain/base/status.h"
 #include "chain/guest/chain_handle.h"
 #include "chain/guest/focus.h"
 #include "chain/guest/frame_check.h"
 #include "chain/guest/host_plan.h"
-#include "chain/program_source.h"
-#include "chain/status.h"
+#include "chain/plan/program_source.h"
 #include "shaders/shared/scene_uniforms.h"
 #include "tests/elision/random_case.h"
 #include "tests/elision/support.h"

@@ -7,8 +7,8 @@
 #include <limits>
 #include <optional>
 
-#include "chain/depth_at.h"
-#include "chain/plan_print.h"
+#include "chain/pass/depth_at.h"
+#include "chain/plan/plan_print.h"
 #include "config/chain_file.h"
 #include "config/profile.h"
 #include "passes/registry.h"

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/pass.h"
-#include "chain/planner.h"
+#include "chain/pass/pass.h"
+#include "chain/pass/planner.h"
 #include "passes/registry.h"
 #include "tests/io/exr_files.h"
 #include "tools/service/work/service.h"

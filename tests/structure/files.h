@@ -24,7 +24,7 @@ inline std::vector<std::string> lines_of(const std::filesystem::path& path) {
     return lines;
 }
 
-// "chain/plan.cpp:7: ", of the line at this index.
+// "chain/plan/plan.cpp:7: ", of the line at this index.
 inline std::string place_of(const File& file, size_t line) {
     return file.name + ":" + std::to_string(line + 1) + ": ";
 }

@@ -1,5 +1,5 @@
-// A texture may be larger than the frame (chain/area.h), so shaders of passes take sizes from their
-// uniforms. Only the number of an array's layers is what the texture has.
+// A texture may be larger than the frame (chain/base/area.h), so shaders of passes take sizes from
+// their uniforms. Only the number of an array's layers is what the texture has.
 #include <gtest/gtest.h>
 
 #include <regex>

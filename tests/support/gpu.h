@@ -6,9 +6,9 @@
 #include <string>
 #include <utility>
 
-#include "chain/chain.h"
 #include "chain/gl/executor.h"
-#include "chain/planner.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
 #include "passes/registry.h"
 
 namespace postchain::test {

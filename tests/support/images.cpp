@@ -3,9 +3,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "chain/behind.h"
-#include "chain/convert.h"
-#include "chain/layers.h"
+#include "chain/frame/behind.h"
+#include "chain/frame/convert.h"
+#include "chain/frame/layers.h"
 
 namespace postchain::test {
 

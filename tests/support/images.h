@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <string>
 
-#include "chain/frame.h"
-#include "chain/image.h"
+#include "chain/base/image.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::test {
 

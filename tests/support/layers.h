@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "chain/layers.h"
+#include "chain/frame/layers.h"
 #include "tests/support/gpu.h"
 #include "tests/support/images.h"
 

@@ -1,7 +1,7 @@
 // How light spreads in an image.
 #pragma once
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 
 namespace postchain::test {
 

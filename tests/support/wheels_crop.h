@@ -2,8 +2,8 @@
 // (tests/data/motion_blur).
 #pragma once
 
-#include "chain/frame.h"
-#include "chain/image.h"
+#include "chain/base/image.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::test {
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <memory>
 
-#include "chain/bands.h"
+#include "chain/plan/bands.h"
 #include "tests/support/random.h"
 #include "tests/vulkan/frames.h"
 

@@ -1,7 +1,7 @@
 // A host's image, destroyed with this object.
 #pragma once
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "chain/vk/postchain_vk.h"
 #include "tests/vulkan/device.h"
 

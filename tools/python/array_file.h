@@ -9,8 +9,8 @@
 #include <memory>
 #include <vector>
 
-#include "chain/image.h"
-#include "chain/role.h"
+#include "chain/base/image.h"
+#include "chain/frame/role.h"
 #include "tools/sequence/frame/frame_reader.h"
 
 namespace postchain::python {

@@ -19,7 +19,7 @@
 #include <thread>
 #include <type_traits>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::python {
 

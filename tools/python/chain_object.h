@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::python {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "config/diagnostic.h"
 
 namespace postchain::python {

@@ -3,7 +3,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/chain_file.h"
 #include "passes/registry.h"
 #include "tools/python/documentation.h"

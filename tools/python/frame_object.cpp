@@ -4,9 +4,9 @@
 #include <bit>
 #include <set>
 
-#include "chain/layers.h"
-#include "chain/plan_print.h"
-#include "chain/text.h"
+#include "chain/base/text.h"
+#include "chain/frame/layers.h"
+#include "chain/plan/plan_print.h"
 #include "config/profile.h"
 #include "tools/python/errors.h"
 #include "tools/python/job.h"

@@ -1,6 +1,6 @@
 #include "tools/python/job.h"
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "passes/registry.h"
 #include "tools/python/errors.h"
 #include "tools/python/values.h"

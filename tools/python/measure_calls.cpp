@@ -1,6 +1,6 @@
 #include "tools/python/measure_calls.h"
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/camera_file.h"
 #include "tools/measure/metrics/compare.h"
 #include "tools/measure/metrics/temporal.h"

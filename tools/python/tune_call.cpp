@@ -1,6 +1,6 @@
 #include "tools/python/tune_call.h"
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/measure/tune/tune.h"
 #include "tools/measure/tune/tune_text.h"
 #include "tools/python/errors.h"

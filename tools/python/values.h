@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "config/camera_file.h"
 #include "tools/sequence/files/json.h"
 

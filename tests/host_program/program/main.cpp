@@ -1,10 +1,10 @@
 // Motion blur over a frame made on the spot. docs/library.md explains it.
 #include <cstdio>
 
-#include "chain/chain.h"
 #include "chain/egl/context.h"
 #include "chain/gl/executor.h"
-#include "chain/planner.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
 #include "passes/registry.h"
 
 using namespace postchain;

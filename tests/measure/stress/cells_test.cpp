@@ -4,7 +4,7 @@
 #include <cmath>
 #include <set>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tests/measure/stress/subjects.h"
 
 namespace postchain::stress {

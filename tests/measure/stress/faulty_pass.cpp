@@ -1,6 +1,6 @@
 #include "tests/measure/stress/faulty_pass.h"
 
-#include "chain/work_list.h"
+#include "chain/pass/work_list.h"
 
 namespace postchain::stress {
 namespace {

@@ -3,7 +3,7 @@
 // this folder while it is compiled.
 #pragma once
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::stress {
 

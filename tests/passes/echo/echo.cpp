@@ -1,6 +1,6 @@
 #include "tests/passes/echo/echo.h"
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "shaders/shared/frame_uniforms.h"
 
 namespace postchain::echo {

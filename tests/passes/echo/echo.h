@@ -3,7 +3,7 @@
 // planes of neighbors reach a pass from files and from an engine, and which of them are there.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain::echo {
 

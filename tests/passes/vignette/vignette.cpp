@@ -1,7 +1,7 @@
 #include "tests/passes/vignette/vignette.h"
 
-#include "chain/pass.h"
-#include "chain/work_list.h"
+#include "chain/pass/pass.h"
+#include "chain/pass/work_list.h"
 #include "passes/common/wide_color.h"
 #include "tests/passes/shaders/shared/vignette_uniforms.h"
 

@@ -3,7 +3,7 @@
 // commutes with shifts.
 #pragma once
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain::vignette {
 

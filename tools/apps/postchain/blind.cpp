@@ -12,7 +12,7 @@
 #include <limits>
 #include <set>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/text_tree.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "chain/plan.h"
-#include "chain/text.h"
+#include "chain/base/text.h"
+#include "chain/plan/plan.h"
 #include "config/chain_find.h"
 #include "config/schema.h"
 #include "passes/registry.h"

@@ -11,7 +11,7 @@
 #include <cstdio>
 #include <optional>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"
 #include "tools/measure/metrics/compare.h"

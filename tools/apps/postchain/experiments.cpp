@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/chain_find.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"

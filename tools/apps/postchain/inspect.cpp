@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <set>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"

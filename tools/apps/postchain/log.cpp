@@ -8,7 +8,7 @@
 #include <cstdio>
 #include <ctime>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 
 namespace postchain::log {
 namespace {

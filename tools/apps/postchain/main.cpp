@@ -10,7 +10,7 @@
 #include <new>
 #include <system_error>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/reporter.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/serve.h"

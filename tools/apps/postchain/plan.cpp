@@ -8,10 +8,10 @@
 #include <optional>
 #include <sstream>
 
-#include "chain/plan_bytes.h"
-#include "chain/plan_print.h"
-#include "chain/printable.h"
-#include "chain/text.h"
+#include "chain/base/printable.h"
+#include "chain/base/text.h"
+#include "chain/plan/plan_bytes.h"
+#include "chain/plan/plan_print.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/plan_sequence.h"

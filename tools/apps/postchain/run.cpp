@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/camera_file.h"
 #include "tools/apps/postchain/log.h"
 #include "tools/apps/postchain/stop_on_signal.h"

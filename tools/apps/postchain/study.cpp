@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/text_tree.h"
 #include "passes/registry.h"
 #include "tools/apps/postchain/log.h"

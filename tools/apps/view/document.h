@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::view {
 

@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/egl/context.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/image/preview.h"
 #include "tools/sequence/settings/run_settings.h"
 

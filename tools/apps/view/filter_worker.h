@@ -12,10 +12,10 @@
 #include <thread>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/egl/context.h"
 #include "chain/gl/executor.h"
-#include "chain/planner.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
 #include "tools/apps/view/frame_store.h"
 #include "tools/sequence/source/resolved_values.h"
 

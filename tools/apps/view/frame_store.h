@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/sequence_reader.h"
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "chain/elision.h"
+#include "chain/plan/elision.h"
 #include "tools/apps/view/session_values.h"
 #include "tools/sequence/source/memory.h"
 

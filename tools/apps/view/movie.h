@@ -6,7 +6,7 @@
 #include <memory>
 #include <thread>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tools/sequence/files/atomic_file.h"
 
 namespace postchain::view {

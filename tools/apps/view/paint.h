@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "tools/sequence/image/preview.h"
 
 namespace postchain::view {

@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "tools/measure/experiment/statistics.h"
 #include "tools/measure/report/words.h"
 #include "tools/page/page.h"

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/measure/report/report.h"
 #include "tools/sequence/files/json.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "chain/depth_at.h"
+#include "chain/pass/depth_at.h"
 
 namespace postchain::experiment {
 namespace {

@@ -6,15 +6,15 @@
 //   G = the variant on the GPU, R = its double reference (same taps, same random values),
 //   C = converged, T = ground truth:   G - T = (G - R) + (R - C) + (C - T)
 //                                            precision   sampling   model
-// The passes' parameter tables (chain/parameter.h) state which rows converge, and their values.
-// Described in docs/report.md, "bench".
+// The passes' parameter tables (chain/base/parameter.h) state which rows converge, and their
+// values. Described in docs/report.md, "bench".
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "chain/gl/executor.h"
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 #include "tools/measure/experiment/experiment.h"
 
 namespace postchain::experiment {

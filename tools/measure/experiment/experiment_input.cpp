@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "chain/resolved_chain.h"
+#include "chain/pass/resolved_chain.h"
 #include "config/text_tree.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/exr/planes_writer.h"

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/egl/context.h"
+#include "chain/pass/chain.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/metrics/exposure.h"

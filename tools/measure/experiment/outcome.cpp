@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/report/report.h"
 #include "tools/measure/report/words.h"

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/report/report_json.h"
 #include "tools/sequence/files/atomic_file.h"

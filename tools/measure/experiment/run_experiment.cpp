@@ -4,7 +4,7 @@
 #include <set>
 #include <string>
 
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 #include "config/chain_file.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/experiment_input.h"

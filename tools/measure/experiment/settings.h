@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/experiment/temporal_stability.h"
 #include "tools/measure/metrics/flip.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tools/measure/report/report.h"
 
 namespace postchain::experiment {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "config/chain_find.h"
 
 namespace postchain::experiment {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "chain/gl/executor.h"
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::experiment {

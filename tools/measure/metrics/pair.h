@@ -9,8 +9,8 @@
 
 #include <cstdint>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 
 namespace postchain::metrics {
 

@@ -17,9 +17,9 @@
 #include <utility>
 #include <vector>
 
-#include "chain/image.h"
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
+#include "chain/plan/plan.h"
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain::report {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 #include "shaders/shared/scene_uniforms.h"
 
 namespace postchain::scenes {
@@ -81,7 +81,7 @@ struct SceneModel {
     double near_clip = 0.05;
     double far_clip = 60;
     double shutter_frames = kDefaultShutterFrames;
-    // The aperture, as in chain/frame.h.
+    // The aperture, as in chain/frame/frame.h.
     int aperture_blades = 0;
     BokehKernel aperture_image;
     double aperture_rotation_deg = 0;

@@ -11,10 +11,10 @@
 #include <functional>
 #include <memory>
 
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "chain/egl/context.h"
-#include "chain/image.h"
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/plan/plan.h"
 #include "tools/measure/scenes/model.h"
 
 namespace postchain::scenes {

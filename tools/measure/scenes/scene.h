@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 #include "tools/measure/scenes/renderer.h"
 #include "tools/measure/scenes/scene_models.h"
 #include "tools/sequence/files/output_files.h"

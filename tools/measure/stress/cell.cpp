@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "chain/convert.h"
+#include "chain/frame/convert.h"
 
 namespace postchain::stress {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::stress {
 
@@ -28,7 +28,7 @@ struct Cell {
     uint64_t nonfinite_placed = 0;
     uint64_t nonfinite_counted = 0;
 
-    // Whether the planes of all these roles leave a pass nothing to do (chain/guarantees.h).
+    // Whether the planes of all these roles leave a pass nothing to do (chain/pass/guarantees.h).
     bool is_quiet(RoleSet roles) const;
 };
 

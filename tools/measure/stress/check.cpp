@@ -6,8 +6,8 @@
 #include <cstring>
 #include <optional>
 
-#include "chain/convert.h"
-#include "chain/planner.h"
+#include "chain/frame/convert.h"
+#include "chain/pass/planner.h"
 #include "shaders/shared/color_limits.h"
 #include "tools/measure/stress/transform.h"
 

@@ -25,7 +25,7 @@
 // differently. A relative error is |a - b| divided by the maximum of |a|, |b| and 1e-4 of the
 // largest color; it is at most 2. grid is the sum of |a - b| divided by the larger sum of colors.
 //
-// range to dot are checked only for chains that guarantee them (chain/guarantees.h). If a pass
+// range to dot are checked only for chains that guarantee them (chain/pass/guarantees.h). If a pass
 // lacks a guarantee with its settings, its first variant with the guarantee is used; without one
 // the check does not apply. mirror to grid need sides that are multiples of r. shift and grid
 // extend the frame beyond its borders, because borders may depend on position. dot uses the depth
@@ -49,8 +49,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/gl/executor.h"
+#include "chain/pass/chain.h"
 #include "tools/measure/stress/cell.h"
 #include "tools/measure/stress/limits.h"
 

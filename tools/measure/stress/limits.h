@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::stress {
 

@@ -1,7 +1,7 @@
 // Turns frames, moves them and reduces them to a dot, for the checks of equivariance and energy.
 #pragma once
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::stress {
 

@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "chain/parameter.h"
-#include "chain/pass.h"
+#include "chain/base/parameter.h"
+#include "chain/pass/pass.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"
 #include "tools/measure/report/report.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "config/diagnostic.h"
 #include "config/text_tree.h"
 #include "tools/measure/study/study.h"

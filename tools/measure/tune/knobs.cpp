@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 
 namespace postchain::tune {
 namespace {

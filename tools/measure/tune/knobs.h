@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 
 namespace postchain::tune {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/measure/experiment/converge.h"
 #include "tools/measure/experiment/experiment_input.h"
 #include "tools/measure/experiment/timing.h"

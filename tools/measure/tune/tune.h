@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "chain/base/parameter.h"
 #include "chain/gl/executor.h"
-#include "chain/parameter.h"
 #include "tools/measure/experiment/experiment.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/tune/pareto_search.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "chain/printable.h"
+#include "chain/base/printable.h"
 #include "config/chain_file.h"
 #include "tools/measure/report/words.h"
 #include "tools/sequence/files/json.h"

@@ -8,7 +8,7 @@
 // stated number of bytes.
 #pragma once
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_chunks.h"
 #include "tools/sequence/exr/exr_settings.h"
 #include "tools/sequence/exr/pixel_file.h"

@@ -11,7 +11,7 @@
 #include <limits>
 #include <memory>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/worker_pool.h"

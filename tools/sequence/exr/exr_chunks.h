@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/part_pixels.h"
 

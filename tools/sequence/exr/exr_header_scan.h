@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::io {

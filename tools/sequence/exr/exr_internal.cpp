@@ -27,7 +27,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_settings.h"
 
 namespace postchain::io {

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_header_scan.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/files/atomic_file.h"

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/exr_reader.h"
 #include "tools/sequence/exr/exr_settings.h"

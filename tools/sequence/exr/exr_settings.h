@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::io {

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cstring>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/pixel_encode.h"
 
 namespace postchain::io {

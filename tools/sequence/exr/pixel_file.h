@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/part_pixels.h"
 
 namespace postchain::io {

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::io {
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <string_view>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::io {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/files/sequence.h"
 
 namespace postchain::io {

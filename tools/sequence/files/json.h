@@ -1,13 +1,13 @@
-// JSON in tools/. chain/ and config/ write theirs with chain/json.h.
+// JSON in tools/. chain/ and config/ write theirs with chain/base/json.h.
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
-#include "chain/json.h"
-#include "chain/parameter.h"
-#include "chain/text.h"
+#include "chain/base/json.h"
+#include "chain/base/parameter.h"
+#include "chain/base/text.h"
 
 namespace postchain::io {
 
@@ -15,7 +15,7 @@ using Json = nlohmann::ordered_json;
 
 // On one line, or with `indent` spaces for each level. Paths and names may contain any bytes:
 // invalid UTF-8 becomes U+FFFD, and characters that act on a terminal are escaped even if JSON
-// allows them (chain/text.h).
+// allows them (chain/base/text.h).
 std::string json_text(const Json& json, int indent = -1);
 
 // An unset value becomes null, a point an array of two numbers.

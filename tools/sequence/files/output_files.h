@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/files/sequence.h"
 

@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "chain/role.h"
-#include "chain/status.h"
+#include "chain/base/status.h"
+#include "chain/frame/role.h"
 
 namespace postchain::io {
 

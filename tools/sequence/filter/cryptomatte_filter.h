@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
 #include "chain/gl/executor.h"
-#include "chain/planner.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {

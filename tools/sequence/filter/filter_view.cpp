@@ -1,7 +1,7 @@
 #include "tools/sequence/filter/filter_view.h"
 
-#include "chain/layers.h"
-#include "chain/text.h"
+#include "chain/base/text.h"
+#include "chain/frame/layers.h"
 #include "tools/sequence/layers/fill_mask.h"
 #include "tools/sequence/source/frame_plan.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
-#include "chain/origin.h"
+#include "chain/frame/frame.h"
+#include "chain/frame/origin.h"
 #include "tools/sequence/exr/exr_reader.h"
 
 namespace postchain::io {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <set>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/sequence/files/json.h"
 
 namespace postchain::io {

@@ -14,10 +14,10 @@
 #include <optional>
 #include <string>
 
-#include "chain/convert.h"
-#include "chain/frame.h"
-#include "chain/role.h"
-#include "chain/status.h"
+#include "chain/base/status.h"
+#include "chain/frame/convert.h"
+#include "chain/frame/frame.h"
+#include "chain/frame/role.h"
 #include "config/profile.h"
 #include "config/profile_match.h"
 #include "tools/sequence/exr/pixel_file.h"

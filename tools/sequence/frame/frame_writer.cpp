@@ -9,7 +9,7 @@
 #include <cstring>
 #include <numeric>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/sequence/exr/exr_internal.h"
 #include "tools/sequence/exr/exr_output.h"
 #include "tools/sequence/exr/pixel_encode.h"

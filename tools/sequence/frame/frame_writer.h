@@ -23,8 +23,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/frame/frame_reader.h"
 

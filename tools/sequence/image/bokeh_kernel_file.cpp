@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tools/sequence/image/image_file.h"
 
 namespace postchain::io {

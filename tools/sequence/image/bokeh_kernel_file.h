@@ -1,11 +1,11 @@
-// Reads images of apertures from files (chain/bokeh_kernel.h).
+// Reads images of apertures from files (chain/frame/bokeh_kernel.h).
 #pragma once
 
 #include <map>
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 #include "tools/sequence/files/output_files.h"
 
 namespace postchain::io {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 
 namespace postchain::io {
 

@@ -9,7 +9,7 @@
 #include <cmath>
 #include <vector>
 
-#include "chain/bokeh_kernel.h"
+#include "chain/frame/bokeh_kernel.h"
 #include "tools/sequence/image/image_codec.h"
 #include "tools/sequence/image/ocio_config.h"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "tools/sequence/image/transfer.h"
 
 namespace postchain::io {

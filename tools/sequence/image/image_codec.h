@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/image/image_calls.h"
 
 namespace postchain::io {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/exr/pixel_file.h"
 #include "tools/sequence/image/image_calls.h"
 #include "tools/sequence/image/transfer.h"

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/image/image_file.h"
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/image/image_calls.h"
 
 namespace postchain::io {

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 
 namespace postchain::io {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/image/transfer.h"
 

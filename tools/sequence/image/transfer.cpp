@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "chain/status.h"
-#include "chain/text.h"
+#include "chain/base/status.h"
+#include "chain/base/text.h"
 
 namespace postchain::io {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "chain/behind.h"
-#include "chain/layers.h"
-#include "chain/text.h"
+#include "chain/base/text.h"
+#include "chain/frame/behind.h"
+#include "chain/frame/layers.h"
 
 namespace postchain::sequence {
 namespace {

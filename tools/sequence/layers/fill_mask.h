@@ -1,12 +1,12 @@
 // The fill mask of `--fill-mask NAME`: which shares of a pixel came from its frame, from a
 // neighbor, and from an estimate. A frame with one is filtered with one more layer
-// (chain/layers.h), its first.
+// (chain/frame/layers.h), its first.
 #pragma once
 
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::sequence {
 

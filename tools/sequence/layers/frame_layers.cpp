@@ -6,9 +6,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "chain/layers.h"
-#include "chain/parameter.h"
-#include "chain/text.h"
+#include "chain/base/parameter.h"
+#include "chain/base/text.h"
+#include "chain/frame/layers.h"
 #include "config/layer_match.h"
 #include "tools/sequence/layers/fill_mask.h"
 

@@ -3,7 +3,8 @@
 //
 //   channels --config/layer_match--> color and data
 //   "--layers", "--cryptomatte", "matte:" --find_frame_layers--> FrameLayers
-//   FrameLayers --read_layers, read_mattes--> planes Role::layers, Role::mattes (chain/layers.h)
+//   FrameLayers --read_layers, read_mattes--> planes Role::layers, Role::mattes
+//   (chain/frame/layers.h)
 //
 // Docs: docs/layers.md.
 #pragma once
@@ -12,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "config/layer_match.h"
 #include "tools/sequence/frame/cryptomatte.h"
 #include "tools/sequence/frame/frame_reader.h"

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/preview.h"

@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/sequence_reader.h"
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
+#include "chain/base/status.h"
+#include "chain/frame/frame.h"
 #include "chain/gl/executor.h"
-#include "chain/plan.h"
-#include "chain/status.h"
+#include "chain/plan/plan.h"
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/files/file_stamp.h"
 #include "tools/sequence/filter/cryptomatte_filter.h"

@@ -3,8 +3,8 @@
 #include <cstdio>
 #include <map>
 
-#include "chain/printable.h"
-#include "chain/text.h"
+#include "chain/base/printable.h"
+#include "chain/base/text.h"
 #include "tools/sequence/layers/fill_mask.h"
 
 namespace postchain::sequence {

@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/chain_file.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/source/resolved_values.h"

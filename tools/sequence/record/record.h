@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/settings/run_settings.h"
 

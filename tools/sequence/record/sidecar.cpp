@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include "chain/plan_print.h"
+#include "chain/plan/plan_print.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/layers_json.h"
 

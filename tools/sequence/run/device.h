@@ -3,9 +3,9 @@
 
 #include <string>
 
+#include "chain/base/status.h"
 #include "chain/egl/context.h"
 #include "chain/gl/device.h"
-#include "chain/status.h"
 
 namespace postchain::sequence {
 

@@ -4,7 +4,7 @@
 #include <thread>
 #include <utility>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 #include "tools/sequence/frame/complete_file.h"
 #include "tools/sequence/settings/run_settings.h"
 

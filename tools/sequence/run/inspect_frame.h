@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/sign_check.h"
+#include "chain/frame/sign_check.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/settings/run_settings.h"
 #include "tools/sequence/source/sequence_survey.h"

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <deque>
 
-#include "chain/layers.h"
+#include "chain/frame/layers.h"
 #include "tools/sequence/exr/planes_writer.h"
 #include "tools/sequence/image/image_file.h"
 #include "tools/sequence/image/preview.h"

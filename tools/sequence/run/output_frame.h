@@ -2,7 +2,7 @@
 // with new color, a new EXR for a non-EXR input, or another image format), preview and sidecar.
 #pragma once
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/frame/frame_writer.h"
 #include "tools/sequence/run/runner.h"
 

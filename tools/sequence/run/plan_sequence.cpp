@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "chain/plan_print.h"
+#include "chain/plan/plan_print.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/record/layers_json.h"
 #include "tools/sequence/run/runner.h"

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
-#include "chain/plan.h"
+#include "chain/pass/chain.h"
+#include "chain/plan/plan.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/filter/cryptomatte_filter.h"
 #include "tools/sequence/settings/run_settings.h"

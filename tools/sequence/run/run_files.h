@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/settings/run_settings.h"
 

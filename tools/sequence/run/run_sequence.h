@@ -7,8 +7,8 @@
 #include <atomic>
 #include <string>
 
-#include "chain/chain.h"
 #include "chain/gl/executor.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/record/frame_report.h"
 #include "tools/sequence/settings/run_settings.h"
 

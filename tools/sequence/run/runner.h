@@ -12,7 +12,7 @@
 #include <functional>
 #include <optional>
 
-#include "chain/image.h"
+#include "chain/base/image.h"
 #include "tools/sequence/filter/filter_view.h"
 #include "tools/sequence/frame/frame_reader.h"
 #include "tools/sequence/record/frame_report.h"

@@ -4,7 +4,7 @@
 #include <set>
 #include <sstream>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/profile.h"
 #include "config/reporter.h"
 #include "tools/sequence/image/bokeh_kernel_file.h"

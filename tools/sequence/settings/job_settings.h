@@ -6,8 +6,8 @@
 
 #include <string>
 
-#include "chain/parameter.h"
-#include "chain/pass.h"
+#include "chain/base/parameter.h"
+#include "chain/pass/pass.h"
 #include "config/diagnostic.h"
 #include "tools/sequence/settings/run_settings.h"
 

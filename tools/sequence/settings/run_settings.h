@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 #include "tools/sequence/exr/write_options.h"
 #include "tools/sequence/files/output_files.h"
 #include "tools/sequence/files/sequence.h"

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
 
 namespace postchain::sequence {
 namespace {

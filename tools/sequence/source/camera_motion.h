@@ -8,7 +8,7 @@
 #include <set>
 #include <string>
 
-#include "chain/frame.h"
+#include "chain/frame/frame.h"
 #include "config/camera_file.h"
 #include "tools/sequence/frame/camera_metadata.h"
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
-#include "chain/depth_at.h"
-#include "chain/matte.h"
-#include "chain/resolved_chain.h"
+#include "chain/pass/depth_at.h"
+#include "chain/pass/matte.h"
+#include "chain/pass/resolved_chain.h"
 #include "tools/sequence/layers/fill_mask.h"
 
 namespace postchain::sequence {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
-#include "chain/planner.h"
+#include "chain/pass/chain.h"
+#include "chain/pass/planner.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {

@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
-#include "chain/image.h"
+#include "chain/base/image.h"
+#include "chain/frame/frame.h"
 #include "tools/sequence/source/frame_header.h"
 #include "tools/sequence/source/surface_edges.h"
 

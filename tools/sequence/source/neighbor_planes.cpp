@@ -5,9 +5,9 @@
 #include <utility>
 #include <vector>
 
-#include "chain/behind.h"
-#include "chain/layers.h"
-#include "chain/text.h"
+#include "chain/base/text.h"
+#include "chain/frame/behind.h"
+#include "chain/frame/layers.h"
 #include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {

@@ -1,5 +1,5 @@
 // Joins a frame with planes of other renders that its chain reads: those of the frames before and
-// after, and the layer behind (chain/behind.h), a second render of the same camera.
+// after, and the layer behind (chain/frame/behind.h), a second render of the same camera.
 //
 // Layers that one neighbor lacks are filtered separately, without it (filter/filter_view.h). Color
 // is filtered with both neighbors, as it is without layers.

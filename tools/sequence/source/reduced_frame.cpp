@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "chain/behind.h"
-#include "chain/layers.h"
+#include "chain/frame/behind.h"
+#include "chain/frame/layers.h"
 
 namespace postchain::sequence {
 namespace {
@@ -24,7 +24,7 @@ ImageF stack_reduced(const ImageF& stack, int height_of_each, int width, int hei
     return stack_planes(planes);
 }
 
-// The layer behind (chain/behind.h): inverse depth and motion are not averaged.
+// The layer behind (chain/frame/behind.h): inverse depth and motion are not averaged.
 ImageF behind_reduced(const ImageF& stack, int height_of_each, int width, int height) {
     std::vector<ImageF> planes;
     for (int i = 0; i < stack.height / height_of_each; ++i) {

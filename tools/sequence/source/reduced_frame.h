@@ -1,8 +1,8 @@
 // A frame at a smaller size, for previews.
 #pragma once
 
-#include "chain/chain.h"
-#include "chain/image.h"
+#include "chain/base/image.h"
+#include "chain/pass/chain.h"
 #include "tools/sequence/source/frame_source.h"
 
 namespace postchain::sequence {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "chain/printable.h"
-#include "chain/resolved_chain.h"
+#include "chain/base/printable.h"
+#include "chain/pass/resolved_chain.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/source/frame_plan.h"
 

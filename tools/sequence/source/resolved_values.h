@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/chain.h"
-#include "chain/plan.h"
+#include "chain/pass/chain.h"
+#include "chain/plan/plan.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/source/frame_source.h"
 

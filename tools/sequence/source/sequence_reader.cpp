@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "tools/sequence/source/neighbor_planes.h"
 
 namespace postchain::sequence {

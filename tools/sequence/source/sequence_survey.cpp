@@ -6,8 +6,8 @@
 #include <map>
 #include <utility>
 
-#include "chain/printable.h"
-#include "chain/text.h"
+#include "chain/base/printable.h"
+#include "chain/base/text.h"
 #include "tools/sequence/source/memory.h"
 
 namespace postchain::sequence {

@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/sign_check.h"
+#include "chain/frame/sign_check.h"
 #include "tools/sequence/files/json.h"
 #include "tools/sequence/source/frame_source.h"
 

@@ -14,8 +14,8 @@
 
 #include <cstdint>
 
-#include "chain/frame.h"
-#include "chain/image.h"
+#include "chain/base/image.h"
+#include "chain/frame/frame.h"
 
 namespace postchain::sequence {
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/service/http/message.h"
 
 namespace postchain::service {

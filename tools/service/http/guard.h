@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/service/http/client.h"
 #include "tools/service/http/message.h"
 #include "tools/service/store/users.h"

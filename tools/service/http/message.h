@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::service {
 

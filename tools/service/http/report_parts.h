@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/files/file_stamp.h"
 
 namespace postchain::service {

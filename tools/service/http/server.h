@@ -14,7 +14,7 @@
 #include <memory>
 #include <string>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/service/http/guard.h"
 #include "tools/service/work/service.h"
 

@@ -6,8 +6,8 @@
 #include <sstream>
 #include <tuple>
 
-#include "chain/status.h"
-#include "chain/text.h"
+#include "chain/base/status.h"
+#include "chain/base/text.h"
 
 namespace postchain::service {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 struct sqlite3;
 struct sqlite3_stmt;

@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/sqlite.h"

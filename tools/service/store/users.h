@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "tools/service/store/job.h"
 
 namespace postchain::service {

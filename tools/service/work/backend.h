@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::service {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 #include "tools/service/work/problem.h"
 
 namespace postchain::service {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "chain/planner.h"
+#include "chain/pass/planner.h"
 #include "tools/sequence/run/device.h"
 
 namespace postchain::service {

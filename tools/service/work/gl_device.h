@@ -6,7 +6,7 @@
 
 #include "chain/egl/context.h"
 #include "chain/gl/executor.h"
-#include "chain/pass.h"
+#include "chain/pass/pass.h"
 
 namespace postchain::service {
 

@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 
 namespace postchain::service {
 

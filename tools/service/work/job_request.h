@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/parameter.h"
-#include "chain/pass.h"
+#include "chain/base/parameter.h"
+#include "chain/pass/pass.h"
 #include "config/chain_find.h"
 #include "tools/measure/experiment/settings.h"
 #include "tools/measure/experiment/sweep.h"

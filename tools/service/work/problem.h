@@ -4,7 +4,7 @@
 #include <string>
 #include <variant>
 
-#include "chain/status.h"
+#include "chain/base/status.h"
 #include "config/diagnostic.h"
 #include "tools/service/work/roots.h"
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/chain_file.h"
 #include "tools/sequence/files/atomic_file.h"
 #include "tools/sequence/record/sidecar.h"

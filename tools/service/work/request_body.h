@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/frame.h"
-#include "chain/parameter.h"
+#include "chain/base/parameter.h"
+#include "chain/frame/frame.h"
 #include "config/diagnostic.h"
 #include "config/text_tree.h"
 #include "tools/sequence/files/sequence.h"

@@ -7,7 +7,7 @@
 #include <utility>
 #include <variant>
 
-#include "chain/text.h"
+#include "chain/base/text.h"
 #include "config/describe.h"
 #include "config/schema.h"
 #include "tools/sequence/record/frame_report.h"

@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "chain/pass.h"
-#include "chain/status.h"
+#include "chain/base/status.h"
+#include "chain/pass/pass.h"
 #include "tools/sequence/files/json.h"
 #include "tools/service/store/job.h"
 #include "tools/service/store/upkeep.h"

@@ -10,8 +10,8 @@
 
 #include <string>
 
-#include "chain/image.h"
-#include "chain/status.h"
+#include "chain/base/image.h"
+#include "chain/base/status.h"
 
 namespace postchain::report {
 

@@ -1,0 +1,172 @@
+#include "chain/frame/sign_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "chain/base/status.h"
+
+namespace postchain {
+namespace {
+
+constexpr double kCap = 0.25;   // surfaces occluded in one of the frames must not decide
+constexpr double kApart = 0.5;  // pixels between two ends of a vector that differ
+
+double compressed(double value) {
+    value = std::max(value, 0.0);
+    return value / (1 + value);
+}
+
+// Mean over RGB of the capped difference between color(x, y) and next at (px, py), bilinear.
+double difference(const ImageF& color, int x, int y, const ImageF& next, double px, double py) {
+    const int x0 = int(std::floor(px)), y0 = int(std::floor(py));
+    const double fx = px - x0, fy = py - y0;
+    const int x1 = std::min(x0 + 1, next.width - 1), y1 = std::min(y0 + 1, next.height - 1);
+    double sum = 0;
+    for (int c = 0; c < 3; ++c) {
+        const double top = (1 - fx) * next.at(x0, y0, c) + fx * next.at(x1, y0, c);
+        const double bottom = (1 - fx) * next.at(x0, y1, c) + fx * next.at(x1, y1, c);
+        const double warped = (1 - fy) * top + fy * bottom;
+        sum += std::abs(compressed(warped) - compressed(color.at(x, y, c)));
+    }
+    return std::min(sum / 3, kCap);
+}
+
+}  // namespace
+
+std::string SignCandidate::text() const {
+    return concat(name_of(plane), " (", sign_x > 0 ? "+" : "-", "x, ", sign_y > 0 ? "+" : "-",
+                  "y)");
+}
+
+const char* name_of(SignVerdict verdict) {
+    switch (verdict) {
+        case SignVerdict::confirmed:
+            return "confirmed";
+        case SignVerdict::undecided:
+            return "undecided";
+        case SignVerdict::contradicted:
+            return "contradicted";
+    }
+    return "unknown";
+}
+
+double SignCheck::margin() const {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const auto& candidate : candidates)
+        if (told_apart(candidate)) smallest = std::min(smallest, candidate.margin);
+    return std::isfinite(smallest) ? smallest : 1;
+}
+
+SignVerdict SignCheck::verdict() const {
+    if (margin() > kSignMargin) return SignVerdict::confirmed;
+    return margin() < 1 / kSignMargin ? SignVerdict::contradicted : SignVerdict::undecided;
+}
+
+struct SignChecker::Sums {
+    struct Candidate {
+        SignCandidate is;
+        double error = 0, apart = 0, converted_apart = 0;
+        size_t pixels_apart = 0;
+    };
+    std::vector<Candidate> candidates;
+    size_t pixels = 0, leaving = 0;
+    double still_error = 0;
+};
+
+SignChecker::SignChecker() : sums_(std::make_unique<Sums>()) {}
+SignChecker::~SignChecker() = default;
+
+void SignChecker::add(const PlaneView& planes, const Strip& strip, const ImageF& next,
+                      int next_top) {
+    const ImageF& now = planes.at(Role::color);
+    const ImageF& motion = planes.at(Role::motion);
+    Sums& sums = *sums_;
+    if (sums.candidates.empty())
+        for (Role role : {Role::motion, Role::motion_back})
+            for (int sign_x : {1, -1})
+                for (int sign_y : {1, -1})
+                    if (planes.find(role)) sums.candidates.push_back({{role, sign_x, sign_y}});
+    // From a row of the frame to a row of each image.
+    const int offset = next_top, last_row = next_top + next.height - 1;
+    const auto difference_at = [&](int x, int y, double px, double py) {
+        return difference(now, x, y - strip.top, next, px, py - offset);
+    };
+    const auto error_of = [&](int x, int y, double vx, double vy) {
+        const double px = x + vx, py = y + vy;
+        const bool inside = px >= 0 && py >= offset && px <= now.width - 1 && py <= last_row;
+        return inside ? difference_at(x, y, px, py) : kCap;
+    };
+    for (int y = strip.first; y < strip.end; ++y) {
+        for (int x = 0; x < now.width; ++x) {
+            const float* v = motion.pixel(x, y - strip.top);
+            const double vx = std::abs(v[0]), vy = std::abs(v[1]);
+            if (vx * vx + vy * vy < 1) continue;
+            // Every candidate is measured over the pixels that stay inside under each sign.
+            if (x - vx < 0 || x + vx > now.width - 1 || y - vy < offset || y + vy > last_row) {
+                ++sums.leaving;
+                continue;
+            }
+            ++sums.pixels;
+            sums.still_error += difference_at(x, y, x, y);
+            // The error of the conversion as it is.
+            const double converted = error_of(x, y, v[0], v[1]);
+            for (auto& candidate : sums.candidates) {
+                const float* w = planes.at(candidate.is.plane).pixel(x, y - strip.top);
+                const double wx = candidate.is.sign_x * double(w[0]);
+                const double wy = candidate.is.sign_y * double(w[1]);
+                const double error = error_of(x, y, wx, wy);
+                candidate.error += error;
+                const double dx = wx - double(v[0]), dy = wy - double(v[1]);
+                if (dx * dx + dy * dy < kApart * kApart) continue;
+                ++candidate.pixels_apart;
+                candidate.apart += error;
+                candidate.converted_apart += converted;
+            }
+        }
+    }
+}
+
+SignCheck SignChecker::result() const {
+    SignCheck check;
+    check.pixels = sums_->pixels;
+    if (check.pixels == 0) {
+        check.why_not = sums_->leaving == 0 ? "nothing moves by a pixel"
+                                            : concat("each of the ", sums_->leaving,
+                                                     " moving pixels leaves the picture");
+        return check;
+    }
+    check.still_error = sums_->still_error / double(check.pixels);
+    for (const auto& sums : sums_->candidates) {
+        SignCandidate candidate = sums.is;
+        candidate.pixels_apart = sums.pixels_apart;
+        candidate.error = sums.error / double(check.pixels);
+        // A mean of 1e-6 is no difference: it keeps 0/0 at 1.
+        const double none = 1e-6 * double(candidate.pixels_apart);
+        if (candidate.pixels_apart > 0)
+            candidate.margin = (sums.apart + none) / (sums.converted_apart + none);
+        check.candidates.push_back(candidate);
+    }
+    std::stable_sort(check.candidates.begin(), check.candidates.end(),
+                     [](const auto& a, const auto& b) { return a.error < b.error; });
+    return check;
+}
+
+SignCheck check_signs(PlaneView planes, const ImageF& next) {
+    SignCheck check;
+    const ImageF* color = planes.find(Role::color);
+    if (!color || !planes.find(Role::motion) || next.channels < 3) {
+        check.why_not = "there are no vectors, or no color";
+        return check;
+    }
+    if (next.width != color->width || next.height != color->height) {
+        check.why_not = concat("this frame is ", color->width, "x", color->height,
+                               " pixels, the next one ", next.width, "x", next.height);
+        return check;
+    }
+    SignChecker checker;
+    checker.add(planes, Strip::whole(color->height), next, 0);
+    return checker.result();
+}
+
+}  // namespace postchain

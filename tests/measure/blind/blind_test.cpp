@@ -163,9 +163,10 @@ TEST(BlindChoices, FaultsAreNamedWithFileAndLine) {
     }
     // As a spreadsheet saves it.
     std::vector<Choice> choices;
-    EXPECT_EQ(test::error_of(read_choices(
-                  "\xef\xbb\xbfkit,observer,trial,choice,seconds\r\n" + id + ",x,1,A,1\r\n",
-                  "c.csv", made, choices)),
+    EXPECT_EQ(test::error_of(read_choices("\xef\xbb\xbf"
+                                          "comparison,observer,trial,choice,seconds\r\n" +
+                                              id + ",x,1,A,1\r\n",
+                                          "c.csv", made, choices)),
               "");
     EXPECT_EQ(choices.size(), 1u);
 }

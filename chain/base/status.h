@@ -2,7 +2,7 @@
 //
 // The library throws nothing across its border and never aborts its host: a function that can
 // fail returns a Status, or a Result<T> that holds either a value or a Status. Tools turn the
-// code into an exit code (tools/apps/postchain/exit_code.h).
+// code into an exit code (tools/sequence/record/frame_report.h).
 #pragma once
 
 #include <cassert>

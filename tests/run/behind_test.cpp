@@ -134,7 +134,7 @@ TEST_F(BehindTest, FindingsInItsPixelsAreWarnings) {
 TEST_F(BehindTest, FilesThatDoNotFitAreRefused) {
     behind(at("none.####.exr"));
     EXPECT_THAT(failure(), HasSubstr("none.0002.exr: 1 of the requested frames are not on disk"));
-    behind(scene_file("crossing", "both.####.exr"));
+    behind(truth_file("crossing", "both.####.exr"));
     EXPECT_THAT(failure(),
                 HasSubstr("both.0002.exr: the layer behind has no inverse_depth, motion"));
     test::write_frame(at("small.0002.exr"), test::make_planes(48, 32));

@@ -22,7 +22,7 @@ inline void render_scene(const std::string& name, const std::string& folder,
     request.folder = folder;
     request.width = 160;
     request.height = 90;
-    request.behind = request.deep = true;
+    request.behind = request.deep = truth_samples == 0;
     request.on_existing = io::OnExisting::overwrite;
     request.frames = frames;
     request.truth_samples = truth_samples;

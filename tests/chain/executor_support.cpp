@@ -47,6 +47,7 @@ void main() {
 }
 )";
 const char* const kFill = R"(#version 450 core
+#include "common/work_list.glsl"
 layout(binding = 0) writeonly uniform image2D result;
 void main() {
     ivec2 p;

@@ -22,12 +22,12 @@
 
 namespace postchain::guest {
 
-// `Instance` compiles for its device:
-//   bool has(const ProgramKey&) const, void begin(const ProgramKey&), Status compile(const
-//   ProgramKey&) Result<std::unique_ptr<Compiled>> compile(Plan, const MaxFrameSize&) bool
-//   holds_unused(const Compiled&) const   storage that no plan used for a while void
-//   retire(std::unique_ptr<Compiled>)     a plan that is forgotten
-// `Compiled` is a PlanValues.
+// `Instance` compiles for its device. It has
+//
+//   - has(key): whether a program is compiled; begin(key) starts to compile it, compile(key) ends;
+//   - compile(plan, max_size): a Result with the plan's `Compiled`, which is a PlanValues;
+//   - holds_unused(compiled): whether it holds storage that no plan used for a while;
+//   - retire(compiled): takes a plan that the cache has removed.
 template <class Instance, class Compiled>
 class PlanCache {
   public:
@@ -169,7 +169,8 @@ class PlanCache {
     }
     bool empty() const { return entries_.empty(); }
 
-    // What the frame of this plan takes; `programs`: of every frame of its kind.
+    // Textures, memory and programs that a frame of this plan needs. `programs`: those of every
+    // frame of its kind.
     void count_needs(const Plan& plan, const std::optional<MaxFrameSize>& max_size,
                      const std::vector<ProgramKey>& programs, pc_frame_needs& out) const {
         const StoragePlan storage = share_storage(plan, max_size);

@@ -1,5 +1,5 @@
-// What a host names by one word: chains ("tier:fast"), for hosts without a reader of chain files,
-// and the depth and motion vector conventions of engines.
+// Presets that a host names by one word: chains ("tier:fast"), for hosts without a reader of chain
+// files, and the depth and motion vector conventions of engines.
 #pragma once
 
 #include <string>

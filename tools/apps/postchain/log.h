@@ -1,4 +1,4 @@
-// What the command says: messages on stderr, as text or with --log-format json as one JSON object
+// Output of the command: messages on stderr, as text or with --log-format json as one JSON object
 // per line; JSON lines on stdout; and its exit code.
 #pragma once
 

@@ -2,7 +2,7 @@
 //
 //   run_experiment.h --> Report
 //   Report --report_json.h--> report.json   (docs/report.md)
-//          --report_csv.h---> report.csv
+//          --report.cpp--> report.csv
 //          --report_text.h--> report.md
 //          --page/page.h----> index.html
 //

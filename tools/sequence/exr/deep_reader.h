@@ -4,7 +4,7 @@
 //   planes
 //
 // One line or tile of samples is in memory for each thread of WorkerPool, never a whole part. The
-// file is checked as in exr_chunk_reader.h: sample counts grow along a line and add up to the
+// file is checked as in exr_chunks.h: sample counts grow along a line and add up to the
 // stated number of bytes.
 #pragma once
 

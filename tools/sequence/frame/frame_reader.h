@@ -1,7 +1,7 @@
 // Opens the files of one frame and reads its planes in the files' own convention.
 //
 //   files --open_frame--> OpenFrame (headers; the profile resolves roles on them)
-//   OpenFrame + ChannelAssignment --read_frame--> InputFrame --chain/convert.h--> canonical frame
+//   OpenFrame + ChannelAssignment --read_frame--> InputFrame --convert.h--> canonical frame
 //   InputFrame + filtered color --frame_writer.h--> output file
 //
 // Values are scene-linear and alpha is premultiplied, as EXR demands; profiles of other files set

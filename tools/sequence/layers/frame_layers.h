@@ -4,7 +4,6 @@
 //   channels --config/layer_match--> color and data
 //   "--layers", "--cryptomatte", "matte:" --find_frame_layers--> FrameLayers
 //   FrameLayers --read_layers, read_mattes--> planes Role::layers, Role::mattes
-//   (chain/frame/layers.h)
 //
 // Docs: docs/layers.md.
 #pragma once

@@ -1,5 +1,5 @@
-// What is checked and answered before any work: a job that is submitted (its text, its inputs and
-// its output folder), the plan of a request, the faults of a chain's text.
+// Requests that are answered without work: a submitted job is checked (its text, its inputs and its
+// output folder), a request is planned, faults in a chain's text are listed.
 #pragma once
 
 #include <string>

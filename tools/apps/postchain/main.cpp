@@ -13,7 +13,6 @@
 #include "chain/base/printable.h"
 #include "config/reporter.h"
 #include "tools/apps/postchain/log.h"
-#include "tools/apps/postchain/serve.h"
 #include "tools/apps/postchain/subcommands.h"
 
 namespace postchain {
@@ -46,12 +45,6 @@ int usage_error(const CLI::App& app, const CLI::ParseError& error, int argc, cha
     return kExitUsage;
 }
 
-RunSubcommand add_service(CLI::App& subcommand, Options& options) {
-    const auto serve = std::make_shared<ServeOptions>();
-    add_serve(subcommand, options, *serve);
-    return [&options, serve] { return serve_subcommand(options, *serve); };
-}
-
 struct Subcommand {
     const char* name;
     const char* help;
@@ -74,7 +67,7 @@ constexpr Subcommand kSubcommands[] = {
      add_tune},
     {"stress", "the stability matrix", add_stress},
     {"selftest", "check that this device renders correct images", add_selftest},
-    {"serve", "accept jobs over HTTP", add_service},
+    {"serve", "accept jobs over HTTP", add_serve},
     {"info", "GL devices, limits and library versions", add_info},
     {"schema", "JSON Schema of a chain file", add_schema},
     {"passes", "every pass and parameter", add_passes},

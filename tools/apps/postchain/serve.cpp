@@ -1,4 +1,5 @@
-#include "tools/apps/postchain/serve.h"
+// postchain serve: jobs over HTTP (docs/service.md).
+#include "tools/apps/postchain/subcommands.h"
 
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -14,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <thread>
 
 #include "passes/registry.h"
@@ -27,6 +29,35 @@
 
 namespace postchain {
 namespace {
+
+enum class ServeBackend { local, slurm };
+
+struct ServeOptions {
+    std::vector<std::string> roots;
+    std::string store;  // empty = in the state folder of the user or system
+    int port = 8080;
+    std::string bind = "127.0.0.1";
+    std::string token_file;
+    std::string users;
+    std::vector<std::string> trusted;  // proxies
+    std::string base_path;
+    double frame_timeout_s = 1800;
+    double slice_s = 60;
+    int keep_jobs = 1000;
+    int keep_days = 0;
+    std::string backup;
+    ServeBackend backend = ServeBackend::local;
+    std::string farm_folder;
+    std::string farm_program;
+    std::string farm_memory;
+    int farm_frames = 8;
+    std::vector<std::string> slurm_words;
+    std::vector<std::string> hosts;
+    int attempts = 3;
+    int max_queue = 1000;
+    int max_connections = 4096;
+    int max_connections_per_address = 2048;
+};
 
 constexpr int kOtherFiles = 256;  // open files other than connections
 
@@ -290,9 +321,88 @@ Result<service::ServerSettings> server_settings(const Options& options, const Se
     return settings;
 }
 
+Result<int> run_service(const Options& options, const ServeOptions& serve) {
+    ASSIGN_OR_RETURN(const auto store, store_of(serve));
+    if (!serve.backup.empty()) {
+        RETURN_IF_ERROR(service::back_up(store, serve.backup));
+        log::info(store + " is copied to " + serve.backup);
+        return kExitOk;
+    }
+    ASSIGN_OR_RETURN(const auto roots, service::Roots::of(serve.roots));
+    ASSIGN_OR_RETURN(const auto users, users_of(serve, roots));
+    ASSIGN_OR_RETURN(const auto settings, server_settings(options, serve, users));
+    ASSIGN_OR_RETURN(const auto remote, remote_settings(options, serve, roots));
+    allow_connections(serve.max_connections);
+
+    const StopOnSignal stop(true);
+    std::unique_ptr<service::Server> server;  // outlives the service, which may answer late
+    service::ServiceSettings work;
+    work.store = store;
+    work.roots = roots;
+    work.device = options.device;
+    work.threads = options.threads;
+    work.attempts = serve.attempts;
+    work.max_queue = size_t(serve.max_queue);
+    work.users = users;
+    work.frame_timeout_s = serve.frame_timeout_s;
+    work.slice_s = serve.slice_s;
+    work.keep = {serve.keep_jobs, serve.keep_days};
+    work.remote = remote;
+    work.version = kVersion;
+    work.log = [](const service::LogLine& line) {
+        const auto level = line.level == service::LogLine::Level::info      ? log::Level::info
+                           : line.level == service::LogLine::Level::warning ? log::Level::warning
+                                                                            : log::Level::error;
+        log::write_event(level, line.message, line.fields);
+    };
+    work.warn = [](const std::string& line) { log::warning(line); };
+    ASSIGN_OR_RETURN(auto opened, service::Service::open(work, builtin_passes()));
+    ASSIGN_OR_RETURN(server, service::Server::open(settings, *opened));
+    const std::string address = address_text(serve.bind, server->port());
+    std::printf("%s\n", address.c_str());
+    std::fflush(stdout);
+    for (const auto& root : roots.folders()) log::info("root " + root);
+    log::info("jobs are stored in " + store);
+    const service::Health health = opened->health();
+    log::info("filtering on " + health.renderer);
+    if (!users->asks_for_token())
+        log::info("listening on " + address +
+                  " for programs on this machine only, without a token");
+    else if (serve.users.empty())
+        log::info("listening on " + address + " for clients with the token of " + serve.token_file);
+    else
+        log::info(
+            concat("listening on ", address, " for ", users->count(), " users of ", serve.users));
+    if (!service::is_loopback(serve.bind) && serve.trusted.empty())
+        log::warning(
+            "other machines can connect without encryption: on a shared network, "
+            "put a TLS proxy in front");
+    notify_system("READY=1");
+    size_t lost = 0;
+    {
+        const Keeper keeper(*opened, *server, *users);
+        lost = server->run(stop.flag());
+    }
+    notify_system("STOPPING=1");
+    lost += opened->end();
+    log::info("stopped; unfinished jobs stay in the queue");
+    if (lost > 0) {
+        // Waiting for them would wait for a disk that does not answer.
+        log::warning(concat(lost == 1 ? "1 thread hangs" : concat(lost, " threads hang"),
+                            " in a disk or a device and ", lost == 1 ? "is" : "are", " left"));
+        io::remove_live_temporaries();
+        std::fflush(nullptr);
+        _exit(stop.exit_code());
+    }
+    opened.reset();
+    return stop.exit_code();
+}
+
 }  // namespace
 
-void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
+RunSubcommand add_serve(CLI::App& subcommand, Options& options) {
+    const auto held = std::make_shared<ServeOptions>();
+    ServeOptions& serve = *held;
     add_list(subcommand, "--root", "DIR", serve.roots,
              "folder that must contain every path of a job, may be repeated; relative paths "
              "start at the first");
@@ -307,94 +417,7 @@ void add_serve(CLI::App& subcommand, Options& options, ServeOptions& serve) {
     add_list(subcommand, "--slurm-option", "WORD", serve.slurm_words,
              "further option of sbatch, such as --partition=farm, may be repeated");
     add_device(subcommand, options);
-}
-
-int serve_subcommand(const Options& options, const ServeOptions& serve) {
-    auto store = store_of(serve);
-    if (!store.ok()) return fail(store.status());
-    if (!serve.backup.empty()) {
-        const Status status = service::back_up(*store, serve.backup);
-        if (!status.ok()) return fail(status);
-        log::info(*store + " is copied to " + serve.backup);
-        return kExitOk;
-    }
-    auto roots = service::Roots::of(serve.roots);
-    if (!roots.ok()) return fail(roots.status());
-    auto users = users_of(serve, *roots);
-    if (!users.ok()) return fail(users.status());
-    auto settings = server_settings(options, serve, *users);
-    if (!settings.ok()) return fail(settings.status());
-    auto remote = remote_settings(options, serve, *roots);
-    if (!remote.ok()) return fail(remote.status());
-    allow_connections(serve.max_connections);
-
-    const StopOnSignal stop(true);
-    std::unique_ptr<service::Server> server;  // outlives the service, which may answer late
-    service::ServiceSettings work;
-    work.store = *store;
-    work.roots = *roots;
-    work.device = options.device;
-    work.threads = options.threads;
-    work.attempts = serve.attempts;
-    work.max_queue = size_t(serve.max_queue);
-    work.users = *users;
-    work.frame_timeout_s = serve.frame_timeout_s;
-    work.slice_s = serve.slice_s;
-    work.keep = {serve.keep_jobs, serve.keep_days};
-    work.remote = *remote;
-    work.version = kVersion;
-    work.log = [](const service::LogLine& line) {
-        const auto level = line.level == service::LogLine::Level::info      ? log::Level::info
-                           : line.level == service::LogLine::Level::warning ? log::Level::warning
-                                                                            : log::Level::error;
-        log::write_event(level, line.message, line.fields);
-    };
-    work.warn = [](const std::string& line) { log::warning(line); };
-    auto opened = service::Service::open(work, builtin_passes());
-    if (!opened.ok()) return fail(opened.status());
-    {
-        auto listening = service::Server::open(*settings, **opened);
-        if (!listening.ok()) return fail(listening.status());
-        server = std::move(*listening);
-    }
-    const std::string address = address_text(serve.bind, server->port());
-    std::printf("%s\n", address.c_str());
-    std::fflush(stdout);
-    for (const auto& root : roots->folders()) log::info("root " + root);
-    log::info("jobs are stored in " + *store);
-    const service::Health health = (*opened)->health();
-    log::info("filtering on " + health.renderer);
-    if (!(*users)->asks_for_token())
-        log::info("listening on " + address +
-                  " for programs on this machine only, without a token");
-    else if (serve.users.empty())
-        log::info("listening on " + address + " for clients with the token of " + serve.token_file);
-    else
-        log::info(concat("listening on ", address, " for ", (*users)->count(), " users of ",
-                         serve.users));
-    if (!service::is_loopback(serve.bind) && serve.trusted.empty())
-        log::warning(
-            "other machines can connect without encryption: on a shared network, "
-            "put a TLS proxy in front");
-    notify_system("READY=1");
-    size_t lost = 0;
-    {
-        const Keeper keeper(**opened, *server, **users);
-        lost = server->run(stop.flag());
-    }
-    notify_system("STOPPING=1");
-    lost += (*opened)->end();
-    log::info("stopped; unfinished jobs stay in the queue");
-    if (lost > 0) {
-        // Waiting for them would wait for a disk that does not answer.
-        log::warning(concat(lost == 1 ? "1 thread hangs" : concat(lost, " threads hang"),
-                            " in a disk or a device and ", lost == 1 ? "is" : "are", " left"));
-        io::remove_live_temporaries();
-        std::fflush(nullptr);
-        _exit(stop.exit_code());
-    }
-    opened->reset();
-    return stop.exit_code();
+    return [&options, held] { return run_service(options, *held); };
 }
 
 }  // namespace postchain

@@ -28,6 +28,7 @@ RunSubcommand add_run(CLI::App& subcommand, Options& options);
 RunSubcommand add_scene(CLI::App& subcommand, Options& options);
 RunSubcommand add_schema(CLI::App& subcommand, Options& options);  // describe.cpp
 RunSubcommand add_selftest(CLI::App& subcommand, Options& options);
+RunSubcommand add_serve(CLI::App& subcommand, Options& options);
 RunSubcommand add_sheet(CLI::App& subcommand, Options& options);
 RunSubcommand add_stress(CLI::App& subcommand, Options& options);
 RunSubcommand add_study(CLI::App& subcommand, Options& options);
